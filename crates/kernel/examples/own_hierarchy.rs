@@ -1,5 +1,5 @@
-//! One ray against eight triangles at a time, from a hierarchy of your own: here a flat one, with boxes
-//! around eights. `cargo run --release --example own_hierarchy`
+//! Tests one ray against eight triangles at a time, in a hierarchy of your own: here a flat one, with a box
+//! for every eight triangles. `cargo run --release --example own_hierarchy`
 
 use intertri::{Hit, Mode, Ray, Triangle, TriangleBlock};
 
@@ -14,7 +14,7 @@ impl Leaf {
         Self([end(f32::min, f32::MAX), end(f32::max, f32::MIN)], TriangleBlock::new(triangles))
     }
 
-    /// Whether the ray enters the box, a little widened for rounding; no hit may be lost.
+    /// Whether the ray enters the box, slightly widened because of rounding; no hit may be lost.
     fn enters(&self, ray: &Ray) -> bool {
         let (mut near, mut far) = (0.0, f64::INFINITY);
         for k in 0..3 {

@@ -1,11 +1,11 @@
-//! Is a point inside of a closed mesh? Exactly, on a grid: `cargo run --example point_in_mesh`.
+//! Is a point inside a closed mesh? Decided exactly, on a grid: `cargo run --example point_in_mesh`.
 
 use intertri::Triangle;
 use intertri::fixed::{Bits, Fixed, Grid, GridError, blocks};
 
 fn main() -> Result<(), GridError> {
-    // An octahedron of radius 3. From a lattice point, rays run exactly through its edges and
-    // corners, where a test that counts an edge twice, or not at all, tells inside from outside wrongly.
+    // An octahedron of radius 3. From a lattice point, rays run exactly through its edges and corners. A test
+    // that counts an edge twice, or not at all, gets the answer wrong there.
     let mut faces = vec![];
     for x in [3.0, -3.0] {
         for y in [3.0, -3.0] {
@@ -18,7 +18,7 @@ fn main() -> Result<(), GridError> {
         }
     }
 
-    // 1024 steps of the grid to a unit. `Grid::around` finds the finest that holds some points.
+    // 1024 grid steps per unit. `Grid::around` finds the finest grid that holds a set of points.
     let grid = Grid::at(Bits::FINE, 10, [0; 3])?;
     let facets = faces.iter().map(|t| grid.triangle(t)).collect::<Result<Vec<_>, _>>()?;
     let solid: Vec<_> = blocks(&facets).collect();
@@ -28,7 +28,7 @@ fn main() -> Result<(), GridError> {
         let point = [i % 9 - 4, i / 9 % 9 - 4, i / 81 - 4].map(|k| k as f32);
         let contained = Fixed::default().contains(&solid, &grid, point)?;
         let from_middle: f32 = point.iter().map(|x| x.abs()).sum();
-        // A point on the surface counts as one next to it.
+        // A point on the surface counts like one next to it.
         assert!(from_middle == 3.0 || contained == (from_middle < 3.0), "{point:?}");
         inside += u32::from(contained);
     }

@@ -1,4 +1,4 @@
-//! Document D: the coefficients of a triangle and an origin that many rays share, by Cramer's rule.
+//! Document D: the coefficients of a triangle for many rays from one origin, by Cramer's rule.
 //!
 //! ```text
 //!   A = c1 - o      n = h4 × h5       D = n·d             each a dot product with the direction;
@@ -7,14 +7,13 @@
 //!                                     t = n·A / D
 //! ```
 //!
-//! The filter for rays of one origin, the weights of every hit, and the z-buffer use these
-//! coefficients.
+//! The filter for rays from one origin, the weights of every hit, and the z-buffer use these coefficients.
 
 use crate::Triangle;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 
-/// The coefficients of one triangle as seen from one origin, in f64; or of several, in lanes.
+/// The coefficients of one triangle relative to one origin, in f64; or of several, in lanes.
 ///
 /// ```
 /// use intertri::internal::Coefficients;
@@ -60,8 +59,8 @@ impl Coefficients {
         Self::of(triangle.0.map(vec3), vec3(origin))
     }
 
-    /// The weights u of c2 and v of c3 where the line through the origin along `dir`, of any length,
-    /// meets the triangle's plane, inside of the triangle or not. Not finite where the line is
+    /// The weights u of c2 and v of c3 at the point where the line through the origin along `dir`, of any
+    /// length, meets the triangle's plane, whether inside the triangle or not. Not finite if the line is
     /// parallel to the plane or an input is not finite.
     ///
     /// ```

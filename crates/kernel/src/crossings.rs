@@ -1,4 +1,4 @@
-//! Crossings: where a ray goes through a mesh, each edge and corner once.
+//! Crossings: where a ray passes through a mesh, with each edge and corner counted once.
 
 use crate::Hit;
 
@@ -14,12 +14,12 @@ use crate::Hit;
 pub struct Crossing {
     /// The point of the crossing.
     pub hit: Hit,
-    /// Whether the ray runs with the normal: out of a mesh whose corners run counter-clockwise as seen from
-    /// outside.
+    /// Whether the ray runs with the normal, that is, out of a mesh whose corners run counter-clockwise as
+    /// seen from outside.
     pub leaves: bool,
 }
 
-/// How often a ray crosses.
+/// How often a ray crosses a mesh.
 ///
 /// ```
 /// use intertri::Crossings;
@@ -37,12 +37,12 @@ pub struct Crossings {
     /// Crossings with the normal minus crossings against it. In a closed mesh whose corners run
     /// counter-clockwise as seen from outside, it is 1 from a point inside and 0 from one outside.
     pub signed: i64,
-    /// All crossings.
+    /// The number of crossings.
     pub unsigned: u64,
 }
 
 impl Crossings {
-    /// Counts one more.
+    /// Counts one more crossing.
     ///
     /// ```
     /// let mut crossings = intertri::Crossings::default();

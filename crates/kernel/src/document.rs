@@ -1,4 +1,4 @@
-//! `InterTri` (document A) in f64 lanes, its operations in its order.
+//! `InterTri` (document A) in f64 lanes, with the document's operations in its order.
 //!
 //! ```text
 //!              c3
@@ -18,7 +18,7 @@ use crate::simd::Lanes;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, Triangle, TriangleOf};
 
-/// Triangles as the document initialises them: the same in every lane, or a different one in each.
+/// Triangles as the document initializes them: the same one in every lane, or a different one in each.
 #[derive(Clone, Copy)]
 pub struct Tri<D> {
     c1: Vec3<D>,
@@ -63,11 +63,11 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         let threshold = D::splat(threshold);
 
         // Parallel to the plane?
-        // NaN passes this test and the next; only `t > threshold` refuses it.
+        // NaN passes this test and the next; only `t > threshold` rejects it.
         let (vd, t) = self.plane(org, dir);
         let parallel = (-threshold).lt(vd) & vd.lt(threshold);
 
-        // Outside of an edge? A point on it is inside, and a NaN is not `< 0`.
+        // Outside an edge? A point on it is inside, and a NaN is not `< 0`.
         let h1 = org + dir * t;
         let h2 = h1 - self.c1;
         let outside = self.nrm.dot(self.h4.cross(h2)).lt(zero)
@@ -111,7 +111,7 @@ pub(crate) fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     Tri::one(triangle).t(rays.org, rays.dir)
 }
 
-/// A triangle's plane as seen from an origin.
+/// A triangle's plane relative to an origin.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenPlane {
     nrm: Vec3<f64>,
@@ -125,7 +125,7 @@ impl SeenPlane {
         Self { nrm, num: nrm.dot(c1 - Vec3::splat(origin.map(f64::from))) }
     }
 
-    /// The reference's t of a ray from there that is known to hit the triangle.
+    /// The reference's t for a ray from that origin that is known to hit the triangle.
     #[inline(always)]
     pub(crate) fn t(&self, dir: [f32; 3]) -> f64 {
         self.num / self.nrm.dot(Vec3::splat(dir.map(f64::from)))

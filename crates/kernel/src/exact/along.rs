@@ -1,4 +1,4 @@
-//! Where along a ray a triangle lies that it is known to meet: t, the weights, and which of two comes first.
+//! Where along a ray a triangle is that it is known to meet: t, the weights, and which of two comes first.
 
 use core::cmp::Ordering;
 
@@ -10,14 +10,15 @@ use super::quotient::{Quotient, pow2};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// t, rounded once, of a triangle whose plane the ray's line meets in one point; by a tier or one behind it.
+/// t, correctly rounded, for a triangle whose plane the ray's line meets in one point; computed by the given
+/// tier or a later one.
 #[inline(always)]
 pub fn t_from<S: Scalar>(from: Tier, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     t_times_from(from, ray, triangle, 0)
 }
 
-/// `t * 2^exponent`, rounded once, of a triangle whose plane the ray's line meets in one point; by a tier or one
-/// behind it.
+/// `t * 2^exponent`, correctly rounded, for a triangle whose plane the ray's line meets in one point;
+/// computed by the given tier or a later one.
 #[inline(always)]
 pub(crate) fn t_times_from<S: Scalar>(
     from: Tier,
@@ -32,7 +33,7 @@ pub(crate) fn t_times_from<S: Scalar>(
         if is_sure && exponent == 0 {
             return t;
         }
-        // Where neither is subnormal or infinite, the product is exact.
+        // If neither is subnormal or infinite, the product is exact.
         if is_sure && is_tame_t(t) && exponent.unsigned_abs() < 500 {
             return t * pow2(exponent);
         }
@@ -40,7 +41,7 @@ pub(crate) fn t_times_from<S: Scalar>(
     t_by_integers(from, ray, triangle, exponent)
 }
 
-/// Whether a t is far from the ends of f64's exponents.
+/// Whether a t is far from the limits of f64's exponents.
 #[inline(always)]
 fn is_tame_t(t: f64) -> bool {
     (pow2(-500)..=pow2(500)).contains(&t)
@@ -61,8 +62,8 @@ fn t_by_integers<S: Scalar>(
     at_tier!(S, tier, t::<S, C, N, V>(&pair, scales, exponent))
 }
 
-/// t, u and v, each rounded once, of a triangle whose plane the ray's line meets in one point; by a tier or
-/// one behind it.
+/// t, u and v, correctly rounded, for a triangle whose plane the ray's line meets in one point; computed by
+/// the given tier or a later one.
 #[inline(always)]
 pub fn attributes_from<S: Scalar>(
     from: Tier,
@@ -80,17 +81,17 @@ pub fn attributes_from<S: Scalar>(
     attributes_by_integers(from, ray, triangle, known)
 }
 
-/// t, u and v, each rounded once to f32, of a triangle whose plane the ray's line meets in one point.
+/// t, u and v, correctly rounded to f32, for a triangle whose plane the ray's line meets in one point.
 #[inline(never)]
 pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32; 3] {
     let (t, u, v) = attributes_from(Tier::Float, ray, triangle);
     narrowed([t, u, v]).unwrap_or_else(|| attributes32_by_integers(ray, triangle))
 }
 
-/// Numbers that are rounded to f64, rounded from what they were to f32, if f64 shows how.
+/// Given numbers correctly rounded to f64, rounds the original numbers to f32, if f64 determines the result.
 ///
-/// Rounding keeps order, so where the f64 beside a number round to one f32, all that rounds to the number does, too. They
-/// do not if it lies half-way between two f32.
+/// Rounding preserves order, so if the f64 below and above a number round to the same f32, so does every
+/// number that rounds to it. They do not if it lies halfway between two f32.
 #[inline(always)]
 pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
     let [t, u, v] = numbers.map(|x| {
@@ -101,7 +102,7 @@ pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
     Some([t?, u?, v?])
 }
 
-/// `2^-125`: what is not smaller is no subnormal f32, whichever way it rounds.
+/// `2^-125`: a number that is not smaller never rounds to a subnormal f32.
 pub(super) const NORMAL: f64 = 2.0 * f32::MIN_POSITIVE as f64;
 
 #[cold]
@@ -112,7 +113,8 @@ fn attributes32_by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>)
     at_tier!(S, scales.tier(), attributes_in_f32::<S, C, N, V>(&pair, scales))
 }
 
-/// The order in which a ray meets two triangles, exactly; by a tier of integers or one behind it.
+/// The order in which a ray meets two triangles, exactly; computed by the given tier of integers or a later
+/// one.
 #[inline(never)]
 pub fn order_from<S: Scalar>(
     from: Tier,
@@ -125,7 +127,7 @@ pub fn order_from<S: Scalar>(
     at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
-/// The same where some of the three are known: on an edge it is a weight of 0 that no bound proves.
+/// The same when some of the three are known already; on an edge, a weight is 0, which no bound proves.
 #[inline(never)]
 fn attributes_by_integers<S: Scalar>(
     from: Tier,
@@ -174,7 +176,7 @@ fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
             return 0.0;
         }
         let size = Quotient::new(&num.size(), &den.size(), exponent).to_f32();
-        // No zero has a sign.
+        // Zeros are positive.
         if num.sign() == den.sign() || size == 0.0 { size } else { -size }
     };
     [ratio(&numbers.volume(), scales.of_t()), ratio(&v, 0), ratio(&w, 0)]
@@ -182,7 +184,7 @@ fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
 
 /// `num / den * 2^exponent`, rounded once.
 fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
-    // A 0 without a sign, as every tier returns it.
+    // Returns a positive 0, as every tier does.
     if num.sign().is_eq() {
         return 0.0;
     }
@@ -190,7 +192,7 @@ fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
     if num.sign() == den.sign() { size } else { -size }
 }
 
-/// Both t are products with one power of two: over their denominators, they are multiplied crosswise.
+/// The two t share a power of two, so multiply crosswise by the denominators.
 fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usize>(
     one: &Pair<S>,
     other: &Pair<S>,
@@ -202,7 +204,8 @@ fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usi
         (numbers.volume(), u + v + w)
     };
     let ((num, den), (other_num, other_den)) = (t(one), t(other));
-    // n/d < n'/d' is n d' < n' d if d and d' have one sign; with different signs the inequality turns.
+    // n/d < n'/d' is n d' < n' d if d and d' have the same sign; with different signs the inequality is
+    // reversed.
     let order = num.times::<V, P>(&other_den).cmp(&other_num.times(&den));
     if den.sign() == other_den.sign() { order } else { order.reverse() }
 }
@@ -212,8 +215,9 @@ mod tests {
     use super::attributes32;
     use crate::{Ray, Triangle};
 
-    /// t is the mean of three heights, `1 + k 2^-24 + tiny`: for an odd k next to half-way between two f32. f64 does not hold
-    /// what is tiny, so rounded to f64 and then to f32, half of these t would become a neighbour of what they are.
+    /// t is the mean of three heights, `1 + k 2^-24 + tiny`: for odd k, next to the midpoint of two f32. f64
+    /// cannot represent `tiny`, so after rounding to f64 and then to f32, half of these t would be off by
+    /// one.
     #[test]
     fn numbers_near_half_way_are_rounded_once() {
         let tiny = 2.0_f32.powi(-70);

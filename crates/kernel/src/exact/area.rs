@@ -1,11 +1,11 @@
-//! Whether a triangle has an area at all, of which f64 may see nothing.
+//! Whether a triangle has an area at all, even if its f64 normal is 0.
 
 use super::input::is_finite;
 use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a finite triangle has an area, however small: whether it is neither a point nor a line.
+/// Whether a finite triangle has an area, however small, that is, whether it is neither a point nor a line.
 ///
 /// ```
 /// use intertri::Triangle;

@@ -13,7 +13,7 @@ use crate::packet::RayLanes;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Which triangles own an edge or a corner that they share.
+/// Which triangles own a shared edge or corner.
 ///
 /// ```
 /// use intertri::{Mode, Rule};
@@ -21,23 +21,23 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Each triangle that it belongs to: the ray meets the closed triangle.
+    /// Every triangle that has it: the ray meets the closed triangle.
     Closed,
-    /// One of two neighbours that run along it in opposite directions: the ray is moved by (ε, ε², ε³).
+    /// Only one of two neighbours that traverse it in opposite directions: the ray is moved by (ε, ε², ε³).
     Once,
 }
 
 /// From which side a ray crosses a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// With the normal: out of a mesh whose corners run counter-clockwise as seen from outside.
+    /// With the normal, that is, out of a mesh whose corners run counter-clockwise as seen from outside.
     Leaves,
     /// Against the normal.
     Enters,
 }
 
 impl Side {
-    /// 1 where the ray leaves, -1 where it enters: the sum over a closed mesh is its winding number.
+    /// 1 if the ray leaves, -1 if it enters: the sum over a closed mesh is its winding number.
     pub fn sign(self) -> i32 {
         match self {
             Self::Leaves => 1,
@@ -46,8 +46,8 @@ impl Side {
     }
 }
 
-/// The side from which a ray crosses a triangle within its interval, if it does so by a rule; decided by
-/// a tier or one behind it.
+/// The side from which a ray crosses a triangle within its interval, if it does so by a rule; computed by the
+/// given tier or a later one.
 #[inline(always)]
 pub fn crossing_from<S: Scalar>(
     from: Tier,
@@ -55,7 +55,7 @@ pub fn crossing_from<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
 ) -> Option<Side> {
-    // f64 first, where it loses nothing of the input but its own rounding.
+    // f64 first, if it loses nothing of the input except by rounding.
     let plain = from == Tier::Float && is_plain(ray, triangle);
     if plain {
         if runs_along(ray, triangle) {
@@ -67,7 +67,7 @@ pub fn crossing_from<S: Scalar>(
         if miss {
             return None;
         }
-        // On an edge the closed rule has a hit. The rule *once* has to look at the normals, for which it needs
+        // On an edge the closed rule has a hit. The rule *once* must compare the normals, which takes
         // integers.
         if inside || rule == Rule::Closed && closed {
             return Some(if leaves { Side::Leaves } else { Side::Enters });
@@ -76,18 +76,19 @@ pub fn crossing_from<S: Scalar>(
     by_integers(from, rule, ray, triangle, plain)
 }
 
-/// Whether a triangle lies across an axis and the ray runs along its plane: D is 0, so they do not meet. Walls and floors do,
-/// and all their volumes may be 0, which only integers would prove.
+/// Whether a triangle is perpendicular to an axis and the ray runs parallel to its plane: D is 0, so they do
+/// not meet. This is common for walls and floors, and all their volumes may be 0, which only integers would
+/// prove.
 #[inline(always)]
 fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     let [a, b, c] = triangle.0;
     (0..3).any(|k| ray.dir[k] == S::ZERO && a[k] == b[k] && b[k] == c[k])
 }
 
-/// Numbers in two parts do not decide this.
+/// Two-part numbers do not decide this.
 struct Undecided;
 
-/// The decision by numbers in two parts. They leave open edges that are met, ends of the interval, and whatever they
+/// Decides with two-part numbers. They leave open edges that are met, ends of the interval, and whatever they
 /// cannot prove.
 #[inline(never)]
 fn in_two_parts<S: Scalar>(
@@ -99,8 +100,8 @@ fn in_two_parts<S: Scalar>(
     if signs.contains(&1) && signs.contains(&-1) {
         return Ok(None);
     }
-    // Inside of all edges, unless a sign is 0: that one is not proven, because an edge is met, or nearly. Then the
-    // interval: rounding keeps the order, so the rounded t may be compared.
+    // Inside all edges, unless a sign is 0: then it is not proven, because an edge is met, or nearly. Then
+    // the interval: rounding preserves order, so the rounded t may be compared.
     if signs.contains(&0) || met.sure & 1 == 0 {
         return Err(Undecided);
     }
@@ -112,8 +113,8 @@ fn in_two_parts<S: Scalar>(
     if t > t_min && t < t_max { Ok(Some(side)) } else { Err(Undecided) }
 }
 
-/// Chooses the width of the integers. Plain numbers that do not fit the narrow ones are tried in two parts first, which
-/// is faster than wide integers.
+/// Chooses the width of the integers. Plain numbers that do not fit the narrow ones are tried in two parts
+/// first, which is faster than wide integers.
 #[inline(never)]
 fn by_integers<S: Scalar>(
     from: Tier,
@@ -131,7 +132,7 @@ fn by_integers<S: Scalar>(
     let tier = from.max(scales.tier());
     if const { is_f64::<S>() }
         && plain
-        // Narrow integers are faster than numbers in two parts, and always sure.
+        // Narrow integers are faster than two-part numbers, and always decide.
         && tier > Tier::Narrow
         && let Ok(decided) = in_two_parts(ray, triangle)
     {
@@ -149,10 +150,11 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let (edges, num) = (numbers.edges(), numbers.volume());
 
-    // T has the side. On an edge the rule has the last word: the closed one takes either sign.
+    // The sign of T is the side. On an edge the rule decides: the closed one accepts either sign.
     let side = num.sign();
     let outside = edges.iter().zip(&numbers.normals).any(|(edge, [x, y, z])| {
-        // A ray on the edge is moved by (ε, ε², ε³): then the sign is that of the first component of N that is not 0.
+        // A ray on the edge is moved by (ε, ε², ε³); then the sign is that of the first nonzero component of
+        // N.
         let moved = || x.sign().then_with(|| y.sign()).then_with(|| z.sign());
         let sign = edge.sign();
         let sign = if rule == Rule::Once { sign.then_with(moved) } else { sign };
@@ -162,7 +164,7 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
         return None;
     }
 
-    // Then D has that sign, too, except for a direction of 0.
+    // D then has the same sign, except for a direction of 0.
     let den = edges[0] + edges[1] + edges[2];
     if den.sign().is_eq() {
         return None;
@@ -179,8 +181,8 @@ mod tests {
     use crate::exact::test_numbers::random;
     use crate::{Ray, Ray64, Triangle, TriangleOf};
 
-    /// Rays along planes across an axis, in them and beside them, and some that leave them by a little: what is answered at
-    /// once is what integers say.
+    /// Rays parallel to axis-aligned planes, in them and next to them, and some that diverge slightly: the
+    /// quick answer must be that of integers.
     #[test]
     fn rays_along_a_wall_are_answered_as_by_integers() {
         let (mut random, mut hits) = (random(), 0);
@@ -211,7 +213,7 @@ mod tests {
         assert!(hits > 1000, "{hits} hits");
     }
 
-    /// Rays at edges up to rounding, between points whose differences are often not f64.
+    /// Rays toward edges up to rounding, between points whose differences are often not exact in f64.
     #[test]
     fn two_parts_say_what_integers_say() {
         let mut random = random();

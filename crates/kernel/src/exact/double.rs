@@ -1,42 +1,42 @@
-//! Numbers in two parts: products and sums of f64 with twice the digits.
+//! Two-part numbers: products and sums of f64 with twice the digits.
 //!
 //! Dekker, A Floating-Point Technique for Extending the Available Precision, 1971; Knuth, The Art of
 //! Computer Programming, volume 2, section 4.2.2.
 
 use crate::simd::{Lanes, Vec3};
 
-/// `high + low`, where low is some `2^-52` of the products that both are made of.
+/// `high + low`, where low is about `2^-52` times the products that both are made of.
 #[derive(Clone, Copy)]
 pub(super) struct Double<D> {
     pub(super) high: D,
     pub(super) low: D,
 }
 
-/// A sum of two numbers, exactly.
+/// The sum of two numbers, exactly.
 #[inline(always)]
 pub(super) fn sum<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a + b;
-    // Knuth's TwoSum: it does not matter which of the two is larger.
+    // Knuth's TwoSum: the order of the two magnitudes does not matter.
     let of_b = high - a;
     Double { high, low: (a - (high - of_b)) + (b - of_b) }
 }
 
-/// The sum of two numbers, exactly, where the second is not the larger.
+/// The sum of two numbers, exactly, if the second is not the larger.
 #[inline(always)]
 pub(super) fn short_sum<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a + b;
-    // Dekker's Fast2Sum: three operations instead of six, for a known order of sizes.
+    // Dekker's Fast2Sum: three operations instead of six, for a known order of magnitudes.
     Double { high, low: b - (high - a) }
 }
 
-/// A product of two numbers, exactly.
+/// The product of two numbers, exactly.
 #[inline(always)]
 pub(super) fn product<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a * b;
     Double { high, low: a.mul_error(b, high) }
 }
 
-/// `a b - c d`, within `3w²` of `|a b| + |c d|`, where w is half an ulp of 1.
+/// `a b - c d`, with an error of at most `3w²` times `|a b| + |c d|`, where w is half an ulp of 1.
 #[inline(always)]
 fn minor<D: Lanes>(a: D, b: D, c: D, d: D) -> Double<D> {
     let (p, q) = (product(a, b), product(c, d));
@@ -50,19 +50,19 @@ pub(super) fn cross<D: Lanes>(a: Vec3<D>, b: Vec3<D>) -> [Double<D>; 3] {
     [minor(a.y, b.z, a.z, b.y), minor(a.z, b.x, a.x, b.z), minor(a.x, b.y, a.y, b.x)]
 }
 
-/// The dot product of such a cross product and a vector, within `40w²` of the permanent.
+/// The dot product of such a cross product and a vector, with an error of at most `40w²` times the permanent.
 #[inline(always)]
 pub(super) fn dot<D: Lanes>([x, y, z]: &[Double<D>; 3], v: Vec3<D>) -> Double<D> {
     let (px, py, pz) = (product(x.high, v.x), product(y.high, v.y), product(z.high, v.z));
     let xy = sum(px.high, py.high);
     let all = sum(xy.high, pz.high);
-    // All first parts are summed without loss. What they lack is `w` of them, and may be summed with rounding.
+    // All first parts are summed without loss. Their errors are `w` of them, and may be summed with rounding.
     let low = (xy.low + all.low) + ((px.low + py.low) + pz.low);
     let lows = Vec3 { x: x.low, y: y.low, z: z.low };
     sum(all.high, lows.dot_add(v, low))
 }
 
-/// `a - b`, and what that lacks.
+/// `a - b`, and its rounding error.
 #[inline(always)]
 pub(super) fn difference<D: Lanes>(a: Vec3<D>, b: Vec3<D>) -> (Vec3<D>, D) {
     let (x, y, z) = (sum(a.x, -b.x), sum(a.y, -b.y), sum(a.z, -b.z));

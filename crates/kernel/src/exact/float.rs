@@ -1,4 +1,4 @@
-//! The first tier: f64 in lanes, each number within a proven bound of the exact one.
+//! The first tier: f64 in lanes, with a proven bound on the error of each number.
 //!
 //! ```text
 //!   U = h6·(d × B)     h6 = c3 - c2           a number beyond its bound has its exact sign;
@@ -7,7 +7,7 @@
 //!   T = A·(h4 × h5)
 //! ```
 //!
-//! Bounds and proof: `docs/numerics/exact.md`, section 3.
+//! `docs/numerics/exact.md`, section 3, has the bounds and the proof.
 
 use core::cmp::Ordering;
 
@@ -17,29 +17,29 @@ use crate::simd::{Lanes, Mask, Vec3};
 /// `2^-53`, half an ulp of 1.
 const HALF_ULP: f64 = f64::EPSILON / 2.0;
 
-/// U, V and W are within this times their permanent.
+/// The error of U, V and W is at most this times their permanent.
 const EDGE: f64 = 8.0 * HALF_ULP;
 
-/// T is within this times its permanent.
+/// The error of T is at most this times its permanent.
 const VOLUME: f64 = 9.0 * HALF_ULP;
 
-/// T - t D is within this times the permanents of T and, times t, of D.
+/// The error of T - t D is at most this times the permanent of T plus, times t, that of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
-/// The verdicts of f64, lane by lane. A lane in no mask is undecided.
+/// The decisions of f64, lane by lane. A lane in no mask is undecided.
 #[derive(Clone, Copy)]
 pub struct Decided<M> {
-    /// Surely no hit, by either rule.
+    /// Certainly no hit, by either rule.
     pub miss: M,
-    /// Surely a hit by the closed rule.
+    /// Certainly a hit by the closed rule.
     pub closed: M,
-    /// Surely a hit by both rules: no edge is met.
+    /// Certainly a hit by both rules: no edge is met.
     pub inside: M,
-    /// Whether T is positive, where that is a hit.
+    /// Whether T is positive, for hits.
     pub leaves: M,
 }
 
-/// A number and the sum of the sizes of all products that it is made of.
+/// A number and the sum of the magnitudes of all products that it is made of.
 #[derive(Clone, Copy)]
 struct Sum<D> {
     value: D,
@@ -50,22 +50,22 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
     /// `x·(y × z)`
     #[inline(always)]
     fn volume(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> Self {
-        // Each rounding is at most a share of one of these products, so their sum bounds the error.
+        // Each rounding is at most a fraction of one of these products, so their sum bounds the error.
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
         Self { value: y.cross_fused(z).dot_fused(x), permanent }
     }
 
-    /// Where it is surely positive, where surely negative, and where surely 0.
+    /// Where it is certainly positive, certainly negative, and certainly 0.
     #[inline(always)]
     fn signs(&self, bound: f64) -> [D::Mask; 3] {
         let bound = self.permanent * D::splat(bound);
-        // Nothing underflows here, so a permanent of 0 says that every product has a factor that is exactly 0.
+        // Nothing underflows here, so if a permanent is 0, every product has a factor that is exactly 0.
         let nothing = self.permanent.le(D::splat(0.0));
         [self.value.gt(bound), self.value.lt(-bound), nothing]
     }
 }
 
-/// Decides what the bounds let it decide. No input may be subnormal; what is not finite is never a hit.
+/// Decides whatever the bounds allow. No input may be subnormal; one that is not finite is never a hit.
 #[inline(always)]
 pub fn decide<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],
@@ -75,7 +75,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (a, b) = (c1 - org, c2 - org);
     let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
 
-    // Nearly always two edges decide.
+    // In nearly all cases two edges decide.
     let u = Sum::volume(h6, dir, b);
     let v = Sum::volume(h5, a, dir);
     let w = Sum::volume(h4, dir, a);
@@ -84,23 +84,23 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
     let miss = over & under;
     let none = D::Mask::from_bits(0);
-    // Few lanes get past this, so T and the interval are computed only for them.
+    // Few lanes get this far, so T and the interval are only computed for them.
     if !(!miss).any() {
         return Decided { miss, closed: none, inside: none, leaves: none };
     }
 
-    // The plane, behind or through the origin?
+    // Is the plane behind the origin or through it?
     let t = Sum::volume(a, h4, h5);
     let [t_over, t_under, t_zero] = t.signs(VOLUME);
     let miss = miss | t_zero | over & t_under | under & t_over;
 
-    // Inside of all edges, or on one?
+    // Inside all edges, or on one?
     let sure = (over & t_over | under & t_under) & !miss;
     let (u_sure, v_sure, w_sure) = (u_over | u_under, v_over | v_under, w_over | w_under);
     let inside = sure & u_sure & v_sure & w_sure;
     let closed = sure & (u_sure | u_zero) & (v_sure | v_zero) & (w_sure | w_zero);
 
-    // The interval: T against its ends times D.
+    // The interval: compare T with its ends times D.
     let den = Sum {
         value: (u.value + v.value + w.value).abs(),
         permanent: u.permanent + v.permanent + w.permanent,
@@ -108,7 +108,8 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let num = Sum { value: t.value.abs(), permanent: t.permanent };
     let (from, before) = beyond(&num, &den, rays.t_min);
     let (after, within) = beyond(&num, &den, rays.t_max);
-    // t > 0 was decided by signs, so an end at 0 or at infinity needs no comparison; with them it might be undecided.
+    // t > 0 was decided by signs, so an end at 0 or at infinity needs no comparison, which might be
+    // undecided.
     let from = from | rays.t_min.le(D::splat(0.0));
     let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !rays.t_min.le(D::splat(0.0))) | after;
@@ -121,7 +122,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     }
 }
 
-/// The signs of T and of D where f64 is sure of both; D = d·(h4 × h5) is within T's bound.
+/// The signs of T and of D if f64 is certain of both; the bound for D = d·(h4 × h5) is that for T.
 #[inline(always)]
 pub(super) fn plane_signs(
     [c1, c2, c3]: [Vec3<f64>; 3],
@@ -137,17 +138,17 @@ pub(super) fn plane_signs(
     Some((sign(a)?, sign(dir)?))
 }
 
-/// The sign of D, which is that of the direction along the normal; `Equal` if the bound does not decide. No input may
-/// be subnormal.
+/// The sign of D, which is that of the direction along the normal; `Equal` if the bound does not decide. No
+/// input may be subnormal.
 #[inline(always)]
 pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
-    // D is T with the direction, which is exact, for A.
+    // D is T with the direction, which is exact, in place of A.
     let [over, under, _] = Sum::volume(dir, c2 - c1, c3 - c1).signs(VOLUME);
     over.cmp(&under)
 }
 
-/// Whether a ray's line surely passes the line through two points or, where they are one, that point. No input may be
-/// subnormal.
+/// Whether a ray's line certainly misses the line through two points or, if they coincide, that point. No
+/// input may be subnormal.
 #[inline(always)]
 pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> bool {
     let (a, h) = (p - org, q - p);
@@ -160,7 +161,7 @@ pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> 
     beyond(moment.x, size.x) || beyond(moment.y, size.y) || beyond(moment.z, size.z)
 }
 
-/// Where `num / den` is surely beyond an end of the interval, and where surely before.
+/// Where `num / den` is certainly beyond an end of the interval, and where certainly before it.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {
     // num / den < end, multiplied by the positive den.

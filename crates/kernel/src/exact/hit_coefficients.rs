@@ -1,5 +1,5 @@
-//! Where rays from one origin meet the triangles that they are known to hit, each number the exact one
-//! rounded once.
+//! Where rays from one origin meet the triangles that they are known to hit, with each number correctly
+//! rounded.
 //!
 //! ```text
 //!   num:  n · a   v · dir   w · dir              in numbers of twice the digits; what does not
@@ -7,7 +7,7 @@
 //!           = t     = u       = v    triangle    triangle and an origin
 //! ```
 //!
-//! Bounds and proof: `docs/numerics/exact.md`, section 9.
+//! `docs/numerics/exact.md`, section 9, has the bounds and the proof.
 
 use super::double::{Double, cross, difference, short_sum, sum};
 use super::input::subnormals_are_read;
@@ -16,7 +16,7 @@ use crate::Hit;
 use crate::hit_attributes::SharedOriginHit;
 use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
 
-/// A triangle seen from one origin, from which the hits of rays that start there are computed, exact but for one
+/// A triangle relative to one origin, from which the hits of rays from there are computed with a single
 /// rounding. Its coordinates are f32, or f64 (`shared_origin64.rs`).
 ///
 /// ```
@@ -52,18 +52,20 @@ pub struct HitCoefficients {
     coefficients: [[[f64; 4]; 3]; 2],
     /// By part, the numerator of t.
     known: [[f64; 4]; 2],
-    /// What the products may be off by, over the sum of a direction's sizes; NaN where nothing is proven.
+    /// The error bound of the products, divided by the sum of a direction's magnitudes; NaN if nothing is
+    /// proven.
     share: [f64; 4],
-    /// What the numerator of t may be off by.
+    /// The error bound of the numerator of t.
     known_err: f64,
     index: u32,
 }
 
-/// Eight triangles as they are seen from one origin, in lanes.
+/// Eight triangles relative to one origin, in lanes.
 pub(super) struct EightSeen<D: Lanes> {
     /// The cross products n, v and w, each in two parts.
     pub(super) products: [[Vec3<D>; 2]; 3],
-    /// What their products with a direction may be off by, over the sum of its sizes; NaN where nothing is proven.
+    /// The error bounds of their products with a direction, divided by the sum of its magnitudes; NaN if
+    /// nothing is proven.
     pub(super) shares: [D; 3],
     /// The numerator of t.
     pub(super) num: Volume<D>,
@@ -103,8 +105,8 @@ impl HitCoefficients {
         [Vec3::load(high), Vec3::load(low)]
     }
 
-    /// Where a ray meets the triangle, and which of t, u, v are proven, by the products of the coefficients and its
-    /// direction, the sum of whose sizes is given.
+    /// Where a ray meets the triangle, and which of t, u, v are proven, from the products of the coefficients
+    /// and its direction, the sum of whose magnitudes is given.
     #[inline(always)]
     pub(super) fn meet<S: Simd>(
         &self,
@@ -114,8 +116,9 @@ impl HitCoefficients {
     ) -> (S::F64x4, <S::F64x4 as Lanes>::Mask) {
         let err = <S::F64x4 as Lanes>::load(&self.share) * Lanes::splat(size);
 
-        // Lane 0 becomes t, lanes 1 and 2 become u and v. The sums of lanes 0 and 3 are both D: t's numerator does not
-        // depend on the direction and is known, so lane 0 has the denominator for it, and lane 3 that of the others.
+        // Lane 0 becomes t, lanes 1 and 2 become u and v. The sums of lanes 0 and 3 are both D: t's numerator
+        // does not depend on the direction and is known, so lane 0 has the denominator for it, and lane 3
+        // that of the others.
         let den = Volume {
             value: Double { high: S::first_and_last(sums.high), low: S::first_and_last(sums.low) },
             err: S::first_and_last(err),
@@ -152,7 +155,7 @@ impl SharedOriginHit for HitCoefficients {
             (difference(c1, origin), difference(c2, c1), difference(c3, c1));
         let (n, v, w) = (cross(h4, h5), cross(h5, a), cross(a, h4));
 
-        // What each may be off by. Where a difference is not exact, nothing is proven.
+        // The error bounds. If a difference is not exact, nothing is proven.
         let exact = (x + y + z).le(Lanes::splat(0.0));
         let exact = if subnormals_are_read() { exact } else { Mask::from_bits(0) };
         let seen = EightSeen {
@@ -173,11 +176,11 @@ impl SharedOriginHit for HitCoefficients {
     }
 }
 
-/// `2^-76`: a product of a cross product in halves with a direction is within half of this times its
-/// permanent.
+/// `2^-76`: the error of the product of a split cross product with a direction is at most half of this times
+/// its permanent.
 const SHARE: f64 = 1.0 / (1_u128 << 76) as f64;
 
-/// A vector in two parts: the first has 29 digits, so that its products with an f32 are exact.
+/// A vector in two parts, the first with 29 digits, so that its products with an f32 are exact.
 #[inline(always)]
 fn halves<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
     let ([a, d], [b, e], [c, f]) = (split(x), split(y), split(z));
@@ -192,7 +195,7 @@ fn split<D: Lanes<Scalar = f64>>(x: &Double<D>) -> [D; 2] {
     [high, (x.high - high) + x.low]
 }
 
-/// The product of a vector in halves with a direction of f32.
+/// The product of a split vector with an f32 direction.
 #[inline(always)]
 fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> Double<D> {
     // 29 digits times 24 fit f64, so these products are exact, and two sums in two parts lose nothing.
@@ -201,8 +204,8 @@ fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> D
     short_sum(all.high, low.dot_fused(dir) + (xy.low + all.low))
 }
 
-/// What a cross product's product with a direction may be off by, over the sum of its sizes; NaN where the
-/// vectors are not exact. Not a closure, which would be compiled without the level's instructions.
+/// The error bound of a cross product's product with a direction, divided by the sum of its magnitudes; NaN
+/// if the vectors are not exact. Not a closure, which would be compiled without the level's instructions.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>, exact: D::Mask) -> D {
     let all = a.abs().permanents(b.abs()).norm1() * D::splat(SHARE);

@@ -1,4 +1,4 @@
-//! Tests of the input by its bits, which no setting of the CPU changes.
+//! Tests of the input on its bits, which no CPU setting can change.
 
 use super::numbers::Pair;
 use super::tier::is_f64;
@@ -7,15 +7,15 @@ use crate::{RayOf, Scalar, TriangleOf};
 const EXPONENT: u32 = f32::INFINITY.to_bits();
 const FRACTION: u32 = f32::MIN_POSITIVE.to_bits() - 1;
 
-/// Whether a number is subnormal: as a mask, which the compiler can compute for several numbers at once.
+/// Whether a number is subnormal, as a mask, which the compiler can compute for several numbers at once.
 #[inline(always)]
 fn is_subnormal(x: u32) -> u32 {
     u32::from(x & EXPONENT == 0) & u32::from(x & FRACTION != 0)
 }
 
-/// Whether the first tier may decide: f64 loses nothing of these numbers but by its rounding. No f32 may be subnormal,
-/// the ends of the interval included, because a CPU may be set to read those as 0. An f64 may be neither so large that
-/// a product overflows nor so small that one underflows.
+/// Whether the first tier may decide: f64 loses nothing of these numbers except by rounding. No f32 may be
+/// subnormal, including the ends of the interval, because a CPU may be set to read those as 0. No f64 may be
+/// so large that a product overflows, or so small that one underflows.
 #[inline(always)]
 pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     if const { is_f64::<S>() } {
@@ -27,7 +27,7 @@ pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 
 #[inline(always)]
 fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
-    // Seventeen tests without a branch: the numbers are nearly always all plain.
+    // Seventeen tests without a branch, because the numbers are nearly always all plain.
     let mut subnormal = is_subnormal(triangle[8]);
     for i in 0..8 {
         subnormal |= is_subnormal(ray[i]) | is_subnormal(triangle[i]);
@@ -35,7 +35,7 @@ fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
     subnormal == 0
 }
 
-/// `2^-200` and `2^300`: what is not 0 lies between them, in size.
+/// `2^-200` and `2^300`: nonzero magnitudes must be between them.
 const TAME: [u64; 2] = [(1023 - 200) << 52, (1023 + 300) << 52];
 
 /// Whether a direction meets the condition of [`is_plain`] for f64.
@@ -49,12 +49,12 @@ pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
     dir.map(tame) == [1; 3]
 }
 
-/// See [`is_plain`]; derived in `docs/numerics/f64.md`, section 3.
+/// See [`is_plain`]; `docs/numerics/f64.md`, section 3, derives this.
 #[inline(always)]
 fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     let size = |x: u64| x & (u64::MAX >> 1);
     let wild = |x: u64| {
-        // One comparison for both limits: what is below the first wraps around to a large number.
+        // One comparison for both limits: a number below the first wraps around to a large one.
         let beyond = size(x).wrapping_sub(TAME[0]) > TAME[1] - TAME[0];
         u32::from(beyond) & u32::from(size(x) != 0)
     };
@@ -69,7 +69,7 @@ fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     any == 0
 }
 
-/// Whether the CPU reads subnormal numbers as they are and not as 0, which is the default.
+/// Whether the CPU reads subnormal numbers unchanged and not as 0, which is the default.
 #[inline]
 pub fn subnormals_are_read() -> bool {
     f64::from(core::hint::black_box(f32::from_bits(1))) != 0.0

@@ -1,5 +1,5 @@
-//! Integers of a fixed number of limbs: the exact operations, none of which overflows where the widths
-//! are as `docs/numerics/exact.md` has them.
+//! Fixed-width integers: exact operations, none of which overflows with the widths that
+//! `docs/numerics/exact.md` derives.
 
 use core::cmp::Ordering;
 
@@ -14,7 +14,8 @@ impl<const N: usize> Int<N> {
         if N == 1 {
             return Self([(mantissa << shift) as u64; N]);
         }
-        // The size of a mantissa shifted by less than 64 places covers two limbs at most; the sign comes last.
+        // The magnitude of a mantissa shifted by less than 64 places covers at most two limbs; the sign comes
+        // last.
         let (limb, shift) = (shift as usize / 64, shift % 64);
         let mut limbs = [0; N];
         let size = u128::from(mantissa.unsigned_abs()) << shift;
@@ -30,7 +31,7 @@ impl<const N: usize> Int<N> {
         self.0[N - 1] >> 63 != 0
     }
 
-    /// Less than 0, 0 or greater.
+    /// Compares with 0.
     #[inline(always)]
     pub(super) fn sign(&self) -> Ordering {
         if self.is_negative() {
@@ -40,13 +41,13 @@ impl<const N: usize> Int<N> {
         any.cmp(&0)
     }
 
-    /// Without its sign.
+    /// The magnitude.
     #[inline(always)]
     pub(super) fn size(&self) -> [u64; N] {
         if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
     }
 
-    /// The same number, which must not be negative, in more limbs.
+    /// The same number, which must not be negative, with more limbs.
     #[inline(always)]
     pub(super) fn widened<const M: usize>(&self) -> Int<M> {
         const { assert!(M >= N) };
@@ -55,13 +56,13 @@ impl<const N: usize> Int<N> {
         Int(limbs)
     }
 
-    /// The product, of as many limbs as both factors have together.
+    /// The product, with as many limbs as both factors together.
     #[inline]
     pub(super) fn times<const M: usize, const R: usize>(&self, b: &Int<M>) -> Int<R> {
         const { assert!(R == N + M) };
         let mut product = [0; R];
         if N == 1 && M == 1 {
-            // The CPU has this one.
+            // The CPU can multiply single limbs.
             let both = i128::from(self.0[0] as i64) * i128::from(b.0[0] as i64);
             (product[0], product[1]) = (both as u64, (both >> 64) as u64);
             return Int(product);
@@ -78,17 +79,17 @@ impl<const N: usize> Int<N> {
             product[i + M] = carry;
         }
 
-        // The limbs of a negative factor stand for 2^(64 limbs) more than it is.
+        // The limbs of a negative factor represent 2^(64 limbs) more than its value.
         let mut product = Int(product);
         product.take(b, N, self.is_negative());
         product.take(self, M, b.is_negative());
         product
     }
 
-    /// Subtracts a number from the limbs from `from` on, if `is` so.
+    /// Subtracts a number, starting at limb `from`, if `is` is true.
     #[inline(always)]
     fn take<const M: usize>(&mut self, b: &Int<M>, from: usize, is: bool) {
-        // By a mask and not by a branch: signs of volumes near 0 are as good as random.
+        // With a mask, not a branch, because the signs of volumes near 0 are unpredictable.
         let mask = if is { u64::MAX } else { 0 };
         let mut borrow = false;
         for j in 0..M {
@@ -124,7 +125,8 @@ impl<const N: usize> core::ops::Sub for Int<N> {
 impl<const N: usize> Ord for Int<N> {
     #[inline(always)]
     fn cmp(&self, b: &Self) -> Ordering {
-        // Negative numbers come first. For equal signs, two's complement has the order of the limbs, from the highest.
+        // Negative numbers come first. For equal signs, two's complement is ordered like the limbs, from the
+        // highest.
         b.is_negative()
             .cmp(&self.is_negative())
             .then_with(|| self.0.iter().rev().cmp(b.0.iter().rev()))
@@ -146,7 +148,7 @@ pub(super) fn plus(a: u64, b: u64, carry: bool) -> (u64, bool) {
     (sum, over | again)
 }
 
-/// The difference of two limbs and a borrow, and the borrow that it leaves.
+/// The difference of two limbs and a borrow, and its borrow.
 #[inline(always)]
 pub(super) fn minus(a: u64, b: u64, borrow: bool) -> (u64, bool) {
     let (rest, under) = a.overflowing_sub(b);

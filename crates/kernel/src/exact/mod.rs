@@ -1,4 +1,4 @@
-//! Exact: right on the coordinates as given, whatever f32 they are.
+//! Exact arithmetic: right on the coordinates as given, whatever they are.
 //!
 //! ```text
 //!   A, B, C  the corners from the origin      closed   U, V, W each 0 or of T's sign
@@ -9,9 +9,9 @@
 //!   D = U + V + W
 //! ```
 //!
-//! Nothing here rounds but t, u and v, once and at the end. [`float`] decides what a bound lets f64
-//! decide; the rest is done in integers, of the first width that holds the pair ([`tier`]). Definition,
-//! bounds and proofs: `docs/numerics/exact.md`.
+//! Only t, u and v are rounded, once and at the end. [`float`] decides whatever a bound allows f64 to decide;
+//! the rest is done in integers, of the first width that is sufficient for the pair ([`tier`]).
+//! `docs/numerics/exact.md` has the definition, bounds and proofs.
 
 mod along;
 mod area;
@@ -76,45 +76,45 @@ pub fn hit<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> b
     crossing_from(Tier::Float, rule, ray, triangle).is_some()
 }
 
-/// The side from which a ray crosses a triangle within its interval, if it does: each point of a mesh belongs to one
-/// of its triangles.
+/// The side from which a ray crosses a triangle within its interval, if it does; each point of a mesh belongs
+/// to only one of its triangles.
 pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Whether a ray that hits two triangles surely meets both at one t, because it meets them where they touch; of a pair
-/// that is no hit it may say either.
+/// Whether a ray that hits two triangles certainly meets both at the same t, because it meets them where they
+/// touch. The result is arbitrary for a pair that is not a hit.
 pub fn touch<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     shared_edge::is_met(ray, one, other)
 }
 
-/// t, rounded once, of a triangle whose plane the ray's line meets in one point.
+/// t, correctly rounded, for a triangle whose plane the ray's line meets in one point.
 pub fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     t_from(Tier::Float, ray, triangle)
 }
 
-/// `t * 2^exponent`, rounded once, of a triangle whose plane the ray's line meets in one point.
+/// `t * 2^exponent`, correctly rounded, for a triangle whose plane the ray's line meets in one point.
 pub fn t_times<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>, exponent: i32) -> f64 {
     t_times_from(Tier::Float, ray, triangle, exponent)
 }
 
-/// Whether there is a t within a ray's interval.
+/// Whether a ray's interval contains any t.
 pub(crate) fn has_interval<S: Scalar>(ray: &RayOf<S>) -> bool {
     interval::Interval::of(ray).is_some()
 }
 
-/// t, u and v, each rounded once, of a triangle whose plane the ray's line meets in one point.
+/// t, u and v, correctly rounded, for a triangle whose plane the ray's line meets in one point.
 pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, f64, f64) {
     attributes_from(Tier::Float, ray, triangle)
 }
 
-/// The order in which a ray meets two triangles whose planes its line meets, exactly.
+/// The exact order in which a ray meets two triangles whose planes its line meets.
 pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
-    // Walls and floors often lie upon each other, and neighbours are often met where they touch.
+    // Walls and floors often coincide, and neighbours are often met where they touch.
     if across_an_axis(one, other) || shared_edge::is_met(ray, one, other) {
         return Ordering::Equal;
     }
-    // Rounded t keep the order where they differ; of f32 integers are hardly slower.
+    // If the rounded t differ, they have the right order; for f32 integers are hardly slower.
     if const { tier::is_f64::<S>() } {
         let rounded = t(ray, one).total_cmp(&t(ray, other));
         if rounded.is_ne() {
@@ -124,7 +124,7 @@ pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<
     order_from(Tier::Float, ray, one, other)
 }
 
-/// Whether two triangles lie in the same plane, and that across an axis.
+/// Whether two triangles lie in the same axis-aligned plane.
 fn across_an_axis<S: Scalar>(one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     let corners = || one.0.iter().chain(&other.0);
     let same = |a: S, b: S| a.rank() == b.rank() && a.is_negative() == b.is_negative();

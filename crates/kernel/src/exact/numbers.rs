@@ -1,4 +1,4 @@
-//! The numbers of a ray and a triangle in integers, exactly.
+//! The numbers of a ray and a triangle in exact integers.
 //!
 //! ```text
 //!   A, B, C  the corners from the origin      N₁ = B × C   N₂ = C × A   N₃ = A × B
@@ -10,7 +10,7 @@ use super::scale::Scale;
 use super::tier::Tier;
 use crate::Scalar;
 
-/// A ray and a triangle as floats, all of them finite.
+/// A ray and a triangle as finite floats.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<S> {
     pub(super) origin: [S; 3],
@@ -18,7 +18,7 @@ pub(super) struct Pair<S> {
     pub(super) corners: [[S; 3]; 3],
 }
 
-/// What the points and the direction are multiples of.
+/// The scales of the points and of the direction.
 #[derive(Clone, Copy)]
 pub(super) struct Scales {
     points: Scale,
@@ -43,13 +43,13 @@ impl<S: Scalar> Pair<S> {
 }
 
 impl Scales {
-    /// The first tier whose integers hold all of them.
+    /// The first tier whose integers are sufficient for all of them.
     #[inline(always)]
     pub(super) fn tier(self) -> Tier {
         self.points.tier(self.dir)
     }
 
-    /// The power of two by which T/D in integers is to be multiplied.
+    /// The power of two by which T/D in integers must be multiplied.
     #[inline(always)]
     pub(super) fn of_t(self) -> i32 {
         self.points.low - self.dir.low
@@ -65,10 +65,10 @@ pub(super) struct Numbers<const C: usize, const N: usize, const V: usize> {
 }
 
 impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
-    /// At these scales, which the limbs must hold.
+    /// Converts a pair at these scales, for which the limbs must be sufficient.
     #[inline(always)]
     pub(super) fn new<S: Scalar>(pair: &Pair<S>, scales: Scales) -> Self {
-        // As integers first, then subtracted: in f64 the differences could round.
+        // Convert to integers first, then subtract: in f64 the differences could round.
         let o = scales.points.vector::<S, C>(pair.origin);
         let seen = |corner: [S; 3]| {
             let c = scales.points.vector(corner);
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
     use crate::exact::quotient::Quotient;
 
-    /// t, u and v where all are positive.
+    /// t, u and v, if all are positive.
     fn attributes(pair: &Pair<f64>) -> [f64; 3] {
         let scales = pair.scales();
         let numbers = Numbers::<33, 66, 99>::new(pair, scales);
@@ -108,7 +108,7 @@ mod tests {
         [over(numbers.volume(), scales.of_t()), over(v, 0), over(w, 0)]
     }
 
-    /// 33 limbs hold any f64: the largest beside the smallest.
+    /// 33 limbs are sufficient for any f64, even the largest next to the smallest.
     #[test]
     fn the_same_code_takes_f64() {
         let pair = |x: f64, tiny: f64| Pair {
@@ -121,7 +121,7 @@ mod tests {
             assert_eq!(attributes(&pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
             assert_eq!(attributes(&pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
         }
-        // A ray that starts one step of f64 away from the plane, and one that starts as far away as possible.
+        // A ray that starts one f64 step from the plane, and one that starts as far away as possible.
         let mut near = pair(1.0, 0.0);
         near.origin[2] = 4.0_f64.next_down();
         assert_eq!(attributes(&near)[0], 4.0 - 4.0_f64.next_down());

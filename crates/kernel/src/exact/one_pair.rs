@@ -1,12 +1,13 @@
-//! Where one ray meets one triangle that it is known to hit: its four volumes side by side.
+//! Where one ray meets one triangle that it is known to hit: its four volumes, in lanes.
 //!
 //! ```text
 //!   D = d·(h4 × h5)    T = a·(h4 × h5)    V = h5·(a × d)    W = -h4·(a × d)       each lane x·(y × z)
 //!         1                  t                  u                 v               each over D
 //! ```
 //!
-//! It is called out of line, so it enters a level of instructions itself: without a fused operation, the error of a
-//! product takes sixteen others. Edges of f32 triangles are exact in f64, those of f64 triangles in two parts.
+//! It is called out of line, so it enters an instruction level itself; without a fused operation, the error
+//! of a product takes sixteen others. Edges of f32 triangles are exact in f64, those of f64 triangles in two
+//! parts.
 
 use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};
@@ -15,24 +16,24 @@ use super::tier::is_f64;
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Where a ray meets a triangle, and on which side of its edges it runs.
+/// Where a ray meets a triangle, and on which side of each edge it passes.
 #[derive(Clone, Copy)]
 pub(super) struct Intersection {
     /// t, u and v.
     pub(super) quotients: [f64; 3],
-    /// Which of them are proven to be rounded right, the lowest bit t's.
+    /// Bits for those that are proven to be correctly rounded; the lowest is for t.
     pub(super) sure: u32,
-    /// D, T, V and W, by part, and what they may be off by; NaN where nothing is proven.
+    /// D, T, V and W, by part, and their error bounds; NaN if nothing is proven.
     volumes: [[f64; 4]; 3],
 }
 
 impl Intersection {
-    /// The signs of T, U, V and W, each 0 where it is not proven.
+    /// The signs of T, U, V and W; 0 if not proven.
     pub(super) fn signs(&self) -> [i8; 4] {
         let [high, low, err] = self.volumes;
         let [_, t, v, w] = [0, 1, 2, 3].map(|i| sign(high[i], err[i]));
-        // U is D without V and W.
-        // In two parts again: U may be small although D, V and W are not.
+        // U is D minus V and W.
+        // In two parts again, because U may be small although D, V and W are not.
         let first = sum(high[0], -high[2]);
         let rest = sum(first.high, -high[3]);
         let lows = (low[0] - low[2] - low[3]) + (first.low + rest.low);
@@ -41,15 +42,15 @@ impl Intersection {
     }
 }
 
-/// The sign of a number that may be off.
+/// The sign of a number with an error bound.
 fn sign(x: f64, err: f64) -> i8 {
     i8::from(x > err) - i8::from(x < -err)
 }
 
-/// Where a ray meets a triangle. No number may be subnormal; of what is given in f64 none may be so large or so small
-/// that a product is.
+/// Where a ray meets a triangle. No number may be subnormal; f64 numbers may not be so large or so small that
+/// a product is.
 pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Intersection {
-    // Four lanes are all that it takes.
+    // The work fits four lanes.
     Level::avx2().unwrap_or(Level::PORTABLE).run(Meet { ray, triangle })
 }
 
@@ -64,7 +65,8 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
         let ([c1, c2, c3], o, d) = (self.triangle.0, self.ray.origin, self.ray.dir);
-        // The vectors A, h4 and h5 as three lanes of one subtraction; the fourth lane only fills the register.
+        // The vectors A, h4 and h5 as three lanes of one subtraction; the fourth lane only fills the
+        // register.
         let (ends, starts) = (lanes::<S, X>([c1, c2, c3, c1]), lanes::<S, X>([o, c1, c1, c1]));
         let edges: TwoParts<S::F64x4> = tails::difference(ends, starts);
 
@@ -87,7 +89,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
             (Volume::new(x, &cross(y, z), y, z), is_exact & 0b111 == 0b111)
         };
 
-        // All over the first.
+        // Divide all by the first.
         let den = Volume {
             value: Double {
                 high: first::<S>(volume.value.high),
@@ -107,7 +109,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
         volume.err.store(&mut volumes[2]);
         let [_, t, u, v] = all;
         if !exact {
-            // Beyond a NaN is no number, so no sign is proven either.
+            // The error bound is NaN, so no sign is proven either.
             volumes[2] = [f64::NAN; 4];
         }
         Intersection {
@@ -118,7 +120,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
     }
 }
 
-/// Four vectors side by side. Element by element: a map of an array may become a call, and that without the level's
+/// Four vectors in lanes, element by element: an array's `map` may become a call without the level's
 /// instructions.
 #[inline(always)]
 fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
@@ -128,7 +130,7 @@ fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     Vec3 { x: Lanes::load(&x), y: Lanes::load(&y), z: Lanes::load(&z) }
 }
 
-/// The factors x, y and z of the volumes, of the edges a, h4 and h5 side by side and a direction.
+/// The factors x, y and z of the volumes, from the edges a, h4 and h5 in lanes and a direction.
 #[inline(always)]
 fn factors<S: Simd>(edges: Vec3<S::F64x4>, [dx, dy, dz]: [f64; 3]) -> [Vec3<S::F64x4>; 3] {
     let [x, y, z] = [axis::<S>(edges.x, dx), axis::<S>(edges.y, dy), axis::<S>(edges.z, dz)];
@@ -148,7 +150,7 @@ fn axis<S: Simd>(edges: S::F64x4, d: f64) -> [S::F64x4; 3] {
     [Lanes::load(&[d, a, h5, -h4]), Lanes::load(&[h4, h4, a, a]), Lanes::load(&[h5, h5, d, d])]
 }
 
-/// The first lane in all.
+/// The first lane in every lane.
 #[inline(always)]
 fn first<S: Simd>(of: S::F64x4) -> S::F64x4 {
     let mut all = [0.0; 4];

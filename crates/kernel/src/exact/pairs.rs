@@ -1,4 +1,4 @@
-//! Where rays meet triangles that they are known to hit, eight pairs side by side.
+//! Where rays meet triangles that they are known to hit, for eight pairs in lanes.
 
 use super::attributes;
 use super::input::subnormals_are_read;
@@ -7,8 +7,8 @@ use crate::Hit;
 use crate::hit_attributes::Pairs;
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of};
 
-/// t of rays and triangles in lanes, each known to hit the other, and the lanes in which it is proven to be
-/// rounded right.
+/// t of rays and triangles in lanes that are known to hit, and the lanes in which it is proven to be
+/// correctly rounded.
 #[inline(always)]
 pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     corners: [Vec3<D>; 3],
@@ -19,10 +19,10 @@ pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     (t, if subnormals_are_read() { sure.bits() } else { 0 })
 }
 
-/// The hits of the first `len` lanes, each number the exact one rounded once; those of others mean nothing.
+/// The hits of the first `len` lanes, with each number correctly rounded; other lanes are meaningless.
 #[inline(always)]
 pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
-    // Four at a time: for one division of eight in a search some CPUs lower their clock.
+    // Four at a time, because some CPUs lower their clock for a single division of eight lanes.
     let (mut t, mut u, mut v, mut sure) = ([0.0; 8], [0.0; 8], [0.0; 8], 0);
     for from in [0, 4] {
         let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);
@@ -35,7 +35,7 @@ pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
     }
 
     let mut hits = pairs.hits(&t, &u, &v);
-    // Where the CPU reads subnormal numbers as zero, no lane is trusted: `attributes` reads the bits.
+    // If the CPU reads subnormal numbers as zero, no lane is trusted: `attributes` reads the bits.
     let sure = if subnormals_are_read() { sure } else { 0 };
     for lane in lanes_of(!sure & ((1 << len) - 1)) {
         let (ray, triangle, _) = pairs.pair(lane);

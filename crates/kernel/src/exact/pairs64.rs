@@ -1,4 +1,4 @@
-//! Where rays meet triangles that they are known to hit, given in f64: eight pairs side by side.
+//! Where rays meet triangles that they are known to hit, in f64: eight pairs in lanes.
 
 use super::attributes;
 use super::input::{is_plain, subnormals_are_read};
@@ -9,7 +9,7 @@ use crate::{Hit, Ray64, Triangle64};
 /// Rays and triangles that they are known to hit, with the triangles' indices.
 pub type Pair64<'a> = (&'a Ray64, &'a Triangle64, u32);
 
-/// The hits of pairs, each number the exact one rounded once.
+/// The hits of pairs, with each number correctly rounded.
 #[inline]
 pub fn hits64(level: Level, pairs: &[Pair64<'_>], hits: &mut [Hit]) {
     for (pairs, hits) in pairs.chunks(4).zip(hits.chunks_mut(4)) {
@@ -17,7 +17,7 @@ pub fn hits64(level: Level, pairs: &[Pair64<'_>], hits: &mut [Hit]) {
     }
 }
 
-/// Up to four pairs: for one division of eight in a search some CPUs lower their clock.
+/// Up to four pairs, because some CPUs lower their clock for a single division of eight lanes.
 struct Four<'a> {
     pairs: &'a [Pair64<'a>],
     hits: &'a mut [Hit],

@@ -1,5 +1,5 @@
-//! The quotient of two integers: its first 64 bits, and whether there are more. That is enough to round
-//! it once, and to compare it with any float.
+//! The quotient of two integers: its first 64 bits, and whether more bits follow. That is enough to round it
+//! correctly, and to compare it with any float.
 //!
 //! ```text
 //!   1.b₁b₂b₃ ... b₅₂ | b₅₃ ... b₆₃ | more?        rounds to nearest even, whatever follows
@@ -12,27 +12,27 @@ use crate::Scalar;
 use crate::scalar::Bits;
 use crate::simd::Lanes;
 
-/// A positive quotient: `first * 2^exponent`, and less than a unit of `first` more.
+/// A positive quotient: `first * 2^exponent`, plus less than one unit of `first`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quotient {
     /// The first 64 bits; the highest is set.
     first: u64,
-    /// Whether there are more.
+    /// Whether more bits follow.
     more: bool,
     exponent: i32,
 }
 
 impl Quotient {
-    /// `num / den * 2^exponent` of positive integers.
+    /// `num / den * 2^exponent` for positive integers.
     #[inline(always)]
     pub(super) fn new<const V: usize>(num: &[u64; V], den: &[u64; V], exponent: i32) -> Self {
-        // Both from their highest bit on: their quotient lies between 1/2 and 2.
+        // Normalize both to their highest bit, so that their quotient is between 1/2 and 2.
         let ((num, up), (den, down)) = (from_the_top(num), from_the_top(den));
-        // If the numerator is smaller, one more binary place brings the quotient's first bit to the top of 64.
+        // If the numerator is smaller, one more binary place moves the quotient's first bit to the top of 64.
         let less = num.iter().rev().lt(den.iter().rev());
         let exponent = exponent + down - up - 63 - i32::from(less);
 
-        // The dividend: a limb more, which is below the divisor's highest.
+        // The dividend, with one more limb, which is below the divisor's highest.
         let mut rest = [0; V];
         rest[1..].copy_from_slice(&num[..V - 1]);
         let mut top = num[V - 1];
@@ -44,7 +44,8 @@ impl Quotient {
             top >>= 1;
         }
 
-        // One digit of Knuth's algorithm D: the first two limbs over the divisor's first are at most two too many.
+        // One digit of Knuth's algorithm D: the quotient of the first two limbs by the divisor's first is too
+        // large by at most two.
         let two = u128::from(top) << 64 | u128::from(rest[V - 1]);
         let mut first = u64::try_from(two / u128::from(den[V - 1])).unwrap_or(u64::MAX);
         let (mut carry, mut borrow) = (0, false);
@@ -54,8 +55,8 @@ impl Quotient {
             (rest[i], borrow) = minus(rest[i], product as u64, borrow);
         }
         top = top.wrapping_sub(carry).wrapping_sub(borrow.into());
-        // A digit that is too large leaves a negative rest, by Knuth's theorem B at most twice: then the divisor is
-        // added back.
+        // A digit that is too large leaves a negative remainder, by Knuth's theorem B at most twice; then the
+        // divisor is added back.
         while top != 0 {
             first -= 1;
             let mut carry = false;
@@ -67,16 +68,17 @@ impl Quotient {
         Self { first, more: rest.iter().any(|&limb| limb != 0), exponent }
     }
 
-    /// Rounded once, to the nearest f64, ties to even; infinite where it is nearer to what would come after the
+    /// Correctly rounded to the nearest f64, ties to even; infinite if that is nearer to the number after the
     /// largest.
     #[inline(always)]
     pub(super) fn to_f64(self) -> f64 {
-        // Eleven bits are left beyond those of an f64: what follows may be put into the last of them.
+        // Eleven bits more than an f64 has: the rest can be folded into the last of them.
         let first = self.first | u64::from(self.more);
         // It is at least 2^top, and less than twice that.
         let top = self.exponent.saturating_add(63);
         if (SMALLEST..=LARGEST).contains(&top) {
-            // The conversion rounds, once; both products are by powers of two, with a normal result, and exact.
+            // The conversion rounds once; both products are by powers of two with a normal result, so they
+            // are exact.
             return first as f64 * pow2(-63) * pow2(top);
         }
         if top > LARGEST { f64::INFINITY } else { f64::from_bits(subnormal(first, top, -1074)) }
@@ -87,7 +89,7 @@ impl Quotient {
         let first = self.first | u64::from(self.more);
         let top = self.exponent.saturating_add(63);
         if (SMALLEST_F32..=LARGEST_F32).contains(&top) {
-            // Up to 2, which times the largest power is infinity.
+            // At most 2, which times the largest power is infinity.
             let power = f32::from_bits(((top + 127) as u32) << 23);
             return first as f32 * f32::from_bits((127 - 63) << 23) * power;
         }
@@ -97,11 +99,11 @@ impl Quotient {
         f32::from_bits(subnormal(first, top, -149) as u32)
     }
 
-    /// The square root, after two roundings: within 0.86 units in the last place, or 0.93 where the result is
-    /// subnormal. Never 0; infinite beyond the largest f64.
+    /// The square root, after two roundings: the error is at most 0.86 units in the last place, or 0.93 if
+    /// the result is subnormal. Never 0; infinite beyond the largest f64.
     #[inline(always)]
     pub(super) fn to_sqrt(self) -> f64 {
-        // An even exponent can be halved exactly; what that takes is put into the mantissa.
+        // An even exponent can be halved exactly; the odd rest goes into the mantissa.
         let odd = self.exponent & 1;
         let size = (self.first | u64::from(self.more)) as f64 * f64::from(1 + odd);
         let root = Lanes::sqrt(size);
@@ -117,14 +119,14 @@ impl Quotient {
         f64::from_bits(subnormal((m as u64) << 11, top, -1074).max(1))
     }
 
-    /// Compared with a float that is not negative, nor NaN or infinite.
+    /// Compares with a finite float that is not negative.
     #[inline(always)]
     pub(super) fn cmp_float<S: Scalar>(self, x: S) -> Ordering {
         let (m, e) = x.parts();
         if m == 0 {
             return Ordering::Greater;
         }
-        // Brought to the same form, quotient and float compare by exponent, then bits, then by whether more bits
+        // In the same form, quotient and float compare by exponent, then by bits, then by whether more bits
         // follow.
         let up = m.leading_zeros();
         let (first, exponent) = ((m as u64) << up, e - up as i32);
@@ -132,13 +134,13 @@ impl Quotient {
     }
 }
 
-/// The limbs of a positive number, shifted until its highest bit is set, and by how many bits.
+/// Shifts the limbs of a positive number until its highest bit is set, and returns by how many bits.
 #[inline(always)]
 fn from_the_top<const V: usize>(limbs: &[u64; V]) -> ([u64; V], i32) {
     // Whole limbs, then bits.
     let mut all = *limbs;
     let mut up = 0;
-    // The number is positive, so this ends.
+    // The number is positive, so this loop ends.
     while all[V - 1] == 0 {
         all.copy_within(..V - 1, 1);
         all[0] = 0;
@@ -164,11 +166,11 @@ const SMALLEST_F32: i32 = -126;
 /// See [`SMALLEST_F32`].
 const LARGEST_F32: i32 = 127;
 
-/// The bits of a subnormal number whose last place is `2^last`, from 64 bits, the highest of which stands for `2^top`;
-/// rounded once, ties to even.
+/// The bits of a subnormal number whose last place is `2^last`, from 64 bits, the highest of which stands for
+/// `2^top`; correctly rounded, ties to even.
 #[cold]
 fn subnormal(first: u64, top: i32, last: i32) -> u64 {
-    // This many bits come after the last place.
+    // The number of bits after the last place.
     let after = last.saturating_sub(top.saturating_sub(63));
     if after > 64 {
         return 0;

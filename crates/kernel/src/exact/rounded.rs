@@ -1,35 +1,34 @@
-//! t, u and v, each the exact value rounded once: numbers of twice the digits in lanes, with a proof of
-//! the rounding.
+//! t, u and v, correctly rounded: double-double arithmetic in lanes, with a proof of the rounding.
 //!
 //! ```text
 //!        ...●─────────────┼─────────────●───────────      f64 and half-way: where all that the
 //!          f64    [══╪══] half         f64                quotient may be rounds alike, so does it
 //! ```
 //!
-//! Bounds and proof: `docs/numerics/exact.md`, section 6.
+//! `docs/numerics/exact.md`, section 6, has the bounds and the proof.
 
 use super::double::{Double, cross, difference, dot};
 use crate::simd::{Lanes, Vec3};
 
-/// `2^-99`, which is `128w²`: a volume of twice the digits is within half of this times its permanent, and a quotient
-/// by it is off by at most half of this of itself in addition.
+/// `2^-99`, which is `128w²`: the error of a double-double volume is at most half of this times its
+/// permanent, and that of a quotient by it is at most half of this times itself in addition.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
-/// A ray and a triangle in each lane, in numbers that f64 holds exactly.
+/// A ray and a triangle in each lane, in numbers that are exact in f64.
 #[derive(Clone, Copy)]
 pub struct Quotients<D: Lanes> {
     a: Vec3<D>,
     h4: Vec3<D>,
     h5: Vec3<D>,
     dir: Vec3<D>,
-    /// Where f64 holds them.
+    /// The lanes in which the differences are exact.
     exact: D::Mask,
     den: Volume<D>,
     inverse: D,
     normal: [Double<D>; 3],
 }
 
-/// A number of twice the digits, and what it may be off by.
+/// A double-double number and its error bound.
 #[derive(Clone, Copy)]
 pub(super) struct Volume<D> {
     pub(super) value: Double<D>,
@@ -37,7 +36,7 @@ pub(super) struct Volume<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Volume<D> {
-    /// `x·(y × z)`, where the cross product is given, too.
+    /// `x·(y × z)`, where the cross product is given as well.
     #[inline(always)]
     pub(super) fn new(x: Vec3<D>, product: &[Double<D>; 3], y: Vec3<D>, z: Vec3<D>) -> Self {
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
@@ -46,7 +45,7 @@ impl<D: Lanes<Scalar = f64>> Volume<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Quotients<D> {
-    /// Corners, origins and directions in lanes, none of which may be subnormal in f32.
+    /// Corners, origins and directions in lanes; for f32, none may be subnormal.
     #[inline(always)]
     pub fn new([c1, c2, c3]: [Vec3<D>; 3], org: Vec3<D>, dir: Vec3<D>) -> Self {
         let ((a, x), (h4, y), (h5, z)) =
@@ -54,22 +53,22 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
         let normal = cross(h4, h5);
         let den = Volume::new(dir, &normal, h4, h5);
         let inverse = D::splat(1.0) / den.value.high;
-        // A difference that f64 does not hold would be an error that the bound does not count.
+        // The bound does not include the error of a difference that is not exact in f64.
         let exact = (x + y + z).le(D::splat(0.0));
         Self { a, h4, h5, dir, exact, den, inverse, normal }
     }
 
-    /// t, and where it is proven to be rounded right.
+    /// t, and the lanes in which it is proven to be correctly rounded.
     #[inline(always)]
     pub fn t(&self) -> (D, D::Mask) {
         self.over(&Volume::new(self.a, &self.normal, self.h4, self.h5))
     }
 
-    /// u and v, the weights of the second and the third corner, and where both are proven.
+    /// u and v, the weights of the second and the third corner, and the lanes in which both are proven.
     #[inline(always)]
     pub fn weights(&self) -> (D, D, D::Mask) {
         let (a, dir) = (self.a, self.dir);
-        // u and v share the ray's moment A × d: u is h5·(A × d) over D, v is -h4·(A × d) over D.
+        // u and v share the ray's moment A × d: u is h5·(A × d) / D, v is -h4·(A × d) / D.
         let moment = cross(a, dir);
         let minus_h4 = Vec3 { x: -self.h4.x, y: -self.h4.y, z: -self.h4.z };
         let (u, u_sure) = self.over(&Volume::new(self.h5, &moment, a, dir));
@@ -77,7 +76,7 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
         (u, v, u_sure & v_sure)
     }
 
-    /// A quotient by D.
+    /// Divides by D.
     #[inline(always)]
     fn over(&self, num: &Volume<D>) -> (D, D::Mask) {
         let (q, sure) = quotient(num, &self.den, self.inverse);
@@ -85,8 +84,8 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
     }
 }
 
-/// The quotient of two volumes, and where it is proven to be rounded right; `inverse` is that of the denominator's high
-/// part. The error given for the denominator is twice its bound.
+/// The quotient of two volumes, and the lanes in which it is proven to be correctly rounded; `inverse` is
+/// that of the denominator's high part. The error given for the denominator is twice its bound.
 #[inline(always)]
 pub(super) fn quotient<D: Lanes<Scalar = f64>>(
     num: &Volume<D>,
@@ -97,15 +96,16 @@ pub(super) fn quotient<D: Lanes<Scalar = f64>>(
     let Volume { value: num, err: num_err } = *num;
     let q = num.high * inverse;
 
-    // What it lacks: num - q den, which cancels, over den.
+    // The remainder num - q den, which cancels, divided by den.
     let p = q * den.high;
     let lacks = ((num.high - p) - q.mul_error(den.high, p)) + (num.low - q * den.low);
     let rest = lacks * inverse;
 
-    // Roundings keep the order: where both ends of what it may be round alike, so does it.
+    // Rounding preserves order: if both ends of the error interval round to the same number, so does the
+    // quotient.
     let doubt = q.abs().mul_add(den_err, num_err) * inverse.abs();
     let (least, most) = (q + (rest - doubt), q + (rest + doubt));
-    // No zero has a sign.
+    // Zeros are positive.
     (most + D::splat(0.0), most.le(least))
 }
 
@@ -117,11 +117,11 @@ mod tests {
     use super::super::quotient::Quotient;
     use super::*;
 
-    /// A generator of numbers, the same on every machine.
+    /// A generator of numbers that are the same on every machine.
     struct Numbers(u64);
 
     impl Numbers {
-        /// Below `2^bits`.
+        /// A number below `2^bits`.
         fn below(&mut self, bits: u32) -> i64 {
             self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
             ((self.0 ^ self.0 >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - bits)) as i64
@@ -132,7 +132,7 @@ mod tests {
         }
     }
 
-    /// A whole number in f64 as an integer.
+    /// Converts an integer in f64 to an integer.
     fn whole(x: f64) -> Int<3> {
         let (exponent, fraction) = (x.abs().to_bits() >> 52, x.to_bits() & ((1 << 52) - 1));
         let m = (fraction | 1 << 52) as i64;
@@ -143,13 +143,13 @@ mod tests {
         }
     }
 
-    /// About the size of an integer.
+    /// The approximate magnitude of an integer.
     fn near(x: Int<3>) -> f64 {
         let [a, b, c] = x.size().map(|limb| limb as f64);
         a + (b + c * 2.0_f64.powi(64)) * 2.0_f64.powi(64)
     }
 
-    /// By how much a volume of twice the digits is off, in `w²` of its permanent.
+    /// The error of a double-double volume, in `w²` of its permanent.
     fn share(x: [i64; 3], y: [i64; 3], z: [i64; 3]) -> f64 {
         let lanes = |v: [i64; 3]| Vec3::<f64>::splat(v.map(|x| x as f64));
         let exact = {
@@ -166,7 +166,7 @@ mod tests {
     fn volumes_are_within_their_bound() {
         let (mut numbers, mut most) = (Numbers(1), 0.0_f64);
         for _ in 0..300 {
-            // Whatever uses more is kept.
+            // Keep any change that increases it.
             let mut all = [(); 3].map(|()| numbers.vector());
             let mut used = 0.0;
             for _ in 0..400 {
@@ -186,7 +186,7 @@ mod tests {
         assert!(1.5 < most && most < 27.0, "{most}");
     }
 
-    /// Quotients just beside the middle of two f64, where the rounding hangs on the last digits.
+    /// Quotients next to the midpoint of two f64, where rounding depends on the last digits.
     #[test]
     fn a_sure_quotient_is_rounded_right() {
         let (mut numbers, mut sure_ones) = (Numbers(2), 0);

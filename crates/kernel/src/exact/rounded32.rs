@@ -1,4 +1,4 @@
-//! t, u and v in f32, each the exact value rounded once: plain f64 under a bound, which nearly always shows how a number
+//! t, u and v in f32, correctly rounded: plain f64 with a bound, which nearly always determines how a number
 //! rounds to f32.
 //!
 //! ```text
@@ -6,7 +6,7 @@
 //!          f32   [═══] half        f32           quotient may be round alike, so does it
 //! ```
 //!
-//! Bounds and proof: `docs/numerics/exact.md`, section 6.
+//! `docs/numerics/exact.md`, section 6, has the bounds and the proof.
 
 use super::along::{NORMAL, attributes32, narrowed};
 use super::input::subnormals_are_read;
@@ -14,8 +14,8 @@ use crate::hit_attributes::{Pairs, SharedOriginHit};
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of, put_by_triangle};
 use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 
-/// `2^-49`, which is `16w`: a volume in f64 is within 9/16 of this times its permanent, and the roundings of a quotient
-/// by it are within 3/16 of this.
+/// `2^-49`, which is `16w`: the error of a volume in f64 is at most 9/16 of this times its permanent, and the
+/// roundings of a quotient by it are within 3/16 of this.
 const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
 
 /// Quotients by one denominator.
@@ -25,22 +25,22 @@ struct Over<D> {
     inverse: D,
 }
 
-/// The ends of what quotients may be, in f32.
+/// The ends of the quotients' error intervals, in f32.
 struct Ends<const N: usize> {
     least: [f32; N],
     most: [f32; N],
-    /// Where both are proven to be ends.
+    /// The lanes in which both ends are proven.
     sure: u32,
 }
 
 impl<D: Lanes<Scalar = f64>> Over<D> {
-    /// By a denominator that may be off by `err`.
+    /// Divides by a denominator with an error of up to `err`.
     #[inline(always)]
     fn new(den: D, err: D) -> Self {
         Self { err, inverse: D::splat(1.0) / den }
     }
 
-    /// The quotient of a numerator that may be off by `err`.
+    /// The quotient of a numerator with an error of up to `err`.
     #[inline(always)]
     fn quotient<const N: usize>(&self, num: D, err: D) -> Ends<N> {
         let q = num * self.inverse;
@@ -54,7 +54,7 @@ impl<D: Lanes<Scalar = f64>> Over<D> {
 }
 
 impl<const N: usize> Ends<N> {
-    /// Whether a lane's quotient is proven to be rounded right.
+    /// Whether a lane's quotient is proven to be correctly rounded.
     #[inline(always)]
     fn is_sure(&self, lane: usize) -> bool {
         self.sure >> lane & 1 != 0 && self.least[lane] == self.most[lane]
@@ -69,9 +69,10 @@ pub struct HitCoefficients32 {
     coefficients: [[f64; 4]; 3],
     /// The numerator of t.
     known: f64,
-    /// What that may be off by.
+    /// The error bound of the numerator.
     known_err: f64,
-    /// What the products may be off by, over the sum of a direction's sizes; NaN where nothing is proven.
+    /// The error bound of the products, divided by the sum of a direction's magnitudes; NaN if nothing is
+    /// proven.
     share: f64,
     index: u32,
 }
@@ -91,7 +92,7 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let (n, v, w) = (h4.cross_fused(h5), h5.cross_fused(a), a.cross_fused(h4));
         put_by_triangle::<S>([n, v, w, n], to.iter_mut().map(|seen| &mut seen.coefficients));
 
-        // One share is enough for all three.
+        // One bound is enough for all three.
         let (abs_a, abs_h4, abs_h5) = (a.abs(), h4.abs(), h5.abs());
         let of_n = abs_h4.permanents(abs_h5);
         let most = (of_n.norm1().max(abs_h5.permanents(abs_a).norm1()))
@@ -114,7 +115,7 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
         let err = <S::F64x4 as Lanes>::splat(self.share * size);
 
-        // All over the last; the first is t, whose numerator is known.
+        // Divide all by the last; the first is t, whose numerator is known.
         let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
         let num = Lanes::select(first, Lanes::splat(self.known), sums);
         let num_err = Lanes::select(first, Lanes::splat(self.known_err), err);
@@ -126,13 +127,13 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
     }
 }
 
-/// The hits of the first `len` lanes in f32, each number the exact one rounded once; those of others mean nothing.
+/// The hits of the first `len` lanes in f32, with each number correctly rounded; other lanes are meaningless.
 #[inline(always)]
 pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     let mut hits = [Hit32::MISS; 8];
     let (doubt, mut unsure) = (if subnormals_are_read() { DOUBT } else { f64::NAN }, 0);
     let doubt = <S::F64x4 as Lanes>::splat(doubt);
-    // Four at a time: for one division of eight in a search some CPUs lower their clock.
+    // Four at a time, because some CPUs lower their clock for a single division of eight lanes.
     for from in [0, 4] {
         let ([c1, c2, c3], origin, dir) = pairs.lanes::<S::F64x4>(from);
         let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
@@ -167,7 +168,7 @@ fn hit32_of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
     Hit32::new(attributes32(ray, triangle), index)
 }
 
-/// A hit of `exact` in f32, each number the true one of the ray and its triangle rounded once.
+/// A hit of `exact` in f32, with each number of the ray and its triangle correctly rounded.
 #[inline(always)]
 pub fn hit32<S: Scalar>(hit: &Hit, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Hit32 {
     let numbers = narrowed([hit.t, hit.u, hit.v]).unwrap_or_else(|| attributes32(ray, triangle));

@@ -1,10 +1,10 @@
-//! From floats to integers: what a set of numbers are multiples of, and how many bits that takes.
+//! From floats to integers: the common scale of a set of numbers, and how many bits that takes.
 
 use super::int::Int;
 use super::tier::{Tier, is_f64};
 use crate::Scalar;
 
-/// Numbers as integers: all are multiples of `2^low` below `2^(low + bits)`.
+/// Numbers as integers: all are multiples of `2^low` and below `2^(low + bits)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     pub(super) low: i32,
@@ -21,7 +21,7 @@ impl Scale {
         let (mut low, mut high) = (Self::NONE.low, -Self::NONE.low);
         for x in vectors.as_flattened() {
             let (m, e) = x.parts();
-            // x = m 2^e; a zero has no last digit and does not count.
+            // x = m 2^e; a zero has no last digit and is ignored.
             let last = e + zeros::<S>(m);
             low = if m != 0 && last < low { last } else { low };
             high = if m != 0 && e > high { e } else { high };
@@ -29,7 +29,7 @@ impl Scale {
         Self { low, bits: (high - low + S::DIGITS).max(0) }
     }
 
-    /// The first tier whose integers hold the numbers of two scales, one of points, one of a direction.
+    /// The first tier whose integers are sufficient for two scales, one of points and one of a direction.
     #[inline(always)]
     pub(super) fn tier(self, dir: Self) -> Tier {
         Tier::of_bits(self.bits.max(dir.bits))
@@ -40,7 +40,7 @@ impl Scale {
     pub(super) fn vector<S: Scalar, const C: usize>(self, v: [S; 3]) -> [Int<C>; 3] {
         let int = |x: S| {
             let (m, e) = x.parts();
-            // A zero may have a smaller exponent than any.
+            // The exponent of a zero may be smaller than all others.
             let up = if m == 0 { 0 } else { e - self.low };
             if const { is_f64::<S>() } && up < 0 {
                 // `low` counts from the last digit that is not 0, so nothing is shifted out.
@@ -52,8 +52,8 @@ impl Scale {
     }
 }
 
-/// The trailing zeros of m, for f64 alone: there half of the digits are often zero, and narrow integers are much
-/// faster. For f32 all digits count.
+/// The trailing zeros of m, only for f64: there half of the digits are often zero, and narrow integers are
+/// much faster. For f32 all digits are used.
 #[inline(always)]
 fn zeros<S: Scalar>(m: i64) -> i32 {
     if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn zeros_below_the_last_digit_of_an_f64_do_not_count() {
         let (top, third) = (2.0_f64.powi(57), 1.0 / 3.0);
-        // 61 places are the most that 64 bits take.
+        // 64 bits hold at most 61 places.
         for (last, tier) in [(0.125, Tier::Narrow), (0.0625, Tier::Middle), (third, Tier::Middle)] {
             let vector = [top, 0.0, -last];
             let scale = Scale::of(&[vector]);
@@ -76,7 +76,7 @@ mod tests {
             assert_eq!(c, Int::new(-(last * (-scale.low as f64).exp2()) as i64, 0), "{last}");
             assert_eq!(a, Int::new(1, (57 - scale.low) as u32), "{last}");
         }
-        // All digits of an f32 count.
+        // All digits of an f32 are used.
         assert_eq!(Scale::of(&[[1.0_f32, 2.0, 3.0]]).low, -23);
         assert_eq!(Scale::of(&[[1.0_f64, 2.0, 3.0]]).low, 0);
     }

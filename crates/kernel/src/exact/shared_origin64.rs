@@ -1,7 +1,7 @@
-//! Where rays from one origin meet the triangles that they are known to hit, given in f64: each number the exact one
-//! rounded once, from what depends on the triangle and the origin, computed once.
+//! Where rays from one origin meet the triangles that they are known to hit, in f64: each number is correctly
+//! rounded, from values of the triangle and the origin that are computed once.
 //!
-//! Bounds and proof: `docs/numerics/f64.md`, section 3.
+//! `docs/numerics/f64.md`, section 3, has the bounds and the proof.
 
 use alloc::vec::Vec;
 use core::slice;
@@ -18,8 +18,8 @@ use crate::{Hit, Ray64, RayOf, Triangle64};
 /// The memory of a hit is prefetched this many hits before it is written.
 const AHEAD: usize = 40;
 
-/// The hits of rays from one origin: of pairs of a ray and the number of a triangle that it is known to hit, with its
-/// index; beyond all of them, where it hits none.
+/// The hits of rays from one origin, given as pairs of a ray and the position of a triangle that it is known
+/// to hit, with its index; a position beyond all of them is a miss.
 #[inline]
 pub fn hits_of_origin64(
     level: Level,
@@ -52,7 +52,7 @@ impl WithSimd for OfOrigin<'_> {
             scratch.resize(needed, Default::default());
         }
         for (i, (some, to)) in triangles.chunks(8).zip(&mut *scratch).enumerate() {
-            // Triangles are far apart in memory: the next eight are fetched while these are computed.
+            // Triangles are far apart in memory, so the next eight are fetched while these are computed.
             for (triangle, _) in triangles.iter().skip(8 * i + 8).take(8) {
                 prefetch(slice::from_ref(*triangle));
             }
@@ -100,7 +100,7 @@ fn eight<S: Simd>(
     // n, h5 × A and A × h4: with these, D, V and W of any ray from here are three dot products.
     let (n, v, w) = (cross_tails(&h4, &h5), cross_tails(&h5, &a), cross_tails(&a, &h4));
 
-    // What each may be off by.
+    // The error bounds.
     let plain = Mask::from_bits(plain);
     let num_err = h4.first.abs().permanents(h5.first.abs()).dot_fused(a.first.abs());
     let seen = EightSeen {
@@ -118,7 +118,7 @@ fn parts<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
 }
 
 impl HitCoefficients {
-    /// Where a ray of f64 meets the triangle; whether that is proven.
+    /// Where an f64 ray meets the triangle. Returns whether that is proven.
     #[inline(always)]
     fn hit64_in<S: Simd>(&self, ray: &Ray64, to: &mut Hit) -> bool {
         let dir = ray.dir;
@@ -133,7 +133,7 @@ impl HitCoefficients {
         let (hit, sure) = self.meet::<S>(&sums, size, to);
         let sure = (sure & is_tame_quotient(hit)).bits() & 0b111 == 0b111;
 
-        // The direction, and behind it the end of the interval, which does not count.
+        // The direction, followed by the end of the interval, which is ignored.
         let [.., x, y, z, t_max]: &[f64; 8] = bytemuck::cast_ref(ray);
         let size = <S::F64x4 as Lanes>::load(&[*x, *y, *z, *t_max]).abs();
         let tame = size.ge(Lanes::splat(TAME_DIR[0])) & size.le(Lanes::splat(TAME_DIR[1]));
@@ -142,11 +142,11 @@ impl HitCoefficients {
     }
 }
 
-/// `2^-200` and `2^300`, as all that is proven takes of numbers.
+/// `2^-200` and `2^300`, the limits of what the proof covers.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
-/// What a cross product's product with a direction may be off by, over the sum of its sizes; NaN where nothing is
-/// proven.
+/// The error bound of a cross product's product with a direction, divided by the sum of its magnitudes; NaN
+/// if nothing is proven.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: &TwoParts<D>, b: &TwoParts<D>, plain: D::Mask) -> D {
     let all = a.first.abs().permanents(b.first.abs()).norm1() * D::splat(DOUBT);

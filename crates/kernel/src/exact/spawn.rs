@@ -1,4 +1,4 @@
-//! Rays that start where another ray hit a triangle, without a tuned epsilon.
+//! Rays that start at a hit on a triangle, without a tuned epsilon.
 //!
 //! ```text
 //!            ╱ dir                 the hit, rounded to its scalar, may lie on either side of the triangle's
@@ -7,7 +7,7 @@
 //!      ○                           it surely is not
 //! ```
 //!
-//! Derivation: `docs/numerics/exact.md`, section 9.
+//! `docs/numerics/exact.md`, section 9, has the derivation.
 
 use core::cmp::Ordering;
 
@@ -20,17 +20,19 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 
-/// A ray in direction `dir` from where another ray hit a triangle. It never hits that triangle in the mode
+/// A ray in direction `dir` from a hit on a triangle. It never hits that triangle in the mode
 /// [`Mode::exact`](crate::Mode::exact), whatever the direction.
 ///
-/// It starts at the point with the hit's weights, rounded to the scalar, or beside it on the side to which `dir` goes:
-/// along each axis no farther from the true point than six units in the last place of its largest coordinate, or
-/// `2^-46` of the triangle's largest coordinate if that is more. It may miss what is nearer than that, and it may start
-/// farther away if the weights are not those of [`Mode::exact`](crate::Mode::exact). Its interval is all of `t > 0`. Near an edge it
-/// may hit the triangle on the other side of it: to ask whether two points see each other, take `Bvh::visible` of
+/// It starts at the point with the hit's weights, rounded to the scalar, or next to it on the side to which
+/// `dir` leads. Along each axis, the distance from the true point is at most six units in the last place of
+/// its largest coordinate, or `2^-46` of the triangle's largest coordinate if that is more. The ray may miss
+/// anything nearer than that, and it may start farther away if the weights are not those of
+/// [`Mode::exact`](crate::Mode::exact). Its interval is all of `t > 0`. Near an edge it may hit the triangle
+/// on the other side of the edge; to test whether two points see each other, use `Bvh::visible` of
 /// `intertri-trace`.
 ///
-/// If the hit is a miss, or no start can be found, the origin is NaN: the ray hits nothing, whatever its interval.
+/// If the hit is a miss, or no start can be found, the origin is NaN: the ray hits nothing, whatever its
+/// interval.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, spawn_ray};
@@ -73,7 +75,7 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
         return start;
     }
 
-    // More than any coordinate is off.
+    // More than the error of any coordinate.
     let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
     let corners = triangle.0.map(|corner| largest(corner.map(Into::into)));
     // The unit in the last place of the largest coordinate; `2^-49 M` covers the rounding of the weights (exact.md,
@@ -81,14 +83,15 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     let last_place = largest(point) / (1_u64 << (S::DIGITS - 1)) as f64 + S::LEAST_NORMAL;
     let unit = last_place.max(largest(corners) / (1_u64 << 49) as f64);
 
-    // Along the axis nearest to the normal, to the side of the direction. If f64 does not know the normal, another axis
-    // or the other way may be right.
+    // Along the axis nearest to the normal, to the side of the direction. If f64 cannot determine the normal,
+    // another axis or the opposite direction may be right.
     let normal = normal(triangle);
     let mut axes = [0, 1, 2];
     axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
     for axis in axes {
         let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
-        // The first choice works unless the normal is lost in f64: then the other side and the other axes are tried.
+        // The first choice works unless the normal is lost in f64; then try the other side and the other
+        // axes.
         for step in [way, -way] {
             if let Some(next) = moved(&start, point, (axis, step), triangle) {
                 return next;
@@ -98,10 +101,10 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     nowhere
 }
 
-/// A ray from where another ray hit a triangle to a target, which is at `t = 1`: [`spawn_ray`] with the interval
-/// `0 < t < 1`, for shadow rays to a light.
+/// A ray from a hit on a triangle to a target, which is at `t = 1`: [`spawn_ray`] with the interval `0 < t <
+/// 1`, for shadow rays to a light.
 ///
-/// It ends as far from the target as it starts from the hit, and by the rounding of its direction.
+/// It ends as far from the target as it starts from the hit, plus the rounding of its direction.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, spawn_ray_to};
@@ -127,8 +130,9 @@ fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
     })
 }
 
-/// Moves the ray along an axis until it goes away from the triangle. Four steps are always enough along the axis
-/// nearest to the normal, for a t that is rounded once; else it takes more. `None` if 2^39 are not enough.
+/// Moves the ray along an axis until it leads away from the triangle. Four steps are always enough along the
+/// axis nearest to the normal, if t is correctly rounded; otherwise it takes more. `None` if 2^39 are not
+/// enough.
 fn moved<S: Scalar>(
     start: &RayOf<S>,
     point: [f64; 3],
@@ -137,7 +141,7 @@ fn moved<S: Scalar>(
 ) -> Option<RayOf<S>> {
     let mut next = *start;
     for doublings in 0..40 {
-        // From the point and not from the last attempt, so that roundings do not add up.
+        // From the point and not from the last attempt, so that roundings do not accumulate.
         let steps = (1_u64 << doublings) as f64;
         next.origin[axis] = S::nearest(point[axis] + steps * step);
         if !is_finite(&next, triangle) {
@@ -151,14 +155,15 @@ fn moved<S: Scalar>(
     None
 }
 
-/// A triangle's normal, of any length: f64 has room for that of any f32, but not of any f64. From the corner that
-/// is opposite of the longest edge, for the difference of a far corner and two near ones is the same for both.
+/// A triangle's normal, of any length: f64 can represent that of any f32 triangle, but not of any f64
+/// triangle. From the corner opposite the longest edge, because the differences of a far corner and two near
+/// ones may be equal.
 fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     if const { !is_f64::<S>() } {
         return triangle.normal();
     }
     let corners: [[f64; 3]; 3] = triangle.0.map(|corner| corner.map(Into::into));
-    // Halves, for a difference may be beyond f64.
+    // Half of each, because a difference may be beyond f64.
     let edge = |a: usize, b: usize| [0, 1, 2].map(|k| 0.5 * corners[b][k] - 0.5 * corners[a][k]);
     let length = |edge: [f64; 3]| edge.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
     let long = [0, 1, 2].map(|i| length(edge((i + 1) % 3, (i + 2) % 3)));
@@ -168,7 +173,7 @@ fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     [y * w - z * v, z * u - x * w, x * v - y * u]
 }
 
-/// Whether a ray starts in a triangle's plane, or goes away from it or along it.
+/// Whether a ray starts in a triangle's plane, or leads away from it or along it.
 fn goes_away(plane: Ordering, side: Ordering) -> bool {
     plane != side || side == Ordering::Equal
 }

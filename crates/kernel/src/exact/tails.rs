@@ -1,21 +1,21 @@
-//! t, u and v of what is given in f64: as [`rounded`](super::rounded), but that a difference may need two parts, too.
+//! t, u and v for f64 input: like [`rounded`](super::rounded), but with differences in two parts.
 //!
 //! ```text
 //!   A = a + a'    h4 = h + h'    h5 = k + k'        each difference exactly, in two parts
 //!   n = h × k  in two parts,  and  h × k' + h' × k  in one
 //! ```
 //!
-//! Bounds and proof: `docs/numerics/f64.md`, section 3.
+//! `docs/numerics/f64.md`, section 3, has the bounds and the proof.
 
 use super::double::{Double, cross, dot, sum};
 use super::rounded::{Volume, quotient};
 use crate::simd::{Lanes, Vec3};
 
-/// `2^-97`, which is `512w²`: a volume is within a sixth of this times its permanent, and a quotient by it is off by at
-/// most a twentieth of this of itself in addition.
+/// `2^-97`, which is `512w²`: the error of a volume is at most a sixth of this times its permanent, and that
+/// of a quotient by it is at most a twentieth of this times itself in addition.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 97) as f64;
 
-/// Quotients that are proven are 0 or between these, in size: `2^±500`.
+/// Proven quotients are 0 or have a magnitude between these: `2^±500`.
 const TAME: [f64; 2] = [f64::from_bits((1023 - 500) << 52), f64::from_bits((1023 + 500) << 52)];
 
 /// A vector in two parts.
@@ -33,13 +33,13 @@ pub(super) fn difference<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>) -> TwoP
     TwoParts { first, rest: Vec3 { x: x.low, y: y.low, z: z.low } }
 }
 
-/// A number in two parts, and one more.
+/// A number in two parts, plus a small rest.
 #[inline(always)]
 fn more<D: Lanes<Scalar = f64>>(x: &Double<D>, rest: D) -> Double<D> {
     sum(x.high, x.low + rest)
 }
 
-/// A cross product, to which the rests of its factors add something.
+/// A cross product, corrected by the rests of its factors.
 #[inline(always)]
 fn with_rest<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3], rest: Vec3<D>) -> [Double<D>; 3] {
     [more(x, rest.x), more(y, rest.y), more(z, rest.z)]
@@ -51,7 +51,7 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     a: &TwoParts<D>,
     b: &TwoParts<D>,
 ) -> [Double<D>; 3] {
-    // `a.rest × b.rest` is below w² of the first parts' product; the bound counts it (f64.md, section 3).
+    // `a.rest × b.rest` is below w² of the first parts' product; the bound includes it (f64.md, section 3).
     let rest = a.first.cross_fused(b.rest) + a.rest.cross_fused(b.first);
     with_rest(&cross(a.first, b.first), rest)
 }
@@ -64,21 +64,21 @@ pub(super) fn times<D: Lanes<Scalar = f64>>(
 ) -> Double<D> {
     let [x, y, z] = product;
     let first = Vec3 { x: x.high, y: y.high, z: z.high };
-    // Second parts times `by.rest` are left out; the bound counts them.
+    // Second parts times `by.rest` are left out; the bound includes them.
     more(&dot(product, by.first), first.dot_fused(by.rest))
 }
 
-/// Where a quotient is far from the ends of f64's exponents.
+/// Where a quotient is far from the limits of f64's exponents.
 #[inline(always)]
 pub(super) fn is_tame_quotient<D: Lanes<Scalar = f64>>(q: D) -> D::Mask {
-    // Nearer to the ends of the exponents, parts of the proof would be subnormal. A quotient of 0 is proven as it
-    // stands.
+    // Closer to the limits of the exponents, parts of the proof would be subnormal. A quotient of 0 is proven
+    // as it is.
     let size = q.abs();
     let tame = size.ge(D::splat(TAME[0])) & size.le(D::splat(TAME[1]));
     tame | size.le(D::splat(0.0))
 }
 
-/// A ray and a triangle in each lane, none of whose numbers is near an end of f64's exponents.
+/// A ray and a triangle in each lane, with no number near the limits of f64's exponents.
 #[derive(Clone, Copy)]
 pub(super) struct SeenTails<D: Lanes> {
     a: TwoParts<D>,
@@ -97,24 +97,25 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         let normal = cross_tails(&h4, &h5);
         let den = Volume {
             value: dot(&normal, dir),
-            // The permanent of first parts stands for that of the exact differences: they differ by w of themselves.
+            // The permanent of first parts represents that of the exact differences: they differ by a factor
+            // of 1 + w.
             err: permanent(h4.first, h5.first, dir) * D::splat(DOUBT),
         };
         Self { a, h4, h5, dir, normal, den, inverse: D::splat(1.0) / den.value.high }
     }
 
-    /// t, and where it is proven to be rounded right.
+    /// t, and the lanes in which it is proven to be correctly rounded.
     #[inline(always)]
     pub(super) fn t(&self) -> (D, D::Mask) {
         let Self { a, h4, h5, normal, .. } = self;
         self.over(normal, a, permanent(h4.first, h5.first, a.first))
     }
 
-    /// u and v, the weights of the second and the third corner, and where both are proven.
+    /// u and v, the weights of the second and the third corner, and the lanes in which both are proven.
     #[inline(always)]
     pub(super) fn weights(&self) -> (D, D, D::Mask) {
         let Self { a, h4, h5, dir, .. } = self;
-        // u and v share the ray's moment A × d: u is h5·(A × d) over D, v is -h4·(A × d) over D.
+        // u and v share the ray's moment A × d: u is h5·(A × d) / D, v is -h4·(A × d) / D.
         let moment = with_rest(&cross(a.first, *dir), a.rest.cross_fused(*dir));
         let minus_h4 = TwoParts { first: minus(h4.first), rest: minus(h4.rest) };
         let (u, u_sure) = self.over(&moment, h5, permanent(a.first, *dir, h5.first));
@@ -122,7 +123,7 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         (u, v, u_sure & v_sure)
     }
 
-    /// The product of a cross product and a vector, by D.
+    /// The product of a cross product and a vector, divided by D.
     #[inline(always)]
     fn over(&self, product: &[Double<D>; 3], by: &TwoParts<D>, permanent: D) -> (D, D::Mask) {
         let num = Volume { value: times(product, by), err: permanent * D::splat(DOUBT) };
@@ -136,7 +137,7 @@ fn minus<D: Lanes>(v: Vec3<D>) -> Vec3<D> {
     Vec3 { x: -v.x, y: -v.y, z: -v.z }
 }
 
-/// The sum of the sizes of the products of `x·(y × z)`.
+/// The sum of the magnitudes of the products of `x·(y × z)`.
 #[inline(always)]
 fn permanent<D: Lanes<Scalar = f64>>(y: Vec3<D>, z: Vec3<D>, x: Vec3<D>) -> D {
     y.abs().permanents(z.abs()).dot_fused(x.abs())

@@ -1,4 +1,4 @@
-//! Numbers for tests, the same each time.
+//! Numbers for tests, the same on every run.
 
 /// Numbers between -1/2 and 1/2.
 pub(super) fn random() -> impl FnMut() -> f64 {

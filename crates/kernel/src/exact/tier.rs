@@ -1,27 +1,29 @@
-//! The tiers: f64 under a bound, then integers, the last of which hold any number.
+//! The tiers: f64 with a bound, then integers, the last of which are sufficient for any number.
 
 use crate::Scalar;
 
-/// What decides, from the fastest to the one that always can.
+/// The tiers of arithmetic, from the fastest to the one that always decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
-    /// f64, where its bound decides.
+    /// f64, if its bound decides.
     Float,
     /// Coordinates of 64 bits.
     Narrow,
     /// Coordinates of 128 bits.
     Middle,
-    /// Coordinates of 320 bits: any f32, whose bits span 277 places.
+    /// Coordinates of 320 bits: any f32, whose digits span 277 places.
     Wide,
-    /// Coordinates of 2112 bits: any f64, whose bits span 2098 places. f32 coordinates never need more than 320.
+    /// Coordinates of 2112 bits: any f64, whose digits span 2098 places. f32 coordinates never need more than
+    /// 320.
     Widest,
 }
 
 impl Tier {
-    /// All of them.
+    /// All tiers.
     pub const ALL: [Self; 5] = [Self::Float, Self::Narrow, Self::Middle, Self::Wide, Self::Widest];
 
-    /// The first whose integers hold coordinates of this many bits, and the three more that the proof requires.
+    /// The first tier whose integers are sufficient for coordinates with this many bits, plus the three more
+    /// that the proof requires.
     #[inline(always)]
     pub(super) fn of_bits(bits: i32) -> Self {
         match bits + 3 {

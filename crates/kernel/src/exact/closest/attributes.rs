@@ -1,4 +1,4 @@
-//! How far the closest point of a triangle is, and where it lies: each number the exact one, rounded.
+//! The distance and position of the closest point of a triangle: each number is the exact one, rounded.
 
 use super::super::int::Int;
 use super::super::quotient::Quotient;
@@ -11,7 +11,8 @@ use super::order::square;
 use super::rounded;
 use crate::{Scalar, TriangleOf};
 
-/// The point of a finite triangle that is closest to a finite one; by a tier or one behind it.
+/// The point of a finite triangle that is closest to a finite point; computed by the given tier or a later
+/// one.
 pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Closest {
     let feature = feature_from(from, point, triangle);
     if from == Tier::Float
@@ -68,7 +69,7 @@ fn exactly<
     Closest { distance, weights }
 }
 
-/// The size of a quotient of two integers, rounded once.
+/// The magnitude of a quotient of two integers, correctly rounded.
 #[inline(always)]
 fn share<const N: usize>(num: Int<N>, den: Int<N>) -> f64 {
     if num.sign().is_eq() { 0.0 } else { Quotient::new(&num.size(), &den.size(), 0).to_f64() }

@@ -3,9 +3,9 @@
 /// The point of a triangle that is closest to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// How far it is: the root of the exact square, which is rounded once, rounded once more. That is within 0.86
-    /// units of the last place of the true distance. 0 only where that is 0.
+    /// The distance: the root of the exact square after that is rounded, rounded again. The error is at most
+    /// 0.86 units in the last place, and the result is 0 only if the true distance is.
     pub distance: f64,
-    /// The weights of the second and the third corner, each rounded once.
+    /// The weights of the second and the third corner, each correctly rounded.
     pub weights: [f64; 2],
 }

@@ -1,5 +1,5 @@
-//! Where on a triangle the closest point lies, after Ericson, *Real-Time Collision Detection*, 2005, section 5.1.5:
-//! with exact signs.
+//! The part of a triangle on which the closest point lies, after Ericson, *Real-Time Collision Detection*,
+//! 2005, section 5.1.5, with exact signs.
 
 use core::cmp::Ordering;
 
@@ -10,36 +10,37 @@ use super::super::tier::{Tier, is_f64};
 use super::offsets::{Offsets, at_widths, scale, tier};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Where on a triangle the closest point lies.
+/// The part of a triangle on which the closest point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// It is a corner: 0, 1 or 2.
+    /// At a corner: 0, 1 or 2.
     Corner(usize),
-    /// Within the edge from a corner to the next.
+    /// In the interior of the edge from a corner to the next.
     Edge(usize),
-    /// Within the triangle.
+    /// In the interior of the triangle.
     Face,
 }
 
-/// `2^-50`: a product of two vectors in f64 is within this times the sum of its products' sizes.
+/// `2^-50`: the error of a dot product in f64, relative to the sum of the magnitudes of its products, is at
+/// most this.
 const SUM: f64 = 4.0 * f64::EPSILON;
 
-/// `2^-48`: so are products of two of those, times the products of their sums.
+/// `2^-48`: the same for products of two of those, relative to the products of their sums.
 const AREA: f64 = 16.0 * f64::EPSILON;
 
-/// Whether f64 loses nothing of the numbers beyond its rounding.
+/// Whether f64 loses nothing except by rounding on these numbers.
 #[inline(always)]
 pub(super) fn is_tame<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     is_plain(&RayOf::new(point, [S::ONE, S::ZERO, S::ZERO]), triangle)
 }
 
-/// Where on a finite triangle the point closest to a finite one lies. The triangle may be a segment or a point: then it is
-/// a corner or within an edge that has a length.
+/// The part of a finite triangle that contains the point closest to a finite point. The triangle may be a
+/// segment or a point: then the part is a corner, or an edge that has a length.
 pub fn feature<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     feature_from(Tier::Float, point, triangle)
 }
 
-/// The same by a tier or one behind it.
+/// The same, computed by the given tier or a later one.
 pub fn feature_from<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     if from == Tier::Float
         && is_tame(point, triangle)
@@ -70,7 +71,7 @@ fn exactly<
     let area = |a: usize, b: usize, c: usize, d: usize| -> Int<Q> {
         along[a].times(&along[b]) - along[c].times(&along[d])
     };
-    // Exact signs are always known, so `find` never gives up here.
+    // Exact signs are always known, so `find` always succeeds here.
     let found = find(
         |i| Some(along[i].sign()),
         |i, j| Some((along[i] - along[j]).sign()),
@@ -79,7 +80,7 @@ fn exactly<
     found.unwrap_or(Feature::Face)
 }
 
-/// In f64, where the signs lie beyond their bounds.
+/// Computes it in f64, if the signs are beyond their bounds.
 #[inline(always)]
 fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Feature> {
     let p = point.map(Into::into);
@@ -88,7 +89,7 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     let [a, b, c] = corners;
     let (ab, ac) = (minus(b, a), minus(c, a));
 
-    // Each number with the sum of the sizes of its products, to which its error is relative.
+    // Each number with the sum of the magnitudes of its products, to which its error is relative.
     let dot = |x: [f64; 3], y: [f64; 3]| {
         let [a, b, c] = [x[0] * y[0], x[1] * y[1], x[2] * y[2]];
         ((a + b) + c, (a.abs() + b.abs()) + c.abs())
@@ -96,7 +97,7 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     let offsets = corners.map(|corner| minus(corner, p));
     let [a, b, c] = offsets;
     let along = [dot(ab, a), dot(ac, a), dot(ab, b), dot(ac, b), dot(ab, c), dot(ac, c)];
-    // Where all products are 0, so is the number.
+    // If all products are 0, so is the number.
     let sign = |x: f64, bound: f64| {
         let sure = x.abs() > bound || bound == 0.0;
         sure.then(|| x.partial_cmp(&0.0)).flatten()
@@ -111,16 +112,16 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     )
 }
 
-/// Finds the feature by the signs of `along`, of differences of two, and of `xy - zw` of four; none where a sign
-/// that counts is not known.
+/// Finds the feature from the signs of `along`, of differences of two, and of `xy - zw` of four; none if a
+/// necessary sign is unknown.
 #[inline(always)]
 fn find(
     sign: impl Fn(usize) -> Option<Ordering>,
     minus: impl Fn(usize, usize) -> Option<Ordering>,
     area: impl Fn([usize; 4]) -> Option<Ordering>,
 ) -> Option<Feature> {
-    // The corners: a point is nearest to one if neither of its edges leads towards the point, in the cone of the
-    // corner's normals.
+    // The corners: a corner is the closest point if neither of its edges leads toward the query point, which
+    // is in the cone of the corner's normals.
     let signs = [sign(0)?, sign(1)?, sign(2)?, sign(3)?, sign(4)?, sign(5)?];
     if signs[0].is_ge() && signs[1].is_ge() {
         return Some(Feature::Corner(0));
@@ -132,7 +133,7 @@ fn find(
         return Some(Feature::Corner(2));
     }
 
-    // The edges: outside of them, strictly between their ends, so that no edge without a length is taken.
+    // The edges: outside an edge, strictly between its ends, so that an edge without length is never chosen.
     if signs[0].is_lt() && signs[2].is_gt() && area([0, 3, 2, 1])?.is_le() {
         return Some(Feature::Edge(0));
     }

@@ -1,4 +1,4 @@
-//! Bounds of squared distances in f64, a triangle a lane.
+//! Bounds on squared distances in f64, one triangle per lane.
 //!
 //! ```text
 //!   to the plane  <=  to the triangle  <=  to the nearest edge       always
@@ -8,53 +8,53 @@
 
 use crate::simd::{Lanes, Vec3};
 
-/// Between two squares of distances: those of the triangles in lanes.
+/// Lower and upper bounds on the squared distances of the triangles in lanes.
 #[derive(Clone, Copy)]
 pub struct Squares<D: Lanes> {
     /// No triangle is nearer than this.
     pub least: D,
-    /// None is farther.
+    /// No triangle is farther than this.
     pub most: D,
 }
 
 /// `2^-29`: the relative error of squares; [`PLACE`] is added to it.
 const SHARE: f64 = 1.0 / (1_u64 << 29) as f64;
 
-/// `2^-64`: of the square of the farthest corner's distance.
+/// `2^-64`, relative to the square of the farthest corner's distance.
 const PLACE: f64 = SHARE * SHARE / 64.0;
 
-/// What subnormal numbers that are read as 0 can make of a square: `2^-200`.
+/// A bound on the effect on a square of reading subnormal numbers as 0: `2^-200`.
 const TINY: f64 = f64::from_bits((1023 - 200) << 52);
 
-/// `2^-48`: the side of an edge is known beyond this times the lengths that it is a product of.
+/// `2^-48`: the side of an edge is known if its value exceeds this times the lengths that are multiplied.
 const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// `2^-60`: of triangles that are no longer than this only the distance to edges is taken, from above.
+/// `2^-60`: for triangles no longer than this, only the distance to the edges is computed, as an upper bound.
 const SHORTEST: f64 = 1.0 / (1_u64 << 60) as f64;
 
-/// `2^-104`: a triangle whose normal's square is no larger a share of the longest edge's fourth power is as near as its
-/// edges.
+/// `2^-104`: a triangle whose squared normal is at most this fraction of the fourth power of its longest edge
+/// is as near as its edges.
 const FLAT: f64 = f64::from_bits((1023 - 104) << 52);
 
-/// Bounds the squared distances of a point to finite triangles, which may be segments or points.
+/// Bounds the squared distances from a point to finite triangles, which may be segments or points.
 #[inline(always)]
 pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) -> Squares<D> {
     let [a, b, c] = [corners[0] - point, corners[1] - point, corners[2] - point];
     let edges = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
     let farthest = a.dot_fused(a).max(b.dot_fused(b)).max(c.dot_fused(c));
 
-    // To the edges.
+    // The distances to the edges.
     let [x, y, z] = [to_edge(a, edges[0]), to_edge(b, edges[1]), to_edge(c, edges[2])];
     let edge = x.min(y).min(z);
 
-    // To the plane.
+    // The distance to the plane.
     let normal = edges[0].cross_fused(edges[1]);
     let square = normal.dot_fused(normal);
     let volume = a.dot_fused(normal);
     let inverse = D::splat(1.0) / square;
     let plane = (volume * volume) * inverse;
 
-    // Above which sides of the edges?
+    // On which side of each edge is the point?
     let length = edges[0].norm1().max(edges[1].norm1()).max(edges[2].norm1());
     let fourth = (length * length) * (length * length);
     let known = length.gt(D::splat(SHORTEST));
@@ -69,27 +69,27 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let edge_doubt = farthest.mul_add(D::splat(PLACE), D::splat(TINY));
     let plane_doubt = (farthest * D::splat(PLACE)).mul_add(fourth * inverse, D::splat(TINY));
     let none = D::splat(0.0);
-    // Where the point surely lies beside the face, its distance is that to the nearest edge, and a flat triangle is as
-    // near as its edges. Elsewhere the plane bounds the distance from below.
+    // If the projection of the point is certainly outside the face, its distance is that to the nearest edge,
+    // and a flat triangle is as near as its edges. Otherwise the plane gives a lower bound.
     let beside = outside | square.le(fourth * D::splat(FLAT));
     let least = D::select(beside, edge * less - edge_doubt, plane * less - plane_doubt);
-    // A point is as near as its edges, too.
+    // A triangle that is a point is as near as its edges, too.
     let bounded = known | length.le(none);
     let least = D::select(bounded & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
-    // Upper bounds may be combined freely: each is the distance to some point of the triangle.
+    // Upper bounds may be combined freely, because each is the distance to some point of the triangle.
     let most = D::select(inside & above.lt(most), above, most);
     Squares { least, most }
 }
 
-/// The squared distance to the points of an edge, from a corner on.
+/// The squared distance to an edge that starts at a corner.
 #[inline(always)]
 fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     let (none, all) = (D::splat(0.0), D::splat(1.0));
-    // The foot of the perpendicular on the edge's line, clamped to the edge. For an edge without a length the share is
-    // a NaN, which counts as 0: the corner itself.
+    // The foot of the perpendicular on the edge's line, clamped to the edge. For an edge without length the
+    // position is a NaN, which counts as 0: the corner itself.
     let share = -corner.dot_fused(edge) / edge.dot_fused(edge);
-    // A NaN fails the comparison and becomes 0.
+    // A comparison with NaN is false, so it becomes 0.
     let share = D::select(share.ge(none), share, none);
     let share = D::select(share.le(all), share, all);
     let to = Vec3 {
@@ -100,7 +100,8 @@ fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     to.dot_fused(to)
 }
 
-/// Where the point is surely beyond an edge from a corner on, and where surely not, above the plane of a normal.
+/// Where the point is certainly outside an edge that starts at a corner, and where certainly not, seen along
+/// a normal.
 #[inline(always)]
 fn side<D: Lanes<Scalar = f64>>(
     normal: Vec3<D>,

@@ -1,4 +1,4 @@
-//! The point of a triangle that is closest to a given one, exactly.
+//! The exact point of a triangle that is closest to a given point.
 //!
 //! ```text
 //!            \  corner  /                   the closest point is a corner, lies within an edge, or
@@ -9,9 +9,9 @@
 //!            / face\
 //! ```
 //!
-//! [`lanes`] bounds squared distances in f64, eight triangles at once; [`feature`] says where on a triangle the
-//! closest point lies; [`order`] which of two triangles is closer; [`attributes`] how far and where. Bounds and
-//! proofs: `docs/numerics/nearest.md`.
+//! [`lanes`] bounds squared distances in f64, eight triangles at once; [`feature`] finds the part of a
+//! triangle on which the closest point lies; [`order`] finds which of two triangles is closer; [`attributes`]
+//! computes distance and position. `docs/numerics/nearest.md` has the bounds and proofs.
 
 mod attributes;
 mod closest_point;

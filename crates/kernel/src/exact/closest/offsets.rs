@@ -1,12 +1,12 @@
-//! A triangle as seen from a point, in integers.
+//! A triangle relative to a point, in integers.
 
 use super::super::int::{Int, dot};
 use super::super::scale::Scale;
 use super::super::tier::Tier;
 use crate::Scalar;
 
-/// Calls a function that is generic over a scalar, and the limbs of coordinates and of their products of two, three,
-/// four and six, at the widths of a tier.
+/// Calls a function that is generic over a scalar, and the limbs of coordinates and of their products of two,
+/// three, four and six, with the widths of a tier.
 macro_rules! at_widths {
     ($s:ty, $tier:expr, $f:ident($($arg:expr),*)) => {
         match $tier {
@@ -21,14 +21,14 @@ macro_rules! at_widths {
 }
 pub(super) use at_widths;
 
-/// The corners from the point, and the edges; coordinates have C limbs, their products N = 2 C.
+/// The corners relative to the point, and the edges; coordinates have C limbs, their products N = 2 C.
 pub(super) struct Offsets<const C: usize, const N: usize> {
     pub(super) corners: [[Int<C>; 3]; 3],
     /// From a to b, and from a to c.
     pub(super) sides: [[Int<C>; 3]; 2],
 }
 
-/// What all coordinates are multiples of.
+/// The scale of which all coordinates are multiples.
 #[inline(always)]
 pub(super) fn scale<S: Scalar>(point: [S; 3], [a, b, c]: [[S; 3]; 3]) -> Scale {
     Scale::of(&[point, a, b, c])
@@ -45,7 +45,7 @@ impl<const C: usize, const N: usize> Offsets<C, N> {
     pub(super) fn new<S: Scalar>(scale: Scale, point: [S; 3], corners: [[S; 3]; 3]) -> Self {
         let p = scale.vector::<S, C>(point);
         let [a, b, c] = corners.map(|corner| minus(&scale.vector(corner), &p));
-        // Differences of differences: the point cancels, and the edges come out exact.
+        // Differences of differences: the point cancels, and the edges are exact.
         Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }
     }
 

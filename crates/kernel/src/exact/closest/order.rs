@@ -1,4 +1,4 @@
-//! Which of two triangles is closer to a point, exactly.
+//! Which of two triangles is closer to a point, decided exactly.
 
 use core::cmp::Ordering;
 
@@ -14,7 +14,7 @@ pub fn closer<S: Scalar>(point: [S; 3], one: &TriangleOf<S>, other: &TriangleOf<
     closer_from(Tier::Float, point, one, other)
 }
 
-/// The same by a tier or one behind it.
+/// The same, computed by the given tier or a later one.
 pub fn closer_from<S: Scalar>(
     from: Tier,
     point: [S; 3],
@@ -23,7 +23,8 @@ pub fn closer_from<S: Scalar>(
 ) -> Ordering {
     let features = [one, other].map(|triangle| feature_from(from, point, triangle));
 
-    // Neighbours share corners and edges. There both squares are the same quotient, which integers would only confirm.
+    // Neighbours share corners and edges. There both squares are the same quotient, so integers are not
+    // necessary.
     if from == Tier::Float && is_same(features, [one, other]) {
         return Ordering::Equal;
     }
@@ -67,7 +68,7 @@ fn exactly<
         square::<C, N, T, Q, V>(&offsets, features[i])
     };
     let ((num, den), (other_num, other_den)) = (square(0), square(1));
-    // Denominators are positive, so the quotients compare as the crosswise products.
+    // Denominators are positive, so the quotients compare like the crosswise products.
     num.times::<Q, P>(&other_den).cmp(&other_num.times(&den))
 }
 

@@ -1,5 +1,5 @@
-//! Distance and weights in numbers of twice the digits, with a proof of each rounding: what nearly every closest
-//! point takes. Bounds and proof: `docs/numerics/nearest.md`, section 6.
+//! Distance and weights in double-double arithmetic, with a proof of each rounding; this handles nearly every
+//! closest point. `docs/numerics/nearest.md`, section 6, has the bounds and the proof.
 
 use core::marker::PhantomData;
 
@@ -12,11 +12,11 @@ use super::feature::Feature;
 use crate::simd::{Lanes, Vec3};
 use crate::{Scalar, TriangleOf};
 
-/// Squares, numerators and denominators are within these where nothing can underflow.
+/// If squares, numerators and denominators are within these limits, nothing can underflow.
 const SMALL: f64 = f64::from_bits((1023 - 400) << 52);
 const LARGE: f64 = f64::from_bits((1023 + 500) << 52);
 
-/// The closest point, where all of it is proven. All numbers must be tame.
+/// The closest point, if all of its numbers are proven. The input must be tame.
 #[inline(always)]
 pub(super) fn closest<S: Scalar>(
     point: [S; 3],
@@ -38,11 +38,12 @@ pub(super) fn closest<S: Scalar>(
             let to = (from + 1) % 3;
             let (x, y, edge) = (seen(from)?, seen(to)?, Offset::new(corners[to], corners[from])?);
             let den = Den::new(edge.along(&edge))?;
-            // The distance from a line is the area |x × edge| over the edge's length; squared, no root is needed before
-            // the end.
+            // The distance from a line is the area |x × edge| divided by the edge's length; for the square,
+            // no root is needed until the end.
             let area = x.cross(&edge);
             let square = den.under(&area.along(&area))?;
-            // The foot's weights are the projections of the two ends on the edge, over its squared length.
+            // The foot's weights are the projections of the two ends on the edge, divided by its squared
+            // length.
             let of_from = || den.under(&y.along(&edge));
             let of_to = || den.under(&x.along(&edge.negative()));
             let weights = match from {
@@ -56,13 +57,13 @@ pub(super) fn closest<S: Scalar>(
             let a = seen(0)?;
             let ab = Offset::new(corners[1], corners[0])?;
             let ac = Offset::new(corners[2], corners[0])?;
-            // The distance from the plane is the volume a·n over |n|; squared as well.
+            // The distance from the plane is the volume a·n divided by |n|; squared as well.
             let normal = ab.cross(&ac);
             let den = Den::new(normal.along(&normal))?;
             let square = den.under(&normal.volume_squared(&a))?;
             let weights = [
-                // The weights of the foot: areas of the triangles that it forms with the edges, projected on the
-                // normal.
+                // The weights of the foot: areas of the triangles that it forms with the edges, projected on
+                // the normal.
                 den.under(&normal.along(&ac.cross(&a)))?,
                 den.under(&normal.along(&a.cross(&ab)))?,
             ];
@@ -71,19 +72,19 @@ pub(super) fn closest<S: Scalar>(
     }
 }
 
-/// What products may be off by, as a share of the sizes that they are made of: less than half of this.
+/// The relative error of products, as a fraction of the magnitudes multiplied, is less than half of this.
 const fn doubt<S: Scalar>() -> f64 {
     if is_f64::<S>() { tails::DOUBT } else { rounded::DOUBT }
 }
 
-/// The difference of two points given in a scalar: of f64 in two parts, of f32 where one holds it.
+/// The difference of two given points: for f64 in two parts, for f32 in one that is exact.
 #[derive(Clone, Copy)]
 struct Offset<S> {
     parts: TwoParts<f64>,
     given: PhantomData<S>,
 }
 
-/// A vector in numbers of twice the digits, and the sizes that its error is relative to.
+/// A vector in double-double numbers, and the magnitudes that its error is relative to.
 struct Long<S> {
     parts: [Double<f64>; 3],
     sizes: Vec3<f64>,
@@ -96,7 +97,8 @@ impl<S: Scalar> Offset<S> {
     fn new(a: Vec3<f64>, b: Vec3<f64>) -> Option<Self> {
         let parts = difference(a, b);
         let lacks = parts.rest.abs();
-        // The bound for f32 counts no error of differences, so one that f64 does not hold is left to the integers.
+        // The bound for f32 does not include errors of differences, so one that is not exact in f64 is left
+        // to the integers.
         let is_exact = lacks.x + lacks.y + lacks.z == 0.0;
         (const { is_f64::<S>() } || is_exact).then_some(Self { parts, given: PhantomData })
     }
@@ -134,13 +136,13 @@ impl<S: Scalar> Offset<S> {
 }
 
 impl<S: Scalar> Long<S> {
-    /// The dot product: within less than half of the [`doubt`] of the sum of products of sizes.
+    /// The dot product. Its error is less than half of [`doubt`] times the sum of the products of magnitudes.
     #[inline(always)]
     fn along(&self, by: &Self) -> Volume<f64> {
         let (x, y) = (&self.parts, &by.parts);
         let part = |k: usize| {
             let high = product(x[k].high, y[k].high);
-            // low × low is of the order of w² and counted in the bound.
+            // low × low is of the order of w² and included in the bound.
             let low = high.low + (x[k].high * y[k].low + x[k].low * y[k].high);
             Double { high: high.high, low }
         };
@@ -152,7 +154,7 @@ impl<S: Scalar> Long<S> {
         Volume { value: sum(three.high, low), err }
     }
 
-    /// The square of the volume over a corner.
+    /// The square of the volume spanned with a corner.
     #[inline(always)]
     fn volume_squared(&self, corner: &Offset<S>) -> Volume<f64> {
         let TwoParts { first, .. } = corner.parts;
@@ -163,7 +165,7 @@ impl<S: Scalar> Long<S> {
         };
         let permanent = self.sizes.dot_fused(first.abs());
         let high = product(volume.high, volume.high);
-        // (high + low)² = high² + 2 high low + low²; the last is counted in the bound.
+        // (high + low)² = high² + 2 high low + low²; the last term is included in the bound.
         let twice = 2.0 * volume.high * volume.low;
         let size = Lanes::abs(volume.high);
         let err = (2.0 * size * permanent + high.high) * const { doubt::<S>() };
@@ -184,7 +186,7 @@ impl Den {
         (high > SMALL && high < LARGE).then(|| Self { inverse: 1.0 / high, value })
     }
 
-    /// A positive quotient, rounded once.
+    /// A positive quotient, correctly rounded.
     #[inline(always)]
     fn under(&self, num: &Volume<f64>) -> Option<f64> {
         let (q, sure) = quotient(num, &self.value, self.inverse);
@@ -193,16 +195,16 @@ impl Den {
     }
 }
 
-/// A positive number, rounded once.
+/// A positive number, correctly rounded.
 #[inline(always)]
 fn proven(of: &Volume<f64>) -> Option<f64> {
     let Volume { value: Double { high, low }, err } = *of;
-    // Rounding keeps the order: if both ends round alike, so does the number between them.
+    // Rounding preserves order: if both ends round to the same number, so does every number in between.
     let (least, most) = (high + (low - err), high + (low + err));
     (least == most && high > SMALL && high < LARGE).then_some(most)
 }
 
-/// The root, rounded once.
+/// The root, correctly rounded.
 #[inline(always)]
 fn root(square: f64) -> Option<f64> {
     (square > 0.0).then(|| Lanes::sqrt(square))
