@@ -163,8 +163,8 @@ fn scales<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Scale, Scale)
 }
 
 /// Whether 128 bits hold everything that [`IntegerPair`] computes: with points below `2^b`, differences are
-/// below `2^(b + 1)` and t below `2^(3b + 6)`; with a direction below `2^d`, all the rest is below `2^(2b + d
-/// + 7)`.
+/// below `2^(b + 1)` and t below `2^(3b + 6)`; with a direction below `2^d`, all the rest is below
+/// `2^(2b + d + 7)`.
 fn are_small(points: &Scale, dir: &Scale) -> bool {
     points.bits <= 40 && dir.bits <= 39
 }

@@ -1,6 +1,6 @@
-//! Numbers that name a ray, a triangle, or where a triangle is stored.
+//! Ids of rays, of triangles, and of the places where triangles are stored.
 
-/// The number of a ray among those that are traced together.
+/// The id of a ray among those that are traced together.
 ///
 /// ```
 /// use intertri::RayId;
@@ -29,8 +29,8 @@ impl TriangleId {
     pub const NONE: Self = Self(u32::MAX);
 }
 
-/// Where the caller of a query stores a triangle, such as a lane of a leaf: queries hand it back to find the
-/// triangle again.
+/// Where the caller of a query stores a triangle, such as a lane of a leaf: queries pass it back to find the
+/// triangle.
 ///
 /// ```
 /// use intertri::LeafSlot;

@@ -11,16 +11,16 @@
 //! assert_eq!((hit.triangle, hit.t), (1, 2.0));
 //! ```
 //!
-//! Rays and triangles are tested in f32 SIMD lanes under a proven error bound. The rare pair that the bound leaves
-//! open, at an edge or a vertex, is settled by exact arithmetic, so that the answer is right at nearly the speed of
-//! f32. Answers are the same bits on every CPU.
+//! Rays and triangles are tested in f32 SIMD lanes under a proven error bound. Exact arithmetic settles the
+//! rare pair that the bound leaves open, at an edge or a vertex, so the answer is right at nearly the speed
+//! of f32. Answers have the same bits on every CPU.
 //!
 //! # How to choose
 //!
 //! | you have | use |
 //! | --- | --- |
 //! | a few hundred triangles, in f32 or f64 | the queries of [`Mode`]: `closest`, `any`, `all`, `crossings` |
-//! | the same triangles for many rays | [`Blocks`], which brings them into lanes once |
+//! | the same triangles for many rays | [`Blocks`], which loads them into lanes once |
 //! | a mesh | `Bvh` of the crate `intertri-trace`, a hierarchy over millions of triangles |
 //! | a hierarchy of your own | [`Mode::packet`] and [`Mode::block`]: 4, 8 or 16 rays or triangles side by side; in loops of your own, [`Filter`] |
 //! | coordinates on an integer grid | [`fixed`] |
@@ -35,21 +35,23 @@
 //!
 //! # Features
 //!
-//! - `std` (default): chooses the CPU's best instructions at run time. Without it the crate is `no_std`, with `alloc`,
-//!   and uses the instructions that the build was compiled for.
+//! - `std` (default): chooses the CPU's best instructions at run time. Without it the crate is `no_std`, with
+//!   `alloc`, and uses the instructions that it was compiled for.
 //!
-//! Vectors of glam, and of every library that speaks mint, convert: `Ray::new(origin, dir)` and
-//! `Triangle::new(a, b, c)` take anything that converts into `[f32; 3]`. There is no feature for serde: most rays end
-//! at infinity, which JSON cannot write. Rays and triangles have public fields to write as you like.
+//! Vectors of glam, and of every library that supports mint, convert: `Ray::new(origin, dir)` and
+//! `Triangle::new(a, b, c)` take anything that converts into `[f32; 3]`. There is no serde feature, because
+//! most rays end at infinity, which JSON cannot represent. Rays and triangles have public fields that you can
+//! serialize in any format.
 //!
 //! # Limits
 //!
-//! A coordinate that is NaN or infinite is never hit. There are at most 2^32 - 1 triangles in a slice.
+//! A triangle with a NaN or infinite coordinate is never hit, and a ray with one hits nothing. A slice has
+//! at most 2^32 - 1 triangles.
 //!
 //! # Building it fast
 //!
-//! Build in release mode. In debug builds every operation on lanes is a function call. If your own crate has to stay
-//! unoptimized, optimize this one alone, in your workspace's `Cargo.toml`:
+//! Build in release mode. In debug builds every SIMD operation is a function call. If your own crate must
+//! stay unoptimized, optimize only this one, in your workspace's `Cargo.toml`:
 //!
 //! ```toml
 //! [profile.dev.package.intertri]
@@ -58,11 +60,11 @@
 //! opt-level = 3
 //! ```
 //!
-//! The queries of [`Mode`] over slices and of [`Blocks`] are compiled here, so these settings apply to them. What you
-//! build on [`Filter`] or on the lanes of [`simd`] is compiled with your crate.
+//! The queries of [`Mode`] over slices and of [`Blocks`] are compiled here, so these settings apply to them.
+//! Code that you build on [`Filter`] or on the lanes of [`simd`] is compiled with your crate.
 //!
-//! On x86-64 and 64-bit ARM nothing else is needed. WebAssembly has SIMD only if the build enables it; without it a
-//! query over a slice takes more than twice as long:
+//! On x86-64 and 64-bit ARM nothing else is needed. WebAssembly has SIMD only if you enable it for the build;
+//! without it a query over a slice takes more than twice as long:
 //!
 //! ```sh
 //! RUSTFLAGS="-C target-feature=+simd128" cargo build --release --target wasm32-unknown-unknown

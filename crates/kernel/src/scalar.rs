@@ -1,10 +1,10 @@
-//! The scalars in which coordinates are given: f32 and f64.
+//! The scalar types of coordinates: f32 and f64.
 
 use core::fmt;
 
 use bytemuck::Pod;
 
-/// The scalar of coordinates: f32 or f64. The set is closed.
+/// The scalar type of coordinates: f32 or f64. The trait is sealed.
 ///
 /// ```
 /// use intertri::{Scalar, TriangleOf};
@@ -21,7 +21,7 @@ pub trait Scalar:
     const ZERO: Self;
     /// 1.
     const ONE: Self;
-    /// The t of a ray without end.
+    /// The far end of an unbounded ray.
     const INFINITY: Self;
 }
 
@@ -37,11 +37,11 @@ impl Scalar for f64 {
     const INFINITY: Self = Self::INFINITY;
 }
 
-/// Operations on the bits of a float, so that a CPU that is set to read subnormal numbers as zero does not matter.
+/// Operations on the bits of a float, which work even on a CPU that is set to read subnormal numbers as zero.
 ///
 /// It is hidden, so that users cannot implement [`Scalar`].
 pub trait Bits: Copy {
-    /// The bits, both zeros alike.
+    /// The bits; both zeros have the same.
     type Key: Copy + Ord + fmt::Debug + Send + Sync;
 
     /// Itself as a key.
@@ -50,10 +50,10 @@ pub trait Bits: Copy {
     /// The number of a key.
     fn of_key(key: Self::Key) -> Self;
 
-    /// How many bits the m of [`Bits::parts`] has at most.
+    /// The largest number of bits of m in [`Bits::parts`].
     const DIGITS: i32;
 
-    /// m and e of a finite number `m * 2^e`; 0 and any e for zero. Smaller numbers have no larger e.
+    /// The m and e of a finite number `m * 2^e`; 0 and any e for zero. Smaller numbers have no larger e.
     fn parts(self) -> (i64, i32);
 
     /// The number nearest to an f64; infinite if that is too large.
@@ -65,10 +65,11 @@ pub trait Bits: Copy {
     /// Whether it is neither NaN nor infinite.
     fn is_finite(self) -> bool;
 
-    /// Whether its sign is negative, also of a zero or a NaN.
+    /// Whether its sign bit is set, also for a zero or a NaN.
     fn is_negative(self) -> bool;
 
-    /// An integer that orders floats by size: 0 for zero, [`Bits::ENDLESS`] for infinity, larger for NaN.
+    /// An integer that orders floats by magnitude: 0 for zero, [`Bits::ENDLESS`] for infinity, larger for
+    /// NaN.
     fn rank(self) -> u64;
 
     /// The [`Bits::rank`] of infinity.

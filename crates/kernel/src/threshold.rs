@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-/// The document's `Threshold`: the smallest `|nrm & dir|` that is not parallel, and the largest t
-/// that is still no hit.
+/// The document's `Threshold`: the smallest `|nrm & dir|` that does not count as parallel, and the largest t
+/// that does not count as a hit.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};
@@ -29,7 +29,7 @@ impl Threshold {
     /// ```
     pub const DEFAULT: Self = Self::of(1e-9);
 
-    /// None: parallel is what is so exactly.
+    /// No threshold: only exactly parallel rays count as parallel.
     ///
     /// ```
     /// use intertri::{Mode, Threshold};
@@ -38,10 +38,10 @@ impl Threshold {
     /// ```
     pub const ZERO: Self = Self::of(0.0);
 
-    /// A threshold of one's own.
+    /// A custom threshold.
     ///
     /// # Errors
-    /// If it is negative, infinite or NaN.
+    /// Fails if it is negative, infinite or NaN.
     ///
     /// ```
     /// use intertri::Threshold;
@@ -57,7 +57,8 @@ impl Threshold {
     }
 
     const fn of(exact: f64) -> Self {
-        // f32 lanes compare with a neighbour on the safe side, because the threshold itself may round either way.
+        // f32 lanes compare with a neighbour on the safe side, because the threshold itself may be rounded
+        // either way.
         let near = exact as f32;
         Self { exact, near, below: near.next_down(), above: near.next_up() }
     }

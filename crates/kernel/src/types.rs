@@ -6,14 +6,15 @@ use crate::Scalar;
 
 /// A half-line, and the interval of t in which hits count.
 ///
-/// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
-/// unit length. A hit counts where `t_min <= t < t_max` and `t > 0`: by the true t in the mode
-/// [`Mode::exact`](crate::Mode::exact), by t in f64 in the others, where it must also be above their threshold. The
-/// interval is open at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A ray
-/// with a NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
+/// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have unit
+/// length. A hit counts if `t_min <= t < t_max` and `t > 0`: by the true t in the mode
+/// [`Mode::exact`](crate::Mode::exact), by t in f64 in the others, where it must also be above their
+/// threshold. The interval is open at its far end, so that with the default `t_max` of infinity a `t` that
+/// overflowed is a miss. A ray with a NaN or an infinity in its origin or direction, or a NaN in its
+/// interval, hits nothing.
 ///
-/// The layout is that of a file of raw rays: eight little-endian numbers in the order of the fields. It is
-/// [`Ray`] in f32 and [`Ray64`] in f64.
+/// The layout is that of a file of raw rays: eight little-endian numbers in the order of the fields. The type
+/// is [`Ray`] in f32 and [`Ray64`] in f64.
 ///
 /// ```
 /// let ray = intertri::Ray::new([0.0, 1.0, 0.0], [0.0, 0.0, 2.0]).between(0.5, 9.0);
@@ -41,7 +42,7 @@ pub type Ray = RayOf<f32>;
 pub type Ray64 = RayOf<f64>;
 
 impl<S: Scalar> RayOf<S> {
-    /// The whole half-line: `0 < t < infinity`, since a hit at 0 never counts.
+    /// The whole half-line, `0 < t < infinity`, because a hit at 0 never counts.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
@@ -64,9 +65,9 @@ impl<S: Scalar> RayOf<S> {
 
 /// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
 ///
-/// `bytemuck` casts a buffer of vertices, nine numbers for each triangle, to a slice of these. A triangle with a
-/// NaN or an infinity is never hit, nor is one without area. It is
-/// [`Triangle`](type@Triangle) in f32 and [`Triangle64`](type@Triangle64) in f64.
+/// `bytemuck` casts a buffer of vertices, nine numbers per triangle, to a slice of these. A triangle with a
+/// NaN or an infinity is never hit, nor is one without area. The type is [`Triangle`](type@Triangle) in f32
+/// and [`Triangle64`](type@Triangle64) in f64.
 ///
 /// ```
 /// let vertices = [0.0, 0.0, 5.0, 1.0, 0.0, 5.0, 0.0, 1.0, 5.0_f32];
@@ -84,7 +85,7 @@ pub type Triangle = TriangleOf<f32>;
 /// Three corners in f64.
 pub type Triangle64 = TriangleOf<f64>;
 
-/// A type alias neither constructs nor destructures, so these re-exports make its name a constructor, too:
+/// A type alias cannot be a constructor or a pattern, so these re-exports make its name a constructor, too:
 /// `Triangle(corners)`. The aliases above take precedence as types.
 mod constructors {
     pub use super::{TriangleOf as Triangle, TriangleOf as Triangle64};
@@ -119,9 +120,9 @@ impl<S: Scalar> TriangleOf<S> {
 
 /// Where a ray meets a triangle: 32 bytes.
 ///
-/// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights `u`
-/// and `v` are the same on every CPU but may lie outside of `0..=1` by rounding. Queries with one ray
-/// return an `Option<Hit>`; batches fill slices with plain hits, [`Hit::MISS`] where nothing is hit.
+/// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights `u` and
+/// `v` are the same on every CPU but may be outside `0..=1` because of rounding. Single-ray queries return an
+/// `Option<Hit>`; batches fill slices with plain hits, with [`Hit::MISS`] for a miss.
 ///
 /// ```
 /// use intertri::{Hit, Mode, Ray, Triangle};
@@ -167,7 +168,7 @@ impl Hit {
     pub const MISS: Self =
         Self { t: f64::INFINITY, u: 0.0, v: 0.0, triangle: Self::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether there is a triangle.
+    /// Whether it is a hit.
     ///
     /// ```
     /// assert!(!intertri::Hit::MISS.is_hit());
@@ -201,9 +202,10 @@ impl Hit {
 
 /// A [`Hit`] with t, u and v in f32: 20 bytes.
 ///
-/// Each number is the true one rounded once to f32, in the modes [`Mode::exact`](crate::Mode::exact) and
-/// [`Mode::once`](crate::Mode::once); in [`Mode::certified`](crate::Mode::certified) it is that of [`Hit`], rounded. A t
-/// beyond the largest f32 is infinity, so use [`Hit32::is_hit`] to tell hits from misses.
+/// Each number is the true one, correctly rounded to f32, in the modes [`Mode::exact`](crate::Mode::exact)
+/// and [`Mode::once`](crate::Mode::once); in [`Mode::certified`](crate::Mode::certified) it is that of
+/// [`Hit`], rounded. A t beyond the largest f32 is infinity, so use [`Hit32::is_hit`] to tell hits from
+/// misses.
 ///
 /// ```
 /// use intertri::Hit32;
@@ -232,7 +234,7 @@ impl Hit32 {
     pub const MISS: Self =
         Self { t: f32::INFINITY, u: 0.0, v: 0.0, triangle: Hit::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether there is a triangle.
+    /// Whether it is a hit.
     #[inline]
     pub fn is_hit(&self) -> bool {
         self.triangle != Hit::NO_TRIANGLE

@@ -1,5 +1,5 @@
-//! Every public type, trait and function has an example that the doc tests run; a method has one of its
-//! own or is called in another's. What stands in the hidden module `internal` needs none.
+//! Every public type, trait and function has an example that the doc tests run; a method has its own or is
+//! called in another's. Items in the hidden module `internal` need none.
 
 use std::fs;
 use std::path::Path;
@@ -38,7 +38,7 @@ fn read(folder: &Path, files: &mut Vec<(String, String)>) {
     }
 }
 
-/// What a file's examples say.
+/// The text of a file's examples.
 fn examples_of(text: &str) -> String {
     let (mut within, mut examples) = (false, String::new());
     for line in text.lines().filter_map(|line| line.trim().strip_prefix("///")) {
@@ -51,7 +51,7 @@ fn examples_of(text: &str) -> String {
     examples
 }
 
-/// How many public items a file has, and the names of those without an example.
+/// The number of public items in a file, and the names of those without an example.
 fn items_of<'a>(
     text: &'a str,
     examples: &str,
@@ -71,7 +71,7 @@ fn items_of<'a>(
         }
         let top = !line.starts_with(char::is_whitespace);
         let public = code.strip_prefix("pub ");
-        // All that a public trait has is public.
+        // All items of a public trait are public.
         let item = public.or((in_trait && !top).then_some(code)).unwrap_or_default();
         let item =
             item.strip_prefix("const ").filter(|rest| rest.starts_with("fn")).unwrap_or(item);
@@ -100,7 +100,7 @@ fn items_of<'a>(
     (count, bare)
 }
 
-/// The type whose methods of its own follow a line, if it says so.
+/// The type whose inherent methods follow a line, if it is an `impl` line.
 fn implemented(line: &str) -> Option<&str> {
     let rest = line.strip_prefix("impl")?;
     let mut depth = 0;

@@ -2,7 +2,7 @@
 //!
 //! 1. Every facet is clipped, snapped to fractions of a pixel and sorted into bands of rows.
 //! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number in
-//! integers, and each run keeps the facet where it is nearer than what was there.
+//!    integers, and each run keeps the facet where it is nearer than what was there.
 //! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
 use intertri::internal::Coefficients;

@@ -1,4 +1,4 @@
-//! All hits of a ray with a block of triangles, as the filter decides them.
+//! All hits of a ray with a block of triangles, as decided by the filter.
 
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd};
@@ -35,11 +35,11 @@ use super::{Counts, Filter, PreparedRay};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct BlockHits {
-    /// Certain hits: within the interval, and inside of all edges.
+    /// Certain hits: within the interval, and inside all edges.
     pub sure: u32,
     /// Lanes for the resolver.
     pub undecided: u32,
-    /// Certain hits where the ray goes with the normal.
+    /// Certain hits where the ray runs with the normal.
     pub leaves: u32,
     /// Lower bounds of t of the certain hits.
     pub t_lo: [f32; 8],
@@ -48,7 +48,7 @@ pub struct BlockHits {
 }
 
 impl Filter<'_> {
-    /// The hits of a ray with a block; none where t surely exceeds `far`.
+    /// The hits of a ray with a block; none where t certainly exceeds `far`.
     #[inline(always)]
     pub fn block_hits_in<S: Simd>(
         &self,
@@ -64,13 +64,13 @@ impl Filter<'_> {
         let far = Lanes::splat(far);
         let Verdicts { hit, undecided, t_lo, t_hi } =
             edges.decide(&triangles, &rays, far, live, (self.threshold, self.room));
-        // Most blocks end here: nothing is stored for them.
+        // Most blocks end here, without storing anything.
         if hit | undecided == 0 {
             return None;
         }
         counts.undecided += u64::from(undecided.count_ones());
 
-        // A hit whose enclosure of t reaches the end of the interval may lie beyond it, so it is not certain.
+        // A hit whose enclosure of t reaches the end of the interval may be beyond it, so it is not certain.
         let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(self.sure_end(ray.ray.t_max))));
         let leaves = sure & !Mask::bits(edges.den.negative());
         let mut hits = BlockHits {

@@ -5,26 +5,26 @@
 /// Half an ulp of 1 in f32.
 pub(super) const U: f32 = 1.0 / (1 << 24) as f32;
 
-/// In the precheck V, W, U and the denominator, all over h, are within `PRECHECK |d|₂ (|c1|₁ + h + |o|₁)`.
+/// The errors of V, W, U and the denominator in the precheck, all divided by h, are within `PRECHECK |d|₂
+/// (|c1|₁ + h + |o|₁)`.
 pub(super) const PRECHECK: f32 = 32.0 * U;
 
-/// V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)` of the exact value, and the reference's own noise with
-/// them.
+/// The errors of V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)`, including the reference's own noise.
 pub(super) const EDGE: f32 = 6.5 * U;
 
-/// The share of the edges' own length in the bound. U is within twice the bound of V and W.
+/// The contribution of the edges' own length to the bound. U is within twice the bound of V and W.
 pub(super) const NEAR: f32 = 0.65;
 
-/// V is within `SHARP perm(h5, d, A)` of the exact value, and W likewise, apart from the noise.
+/// The error of V is within `SHARP perm(h5, d, A)`, and similarly for W, apart from the noise.
 pub(super) const SHARP: f32 = 6.25 * U;
 
-/// U is within `SHARP_U` times the sum of all three permanents, apart from the noise.
+/// The error of U is within `SHARP_U` times the sum of all three permanents, apart from the noise.
 pub(super) const SHARP_U: f32 = 8.25 * U;
 
-/// The denominator is within `DEN |d|₂ h²`.
+/// The error of the denominator is within `DEN |d|₂ h²`.
 pub(super) const DEN: f32 = 8.5 * U;
 
-/// The numerator is within `NUM |A|₁ h²`.
+/// The error of the numerator is within `NUM |A|₁ h²`.
 pub(super) const NUM: f32 = 8.5 * U;
 
 /// The sharp bound of the numerator: `SHARP_NUM perm(h4, h5, A)`, and the reference's noise (2^-49)
@@ -33,8 +33,8 @@ pub(super) const SHARP_NUM: f32 = 8.25 * U;
 /// See [`SHARP_NUM`].
 pub(super) const NUM_NOISE: f32 = f32::from_bits((127 - 49) << 23);
 
-/// Nothing is decided where the denominator is below `GRAZING |d|₂ h²`: there the reference's own
-/// rounding is magnified too much.
+/// Nothing is decided if the denominator is below `GRAZING |d|₂ h²`, because the reference's own rounding is
+/// amplified too much.
 pub(super) const GRAZING: f32 = 24.0 * U;
 
 /// The enclosure of t: `SLACK (NUM |A|₁ h² + |t| DEN |d|₂ h²) / |den| + ROUND |t|`.
@@ -51,22 +51,22 @@ pub(super) const AREA: f32 = 0.8661;
 /// The rounding of the hit point, relative to the origin's |.|₁: 2^-51.
 pub(super) const ORIGIN: f32 = f32::from_bits((127 - 51) << 23);
 
-/// No coordinate and no direction is larger (2^40), or the filter does not decide. Then no product
+/// If a coordinate or a direction is larger than this (2^40), the filter does not decide. So no product
 /// overflows.
 pub(super) const LARGEST: f32 = (1_u64 << 40) as f32;
-/// No direction is shorter (2^-40), or the filter does not decide.
+/// If a direction is shorter than this (2^-40), the filter does not decide.
 pub(super) const SHORTEST_DIR: f32 = 1.0 / LARGEST;
 
-/// Added to `GRAZING h²` (2^-80): times a direction's length it is more than underflow takes from the
+/// Added to `GRAZING h²` (2^-80): times a direction's length it exceeds the effect of underflow on the
 /// denominator.
 pub(super) const GRAZING_ADD: f32 = f32::from_bits((127 - 80) << 23);
 
-/// The bound of an edge is at least `h` times this (2^-72): more than underflow takes.
+/// The bound of an edge is at least `h` times this (2^-72), which exceeds the effect of underflow.
 pub(super) const OFF_ADD: f32 = f32::from_bits((127 - 72) << 23);
 
-/// The most that underflow, flushed to zero or not, takes from a product or a sum.
+/// A bound on the effect of underflow, flushed to zero or not, on a product or a sum.
 pub(super) const TINY: f32 = f32::from_bits((127 - 120) << 23);
-/// The most that underflow takes from an edge, a direction or a translated corner, as a length.
+/// A bound on the effect of underflow on an edge, a direction or a translated corner, as a length.
 pub(super) const SMALL: f32 = f32::from_bits((127 - 100) << 23);
 
 /// Rounds the square root of a sum of squares up; [`NORM_ADD`] covers underflow.
@@ -74,33 +74,33 @@ pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
 /// See [`NORM_UP`]: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
 
-/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and what f64 loses in a view.
+/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and the rounding of f64 in a view.
 pub(super) const NOISE: f32 = 0.25 * U;
 
-/// On a projection no point is farther from the middle than this, in x or in y.
+/// On a projection no point is farther from the centre than this, in x or in y.
 pub(super) const SCREEN_EDGE: f32 = 0.5;
 
-/// No direction on the projection is longer than its depth times this.
+/// A direction on the projection is at most this times as long as its depth.
 pub(super) const LEAN: f32 = 1.23;
 
-/// A linear form of a point of the projection, rounded to f32, is within `SCREEN |form|₁`.
+/// The error of a linear form at a point of the projection, rounded to f32, is within `SCREEN |form|₁`.
 pub(super) const SCREEN: f32 = 9.25 * U;
 
-/// In the projection's axes, the coefficients of an edge form are within `EDGES h (|A|₁ + h)`, the
-/// reference's noise included.
+/// In the projection's axes, the errors of the coefficients of an edge form are within `EDGES h (|A|₁ + h)`,
+/// including the reference's noise.
 pub(super) const EDGES: f32 = 16.75 * U;
 
-/// The inverse depth is within `DEPTH |s|₁` and `LOST h² / |T|`.
+/// The error of the inverse depth is within `DEPTH |s|₁` plus `LOST h² / |T|`.
 pub(super) const DEPTH: f32 = 16.0 * U;
 /// See [`DEPTH`]: 2^-45.
 pub(super) const LOST: f32 = 1.0 / (1_u64 << 45) as f32;
 
-/// The inverse of a t and a depth is within this share of itself.
+/// The relative error of the inverse of a t times a depth.
 pub(super) const INVERSE: f32 = 10.0 * U;
 
-/// On the projection, the reference may accept a point that lies outside of a triangle by
-/// `ROOM h + ROOM_AWAY |o|₁` over its least depth. The corners are known within `CORNER |A|₁`, and
-/// rounding adds `ROOM_SCREEN`. 2^-19, 2^-46, 2^-20.
+/// On the projection, the reference may accept a point outside a triangle by `ROOM h + ROOM_AWAY |o|₁`
+/// divided by its least depth. The error of the corners is within `CORNER |A|₁`, and rounding adds
+/// `ROOM_SCREEN`. 2^-19, 2^-46, 2^-20.
 pub(super) const ROOM: f32 = 1.0 / (1_u64 << 19) as f32;
 /// See [`ROOM`].
 pub(super) const ROOM_AWAY: f32 = 1.0 / (1_u64 << 46) as f32;
@@ -109,23 +109,23 @@ pub(super) const CORNER: f32 = 11.0 * U;
 /// See [`ROOM`].
 pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 
-/// A triangle for which `h² / |n|₁` is more than this (2^24) has no rectangle.
+/// If `h² / |n|₁` exceeds this (2^24), a triangle has no rectangle.
 pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 
 /// On a projection a t below this (2^-80) counts as unknown: its product with a depth could be subnormal, which
 /// rounds by more than `INVERSE`.
 pub(super) const SHORTEST_T: f32 = f32::from_bits((127 - 80) << 23);
 
-/// If rays pass the origin at a distance of up to `off`, the bound of an edge grows by `OFF_EDGE h off`.
+/// If rays miss the origin by up to `off`, the bound of an edge grows by `OFF_EDGE h off`.
 pub(super) const OFF_EDGE: f32 = 1.25;
-/// Then the error of the inverse depth grows by `OFF_DEPTH off |s|₁`, relative to its largest value on the part of
-/// the projection that rays reach and [`OFF_REACH`] farther: 2^-19.
+/// The error of the inverse depth then grows by `OFF_DEPTH off |s|₁`, relative to its largest value on the
+/// part of the projection that rays reach, extended by [`OFF_REACH`]: 2^-19.
 pub(super) const OFF_DEPTH: f32 = 1.5;
 /// See [`OFF_DEPTH`].
 pub(super) const OFF_REACH: f32 = 1.0 / (1 << 19) as f32;
 /// The margin around a triangle grows by `OFF_ROOM off`.
 pub(super) const OFF_ROOM: f32 = 1.25;
-/// T is known where `|s|₁ off` is this much less than 1.
+/// T is known if `|s|₁ off` times this is less than 1.
 pub(super) const OFF_PLANE: f32 = 4.0;
 
 /// f32 copies of f64 originals (`docs/numerics/f64.md`, section 4): the relative error of a corner, of an origin, and
@@ -147,17 +147,17 @@ pub(super) const COPY_SHARP_U: f32 = 9.25 * U;
 pub(super) const COPY_SCREEN: f32 = 11.25 * U;
 /// [`EDGES`] of copies.
 pub(super) const COPY_EDGES: f32 = 18.5 * U;
-/// For copies, the error of the inverse depth grows by `COPY_DEPTH q`, and by `COPY_SLANT q |A|₁` relative to its
-/// largest value on the part of the projection that rays reach.
+/// For copies, the error of the inverse depth grows by `COPY_DEPTH q`, and by `COPY_SLANT q |A|₁` relative to
+/// its largest value on the part of the projection that rays reach.
 pub(super) const COPY_DEPTH: f32 = 4.0 * U;
 /// See [`COPY_DEPTH`].
 pub(super) const COPY_SLANT: f32 = 3.25 * U;
-/// T of a copy is known where `q |A|₁` times this, and the other errors of T, are less than 1.
+/// T of a copy is known if `q |A|₁` times this, together with the other errors of T, is less than 1.
 pub(super) const COPY_PLANE: f32 = 10.0 * U;
 
 /// Rays parallel to an axis: the error of V, W and U relative to the distance from the axis.
 pub(super) const BESIDE: f32 = 16.0 * U;
-/// The part of that error relative to the size of the origins' coordinates.
+/// The part of that error relative to the magnitude of the origins' coordinates.
 pub(super) const AWAY: f32 = 7.0 * U;
 /// [`AWAY`] of copies.
 pub(super) const COPY_AWAY: f32 = 16.0 * U;

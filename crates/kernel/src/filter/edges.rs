@@ -1,4 +1,4 @@
-//! The f32 test under its bound, for rays of any origin.
+//! The f32 test with its bound, for rays from any origin.
 //!
 //! ```text
 //!   A = c1 - o      R = A × d                     c3
@@ -8,8 +8,8 @@
 //!   t = num / den                             c1  h4  c2
 //! ```
 //!
-//! V, W, U over den are the weights of c2, c3, c1. The translation comes first, so large offsets
-//! cost nothing. Bounds and proof: `docs/numerics/certified.md`.
+//! V, W and U divided by den are the weights of c2, c3, c1. The translation comes first, so large offsets
+//! cost nothing. `docs/numerics/certified.md` has the bounds and the proof.
 
 use crate::packet::{RayLanes, RayPacket, TriangleBlock};
 use crate::simd::Vec3;
@@ -25,11 +25,11 @@ use super::verdicts::Verdicts;
 #[derive(Clone, Copy)]
 pub struct Triangles<F> {
     pub(super) c1: Vec3<F>,
-    /// `-h4`, which saves a change of sign.
+    /// `-h4`, which saves a negation.
     pub(super) minus_h4: Vec3<F>,
     pub(super) h5: Vec3<F>,
     pub(super) n: Vec3<F>,
-    /// The longest edge, rounded up; NaN where the filter must not decide.
+    /// The longest edge, rounded up; NaN if the filter must not decide.
     pub(super) h: F,
     /// h²
     hh: F,
@@ -39,7 +39,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     /// N triangles.
     #[inline(always)]
     pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>, room: &Room) -> Self {
-        // Not by `map`, which would be compiled without the level's instructions.
+        // Not `map`, which would be compiled without the level's instructions.
         let [c1, c2, c3] = block.corners();
         let corners = [Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)];
         let h = F::load(block.longest_edges());
@@ -71,7 +71,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         Self::of_edges([c1, c1 - c2, c3 - c1], h)
     }
 
-    /// From the corners alone: the longest edge is measured in f32.
+    /// From only the corners: the longest edge is measured in f32.
     #[inline(always)]
     pub(crate) fn of_corners([c1, c2, c3]: [Vec3<F>; 3]) -> Self {
         let (minus_h4, h5) = (c1 - c2, c3 - c1);
@@ -89,7 +89,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
 #[derive(Clone, Copy)]
 pub struct Rays<F> {
     rays: RayLanes<F>,
-    /// |d|₂, rounded up; NaN where the filter must not decide.
+    /// |d|₂, rounded up; NaN if the filter must not decide.
     len: F,
     /// `EDGE |d|₂`
     edge: F,
@@ -103,7 +103,7 @@ pub struct Rays<F> {
     grazing_add: F,
     /// `SLACK DEN |d|₂`
     den_err: F,
-    /// A t above `above` is surely large enough, a t below `below` surely is not.
+    /// A t above `above` is certainly large enough, a t below `below` certainly is not.
     above: F,
     below: F,
 }
@@ -122,15 +122,15 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             & len.le(splat(bound::LARGEST))
             & len.ge(splat(bound::SHORTEST_DIR));
         let len = F::select(sane, len, splat(f32::NAN));
-        // How far the copy of a corner may have moved relative to the copy of the origin, apart from its share of |A|:
-        // 0 unless the scene was given in f64 (f64.md, section 4).
+        // How far the copy of a corner may have moved relative to the copy of the origin, apart from a
+        // fraction of |A|: 0 unless the scene was given in f64 (f64.md, section 4).
         let copied = (org * splat(room.copied[0])).min(splat(room.copied[1]));
-        // The part of an edge's bound that grows with the origin: the rounding of the reference's hit point (`ORIGIN`),
-        // that of the copies, and what underflow takes (`SMALL`, `OFF_ADD`).
+        // The part of an edge's bound that grows with the origin: the rounding of the reference's hit point
+        // (`ORIGIN`), that of the copies, and the effect of underflow (`SMALL`, `OFF_ADD`).
         let off = org.mul_add(splat(room.off[0]), copied + splat(room.off[1]));
         let off = len.mul_add(off, splat(bound::OFF_ADD));
 
-        // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
+        // The larger of t_min and Threshold; a NaN in t_min stays NaN, and decides nothing.
         let near = rays.t_min.mul_add(splat(room.near[0]), splat(room.near[1]));
         Self {
             rays,
@@ -181,7 +181,7 @@ impl Rays<f32> {
         Self::new(RayLanes::of_ray(ray), threshold, room)
     }
 
-    /// Widens the bound to cover all lines of this direction within a distance of `off`.
+    /// Widens the bound to cover all lines in this direction within a distance of `off`.
     #[inline(always)]
     pub(super) fn passed_within(mut self, off: f32) -> Self {
         self.off += self.len * off;
@@ -222,8 +222,8 @@ pub(super) struct Edges<F> {
     pub(super) v: F,
     pub(super) w: F,
     pub(super) u: F,
-    /// The filter decides only if `den` exceeds this. It is NaN, which nothing exceeds, if the ray's
-    /// `len` or the triangle's `h` is.
+    /// The filter decides only if `den` exceeds this. It is NaN, which nothing exceeds, if the ray's `len` or
+    /// the triangle's `h` is NaN.
     least: F,
 }
 
@@ -236,41 +236,42 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let den = tri.n.dot_fused(of.rays.dir);
         let v = tri.h5.dot_fused(r);
         let w = tri.minus_h4.dot_fused(r);
-        // The three sum to `den`, so the third edge costs two subtractions instead of a cross product. It inherits the
-        // errors of the others, which is why its bound is twice theirs.
+        // The three sum to `den`, so the third edge costs two subtractions instead of a cross product. It
+        // inherits the errors of the others, so its bound is twice theirs.
         Self { a, den, v, w, u: (den - v) - w, least: tri.hh.mul_add(of.grazing, of.grazing_add) }
     }
 
-    /// Far enough from grazing for the sign of `den` to be sure and the reference's noise small?
+    /// Whether the ray is far enough from grazing for the sign of `den` to be certain and the reference's
+    /// noise to be small.
     #[inline(always)]
     pub(super) fn sure(&self) -> F::Mask {
         self.den.abs().gt(self.least)
     }
 
-    /// The weights, positive inside whichever side the ray comes from.
+    /// The weights, positive inside, from whichever side the ray comes.
     #[inline(always)]
     pub(super) fn weights(&self) -> [F; 3] {
         [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
     }
 
-    /// Beyond this the signs of V and W are sure, beyond twice as much that of U.
+    /// Beyond this the signs of V and W are certain; beyond twice this, that of U.
     #[inline(always)]
     pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
         // `EDGE |d|₂ h (|A|₁ + NEAR h) + h off`: section 2 of certified.md.
         tri.h * of.edge.mul_add(tri.h.mul_add(F::splat(bound::NEAR), self.a.norm1()), of.off)
     }
 
-    /// A bound for each of V, W and U, which takes a few times as long as [`Edges::bound`].
+    /// A separate bound for V, W and U, which takes a few times as long as [`Edges::bound`].
     #[inline(always)]
     pub(super) fn sharp_bounds(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> [F; 3] {
         let splat = F::splat;
 
-        // The sums of the sizes of all products.
+        // The sums of the magnitudes of all products.
         let (a, d) = (self.a.abs(), of.rays.dir.abs());
         let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
         let q = a.permanents(d);
         let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
-        // U is made of the other three numbers, so its permanent is the sum of theirs.
+        // U is computed from the other three numbers, so its permanent is the sum of theirs.
         let u = v + w + h4.permanents(h5).dot_fused(d);
 
         // The reference's noise, or the rounding of copies.
@@ -280,8 +281,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(sharp_u, noise)]
     }
 
-    /// By the sharp bounds: lanes that no edge makes a certain miss, and lanes that all edges make a
-    /// certain hit if [`Edges::sure`].
+    /// Using the sharp bounds: the lanes that no edge makes a certain miss, and the lanes that all edges make
+    /// a certain hit if [`Edges::sure`].
     #[inline(always)]
     fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> (F::Mask, F::Mask) {
         let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of, room);
@@ -295,11 +296,11 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
 /// The t at which the ray meets the plane, as a quotient with error bounds.
 #[derive(Clone, Copy)]
 pub(super) struct PlaneHit<F> {
-    /// The numerator, with the sign of `den` in it.
+    /// The numerator, multiplied by the sign of `den`.
     pub(super) num: F,
     /// `SLACK` times its bound.
     pub(super) num_err: F,
-    /// The size of the denominator.
+    /// The absolute value of the denominator.
     den: F,
     /// `SLACK` times its bound.
     pub(super) den_err: F,
@@ -318,14 +319,14 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         }
     }
 
-    /// Lanes whose t is surely out of the interval: above `far`, or below its near end. Most lanes need no more than
-    /// this, and it takes no division.
+    /// Lanes whose t is certainly outside the interval: above `far`, or below its near end. For most lanes
+    /// this is enough, and it takes no division.
     #[inline(always)]
     pub(super) fn out_of_range(&self, of: &Rays<F>, far: F) -> F::Mask {
         let Self { num, num_err, den, den_err } = *self;
         // num / den > far, multiplied by the positive den.
         let beyond = num.gt(far.mul_add(den + den_err, num_err));
-        // `den - den_err` is positive wherever the sign of `den` is sure, because `GRAZING` exceeds `SLACK DEN`.
+        // `den - den_err` is positive if the sign of `den` is certain, because `GRAZING` exceeds `SLACK DEN`.
         let before = num.lt(of.below.mul_add(den - den_err, -num_err));
         beyond | before
     }
@@ -336,7 +337,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         enclose(self.num, self.num_err, self.den, self.den_err)
     }
 
-    /// A bound of the numerator's error that takes a few times as long.
+    /// A bound on the numerator's error that takes a few times as long.
     #[inline(always)]
     pub(super) fn sharp_num_err(
         tri: &Triangles<F>,
@@ -353,7 +354,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         perm.mul_add(splat(bound::SHARP_NUM), (noise + splat(bound::TINY)) + copied)
     }
 
-    /// The enclosure of t under it.
+    /// The enclosure of t with that bound.
     #[inline(always)]
     pub(super) fn sharper(
         &self,
@@ -367,8 +368,8 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
     }
 }
 
-/// The enclosure of t from its numerator and its denominator, which is positive, each with `SLACK` times its
-/// bound. The products with the reciprocal come first, so that t waits for no more than one of them.
+/// The enclosure of t from its numerator and its positive denominator, each with `SLACK` times its bound. The
+/// products with the reciprocal come first, so that t waits for at most one of them.
 #[inline(always)]
 pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {
     let recip = F::splat(1.0) / den;
@@ -381,7 +382,7 @@ pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_er
 }
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
-    /// Decides what the bound lets it decide. A lane whose t surely exceeds `far` is a miss, too.
+    /// Decides whatever the bound allows. A lane whose t certainly exceeds `far` is also a miss.
     #[inline(always)]
     pub(super) fn decide(
         &self,
@@ -395,20 +396,20 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let Self { den, least, .. } = *self;
         let sure = self.sure();
 
-        // The least of the weights decides. U's bound is twice that of V and W, so U counts by half. A sum
-        // rounds to a number of the same sign, so its sign bit is the comparison.
+        // The smallest weight decides. U's bound is twice that of V and W, so U is halved. A rounded sum has
+        // the right sign, so its sign bit is the comparison.
         let bound = self.bound(tri, of);
         let [v, w, u] = self.weights();
         let edge = v.min(w).min(u * splat(0.5));
         let nothing = Verdicts { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
         let outside = if F::N == 1 {
-            // A single number is compared without a minimum, which is a branch in WebAssembly.
+            // A single lane is compared without a minimum, which would be a branch in WebAssembly.
             (v + bound).or_sign(w + bound).or_sign(u * splat(0.5) + bound).negative()
         } else {
             (edge + bound).negative()
         };
-        // Most triangles are missed by an edge, so a few lanes are often all outside, and return early. With eight lanes
-        // or more, one usually is not, and the branch costs more than it saves.
+        // An edge misses most triangles, so with few lanes often all are outside, and this returns early.
+        // With eight lanes or more, usually at least one is not, and the branch costs more than it saves.
         if F::N <= 4 && !(!(sure & outside)).any() {
             return nothing;
         }
@@ -421,18 +422,18 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
             return nothing;
         }
 
-        // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.
+        // A hit if nothing is in doubt: not the parallel test, not the range, and not the edges.
         let (t_lo, t_hi) = plane.enclosure();
-        // `least` pays for the error of `den` itself; the rest is the document's test `|vd| > Threshold`, multiplied by
-        // an upper bound of the normal's length (certified.md, section 4).
+        // `least` accounts for the error of `den` itself; the rest is the document's test `|vd| > Threshold`,
+        // multiplied by an upper bound on the normal's length (certified.md, section 4).
         let parallel = splat(threshold.near * (bound::PARALLEL * bound::AREA));
         let parallel = tri.hh.mul_add(parallel, least);
         let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
         let mut hit = (slanted & t_lo.gt(of.above) & edge.gt(bound)).bits() & maybe;
         let mut undecided = maybe & !hit;
         if undecided != 0 {
-            // The last attempt, by bounds that take a few times as long. Most of these lanes are rays that start on
-            // the triangle, whose t is near 0, or rays near an edge.
+            // The last attempt, with bounds that take a few times as long. Most of these lanes are rays that
+            // start on the triangle, so that t is near 0, or rays near an edge.
             let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);

@@ -1,4 +1,5 @@
-//! The numbers by which the filter decides, exposed so that tests can compare its bounds with exact arithmetic.
+//! The numbers with which the filter decides, exposed so that tests can compare its bounds with exact
+//! arithmetic.
 
 use crate::packet::{Copy32, TriangleBlock};
 use crate::simd::{Lanes, Level, Mask, Simd, WithSimd};
@@ -9,11 +10,11 @@ use super::edges::{Edges, PlaneHit, Rays, Triangles};
 use super::precheck::{Constants, Precheck};
 use super::room::Room;
 
-/// The numbers by which the mode `certified` decides one test, as its level computes them, each with
-/// the bound of its error.
+/// The numbers with which the mode `certified` decides one test, as its level computes them, each with its
+/// error bound.
 ///
-/// In the notation of `docs/numerics/certified.md`: `v`, `w`, `u` and `den` are the edge functions and
-/// the denominator, `t` is `num / den`. NaN and infinities are passed through.
+/// In the notation of `docs/numerics/certified.md`: `v`, `w`, `u` and `den` are the edge functions and the
+/// denominator, `t` is `num / den`. NaN and infinities are passed through.
 ///
 /// ```
 /// use intertri::internal::Evidence;
@@ -35,35 +36,35 @@ pub struct Evidence {
     pub w: f32,
     /// U, the weight of the first corner times the denominator.
     pub u: f32,
-    /// The bound of V and of W.
+    /// The error bound of V and of W.
     pub edge: f32,
-    /// The bound of U.
+    /// The error bound of U.
     pub u_edge: f32,
     /// The sharp bounds of V, W and U, for pairs that the others leave undecided.
     pub sharp: [f32; 3],
     /// D, the normal (not of unit length) times the direction.
     pub den: f32,
-    /// The bound of D.
+    /// The error bound of D.
     pub den_err: f32,
     /// T, the normal times the vector from the origin to the first corner.
     pub num: f32,
-    /// The bound of T.
+    /// The error bound of T.
     pub num_err: f32,
-    /// The sharp bound of T, for pairs that the other leaves undecided.
+    /// The sharp bound of T, for pairs that the other one leaves undecided.
     pub sharp_num: f32,
-    /// The enclosure of t under it, valid if [`Evidence::sure`].
+    /// The enclosure of t with the sharp bounds, valid if [`Evidence::sure`].
     pub sharp_t: [f32; 2],
     /// The enclosure of t, valid if [`Evidence::sure`].
     pub t_lo: f32,
     /// See [`Evidence::t_lo`].
     pub t_hi: f32,
-    /// V, W, U and D over `h`, as the precheck computes them.
+    /// V, W, U and D divided by `h`, as computed in the precheck.
     pub precheck: [f32; 4],
     /// The bound of each of these.
     pub precheck_bound: f32,
     /// The longest edge.
     pub h: f32,
-    /// Whether t is surely outside of the ray's interval, or not beyond the threshold; valid if
+    /// Whether t is certainly outside the ray's interval, or not above the threshold; valid if
     /// [`Evidence::sure`].
     pub out_of_range: bool,
     /// Whether the ray is far enough from grazing for anything to be decided.
@@ -87,8 +88,8 @@ impl Evidence {
         level.run(BlockEvidence { threshold, ray, triangle, block: &block, room })
     }
 
-    /// The same for copies of f64 originals. `reach` bounds the sum of the coordinates of every corner. The precheck's
-    /// numbers are meaningless here.
+    /// The same for copies of f64 originals. `reach` bounds the sum of the coordinates of every corner. The
+    /// precheck's numbers are meaningless here.
     pub fn of_copies(ray: &Ray, copy: &Copy32, reach: f32, level: Level) -> Self {
         let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
         let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));

@@ -1,15 +1,16 @@
 //! The longest edges of triangles, measured in f32.
 //!
-//! A block of triangles stores them, computed in f64. A triangle that is tested only once does not need that precision:
-//! any upper bound of its longest edge is valid. Proof: `docs/numerics/certified.md`, section 11.
+//! A block of triangles stores them, computed in f64. A triangle that is tested only once does not need that
+//! precision: any upper bound on its longest edge is valid. `docs/numerics/certified.md`, section 11, has the
+//! proof.
 
 use crate::packet::SHORTEST;
 use crate::simd::{Lanes, Vec3};
 
 use super::bound;
 
-/// An upper bound of the longest edge, at least [`SHORTEST`]; NaN if a corner is so far out that f32 must not decide.
-/// Takes the first corner and the edges `-h4` and `h5` that begin there.
+/// An upper bound on the longest edge, at least [`SHORTEST`]; NaN if a corner is so far out that f32 must not
+/// decide. Takes the first corner and the edges `-h4` and `h5` that begin there.
 #[inline(always)]
 pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     c1: Vec3<F>,
@@ -18,7 +19,8 @@ pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
 ) -> F {
     let splat = F::splat;
     let (length, sane) = if F::N <= 4 {
-        // Few lanes share the cost of a square root. The sum of two norms is cheaper, and no edge is longer.
+        // With few lanes, a square root would be too expensive. The sum of two norms is cheaper, and no edge
+        // is longer.
         let sum = minus_h4.norm1() + h5.norm1();
         (sum, (c1.norm1() + sum).le(splat(bound::LARGEST)))
     } else {
@@ -37,7 +39,7 @@ mod tests {
     use super::*;
     use crate::simd::{Level, Simd, WithSimd};
 
-    /// The longest edge of one triangle, in the first lane of a width and in a single number.
+    /// The longest edge of one triangle, computed in the first lane of a width and as a single number.
     struct Measured([[f32; 3]; 3]);
 
     impl WithSimd for Measured {
@@ -55,8 +57,8 @@ mod tests {
         }
     }
 
-    /// Numbers of every kind in every corner: a bound that holds, that is not much too large, and none where f32 must
-    /// not decide.
+    /// Numbers of every kind in every corner: the bound holds, is not much too large, and is NaN where f32
+    /// must not decide.
     #[test]
     fn no_edge_is_longer_than_its_bound() {
         let numbers = [0.0, -0.0, 1e-45, 3e-20, 1.0, 1.000_000_1, -3.7, 1e9, 1e12, -1e12];

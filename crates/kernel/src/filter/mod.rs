@@ -1,5 +1,5 @@
-//! The filter: f32 lanes decide every pair that a proven bound lets them decide. The rare undecided
-//! lane goes to a resolver, which depends on the mode.
+//! The filter: f32 lanes decide every pair that a proven bound allows. The rare undecided lane goes to a
+//! resolver, which depends on the mode.
 //!
 //! ```text
 //!   rays, triangles ──► filter (f32, 8 lanes) ──► surely a miss   nearly all, by their edges
@@ -43,12 +43,12 @@ use crate::simd::{Lanes, Level, Simd};
 use edges::Edges;
 use projection::{Frame, Outlines, Points, Starts};
 
-/// f32 lanes under a proven bound, and a resolver for what they leave undecided: the test of a mode, for loops of your
-/// own over packets and blocks. [`Mode::filter`](crate::Mode::filter) makes one.
+/// f32 lanes with a proven bound, and a resolver for what they leave undecided: the test of a mode, for your
+/// own loops over packets and blocks. Create one with [`Mode::filter`](crate::Mode::filter).
 ///
-/// Enter a loop by [`WithSimd`](crate::simd::WithSimd), which compiles it for each level of instructions. A
-/// [`TriangleId`](crate::TriangleId) is a triangle's own number, which breaks ties; a [`LeafSlot`](crate::LeafSlot) is
-/// where you store the triangle, and `find` closures get it back.
+/// Enter a loop through [`WithSimd`](crate::simd::WithSimd), which compiles it for each instruction level. A
+/// [`TriangleId`](crate::TriangleId) is a triangle's own number, which breaks ties; a
+/// [`LeafSlot`](crate::LeafSlot) is where you store the triangle, and is passed to `find` closures.
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -78,28 +78,28 @@ pub struct Filter<'a> {
 }
 
 impl<'a> Filter<'a> {
-    /// With document A's operations as the resolver, and its threshold.
+    /// A filter with document A's operations as the resolver, and its threshold.
     #[inline]
     pub fn certified(threshold: Threshold, level: Level) -> Self {
         Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: &Room::NONE }
     }
 
-    /// For any rays and triangles, right on their coordinates (`docs/numerics/exact.md`).
+    /// A filter for any rays and triangles, right on their coordinates (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(rule: Rule, level: Level) -> Self {
         let resolver = Resolver::Exact(rule);
         Self { threshold: Threshold::ZERO, resolver, level, room: &Room::EXACT }
     }
 
-    /// For f32 copies of f64 coordinates: answers are exact for the originals. `room` bounds the rounding of the copies
-    /// (`docs/numerics/f64.md`).
+    /// A filter for f32 copies of f64 coordinates: answers are exact for the originals. `room` bounds the
+    /// rounding of the copies (`docs/numerics/f64.md`).
     #[doc(hidden)]
     #[inline]
     pub fn on_copies(originals: &'a dyn Originals, room: &'a Room, level: Level) -> Self {
         Self { threshold: Threshold::ZERO, resolver: Resolver::Originals(originals), level, room }
     }
 
-    /// The level of instructions to run on.
+    /// The instruction level to run on.
     #[inline]
     pub fn level(&self) -> Level {
         self.level
@@ -111,26 +111,26 @@ impl<'a> Filter<'a> {
         self.resolver
     }
 
-    /// The document's threshold; zero for a mode that has none.
+    /// The document's threshold; zero for a mode without one.
     #[inline]
     pub fn threshold(&self) -> Threshold {
         self.threshold
     }
 
-    /// The bounds' shares for rounding.
+    /// The parts of the bounds that depend on the scene.
     #[inline(always)]
     pub(crate) fn room(&self) -> &'a Room {
         self.room
     }
 
-    /// Any t below this surely lies before the far end of a ray: the end itself if it is exact.
+    /// Any t below this is certainly before the far end of a ray; this is the end itself if it is exact.
     #[inline(always)]
     pub(crate) fn sure_end(&self, t_max: f32) -> f32 {
         // The end of a copied ray is rounded up.
         if self.room.copies { t_max.next_down() } else { t_max }
     }
 
-    /// Which of the `live` lanes are hits with `t_min <= t` and, surely or perhaps, `t <= far`.
+    /// Which of the `live` lanes are hits with `t_min <= t` and, certainly or possibly, `t <= far`.
     #[inline(always)]
     pub(crate) fn test<F: Lanes<Scalar = f32>>(
         &self,
@@ -141,7 +141,7 @@ impl<'a> Filter<'a> {
         counts: &mut Counts,
     ) -> Verdicts<F> {
         counts.tests += u64::from(live.count_ones());
-        // The edge functions first: they rule out nearly every pair before t is looked at.
+        // The edge functions first: they rule out nearly every pair before t is computed.
         let edges = Edges::new(triangles, rays);
         let verdicts = edges.decide(triangles, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(verdicts.undecided.count_ones());
@@ -150,8 +150,8 @@ impl<'a> Filter<'a> {
 }
 
 impl Filter<'_> {
-    /// The triangles of one or two blocks, projected by a frame, for rays whose z is at least `slowest`.
-    /// The second block begins at lane 8.
+    /// The triangles of one or two blocks, projected by a frame, for rays whose z is at least `slowest`. The
+    /// second block begins at lane 8.
     ///
     /// See [`Outlines`] for an example.
     #[inline(always)]
@@ -175,8 +175,8 @@ impl Filter<'_> {
         self.room.copies
     }
 
-    /// A frame for bundles whose rays pass the origin within `off`. For copies of f64 originals, `off` grows by the
-    /// rounding of the copies. `reach` is how far rays get from the middle of the projection.
+    /// A frame for bundles whose rays miss the origin by at most `off`. For copies of f64 originals, `off`
+    /// grows by the rounding of the copies. `reach` is how far rays get from the centre of the projection.
     #[inline]
     pub fn frame(&self, frame: Frame, off: f32, reach: [f32; 2]) -> Frame {
         let frame = if self.room.copies { frame.of_copies() } else { frame };
@@ -184,8 +184,8 @@ impl Filter<'_> {
         if off > 0.0 { frame.passed_within(off, reach) } else { frame }
     }
 
-    /// Adds the live rays of a packet to the depths where rays begin to look for hits: none before the first `t_min`,
-    /// and surely beyond the second.
+    /// Adds the live rays of a packet to the depths where rays begin to look for hits: none before the first
+    /// `t_min`, and certainly beyond the second.
     ///
     /// See [`Starts`] for an example.
     #[inline(always)]

@@ -1,5 +1,5 @@
-//! Parallel rays whose lines are close together: which triangles of a block some of them may hit, and which of
-//! sixteen rays hit one of these triangles.
+//! Parallel rays with lines close together: finds the triangles of a block that some of them may hit, and
+//! which of sixteen rays hit one of these triangles.
 //!
 //! ```text
 //!   axis ──► block of eight        V, W, U of a ray along the axis, and their gradients across it
@@ -7,7 +7,7 @@
 //!     └────► remaining pairs       the test for any rays
 //! ```
 //!
-//! Bound and proof: `docs/numerics/exact.md`, section 10.
+//! `docs/numerics/exact.md`, section 10, has the bound and the proof.
 
 use crate::Ray;
 use crate::packet::TriangleBlock;
@@ -25,7 +25,7 @@ pub struct Axis {
     reach: [f32; 3],
 }
 
-/// Eight triangles as parallel rays see them.
+/// Eight triangles relative to parallel rays.
 ///
 /// ```
 /// use intertri::internal::{AlongAxis, LaneHits};
@@ -56,30 +56,30 @@ pub struct Axis {
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AlongAxis {
-    /// V and W of the axis, positive inside, and the size of D.
+    /// V and W on the axis, positive inside, and the absolute value of D.
     v: [f32; 8],
     w: [f32; 8],
     den: [f32; 8],
-    /// The gradients of V and W across the axis.
+    /// The gradients of V and W perpendicular to the axis.
     of_v: [[f32; 8]; 3],
     of_w: [[f32; 8]; 3],
-    /// Below this an edge makes a sure miss.
+    /// Below this an edge makes a certain miss.
     least: [f32; 8],
 }
 
 /// The hits of sixteen rays with one triangle. A lane in neither mask is a miss.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneHits {
-    /// Certain hits: within the interval, and inside of all edges.
+    /// Certain hits: within the interval, and inside all edges.
     pub sure: u32,
     /// Lanes for the resolver.
     pub undecided: u32,
-    /// Whether the rays of the certain hits go with the normal.
+    /// Whether the rays of the certain hits run with the normal.
     pub leaves: bool,
 }
 
 impl AlongAxis {
-    /// Which of sixteen rays may hit the triangle in a lane, by their lines' offsets from the axis.
+    /// Which of sixteen rays may hit the triangle in a lane, given their lines' offsets from the axis.
     #[inline(always)]
     pub fn maybe_in<S: Simd>(&self, lane: usize, beside: &Vec3<S::F32x16>) -> u32 {
         let splat = |row: &[f32; 8]| S::F32x16::splat(row[lane % 8]);
@@ -96,20 +96,21 @@ impl AlongAxis {
 }
 
 impl Filter<'_> {
-    /// The axis of parallel rays whose lines are within `reach` of it in each coordinate. `away` bounds the sum of the
-    /// coordinates of every origin.
+    /// The axis of parallel rays with lines within `reach` of it in each coordinate. `away` bounds the sum of
+    /// the coordinates of every origin.
     #[inline(always)]
     pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
         let [x, y, z] = reach;
         let away = away * if self.room.copies { bound::COPY_AWAY } else { bound::AWAY };
-        // What moving a line from the axis to a ray may change in V, W and U beyond their computed gradients, and how
-        // far the subtraction of large coordinates rounds (exact.md, section 10).
+        // How much V, W and U may change from the axis to a ray beyond their computed gradients, plus the
+        // rounding from subtracting large coordinates (exact.md, section 10).
         let off = Lanes::mul_add(x + y + z, bound::BESIDE, away);
         let rays = Rays::of_ray(axis, self.threshold, self.room).passed_within(off);
         Axis { rays, dir: axis.dir, reach }
     }
 
-    /// The triangles of a block that a ray around an axis may hit, a bit each. If there are any, fills `along` for them.
+    /// The triangles of a block that a ray around an axis may hit, as bits. If there are any, fills `along`
+    /// for them.
     #[inline(always)]
     pub fn along_in<S: Simd>(
         &self,
@@ -121,7 +122,7 @@ impl Filter<'_> {
         let rays = Rays::splat(&axis.rays);
         let edges = Edges::new(&triangles, &rays);
         let bound = edges.bound(&triangles, &rays);
-        // Where the sign of D is unknown, no edge rules a triangle out.
+        // If the sign of D is unknown, no edge rules a triangle out.
         let least = Lanes::select(edges.sure(), -bound, S::F32x8::splat(f32::NEG_INFINITY));
         let [v, w, u] = edges.weights();
 
@@ -146,7 +147,7 @@ impl Filter<'_> {
         reached
     }
 
-    /// The hits of the `live` ones of sixteen rays with the triangle in a lane of a block.
+    /// The hits of the `live` rays among sixteen with the triangle in a lane of a block.
     #[inline(always)]
     pub fn lane_hits_in<S: Simd>(
         &self,
@@ -164,8 +165,8 @@ impl Filter<'_> {
             edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(undecided.count_ones());
 
-        // A hit whose enclosure of t reaches the end of the interval may lie beyond it, so it is not certain. Copies
-        // round `t_max` up, so there the end is the f32 below it.
+        // A hit whose enclosure of t reaches the end of the interval may be beyond it, so it is not certain.
+        // Copies round `t_max` up, so for them the end is the f32 below it.
         let end = packet.t_max.map(|t_max| self.sure_end(t_max));
         let sure = hit & Mask::bits(t_hi.lt(Lanes::load(&end)));
         let leaves = sure & !Mask::bits(edges.den.negative()) != 0;
@@ -173,7 +174,7 @@ impl Filter<'_> {
     }
 }
 
-/// With the signs flipped where a number is negative.
+/// Flips the signs where a number is negative.
 #[inline(always)]
 fn flipped<F: Lanes<Scalar = f32>>(Vec3 { x, y, z }: Vec3<F>, of: F) -> Vec3<F> {
     Vec3 { x: x.flip(of), y: y.flip(of), z: z.flip(of) }

@@ -1,4 +1,4 @@
-//! The precheck of packets: do rays of any origin surely miss a triangle?
+//! The precheck of packets: do rays from any origins certainly miss a triangle?
 //!
 //! ```text
 //!   V/h = v·d + h5/h·m     with the moments   v = h5 × c1 / h         of an edge
@@ -7,9 +7,9 @@
 //!   U = D - V - W          a miss: two of them have different signs
 //! ```
 //!
-//! It needs no translation, and only sixteen numbers of a triangle. In return its error grows with the distance from
-//! the world's origin. A precheck can afford that, because the filter tests every pair that it lets through. Bound and
-//! proof: `docs/numerics/certified.md`, section 8.
+//! It needs no translation, and only sixteen numbers of a triangle. In return its error grows with the
+//! distance from the world's origin. A precheck can afford that, because the filter tests every pair that
+//! passes. `docs/numerics/certified.md`, section 8, has the bound and the proof.
 
 use crate::Triangle;
 use crate::packet::TriangleBlock;
@@ -28,13 +28,13 @@ use super::room::Room;
 pub(crate) struct Constants {
     v: Vec3<f32>,
     w: Vec3<f32>,
-    /// The edges and the normal, over h.
+    /// The edges and the normal, divided by h.
     h5: Vec3<f32>,
     minus_h4: Vec3<f32>,
     n: Vec3<f32>,
     /// `PRECHECK (|c1|₁ + h)`
     reach: f32,
-    /// The longest edge, rounded up; NaN where f32 must not decide.
+    /// The longest edge, rounded up; NaN if f32 must not decide.
     pub(super) h: f32,
 }
 
@@ -72,12 +72,12 @@ impl<F: Lanes<Scalar = f32>> Precheck<F> {
     #[inline(always)]
     pub(super) fn new(rays: &Rays<F>) -> Self {
         let (org, dir, len) = (rays.org(), rays.dir(), rays.len());
-        // `PRECHECK |d|₂ |o|₁ + off`; the triangle's share, `reach`, is added for each triangle.
+        // `PRECHECK |d|₂ |o|₁ + off`; the triangle's part, `reach`, is added for each triangle.
         let away = (len * F::splat(bound::PRECHECK)).mul_add(org.norm1(), rays.off());
         Self { dir, moment: dir.cross_fused(org), len, away }
     }
 
-    /// V, W, U and the denominator, over h, and the bound of their error.
+    /// V, W, U and the denominator, divided by h, and their error bound.
     #[inline(always)]
     pub(super) fn values(&self, at: &Constants) -> ([F; 4], F) {
         let splat = |x: Vec3<f32>| Vec3::<F>::splat([x.x, x.y, x.z]);
@@ -89,7 +89,7 @@ impl<F: Lanes<Scalar = f32>> Precheck<F> {
         ([v, w, (den - v) - w, den], self.len.mul_add(F::splat(at.reach), self.away))
     }
 
-    /// Lanes that surely miss: two edge functions surely have different signs, and the ray does not
+    /// Lanes that certainly miss: two edge functions have different signs for certain, and the ray does not
     /// graze.
     #[inline(always)]
     pub(super) fn sure_miss(&self, at: &Constants) -> F::Mask {

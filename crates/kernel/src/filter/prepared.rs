@@ -1,4 +1,4 @@
-//! Values computed once: from a triangle for many rays, or from rays for many triangles.
+//! Precomputed values: of a triangle for many rays, or of rays for many triangles.
 
 use super::precheck::{Constants, Precheck};
 use super::{Counts, Filter, Rays, Triangles, Verdicts};
@@ -21,7 +21,7 @@ use crate::{Ray, RayId, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedTriangle {
-    /// First, so that the precheck finds them in one cache line.
+    /// First, so that the precheck reads only one cache line.
     constants: Constants,
     triangle: Triangle,
 }
@@ -38,7 +38,7 @@ impl PreparedTriangle {
     }
 }
 
-/// A ray with the constants that every block of triangles needs: [`Filter::prepare_ray`] makes one.
+/// A ray with the constants that every block of triangles needs. Create one with [`Filter::prepare_ray`].
 ///
 /// ```
 /// use intertri::{Mode, PreparedRay, Ray, RayId};
@@ -49,7 +49,7 @@ impl PreparedTriangle {
 #[derive(Clone, Copy)]
 pub struct PreparedRay {
     pub(crate) ray: Ray,
-    /// The index of its original.
+    /// The id of its original.
     pub(crate) id: RayId,
     pub(crate) lanes: Rays<f32>,
 }
@@ -61,15 +61,15 @@ impl PreparedRay {
         &self.ray
     }
 
-    /// The ray's number.
+    /// The ray's id.
     #[inline(always)]
     pub fn id(&self) -> RayId {
         self.id
     }
 }
 
-/// N rays with the constants that every triangle needs, at one level of instructions:
-/// [`Filter::prepare_packet_in`] makes one.
+/// N rays with the constants that every triangle needs, at one instruction level. Create it with
+/// [`Filter::prepare_packet_in`].
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -102,20 +102,20 @@ where
 }
 
 impl Filter<'_> {
-    /// A ray prepared for one block after another.
+    /// Prepares a ray for one block after another.
     #[inline(always)]
     pub fn prepare_ray(&self, ray: &Ray) -> PreparedRay {
         self.prepare_numbered(ray, RayId(0))
     }
 
-    /// A ray with a number, by which a resolver finds its f64 original.
+    /// Prepares a ray with an id, with which a resolver finds its f64 original.
     #[doc(hidden)]
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
         PreparedRay { ray: *ray, id, lanes: Rays::of_ray(ray, self.threshold(), self.room()) }
     }
 
-    /// N rays prepared for one triangle after another.
+    /// Prepares N rays for one triangle after another.
     #[inline(always)]
     pub fn prepare_packet_in<'a, S: Simd, const N: usize>(
         &self,
@@ -128,7 +128,7 @@ impl Filter<'_> {
         PreparedPacket { packet, lanes, precheck: Precheck::new(&lanes) }
     }
 
-    /// The filter's verdicts on N rays and one triangle.
+    /// The filter's verdicts for N rays and one triangle.
     #[inline(always)]
     pub(crate) fn test_packet<S: Simd, const N: usize>(
         &self,
@@ -141,7 +141,7 @@ impl Filter<'_> {
     where
         Lane<N>: Width,
     {
-        // Nearly always the precheck rules out all rays of a packet.
+        // In nearly all cases the precheck rules out all rays of a packet.
         if !rays.may_hit(triangle, live) {
             counts.tests += u64::from(live.count_ones());
             return Verdicts::miss();
@@ -162,8 +162,8 @@ impl Filter<'_> {
     where
         Lane<N>: Width,
     {
-        // The precheck's numbers are relative to the world's origin; the test itself translates first and needs only h
-        // of them.
+        // The precheck's numbers are relative to the world's origin; the test itself translates first and
+        // needs only h.
         self.test(&Triangles::splat(triangle, constants.h), &rays.lanes, far, live, counts)
     }
 }
@@ -172,10 +172,10 @@ impl<S: Simd, const N: usize> PreparedPacket<'_, S, N>
 where
     Lane<N>: Width,
 {
-    /// Whether the precheck leaves any of the live rays a chance to hit the triangle.
+    /// Whether the precheck leaves it possible that a live ray hits the triangle.
     #[inline(always)]
     pub(crate) fn may_hit(&self, triangle: &PreparedTriangle, live: u32) -> bool {
-        // A ray that is no longer live must not keep a triangle.
+        // Only live rays count.
         (!self.precheck.sure_miss(&triangle.constants)).bits() & live != 0
     }
 }

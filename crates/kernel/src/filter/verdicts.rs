@@ -2,7 +2,7 @@
 
 use crate::simd::Lanes;
 
-/// How many tests were made, and how many of them the f32 bound left undecided.
+/// The number of tests, and how many of them the f32 bound left undecided.
 ///
 /// ```
 /// let mut all = intertri::Counts { tests: 64, undecided: 1 };
@@ -11,7 +11,7 @@ use crate::simd::Lanes;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Ray/triangle tests, dead lanes not counted.
+    /// Ray/triangle tests, without dead lanes.
     pub tests: u64,
     /// Tests that a resolver had to settle.
     pub undecided: u64,
@@ -27,7 +27,7 @@ impl core::ops::AddAssign for Counts {
 /// A verdict on each lane. A lane in neither mask is a miss.
 #[derive(Clone, Copy)]
 pub(crate) struct Verdicts<F> {
-    /// Hits, except that t may lie beyond the far end of the interval.
+    /// Hits, except that t may be beyond the far end of the interval.
     pub(crate) hit: u32,
     /// Pairs for the resolver to settle.
     pub(crate) undecided: u32,

@@ -1,13 +1,14 @@
-//! The worst case of rounding, to first order: numbers that carry what each rounding so far may have added to them.
+//! The worst case of rounding, to first order: numbers that record how much each rounding may have changed
+//! them.
 //!
 //! ```text
 //!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ         a share for each rounding, each input that is a copy,
 //!                                            ±  u|value|        and this sum's own
 //! ```
 //!
-//! The filter's code runs over them as it is. No input has ever been seen whose roundings all have one sign. A bound
-//! that covers even that holds by its derivation, not by luck. Products and sums are rounded apart, as where nothing is
-//! fused.
+//! The filter's code runs on them unchanged. No known input has roundings that all have the same sign. A
+//! bound that covers even that case holds by its derivation, not by luck. Products and sums are rounded
+//! separately, as on a level without fused operations.
 //!
 //! Rump, Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, has the idea and more.
 
@@ -19,17 +20,17 @@ use std::thread_local;
 use super::bound;
 use crate::simd::{Ints, Lanes, Level, Simd, Vec3};
 
-/// Roundings of a case, at most.
+/// The most roundings of a case.
 const SHARES: usize = 320;
 
 thread_local! {
-    /// How many there are so far.
+    /// The number of roundings so far.
     static USED: Cell<usize> = const { Cell::new(0) };
-    /// The error of the next numbers that are loaded.
+    /// The errors of the next numbers to be loaded.
     static LOADED: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
 }
 
-/// A number, and by how much each rounding may have changed it.
+/// A number, and how much each rounding may have changed it.
 #[derive(Clone, Copy)]
 pub(super) struct Worst {
     pub(super) value: f64,
@@ -42,7 +43,7 @@ impl Worst {
         Self { value, shares: [0.0; SHARES] }
     }
 
-    /// A number whose error is at most `share`.
+    /// A number with an error of at most `share`.
     pub(super) fn off_by(value: f64, share: f64) -> Self {
         let number = USED.get();
         USED.set(number + 1);
@@ -63,7 +64,7 @@ impl Worst {
         Vec3 { x, y, z }
     }
 
-    /// Rounded once more.
+    /// The number after another rounding.
     pub(super) fn rounded(self) -> Self {
         let mut rounded = Self::copy(self.value);
         for (to, from) in rounded.shares.iter_mut().zip(self.shares) {
@@ -72,31 +73,31 @@ impl Worst {
         rounded
     }
 
-    /// The product, not rounded.
+    /// The product, without rounding.
     pub(super) fn times(&self, b: &Self) -> Self {
         // To first order d(ab) = b da + a db; the product of two shares is of second order and left out.
         Self::combined(self.value * b.value, (self, b.value), (b, self.value))
     }
 
-    /// The sum, not rounded.
+    /// The sum, without rounding.
     pub(super) fn plus(&self, b: &Self) -> Self {
         Self::combined(self.value + b.value, (self, 1.0), (b, 1.0))
     }
 
-    /// The quotient, not rounded.
+    /// The quotient, without rounding.
     pub(super) fn over(&self, b: Self) -> Self {
         let q = self.value / b.value;
         // To first order d(a/b) = da/b - (a/b) db/b.
         Self::combined(q, (self, 1.0 / b.value), (&b, -q / b.value))
     }
 
-    /// The most that it may be off by.
+    /// The largest possible error.
     pub(super) fn most(&self) -> f64 {
-        // With every share of one sign: no sequence of roundings can do worse.
+        // With all shares of the same sign; no sequence of roundings can be worse.
         self.shares.iter().map(|share| share.abs()).sum()
     }
 
-    /// `value`, with the shares of two numbers, each times a factor.
+    /// `value`, with the shares of two numbers, each multiplied by a factor.
     fn combined(value: f64, (a, times_a): (&Self, f64), (b, times_b): (&Self, f64)) -> Self {
         let mut all = Self::exact(value);
         for (to, (a, b)) in all.shares.iter_mut().zip(a.shares.iter().zip(&b.shares)) {
@@ -105,7 +106,7 @@ impl Worst {
         all
     }
 
-    /// Begins another case; `loaded` are the errors of the numbers that are loaded next.
+    /// Begins another case; `loaded` are the errors of the next numbers to be loaded.
     pub(super) fn begin(loaded: &[f64]) {
         USED.set(0);
         LOADED.with_borrow_mut(|next| {
@@ -172,7 +173,7 @@ impl Lanes for Worst {
         self.store(to);
     }
     fn mul_add(self, b: Self, c: Self) -> Self {
-        // Rounded twice, as on a CPU without fused operations, where the bounds must hold, too.
+        // Rounded twice, as on a CPU without fused operations, where the bounds must also hold.
         self * b + c
     }
     fn mul_error(self, _: Self, _: Self) -> Self {
@@ -202,7 +203,7 @@ impl Lanes for Worst {
     }
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
-        // The derivative of the square root turns a share of its argument into one of the root.
+        // The derivative of the square root converts a share of its argument to one of the root.
         Self::combined(root, (&self, 0.5 / root), (&self, 0.0)).rounded()
     }
     fn lt(self, other: Self) -> bool {
@@ -216,7 +217,7 @@ impl Lanes for Worst {
     }
 }
 
-/// A level of such numbers; its f64 are plain ones.
+/// A level with such numbers; its f64 are ordinary.
 #[derive(Clone, Copy)]
 pub(super) struct Worsts;
 
@@ -278,8 +279,8 @@ impl Ints for NoInts {
     }
 }
 
-/// A search for inputs that use up most of a bound: numbers change a little or a lot, and a change that uses more is
-/// kept.
+/// A search for inputs that use most of a bound: numbers change a little or a lot, and a change that uses
+/// more is kept.
 pub(super) struct Search(u64);
 
 impl Search {
@@ -289,8 +290,8 @@ impl Search {
 
     /// Between -1 and 1.
     pub(super) fn number(&mut self) -> f64 {
-        // A linear congruential generator with Knuth's constants for MMIX. Its low bits have short periods, so a xor
-        // and a multiplication mix the high ones in before the top 53 are used.
+        // A linear congruential generator with Knuth's constants for MMIX. Its low bits have short periods,
+        // so a xor and a multiplication mix in the high ones before the top 53 are used.
         self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         let mixed = (self.0 ^ self.0 >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -301,7 +302,7 @@ impl Search {
         ((self.number() + 1.0) * 0.5 * n as f64) as usize % n
     }
 
-    /// The largest value of `share` in a number of climbs with a number of steps, each from other inputs.
+    /// The largest value of `share` in several climbs of several steps, each starting from different inputs.
     pub(super) fn most<const N: usize>(
         &mut self,
         [climbs, steps]: [usize; 2],
@@ -310,17 +311,17 @@ impl Search {
     ) -> f64 {
         let mut most = 0.0_f64;
         for _ in 0..climbs {
-            // Each climb begins elsewhere, so that one local maximum does not end the search.
+            // Each climb starts from a different input, so that one local maximum does not end the search.
             let mut best = start(self);
             let Some(mut used) = share(&best) else { continue };
             for _ in 0..steps {
                 let mut next = best;
-                // Steps between 1 and 1e-4: large ones leave a hill, small ones reach its top.
+                // Step sizes between 1 and 1e-4: large ones leave a hill, small ones reach its top.
                 let size = 10.0_f64.powf(-4.0 * (self.number() + 1.0) * 0.5);
                 for _ in 0..=self.below(3) {
                     let number = &mut next[self.below(N)];
                     *number += size * self.number();
-                    // A random step never reaches 0 itself, where products vanish and bounds are tightest.
+                    // A random step never reaches 0 exactly, where products vanish and bounds are tightest.
                     if self.below(8) == 0 {
                         *number = 0.0;
                     }

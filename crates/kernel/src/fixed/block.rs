@@ -1,4 +1,4 @@
-//! One ray against a block of triangles: the leaf of a hierarchy.
+//! One ray against a block of triangles, such as a leaf of a hierarchy.
 
 use super::determinants::Determinants;
 use super::edges::{Edges, cross, i64s, load, load_f32, splat, splat_f32, volume};
@@ -7,8 +7,8 @@ use super::{Crossing, IntWidth, Prepared, Ray, Triangle};
 use crate::simd::{Lane, Width, lanes_of};
 use crate::simd::{Lanes, Simd};
 
-/// N prepared triangles side by side, 4 or 8, each with its index. Lanes beyond the given triangles
-/// are points, which nothing hits.
+/// N prepared triangles in lanes, 4 or 8, each with its index. Lanes beyond the given triangles are points,
+/// which nothing hits.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Block, Grid, RayLanes};
@@ -45,9 +45,9 @@ pub struct Block<const N: usize> {
 }
 
 impl<const N: usize> Block<N> {
-    /// A block of the first N triangles, each with its index; of fewer where there are fewer.
+    /// A block of the first N triangles, each with its index, or of fewer if there are fewer.
     pub fn new(triangles: impl IntoIterator<Item = (Triangle, u32)>) -> Self {
-        // Lanes without a triangle hold one that no ray crosses.
+        // Lanes without a triangle contain one that no ray crosses.
         let (mut prepared, mut indices) = ([Prepared::NONE; N], [u32::MAX; N]);
         for (lane, (triangle, index)) in triangles.into_iter().take(N).enumerate() {
             prepared[lane] = Prepared::new(&triangle);
@@ -66,15 +66,15 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// The indices of the triangles; [`u32::MAX`] where there is none.
+    /// The indices of the triangles; [`u32::MAX`] for a lane without one.
     pub fn indices(&self) -> &[u32; N] {
         &self.indices
     }
 
-    /// Every crossing of a ray with `t_min <= t < t_max`, each with the index of its triangle, lane
-    /// by lane. Within a loop at some level.
+    /// Every crossing of a ray with `t_min <= t < t_max`, each with the index of its triangle, lane by lane.
+    /// To be called in a loop at some level.
     ///
-    /// With `FILTER`, f32 lanes look first; the answers are the same.
+    /// With `FILTER`, f32 lanes are tested first; the answers are the same.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -106,7 +106,7 @@ impl<const N: usize> Block<N> {
 
         let at = Determinants::of(&edges);
         for lane in lanes_of(with | against) {
-            // Corners are kept in f32, which holds them exactly, and converted where integers are needed.
+            // Corners are stored in f32, where they are exact, and converted where integers are needed.
             let (c1, o) = (integers(&self.c1, lane), i64s(ray.ray.origin()));
             let a = [c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]];
             let num = volume(a, integers(&self.h4, lane), integers(&self.h5, lane));
@@ -126,7 +126,7 @@ fn integers<const N: usize>(of: &[[f32; N]; 3], lane: usize) -> [i64; 3] {
 type F<S, const N: usize> = <Lane<N> as Width>::F<S>;
 type I<S, const N: usize> = <Lane<N> as IntWidth>::I<S>;
 
-/// A ray prepared for one block after another, at one level of instructions.
+/// A ray prepared for one block after another, at one instruction level.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, RayLanes};

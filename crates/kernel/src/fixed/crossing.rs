@@ -1,4 +1,4 @@
-//! One crossing of a ray and a triangle, and the best of many.
+//! One crossing of a ray and a triangle, and the closest of many.
 
 use super::numbers::pow2;
 use super::quotient::{parts, quotient};
@@ -28,19 +28,19 @@ pub struct Crossing {
     pub v: u64,
     /// The weight of the third corner, times the denominator of t.
     pub w: u64,
-    /// Whether the ray runs with the normal `h4 ^ h5`: out of a mesh whose corners run
+    /// Whether the ray runs with the normal `h4 ^ h5`, that is, out of a mesh whose corners run
     /// counter-clockwise as seen from outside.
     pub leaves: bool,
 }
 
 impl Crossing {
-    /// The crossing in f64, `t` in multiples of the direction that was snapped. All three numbers
-    /// are rounded once.
+    /// The crossing in f64, with `t` in multiples of the direction before snapping. All three numbers are
+    /// correctly rounded.
     #[inline(always)]
     pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
         let Self { t, v, w, .. } = *self;
         let geometry = 0;
-        // The others are always below that.
+        // The other numbers are always below that.
         if t.num < 1 << 62 {
             let den = parts(t.den);
             let over = |num: u64| quotient(parts(num), den);
@@ -54,7 +54,7 @@ impl Crossing {
     }
 }
 
-/// The closest crossing so far of one ray; of equal t, the one with the lowest index.
+/// The closest crossing of one ray so far; if several have the same t, the lowest index wins.
 ///
 /// ```
 /// use intertri::fixed::{Best, Bits, Grid, scalar};
@@ -87,11 +87,11 @@ impl Best {
         }
     }
 
-    /// An upper bound of t in multiples of the snapped direction, infinity before the first
-    /// crossing: no box of a hierarchy that begins behind it need be looked at.
+    /// An upper bound on t in multiples of the snapped direction, infinity before the first crossing: boxes
+    /// of a hierarchy that begin behind it can be skipped.
     pub fn t_hi(&self) -> f32 {
         self.0.map_or(f32::INFINITY, |(crossing, _)| {
-            // Three roundings of f64 are far less than one of f32: two steps up are above.
+            // Three roundings of f64 are far smaller than one of f32, so two steps up are enough.
             let Ratio { num, den } = crossing.t;
             ((num as f64 / den as f64) as f32).next_up().next_up()
         })

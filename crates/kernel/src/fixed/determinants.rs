@@ -1,4 +1,4 @@
-//! The determinants of a ray and a triangle as plain numbers: where it crosses, exactly.
+//! The determinants of a ray and a triangle as plain integers: where the ray crosses, exactly.
 
 use super::crossing::Crossing;
 use super::edges::{Edges, cross_i64, i64s, splat, volume};
@@ -8,7 +8,7 @@ use super::snapped::{Ray, Triangle};
 use crate::simd::{Ints, One};
 
 impl Crossing {
-    /// Whether and where a ray crosses one triangle: the test of the lanes in a single one.
+    /// Whether and where a ray crosses one triangle: the lanes' test for a single pair.
     ///
     /// ```
     /// use intertri::fixed::{Bits, Crossing, Grid, scalar};
@@ -32,7 +32,7 @@ impl Crossing {
     }
 }
 
-/// The determinants as plain numbers, for the few lanes that cross.
+/// The determinants as plain integers, for the few lanes that cross.
 pub(super) struct Determinants {
     u: [i64; 8],
     v: [i64; 8],
@@ -55,8 +55,8 @@ impl Determinants {
         at
     }
 
-    /// The crossing of a lane whose determinants have one sign, if it lies in front and within the
-    /// ray's interval.
+    /// The crossing of a lane whose determinants have the same sign, if it is in front and within the ray's
+    /// interval.
     #[inline(always)]
     pub(super) fn crossing(
         &self,
@@ -65,11 +65,12 @@ impl Determinants {
         leaves: bool,
         ray: &Ray,
     ) -> Option<Crossing> {
-        // T and D must have one sign, or the crossing lies behind the origin; T = 0 is a start in the plane.
+        // T and D must have the same sign, or the crossing is behind the origin; T = 0 is a start in the
+        // plane.
         if num == 0 || (num > 0) != leaves {
             return None;
         }
-        // All three have one sign or are 0, and not all are 0: for `num` is not.
+        // All three have the same sign or are 0, and not all are 0, because `num` is not.
         let u = self.u[lane].unsigned_abs();
         let v = self.v[lane].unsigned_abs();
         let w = self.w[lane].unsigned_abs();

@@ -1,4 +1,4 @@
-//! The three edge determinants in i64 lanes, and their signs by the tie rule.
+//! The three edge determinants in i64 lanes, and their signs with the tie rule.
 //!
 //! ```text
 //!           C                A, B, C   the corners as seen from the origin
@@ -15,12 +15,12 @@ use crate::simd::{Ints, Lanes};
 /// N integer vectors.
 pub(super) type V3<I> = [I; 3];
 
-/// The determinants of N pairs of ray and triangle.
+/// The determinants of N pairs of a ray and a triangle.
 pub(super) struct Edges<I> {
     a: V3<I>,
     h4: V3<I>,
     h5: V3<I>,
-    /// The determinant of the edge that faces the first corner.
+    /// The determinant of the edge opposite the first corner.
     pub(super) u: I,
     /// V, of the edge opposite the second corner.
     pub(super) v: I,
@@ -29,7 +29,7 @@ pub(super) struct Edges<I> {
 }
 
 impl<I: Ints> Edges<I> {
-    /// N pairs, `n` being `h4 x h5`. Every product fits: `2 b + q <= 58`.
+    /// For N pairs, where `n` is `h4 x h5`. Every product fits: `2 b + q <= 58`.
     #[inline(always)]
     pub(super) fn new(origin: V3<I>, d: V3<I>, [c1, h4, h5, n]: [V3<I>; 4]) -> Self {
         // Narrow factors: a, h4 and h5 of b + 2 bits and a sign, d of q + 1.
@@ -43,21 +43,20 @@ impl<I: Ints> Edges<I> {
         Self { a, h4, h5, u, v, w }
     }
 
-    /// Among the given lanes, those in which the ray's line crosses with the normal, and those in which it crosses
-    /// against it. A lane whose origin lies in the triangle's plane may be among them.
+    /// Among the given lanes, those in which the ray's line crosses with the normal, and those in which it
+    /// crosses against it. A lane whose origin is in the triangle's plane may be among them.
     #[inline(always)]
     pub(super) fn sides(&self, lanes: u32) -> (u32, u32) {
         let (nu, nv, nw) = (self.u.negative(), self.v.negative(), self.w.negative());
         let (zu, zv, zw) = (self.u.zero(), self.v.zero(), self.w.zero());
 
-        // Zeros that other signs do not make irrelevant are rare.
+        // It is rare that a zero matters, given the other signs.
         let open = !(nu | nv | nw) | ((nu | zu) & (nv | zv) & (nw | zw));
         if lanes & open & (zu | zv | zw) == 0 {
             return (lanes & !(nu | nv | nw), lanes & nu & nv & nw);
         }
 
-        // The direction moves by (e, e^2, e^3): the first component of B x C, C x A or A x B that is
-        // not 0 decides.
+        // The direction moves by (e, e^2, e^3): the first nonzero component of B x C, C x A or A x B decides.
         let (b, c) = (add(self.a, self.h4), add(self.a, self.h5));
         let nu = nu | zu & first_sign_negative(cross(b, c));
         let nv = nv | zv & first_sign_negative(cross(c, self.a));
@@ -66,19 +65,19 @@ impl<I: Ints> Edges<I> {
     }
 }
 
-/// The lanes in which the first component that is not 0 is negative.
+/// The lanes in which the first nonzero component is negative.
 #[inline(always)]
 pub(super) fn first_sign_negative<I: Ints>([x, y, z]: V3<I>) -> u32 {
     x.negative() | x.zero() & (y.negative() | y.zero() & z.negative())
 }
 
-/// `A . (h4 x h5)`, the numerator of t, of one pair: its `3 b + 5` bits may exceed i64.
+/// `A . (h4 x h5)`, the numerator of t, for one pair: its `3 b + 5` bits may exceed i64.
 #[inline(always)]
 pub(super) fn volume(a: [i64; 3], h4: [i64; 3], h5: [i64; 3]) -> i128 {
     product(a, cross_i64(h4, h5))
 }
 
-/// `a . n` where i64 may not hold it.
+/// `a . n`, which may exceed i64.
 #[inline(always)]
 pub(super) fn product(a: [i64; 3], n: [i64; 3]) -> i128 {
     i128::from(a[0]) * i128::from(n[0])
@@ -86,7 +85,7 @@ pub(super) fn product(a: [i64; 3], n: [i64; 3]) -> i128 {
         + i128::from(a[2]) * i128::from(n[2])
 }
 
-/// The cross product of two vectors of the grid.
+/// The cross product of two grid vectors.
 #[inline(always)]
 pub(super) fn cross_i64(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -112,7 +111,7 @@ pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
     ]
 }
 
-// Closures over registers are not always inlined, and then lose their level: so no `map` here.
+// Closures over registers are not always inlined, and then lose their level, so there is no `map` here.
 
 /// The same integer vector in every lane.
 #[inline(always)]
@@ -120,7 +119,7 @@ pub(super) fn splat<I: Ints>([x, y, z]: [i64; 3]) -> V3<I> {
     [I::splat(x), I::splat(y), I::splat(z)]
 }
 
-/// N integer vectors from f32 that hold integers.
+/// N integer vectors from f32 that are integers.
 #[inline(always)]
 pub(super) fn load<I: Ints, const N: usize>([x, y, z]: &[[f32; N]; 3]) -> V3<I> {
     [I::load_f32(x), I::load_f32(y), I::load_f32(z)]
@@ -138,20 +137,20 @@ pub(super) fn splat_f32<F: Lanes<Scalar = f32>>([x, y, z]: [f32; 3]) -> V3<F> {
     [F::splat(x), F::splat(y), F::splat(z)]
 }
 
-/// A vector of the grid as i64.
+/// A grid vector as i64.
 #[inline(always)]
 pub(super) fn i64s([x, y, z]: [i32; 3]) -> [i64; 3] {
     [i64::from(x), i64::from(y), i64::from(z)]
 }
 
-/// A vector of the grid that f32 hold. Rounding costs less than what casts do with numbers that are
-/// too large.
+/// A grid vector from f32 that are exact integers. Rounding costs less than the casts' handling of numbers
+/// that are too large.
 #[inline(always)]
 pub(super) fn i32s([x, y, z]: [f32; 3]) -> [i32; 3] {
     [round(x.into()) as i32, round(y.into()) as i32, round(z.into()) as i32]
 }
 
-/// A vector of the grid as f32, exactly.
+/// A grid vector as f32, exactly.
 #[inline(always)]
 pub(super) fn f32s([x, y, z]: [i32; 3]) -> [f32; 3] {
     [x as f32, y as f32, z as f32]

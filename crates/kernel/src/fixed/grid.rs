@@ -1,4 +1,4 @@
-//! The grid: where f32 become integers, the only step of this mode that rounds.
+//! The grid: converts f32 to integers, the only step of this mode that rounds.
 //!
 //! ```text
 //!   scene, f32                      grid, integers
@@ -7,9 +7,9 @@
 //!   t            ◄── * 2^(k - scale)             ──    num / den
 //! ```
 //!
-//! Multiplying an f32 by a power of two is exact in f64, so each coordinate is rounded once, to the
-//! nearest integer, ties to even. A snapped point, taken back to the scene, is an f32 again and stays
-//! where it is when it is snapped once more.
+//! Multiplying an f32 by a power of two is exact in f64, so each coordinate is rounded once, to the nearest
+//! integer, ties to even. A snapped point converted back to the scene is exact in f32, and snapping it again
+//! does not change it.
 
 use core::fmt;
 
@@ -17,10 +17,10 @@ use super::numbers::{exponent, pow2, round};
 use super::{Ray, Triangle};
 use crate::{Triangle as Corners, TriangleOf};
 
-/// How many bits the integers of a grid have.
+/// The number of bits of a grid's integers.
 ///
-/// Coordinates lie in `-2^b ..= 2^b`, components of directions in `-2^q ..= 2^q`. The lanes compute
-/// in i64, which holds every intermediate value if `2 b + q <= 58`.
+/// Coordinates are in `-2^b ..= 2^b`, components of directions in `-2^q ..= 2^q`. The lanes compute in i64,
+/// which is sufficient for every intermediate value if `2 b + q <= 58`.
 ///
 /// ```
 /// use intertri::fixed::Bits;
@@ -41,10 +41,10 @@ impl Bits {
     /// `b = 16`, `q = 16`: every edge determinant is also exact in f64.
     pub const COARSE: Self = Self { b: 16, q: 16 };
 
-    /// Bits of one's own: `1 <= b <= 20`, `1 <= q <= 24`, `2 b + q <= 58`.
+    /// Custom bits: `1 <= b <= 20`, `1 <= q <= 24`, `2 b + q <= 58`.
     ///
     /// # Errors
-    /// If they are outside of these budgets.
+    /// Fails if they are outside these budgets.
     ///
     /// ```
     /// use intertri::fixed::Bits;
@@ -59,10 +59,10 @@ impl Bits {
         }
     }
 
-    /// The grid of `b` bits with the longest directions that it allows.
+    /// The grid with `b` bits and the longest directions that these allow.
     ///
     /// # Errors
-    /// If `b` is not `1..=20`.
+    /// Fails if `b` is not in `1..=20`.
     pub fn of_grid(b: u32) -> Result<Self, GridError> {
         let q = 58_u32.saturating_sub(b.saturating_mul(2)).clamp(1, 24);
         Self::new(b, q)
@@ -85,7 +85,7 @@ impl Default for Bits {
     }
 }
 
-/// What a grid cannot take.
+/// Why something does not fit a grid.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, GridError};
@@ -97,27 +97,27 @@ impl Default for Bits {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GridError {
-    /// Bits outside of the budgets.
+    /// Bits outside the budgets.
     Bits {
         /// The bits of a coordinate.
         b: u32,
         /// The bits of a direction.
         q: u32,
     },
-    /// A scale or a centre outside of what a grid may have.
+    /// A scale or a centre outside the limits of a grid.
     Place {
         /// The exponent of the scale.
         scale: i32,
-        /// The grid's middle.
+        /// The grid's centre.
         centre: [i64; 3],
     },
     /// A point with a NaN or an infinity.
     NotFinite([f32; 3]),
-    /// A point that lies outside of the grid.
+    /// A point outside the grid.
     Outside([f32; 3]),
     /// A direction that is zero or has a NaN or an infinity.
     Direction([f32; 3]),
-    /// Integers outside of the grid's budgets.
+    /// Integers outside the grid's budgets.
     Integers([i32; 3]),
 }
 
@@ -187,15 +187,15 @@ pub struct Grid {
     centre: [i64; 3],
 }
 
-/// Beyond this a point times the scale is not snapped: f64 holds halves up to there.
+/// A point whose scaled coordinate exceeds this is not snapped, because f64 represents halves up to there.
 const FAR: f64 = (1_i64 << 51) as f64;
 
 impl Grid {
-    /// The finest grid that holds all of the points: the corners of a scene and the origins of the
-    /// rays that it will be asked about.
+    /// The finest grid that holds all of the points: the corners of a scene and the origins of the rays to
+    /// trace.
     ///
     /// # Errors
-    /// If a point is not finite.
+    /// Fails if a point is not finite.
     pub fn around(
         points: impl IntoIterator<Item = [f32; 3]>,
         bits: Bits,
@@ -211,7 +211,7 @@ impl Grid {
             }
         }
 
-        // Without points, or with zeros only, any scale will do.
+        // Without points, or with only zeros, any scale works.
         let far = lo.iter().chain(&hi).fold(0.0, |far: f64, &x| {
             let x = f64::from(x).abs();
             if x > far { x } else { far }
@@ -220,9 +220,9 @@ impl Grid {
             return Ok(Self { bits, scale: 0, centre: [0; 3] });
         }
 
-        // From the finest scale at which far coordinates are below 2^50, down to the first at which
-        // the scene is not wider than the grid.
-        // `round` takes numbers up to 2^51: these stay below 2^50.
+        // From the finest scale at which far coordinates are below 2^50, down to the first at which the scene
+        // is not wider than the grid.
+        // `round` takes numbers up to 2^51; these stay below 2^50.
         let mut scale = (49 - exponent(far)).min(149);
         loop {
             let ends: [[i64; 2]; 3] = [0, 1, 2]
@@ -235,11 +235,11 @@ impl Grid {
         }
     }
 
-    /// A grid that is known beforehand, the same for every scene: a coordinate x becomes
-    /// `x * 2^scale`, rounded, minus the centre.
+    /// A predefined grid, the same for every scene: a coordinate x becomes `x * 2^scale`, rounded, minus the
+    /// centre.
     ///
     /// # Errors
-    /// If the scale is not within `-149..=149`, or the centre not within `-2^50..=2^50`.
+    /// Fails if the scale is not in `-149..=149`, or the centre not in `-2^50..=2^50`.
     pub fn at(bits: Bits, scale: i32, centre: [i64; 3]) -> Result<Self, GridError> {
         if scale.unsigned_abs() <= 149 && centre.iter().all(|x| x.unsigned_abs() <= 1 << 50) {
             Ok(Self { bits, scale, centre })
@@ -253,28 +253,28 @@ impl Grid {
         self.bits
     }
 
-    /// The exponent of the scale: there are two to this many steps of the grid to a unit.
+    /// The exponent of the scale: a unit has two to this many grid steps.
     pub fn scale(&self) -> i32 {
         self.scale
     }
 
-    /// The distance of neighbouring points of the grid, in units of the scene. Snapping moves no
-    /// coordinate further than half of it.
+    /// The distance between neighbouring grid points, in units of the scene. Snapping moves no coordinate
+    /// farther than half of it.
     pub fn step(&self) -> f64 {
         pow2(-self.scale)
     }
 
-    /// The point of the grid next to a point of the scene.
+    /// The grid point nearest to a point of the scene.
     ///
     /// # Errors
-    /// If the point is not finite, or outside of the grid.
+    /// Fails if the point is not finite, or outside the grid.
     #[inline]
     pub fn snap(&self, p: [f32; 3]) -> Result<[i32; 3], GridError> {
         let (mut snapped, mut inside) = ([0; 3], true);
         for axis in 0..3 {
             let x = f64::from(p[axis]) * pow2(self.scale);
             let on_grid = round(x).wrapping_sub(self.centre[axis]);
-            // Both limits without a branch. Which one was exceeded is only looked up for the error.
+            // Test both limits without a branch. Which one was exceeded is only determined for the error.
             inside &= (x.abs() <= FAR) & (on_grid.unsigned_abs() <= 1 << self.bits.b);
             snapped[axis] = on_grid as i32;
         }
@@ -287,12 +287,12 @@ impl Grid {
         }
     }
 
-    /// Where a point of the grid lies in the scene, exactly.
+    /// The position of a grid point in the scene, exactly.
     pub fn unsnap(&self, i: [i32; 3]) -> [f64; 3] {
         [0, 1, 2].map(|axis| (i64::from(i[axis]) + self.centre[axis]) as f64 * self.step())
     }
 
-    /// How far snapping moves a point along the axis where it moves most, in units of the scene.
+    /// How far snapping moves a point, along the axis where it moves most, in units of the scene.
     ///
     /// # Errors
     /// Those of [`Grid::snap`].
@@ -302,7 +302,7 @@ impl Grid {
         Ok(moved.into_iter().fold(0.0, |far, x| if x > far { x } else { far }))
     }
 
-    /// A triangle with its corners snapped. It may lose its area; then nothing hits it.
+    /// A triangle with its corners snapped. It may lose its area; nothing hits it then.
     ///
     /// # Errors
     /// Those of [`Grid::snap`].
@@ -313,7 +313,7 @@ impl Grid {
     /// A triangle from integers.
     ///
     /// # Errors
-    /// If a coordinate is outside of `-2^b ..= 2^b`.
+    /// Fails if a coordinate is outside `-2^b ..= 2^b`.
     pub fn triangle_of(&self, corners: [[i32; 3]; 3]) -> Result<Triangle, GridError> {
         match corners.into_iter().find(|&c| exceeds(c, self.bits.b)) {
             Some(corner) => Err(GridError::Integers(corner)),
@@ -324,8 +324,8 @@ impl Grid {
     /// A ray from integers, with the whole half-line `0 < t` and `t` in multiples of the direction.
     ///
     /// # Errors
-    /// If a coordinate is outside of `-2^b ..= 2^b`, or a component of the direction outside of
-    /// `-2^q ..= 2^q`, or the direction zero.
+    /// Fails if a coordinate is outside `-2^b ..= 2^b`, a component of the direction is outside `-2^q ..=
+    /// 2^q`, or the direction is zero.
     pub fn ray_of(&self, origin: [i32; 3], dir: [i32; 3]) -> Result<Ray, GridError> {
         if exceeds(origin, self.bits.b) {
             return Err(GridError::Integers(origin));
@@ -337,7 +337,7 @@ impl Grid {
     }
 }
 
-/// Whether a component is outside of `-2^bits ..= 2^bits`.
+/// Whether a component is outside `-2^bits ..= 2^bits`.
 fn exceeds(p: [i32; 3], bits: u32) -> bool {
     p.iter().any(|x| x.unsigned_abs() > 1 << bits)
 }

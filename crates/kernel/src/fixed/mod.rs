@@ -1,22 +1,21 @@
 //! The mode `fixed`: exact on a grid of integers, watertight, and every crossing counted once.
 //!
-//! Corners and origins are snapped to integers by a power of two, and directions to integers of
-//! their own length; that is the only rounding there is. What follows is integer arithmetic within
-//! proven budgets, so the answers are the same bits on every CPU. The proofs are in
-//! `docs/fixed-point.md`.
+//! Corners and origins are snapped to integers by a power of two, and directions to integers with their own
+//! scale; that is the only rounding. The rest is integer arithmetic within proven budgets, so the answers
+//! have the same bits on every CPU. `docs/fixed-point.md` has the proofs.
 //!
-//! A ray that meets an edge or a corner exactly is decided as if its direction were moved by
-//! (e, e^2, e^3) with an e smaller than any number. So it crosses a closed mesh as a ray in general
-//! position does: never through an edge, never through a corner, each surface once. A crossing lies
-//! at `t > 0`: what starts on a surface does not cross it there.
+//! A ray that meets an edge or a corner exactly is decided as if its direction were moved by (e, e^2, e^3)
+//! with an arbitrarily small e. So it crosses a closed mesh like a ray in general position: never through an
+//! edge, never through a corner, each surface once. A crossing has `t > 0`: a ray that starts on a surface
+//! does not cross it there.
 //!
 //! ```text
 //!   f32 ── Grid ──► Ray, Triangle ──► Block, Packet, SeenTriangle ──► Crossing ──► Best ──► Hit, f64
 //!          rounds     i32               f32 filter, i64        t = num / den         rounds
 //! ```
 //!
-//! Rays and triangles that meet must come from one grid. An author of a hierarchy builds it over
-//! [`Triangle::to_f32`], traverses it with [`Ray::to_f32`] and [`Best::t_hi`], and tests leaves by
+//! Rays and triangles that meet must come from one grid. To use this in a hierarchy of your own, build it
+//! over [`Triangle::to_f32`], traverse it with [`Ray::to_f32`] and [`Best::t_hi`], and test leaves with
 //! [`Block::crossings_in`].
 
 mod block;
@@ -46,7 +45,7 @@ pub use queries::{Fixed, blocks};
 pub use ratio::Ratio;
 pub use snapped::{Ray, Triangle};
 
-/// The widths that have integer lanes too: `Lane<4>` and `Lane<8>`.
+/// The widths that also have integer lanes: `Lane<4>` and `Lane<8>`.
 ///
 /// ```
 /// use intertri::fixed::{IntWidth, Packet, Prepared};

@@ -1,4 +1,4 @@
-//! Rays in packets against one triangle, with any origins or with one that they share.
+//! Packets of rays against one triangle, with any origins or with a shared one.
 
 use super::determinants::Determinants;
 use super::edges::{Edges, cross_i64, i64s, load, load_f32, product, splat, splat_f32, volume};
@@ -8,7 +8,7 @@ use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
 use crate::simd::{Ints, Lanes, Simd};
 use crate::simd::{Lane, Width, lanes_of};
 
-/// N rays side by side, 4 or 8. Lanes beyond the given rays are dead: no answer speaks of them.
+/// N rays in lanes, 4 or 8. Lanes beyond the given rays are dead: no result includes them.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, Prepared};
@@ -46,8 +46,7 @@ pub struct Packet<const N: usize> {
 }
 
 impl<const N: usize> Packet<N> {
-    /// A packet of the first N rays of a slice; of fewer where it is shorter, of none where it is
-    /// empty.
+    /// A packet of the first N rays of a slice, or of fewer if it is shorter.
     pub fn new(rays: &[Ray]) -> Self {
         let live = rays.len().min(N);
         let none = Ray::new([0; 3], [0; 3]);
@@ -69,7 +68,7 @@ impl<const N: usize> Packet<N> {
         packet
     }
 
-    /// Bit i is set where lane i is a ray that was given.
+    /// Bit i is set if lane i is a given ray.
     pub fn live(&self) -> u32 {
         self.live
     }
@@ -79,8 +78,8 @@ impl<const N: usize> Packet<N> {
         &self.rays
     }
 
-    /// The crossings of the `live` rays with a triangle, each with its lane. Within a loop at some
-    /// level. With `FILTER`, f32 lanes look first; the answers are the same.
+    /// The crossings of the `live` rays with a triangle, each with its lane. To be called in a loop at some
+    /// level. With `FILTER`, f32 lanes are tested first; the answers are the same.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -109,7 +108,7 @@ impl<const N: usize> Packet<N> {
         let (origin, dir) = (load(&self.origin), load(&self.dir));
         let triangle = [splat(c1), splat(h4), splat(h5), splat(cross_i64(h4, h5))];
         let edges = Edges::<I<S, N>>::new(origin, dir, triangle);
-        // A crossing has all three determinants of one sign; that sign is the side.
+        // At a crossing all three determinants have the same sign, which is the side.
         let (with, against) = edges.sides(lanes);
         if with | against == 0 {
             return;
@@ -118,7 +117,7 @@ impl<const N: usize> Packet<N> {
         for lane in lanes_of(with | against) {
             let ray = &self.rays[lane];
             let o = i64s(ray.origin());
-            // The numerator of t takes i128, as the only number that does not fit i64.
+            // The numerator of t takes i128; it is the only number that does not fit i64.
             let num = volume([c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]], h4, h5);
             if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, ray) {
                 each(lane, crossing);
@@ -127,9 +126,9 @@ impl<const N: usize> Packet<N> {
     }
 }
 
-/// A triangle as seen from one origin: what rays that share it need, computed once.
+/// A triangle relative to one origin: the values for rays that share it, computed once.
 ///
-/// Document D's idea: of a test, only the products with the direction are left.
+/// Document D's idea: only the products with the direction are left for each test.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};
@@ -160,13 +159,13 @@ pub struct SeenTriangle {
     origin: [i32; 3],
     sides: Sides,
     normals_f32: [[f32; 3]; 3],
-    /// The sign that each determinant has where it is 0: 1 or -1.
+    /// The sign that each determinant has if it is 0: 1 or -1.
     ties: [i64; 3],
     /// The largest `|x| + |y| + |z|` of the normals, times the filter's factor.
     bound: f32,
 }
 
-/// The integers of a triangle as seen from one origin: where rays meet it that are known to.
+/// The integers of a triangle relative to one origin, to compute where rays that are known to hit it do so.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Sides};
@@ -185,7 +184,7 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// The triangle from an origin.
+    /// The triangle relative to an origin.
     #[inline(always)]
     pub fn new(&Triangle([c1, c2, c3]): &Triangle, origin: [i32; 3]) -> Self {
         let a = i64s(minus(c1, origin));
@@ -195,7 +194,7 @@ impl Sides {
         Self { normals, num: product(a, normals[0]) }
     }
 
-    /// Where a ray from that origin crosses the triangle, which it is known to do.
+    /// Where a ray from that origin, which is known to cross the triangle, crosses it.
     #[inline(always)]
     pub fn crossing(&self, ray: &Ray) -> Crossing {
         let [x, y, z] = i64s(ray.dir());
@@ -207,8 +206,8 @@ impl Sides {
 }
 
 impl SeenTriangle {
-    /// The triangle from an origin. `None` where the origin lies in its plane, or the triangle has
-    /// no area: then no ray from there crosses it.
+    /// The triangle relative to an origin. `None` if the origin is in its plane, or the triangle has no area:
+    /// then no ray from there crosses it.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
         let sides = Sides::new(triangle, origin);
@@ -216,8 +215,8 @@ impl SeenTriangle {
         if num == 0 {
             return None;
         }
-        // Where num is not 0, no normal is. Arrays compare by the first component that differs: this is the sign that a
-        // direction moved by (e, e², e³) gives.
+        // If num is not 0, no normal is. Arrays compare by the first component that differs: this is the sign
+        // that a direction moved by (e, e², e³) gives.
         let ties = normals.map(|n| if n < [0; 3] { -1 } else { 1 });
         let normals_f32 = normals.map(|n| n.map(|x| x as f32));
         let norm = |n: &[f32; 3]| n[0].abs() + n[1].abs() + n[2].abs();
@@ -225,9 +224,9 @@ impl SeenTriangle {
         Some(Self { origin, sides, normals_f32, ties, bound })
     }
 
-    /// The crossings of the `live` rays with the triangle, each with its lane. All of them must
-    /// start at the origin from which it is seen. Within a loop at some level. With `FILTER`, f32
-    /// lanes look first; the answers are the same.
+    /// The crossings of the `live` rays with the triangle, each with its lane. All of them must start at the
+    /// origin that it is relative to. To be called in a loop at some level. With `FILTER`, f32 lanes are
+    /// tested first; the answers are the same.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool, const N: usize>(
         &self,
@@ -240,7 +239,7 @@ impl SeenTriangle {
         debug_assert!(lanes_of(live).all(|lane| packet.rays[lane].origin() == self.origin));
         let mut lanes = live;
         if FILTER {
-            // The triangle's share of the bound was computed once; the packet's is its longest component.
+            // The triangle's part of the bound is precomputed; the packet's is its longest component.
             let bound = <F<S, N>>::splat(self.bound * packet.longest);
             lanes &= maybe_seen(load_f32(&packet.dir), &self.normals_f32, bound);
             if lanes == 0 {
@@ -248,7 +247,7 @@ impl SeenTriangle {
             }
         }
 
-        // Twice the determinant and the tie's sign: never 0, and with the right sign.
+        // Twice the determinant plus the tie's sign: never 0, and with the right sign.
         let Sides { normals, num } = &self.sides;
         let d = load::<I<S, N>, N>(&packet.dir);
         let u = Ints::dot(d, splat(normals[0]));
@@ -271,7 +270,7 @@ impl SeenTriangle {
     }
 }
 
-/// The integers that f32 hold.
+/// Converts f32 that are exact integers.
 #[inline(always)]
 fn whole([x, y, z]: [f32; 3]) -> [i64; 3] {
     [x as i64, y as i64, z as i64]

@@ -3,8 +3,8 @@
 use super::Triangle;
 use super::edges::{cross_i64, f32s, i64s};
 
-/// A triangle prepared for packets and blocks. The integers are kept as f32, which hold them
-/// exactly: the filter reads them as they are, the integer lanes convert.
+/// A triangle prepared for packets and blocks. The integers are stored as f32, where they are exact: the
+/// filter reads them directly, and the integer lanes convert them.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Prepared};
@@ -20,14 +20,14 @@ pub struct Prepared {
     pub(super) h4: [f32; 3],
     /// The edge from it to the third.
     pub(super) h5: [f32; 3],
-    /// `h4 x h5`, rounded; the filter alone reads it.
+    /// `h4 x h5`, rounded; only used by the filter.
     pub(super) n: [f32; 3],
     /// The longest component of both edges.
     pub(super) longest: f32,
 }
 
 impl Prepared {
-    /// What a lane without a triangle holds: a point, which nothing hits.
+    /// The contents of a lane without a triangle: a point, which nothing hits.
     pub(super) const NONE: Self =
         Self { c1: [0.0; 3], h4: [0.0; 3], h5: [0.0; 3], n: [0.0; 3], longest: 0.0 };
 

@@ -9,7 +9,7 @@ use super::{
 use crate::simd::{Level, Simd, WithSimd};
 use crate::{Crossings, Hit};
 
-/// The mode `fixed`, at some level of instructions. The answers are those of every level.
+/// The mode `fixed`, at some instruction level. The answers are the same at every level.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
@@ -80,17 +80,17 @@ pub fn blocks(triangles: &[Triangle]) -> impl Iterator<Item = Block<8>> {
 }
 
 impl Fixed {
-    /// The mode at a level of one's own.
+    /// The mode at a given level.
     pub fn at(level: Level) -> Self {
         Self { level }
     }
 
-    /// The level of instructions to run on.
+    /// The instruction level to run on.
     pub fn level(&self) -> Level {
         self.level
     }
 
-    /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.
+    /// The closest hit; if several have the same t, compared as exact ratios, the lowest index wins.
     pub fn closest(&self, blocks: &[Block<8>], ray: &Ray) -> Option<Hit> {
         let mut best = Best::default();
         self.each(blocks, ray, |crossing, index| {
@@ -110,7 +110,7 @@ impl Fixed {
         any
     }
 
-    /// Every hit, in order of the exact t; of equal t, of the index.
+    /// Every hit, in order of the exact t; if several have the same t, in order of the index.
     pub fn all(&self, blocks: &[Block<8>], ray: &Ray) -> Vec<Hit> {
         let mut crossings = Vec::new();
         self.each(blocks, ray, |crossing, index| {
@@ -121,7 +121,7 @@ impl Fixed {
         crossings.iter().map(|(crossing, index)| crossing.to_hit(ray, *index)).collect()
     }
 
-    /// How often the ray crosses: each shared edge or corner once.
+    /// How often the ray crosses, with each shared edge or corner counted once.
     pub fn crossings(&self, blocks: &[Block<8>], ray: &Ray) -> Crossings {
         let mut count = Crossings::default();
         self.each(blocks, ray, |crossing, _| {
@@ -131,12 +131,12 @@ impl Fixed {
         count
     }
 
-    /// How often a closed mesh winds around a point, as seen from outside: by signed crossings of a ray from there. 1
-    /// inside and 0 outside of a mesh whose corners run counter-clockwise; -1 inside of one turned inside out. For a
-    /// point on the surface, the answer is that of a point next to it.
+    /// How often a closed mesh winds around a point, as seen from outside, from the signed crossings of a
+    /// ray: 1 inside and 0 outside a mesh whose corners run counter-clockwise; -1 inside one that is inside
+    /// out. For a point on the surface, the answer is that of a neighbouring point.
     ///
     /// # Errors
-    /// If the point is not on the grid.
+    /// Fails if the point is not on the grid.
     pub fn winding(
         &self,
         blocks: &[Block<8>],
@@ -150,7 +150,7 @@ impl Fixed {
     /// Whether a closed mesh contains a point: whether it winds around it.
     ///
     /// # Errors
-    /// If the point is not on the grid.
+    /// Fails if the point is not on the grid.
     pub fn contains(
         &self,
         blocks: &[Block<8>],
@@ -160,11 +160,11 @@ impl Fixed {
         Ok(self.winding(blocks, grid, point)? != 0)
     }
 
-    /// [`Fixed::closest`] of many rays, eight at a time: `hits[i]` becomes the answer of `rays[i]`.
-    /// Rays that follow each other and share their origin share its work.
+    /// [`Fixed::closest`] for many rays, eight at a time: `hits[i]` becomes the answer to `rays[i]`.
+    /// Consecutive rays that share their origin share its work.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn closest_batch(&self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "one hit a ray");
         self.level.run(ClosestBatch { triangles, rays, hits });
@@ -191,7 +191,7 @@ impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
         let mut more = true;
         for block in self.blocks {
             block.crossings_in::<S, true>(&ray, |crossing, index| {
-                // A block reports all of its crossings; what follows an answer that ends the query is dropped.
+                // A block reports all of its crossings; those after the one that ends the query are dropped.
                 more = more && (self.go_on)(crossing, index);
             });
             if !more {
@@ -201,7 +201,7 @@ impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
     }
 }
 
-/// Packets of eight rays that share what is computed from a triangle.
+/// The number of packets of eight rays that share the values computed from a triangle.
 const PACKETS: usize = 8;
 
 struct ClosestBatch<'a> {
@@ -222,8 +222,8 @@ impl WithSimd for ClosestBatch<'_> {
             let packets = &packets[..rays.len().div_ceil(8)];
             let mut bests = [[Best::default(); 8]; PACKETS];
 
-            // Rays of one origin need only the products with their directions: what depends on the origin is computed
-            // once for all eight packets.
+            // Rays from one origin need only the products with their directions: the values that depend on
+            // the origin are computed once for all eight packets.
             let origin = rays[0].origin();
             let shared = rays.iter().all(|ray| ray.origin() == origin);
             for (index, triangle) in (0..).zip(self.triangles) {

@@ -1,4 +1,4 @@
-//! The quotient of two integers in f64, rounded once, though no f64 holds them.
+//! The quotient of two integers in f64, correctly rounded, though the integers may not be exact in f64.
 //!
 //! ```text
 //!   q ≈ num / den     p = q den ──► what p lacks of num, and that over den ──► q + lacks
@@ -7,40 +7,41 @@
 //!                           f64         half           f64      not too near a half?
 //! ```
 //!
-//! Derivation: `docs/fixed-point.md`.
+//! `docs/fixed-point.md` has the derivation.
 
 use crate::simd::Lanes;
 
-/// A number in two parts: the f64 nearest to it, and what that lacks.
+/// A number in two parts: the nearest f64, and the remainder.
 pub(super) type Parts<F> = [F; 2];
 
-/// The sum of two numbers in two parts, exactly, where the larger is a multiple of the smaller's last
-/// unit, as integers are.
+/// The sum of two numbers in two parts, exactly, if the larger is a multiple of the smaller's last unit, as
+/// integers are.
 #[inline(always)]
 pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
     let sum = high + low;
     [sum, (high - sum) + low]
 }
 
-/// `num / den`, rounded to the nearest f64, ties to even; and where that is sure: everywhere but at ties. For integers
-/// below `2^67`.
+/// `num / den`, rounded to the nearest f64, ties to even, and where that is certain: everywhere except at
+/// ties. For integers below `2^67`.
 #[inline(always)]
 pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> (F, F::Mask) {
-    // Off by four roundings.
+    // With an error of four roundings.
     let inverse = F::splat(1.0) / den[0];
     let q = num[0] * inverse;
 
-    // What it lacks: num - q den, which cancels, over den.
+    // The remainder num - q den, which cancels, divided by den.
     let p = q * den[0];
     let lacks = ((num[0] - p) - q.mul_error(den[0], p)) + (num[1] - q * den[1]);
     let [q, rest] = sum(q, lacks * inverse);
 
-    // Roundings keep the order: where both ends of what it may be round alike, so does it.
+    // Rounding preserves order: if both ends of the error interval round to the same number, so does the
+    // quotient.
     let doubt = q.abs() * F::splat(DOUBT);
     (q, (q + (rest + doubt)).le(q) & (q + (rest - doubt)).ge(q))
 }
 
-/// `2^-96`: the quotient in two parts is off by less than `2^-100` of itself.
+/// `2^-96`: the relative error of the quotient in two parts is less than `2^-100`.
 const DOUBT: f64 = 1.0 / (1_u128 << 96) as f64;
 
 /// A number below `2^62` in two parts.
@@ -57,7 +58,7 @@ mod tests {
     use crate::fixed::Ratio;
     use crate::simd::{Level, Mask, Simd, WithSimd};
 
-    /// Four quotients at a level.
+    /// Four quotients, computed at a level.
     struct Quotients([Ratio; 4]);
     impl WithSimd for Quotients {
         type Output = ([f64; 4], u32);
@@ -77,7 +78,7 @@ mod tests {
         }
     }
 
-    /// Quotients of any size, exact ones, ties between two f64, and what lies beside them.
+    /// Quotients of any magnitude, exact ones, ties between two f64, and their neighbours.
     #[test]
     fn a_sure_quotient_is_the_nearest() {
         let mut state = 1_u64;
@@ -89,7 +90,7 @@ mod tests {
         let (mut unsure, mut all) = (0, 0);
         for i in 0..100_000_u32 {
             let den = random(1 + i % 62).max(1);
-            // A quotient of 54 bits ends in a half of a unit; one of 53 and less is exact.
+            // A quotient of 54 bits ends in half a unit; one of 53 bits or fewer is exact.
             let bits = 1 + i / 62 % 54;
             let near = (u128::from(random(bits)) * u128::from(den)).min(1 << 64);
             let num = u128::from(random(1 + i % 64)) << (i & 1);
@@ -102,7 +103,7 @@ mod tests {
                     if sure >> lane & 1 != 0 {
                         assert_eq!(nearest[lane], exact, "{ratio:?} {level:?}");
                     } else {
-                        // Only where the ratio lies half-way, as nearly as can be told.
+                        // Only if the ratio is halfway, as far as can be determined.
                         unsure += u32::from(level == Level::PORTABLE);
                     }
                     all += u32::from(level == Level::PORTABLE);

@@ -7,8 +7,8 @@ use super::quotient::{parts, quotient};
 
 /// A positive t in multiples of the snapped direction: `num / den`, exact, not reduced.
 ///
-/// Within the budgets `num <= 2^64` and `den < 2^62`, so that a product of one's numerator and the
-/// other's denominator fits 128 bits.
+/// Within the budgets `num <= 2^64` and `den < 2^62`, so the product of one's numerator and the other's
+/// denominator fits 128 bits.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, scalar};
@@ -39,8 +39,8 @@ impl Ratio {
         self.den
     }
 
-    /// `num / den * 2^exponent` rounded once, to the nearest f64, ties to even. The exponent is one
-    /// that [`Ray::exponent`](super::Ray::exponent) gives.
+    /// `num / den * 2^exponent`, correctly rounded to the nearest f64, ties to even. The exponent is one from
+    /// [`Ray::exponent`](super::Ray::exponent).
     #[inline]
     pub fn to_f64(self, exponent: i32) -> f64 {
         if self.num < 1 << 62 {
@@ -56,7 +56,7 @@ impl Ratio {
     #[cold]
     #[inline(never)]
     pub(super) fn divide(self, exponent: i32) -> f64 {
-        // A quotient of 56 bits or more, and a sticky bit for what is left, round as the ratio does.
+        // A quotient of 56 bits or more, with a sticky bit for the remainder, rounds like the ratio.
         let shift = (56 + bits(u128::from(self.den)) - bits(self.num)).max(0);
         let den = u128::from(self.den);
         let num = self.num << shift;
@@ -77,19 +77,19 @@ impl Ratio {
             return Some(Ordering::Less);
         }
         // x = m * 2^e: compare num with m * den * 2^e.
-        // By the bits, so that a CPU that reads subnormal numbers as zero sees the same x.
+        // Use the bits, so that a CPU that reads subnormal numbers as zero sees the same x.
         let field = (x.to_bits() >> 23) as i32;
         let fraction = x.to_bits() & 0x7f_ffff;
         let (m, shift) =
             if field == 0 { (fraction, -149) } else { (fraction | 1 << 23, field - 150) };
         let (left, right) = (self.num, u128::from(m) * u128::from(self.den));
-        // The number of bits decides where they differ; where they agree, the shift loses none.
+        // The number of bits decides if they differ; if they are equal, the shift loses none.
         Some((bits(left)).cmp(&(bits(right) + shift)).then_with(|| {
             if shift < 0 { (left << -shift).cmp(&right) } else { left.cmp(&(right << shift)) }
         }))
     }
 
-    /// Whether it lies in the interval of a ray of integers; false with a NaN.
+    /// Whether it is within the interval of a ray of integers; false for NaN.
     pub(super) fn within(self, ray: &crate::Ray) -> bool {
         self.cmp_f32(ray.t_min).is_some_and(Ordering::is_ge)
             && self.cmp_f32(ray.t_max).is_some_and(Ordering::is_lt)
@@ -118,7 +118,7 @@ impl Ord for Ratio {
     }
 }
 
-/// How many bits a positive number has.
+/// The number of bits of a positive number.
 fn bits(x: u128) -> i32 {
     128 - x.leading_zeros() as i32
 }

@@ -1,21 +1,20 @@
-//! The scalar reference in i128: the test of one triangle, as plain as it can be written.
+//! The scalar reference in i128: the test of one triangle, written as plainly as possible.
 //!
-//! With the corners A, B, C as seen from the origin and the direction d, the ray's line passes
-//! inside where the three determinants
+//! With the corners A, B, C relative to the origin and the direction d, the ray's line passes inside if the
+//! three determinants
 //!
 //! ```text
 //!   U = d . (B x C)      V = d . (C x A)      W = d . (A x B)
 //! ```
 //!
-//! have one sign, and it meets the plane at `t = A . (B x C) / (U + V + W)`.
+//! have the same sign, and it meets the plane at `t = A . (B x C) / (U + V + W)`.
 
 use super::{Crossing, Ratio, Ray, Triangle};
 
 /// Whether and where the ray crosses the triangle.
 ///
-/// The whole rule: a determinant that is 0 takes the sign of the first component of its cross
-/// product that is not. The three signs and that of `A . (B x C)` must be equal and not zero, and
-/// `t_min <= t < t_max`.
+/// The whole rule: a determinant that is 0 takes the sign of the first nonzero component of its cross
+/// product. The three signs and that of `A . (B x C)` must be equal and nonzero, and `t_min <= t < t_max`.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, scalar};
@@ -44,7 +43,7 @@ pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
     t.within(ray.to_f32()).then_some(crossing)
 }
 
-/// The sign of `(d + (e, e^2, e^3)) . n` for an e smaller than any number.
+/// The sign of `(d + (e, e^2, e^3)) . n` for an arbitrarily small e.
 fn perturbed_sign(d: [i128; 3], n: [i128; 3]) -> i128 {
     [dot(d, n), n[0], n[1], n[2]].into_iter().map(i128::signum).find(|&s| s != 0).unwrap_or(0)
 }

@@ -1,10 +1,10 @@
-//! What lies on a grid: triangles and rays of integers.
+//! Snapped geometry: triangles and rays of integers.
 
 use super::edges::{f32s, i32s};
 use super::numbers::pow2;
 use crate::{Triangle as Corners, TriangleOf};
 
-/// A triangle whose corners are points of a grid.
+/// A triangle whose corners are grid points.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid};
@@ -24,12 +24,12 @@ impl Triangle {
         self.0
     }
 
-    /// The same triangle in f32, in units of the grid: exact, so that boxes around it are too.
+    /// The same triangle in f32, in units of the grid: this is exact, so boxes around it are exact too.
     pub fn to_f32(&self) -> Corners {
         Corners(self.0.map(f32s))
     }
 
-    /// The triangle that [`Triangle::to_f32`] gave.
+    /// The triangle from which [`Triangle::to_f32`] made this one.
     ///
     /// ```
     /// use intertri::fixed::{Bits, Grid, Triangle};
@@ -61,9 +61,9 @@ impl Triangle {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Integers, which f32 hold exactly; the interval is in multiples of that direction.
+    /// Integers, which are exact in f32; the interval is in multiples of that direction.
     pub(super) line: crate::Ray,
-    /// `t` of the caller is `t` of the integers times two to this.
+    /// The caller's `t` is the `t` of the integers times two to this.
     pub(super) exponent: i32,
 }
 
@@ -85,15 +85,15 @@ impl Ray {
         i32s(self.line.dir)
     }
 
-    /// A `t` in multiples of [`Ray::dir`] times two to this is a `t` in multiples of the direction
-    /// that was snapped.
+    /// A `t` in multiples of [`Ray::dir`], times two to this, is a `t` in multiples of the direction before
+    /// snapping.
     #[inline(always)]
     pub fn exponent(&self) -> i32 {
         self.exponent
     }
 
-    /// A `t` in multiples of [`Ray::dir`] as one in multiples of the direction that was snapped: exactly, for
-    /// that is a power of two.
+    /// Converts a `t` in multiples of [`Ray::dir`] to multiples of the direction before snapping. This is
+    /// exact, because the factor is a power of two.
     ///
     /// ```
     /// use intertri::fixed::{Bits, Grid};
@@ -107,11 +107,11 @@ impl Ray {
         t * pow2(self.exponent)
     }
 
-    /// The same line with the interval `t_min <= t < t_max`, besides `0 < t`, in multiples of the
-    /// direction that was snapped.
+    /// The same line with the interval `t_min <= t < t_max`, in addition to `0 < t`, in multiples of the
+    /// direction before snapping.
     #[inline(always)]
     pub fn between(self, t_min: f32, t_max: f32) -> Self {
-        // Exact but where no crossing can be: within the budgets, `2^-62 < t <= 2^64`.
+        // Exact, except where no crossing is possible: within the budgets, `2^-62 < t <= 2^64`.
         let unit = pow2(-self.exponent);
         let end = |t: f32| (f64::from(t) * unit) as f32;
         Self { line: self.line.between(end(t_min), end(t_max)), ..self }
@@ -124,7 +124,7 @@ impl Ray {
     }
 
     /// The same ray in f32, in units of the grid and of [`Ray::dir`]. Its interval is that of the ray
-    /// wherever a crossing can be.
+    /// wherever a crossing is possible.
     #[inline(always)]
     pub fn to_f32(&self) -> &crate::Ray {
         &self.line

@@ -1,4 +1,4 @@
-//! t, u and v of rays and triangles that are known to hit, eight pairs side by side.
+//! t, u and v for rays and triangles that are known to hit, eight pairs in lanes.
 //!
 //! The operations and their order are the reference's, so t has the same bits; the weights are those of
 //! document D.
@@ -9,8 +9,7 @@ use crate::simd::Vec3;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray, RayOf, Scalar, Triangle, TriangleId, TriangleOf};
 
-/// Up to eight rays, each with a triangle that it is known to hit, for a loop at some level of
-/// instructions.
+/// Up to eight rays, each with a triangle that it is known to hit, for a loop at some instruction level.
 ///
 /// ```
 /// use intertri::internal::Pairs;
@@ -131,12 +130,13 @@ fn crossing<D: Lanes<Scalar = f64>>(
 ) -> [D; 3] {
     let t = Tri::new(corners).t(origin, dir);
     let seen = Coefficients::of(corners, origin);
-    // The document's t divides by a normal of length 1, the weights by one of any length: these are two denominators.
+    // The document's t divides by a normal of length 1, the weights by one of any length, so there are two
+    // denominators.
     let den = seen.n.dot(dir);
     [t, seen.v.dot(dir) / den, seen.w.dot(dir) / den]
 }
 
-/// [`Pairs::hits_in`] of one pair.
+/// [`Pairs::hits_in`] for one pair.
 #[inline(always)]
 pub(crate) fn of_pair<S: Scalar>(
     ray: &RayOf<S>,

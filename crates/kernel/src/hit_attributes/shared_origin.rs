@@ -1,4 +1,4 @@
-//! t, u and v of rays from one origin, with triangles that they are known to hit.
+//! t, u and v for rays from one origin, with triangles that they are known to hit.
 //!
 //! ```text
 //!   num:  nrm & a   V & dir   W & dir              all but the direction is computed once for a
@@ -17,7 +17,7 @@ use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
 use crate::{Hit, Hit32};
 
-/// A triangle as seen from one origin, with the coefficients of t, u and v for rays from there.
+/// A triangle relative to one origin, with the coefficients of t, u and v for rays from there.
 ///
 /// ```
 /// use intertri::internal::{HitCoefficients, SharedOriginHit};
@@ -48,7 +48,7 @@ pub struct HitCoefficients {
     /// By axis, the coefficients of t's denominator, of the numerators of u and v, and of their
     /// denominator.
     coefficients: [[f64; 4]; 3],
-    /// The numerator of t, and last the triangle's index and the geometry's, as bits.
+    /// The numerator of t, and in the last place the indices of the triangle and the geometry, as bits.
     known: [f64; 4],
 }
 

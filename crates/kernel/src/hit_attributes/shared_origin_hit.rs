@@ -3,8 +3,8 @@
 use crate::Hit;
 use crate::simd::Simd;
 
-/// A triangle as seen from one origin, with the coefficients of t, u and v for rays from there: by the document's
-/// operations, or exactly. `H` is what it writes: [`Hit`], or [`Hit32`](crate::Hit32).
+/// A triangle relative to one origin, with the coefficients of t, u and v for rays from there: by the
+/// document's operations, or exactly. It writes an `H`: [`Hit`], or [`Hit32`](crate::Hit32).
 ///
 /// See [`HitCoefficients`](super::HitCoefficients) for an example.
 pub trait SharedOriginHit<H = Hit>: Copy + Default {

@@ -1,5 +1,5 @@
-//! The closest hit so far of one ray: an interval of f32 where that decides, f64 where not, and the
-//! resolver where rounded t are equal.
+//! The closest hit of one ray so far: an interval in f32 if that decides, f64 if not, and the resolver if
+//! rounded t are equal.
 
 use core::cmp::Ordering;
 
@@ -8,12 +8,13 @@ use crate::filter::Verdicts;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, TriangleId};
 
-/// The closest hit so far of one ray.
+/// The closest hit of one ray so far.
 ///
-/// `t_lo <= t <= t_hi` encloses the mode's t. Two hits are compared by these intervals, by their t in f64 only where
-/// the intervals meet, and exactly where those are equal; if both have the same t, the lower index wins.
+/// `t_lo <= t <= t_hi` encloses the mode's t. Two hits are compared by these intervals, by their t in f64
+/// only if the intervals overlap, and exactly if those are equal; if both have the same t, the lower index
+/// wins.
 ///
-/// An example stands at [`Filter::closest_in`](crate::Filter::closest_in).
+/// [`Filter::closest_in`](crate::Filter::closest_in) has an example.
 ///
 /// ```
 /// use intertri::ClosestHit;
@@ -32,7 +33,7 @@ pub struct ClosestHit {
 }
 
 impl ClosestHit {
-    /// No hit yet: whatever is closer than `t_max` is closest.
+    /// No hit yet: anything closer than `t_max` is closest.
     #[inline(always)]
     pub fn new(t_max: f32) -> Self {
         Self {
@@ -44,7 +45,7 @@ impl ClosestHit {
         }
     }
 
-    /// No hit yet, for a far end that is only known to lie between `sure` and `t_max`.
+    /// No hit yet, for a far end that is only known to be between `sure` and `t_max`.
     #[inline(always)]
     pub(crate) fn before(sure: f32, t_max: f32) -> Self {
         Self { t_lo: sure, ..Self::new(t_max) }
@@ -79,7 +80,7 @@ impl ClosestHit {
     ) {
         let (triangle, slot) = new;
         let (t_lo, t_hi) = enclose(t);
-        // Before the first hit there is nothing to compare with: the far end of the interval was.
+        // Before the first hit there is nothing to compare with; the far end was already compared.
         let closer = !self.is_hit()
             || t_hi < self.t_lo
             || t_lo <= self.t_hi && self.is_beaten_by(t, triangle, lane, pairs);
@@ -88,7 +89,7 @@ impl ClosestHit {
         }
     }
 
-    /// Offers the hit of a lane, whose t lies in `t_lo..=t_hi`. It may lie beyond the far end of the ray.
+    /// Offers the hit of a lane, whose t is in `t_lo..=t_hi`. It may be beyond the far end of the ray.
     #[inline(always)]
     fn offer_near(
         &mut self,
@@ -99,11 +100,12 @@ impl ClosestHit {
     ) {
         if t_hi < self.t_lo {
             let (triangle, slot) = new;
-            // Wholly in front. Its t is not needed unless a rival comes close: NaN records that it is not known yet.
+            // Entirely in front. Its t is not needed unless a rival comes close: NaN records that it is not
+            // known yet.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
-            // Without a hit so far, what the enclosure overlaps is the far end of the ray: the resolver has to check
-            // that, too.
+            // If there is no hit so far, the enclosure overlaps the far end of the ray, which the resolver
+            // has to check, too.
             let t = if self.is_hit() { Some(pairs.t(lane)) } else { pairs.hit(lane) };
             if let Some(t) = t {
                 self.offer_known(t, new, lane, pairs);
@@ -120,7 +122,8 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) {
         let (triangle, slot) = new;
-        // If it touches the closest triangle on the ray, both have the same t: the index decides, and t is not needed.
+        // If it touches the closest triangle on the ray, both have the same t: the index decides, and t is
+        // not needed.
         if self.is_hit() && pairs.touch(lane, self.slot) {
             if triangle < self.triangle && pairs.hit(lane).is_some() {
                 (self.triangle, self.slot) = (triangle, slot);
@@ -130,7 +133,7 @@ impl ClosestHit {
         }
     }
 
-    /// Offers what the filter says of a lane, whose triangle has these names.
+    /// Offers the filter's verdict on a lane, whose triangle has this id and slot.
     #[inline(always)]
     pub(super) fn offer_lane<F: Lanes<Scalar = f32>>(
         &mut self,
@@ -149,7 +152,7 @@ impl ClosestHit {
         }
     }
 
-    /// Offers what the filter says of a block of triangles; the i-th has the index `indices[i]` and the slot
+    /// Offers the filter's verdicts on a block of triangles; the i-th has the index `indices[i]` and the slot
     /// `slot + i`.
     #[inline(always)]
     pub(crate) fn offer_block<F: Lanes<Scalar = f32>>(
@@ -163,7 +166,7 @@ impl ClosestHit {
             return;
         }
 
-        // Among the certain hits: the one whose enclosure ends first, and all that begin before that end.
+        // Among the certain hits, the one whose enclosure ends first, and all that begin before that end.
         let hit = F::Mask::from_bits(verdicts.hit);
         let ends = F::select(hit, verdicts.t_hi, F::splat(f32::INFINITY));
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
@@ -172,8 +175,8 @@ impl ClosestHit {
         let first = least(&t_hi);
         let rivals = (hit & verdicts.t_lo.le(F::splat(first))).bits();
 
-        // Nearly always there is only one, and it is certain to win.
-        // `rivals & (rivals - 1)` clears the lowest bit: what is left are further rivals.
+        // In nearly all cases there is only one, and it is certain to win.
+        // `rivals & (rivals - 1)` clears the lowest bit, which leaves the other rivals.
         let doubtful = rivals & rivals.wrapping_sub(1) | verdicts.undecided;
         if doubtful == 0 && first < self.t_lo {
             let lane = rivals.trailing_zeros() as usize % 8;
@@ -186,7 +189,7 @@ impl ClosestHit {
         self.offer_one_by_one(&lanes, |lane| lane_names(indices, slot, lane), pairs);
     }
 
-    /// Offers what the filter says of a row of triangles; the i-th has the index and the slot `first + i`.
+    /// Offers the filter's verdicts on a row of triangles; the i-th has the index and the slot `first + i`.
     #[inline(always)]
     pub(crate) fn offer_row<F: Lanes<Scalar = f32>>(
         &mut self,
@@ -206,8 +209,8 @@ impl ClosestHit {
         );
     }
 
-    /// [`ClosestHit::offer_block`] where the enclosures do not decide. Out of line, which keeps registers free
-    /// where they do.
+    /// [`ClosestHit::offer_block`] if the enclosures do not decide. Out of line, which keeps registers free
+    /// when they do.
     #[inline(never)]
     fn offer_one_by_one(
         &mut self,
@@ -235,7 +238,7 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) -> bool {
         if self.t.is_nan() {
-            // The first rival that comes close makes the best hit compute its t, which is then kept.
+            // The first rival that comes close makes the best hit compute its t, which is then stored.
             self.t = pairs.t_in(lane, self.slot);
         }
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
@@ -243,7 +246,7 @@ impl ClosestHit {
     }
 }
 
-/// What the filter says of lanes, stored to be looked at one by one.
+/// The filter's verdicts on lanes, stored to be processed one by one.
 struct OneByOne<'a> {
     lanes: u32,
     hit: u32,
@@ -251,13 +254,13 @@ struct OneByOne<'a> {
     t_hi: &'a [f32],
 }
 
-/// The index and the slot of the triangle in a lane of a block whose first slot this is.
+/// The index and the slot of the triangle in a lane of a block whose first slot is given.
 #[inline(always)]
 fn lane_names(indices: &[u32; 8], LeafSlot(slot): LeafSlot, lane: usize) -> (TriangleId, LeafSlot) {
     (TriangleId(indices[lane]), LeafSlot(slot + lane as u32))
 }
 
-/// The smallest of eight.
+/// The smallest of eight numbers.
 #[inline(always)]
 fn least(of: &[f32; 8]) -> f32 {
     // `if b < a` is one instruction; `f32::min` would have to handle NaN as well.
@@ -271,7 +274,7 @@ fn least(of: &[f32; 8]) -> f32 {
 fn enclose(t: f64) -> (f32, f32) {
     let near = t as f32;
     let (near64, t_lo, t_hi) = (f64::from(near), near.next_down(), near.next_up());
-    // `near` is the nearest f32: if it lies above t, its lower neighbour lies below, and the other way round.
+    // `near` is the nearest f32: if it is above t, its lower neighbour is below, and vice versa.
     (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
 }
 
@@ -287,7 +290,7 @@ mod tests {
         (TriangleId(i), LeafSlot(i))
     }
 
-    /// Hits with these t, of a ray that ends at 1; the slot is the number.
+    /// Hits with given t, for a ray that ends at 1; the slot is the index.
     struct FixedHits(f32, Vec<f64>);
 
     impl LanePairs for FixedHits {

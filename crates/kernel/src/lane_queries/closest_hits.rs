@@ -1,4 +1,4 @@
-//! The closest hits of N rays, side by side.
+//! The closest hits of N rays, in lanes.
 
 use super::closest_hit::ClosestHit;
 use super::lane_pairs::LanePairs;
@@ -11,7 +11,7 @@ use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, RayId, Triangle, TriangleId, TriangleOf};
 
-/// The closest hit so far of each of N rays, side by side.
+/// The closest hit so far of each of N rays, in lanes.
 ///
 /// ```
 /// use intertri::ClosestHits;
@@ -24,10 +24,10 @@ use crate::{LeafSlot, RayId, Triangle, TriangleId, TriangleOf};
 pub struct ClosestHits<F, const N: usize> {
     t_lo: F,
     t_hi: F,
-    /// Indices and slots by their bits, for whole registers of them to be selected.
+    /// Indices and slots as bits, so that whole registers of them can be selected.
     triangle: F,
     slot: F,
-    /// t of the lanes whose bit is set in `known`.
+    /// t for the lanes whose bit is set in `known`.
     t: [f64; N],
     known: u32,
 }
@@ -56,7 +56,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     /// The closest hit of a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> ClosestHit {
-        // Each lane by its number: what is indexed by a variable cannot stay in registers.
+        // Each lane with a constant index, because a variable index would force the registers to memory.
         let mut t = f64::NAN;
         for i in 0..N {
             if i == lane && self.known >> i & 1 != 0 {
@@ -86,7 +86,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
 
         // The triangles whose t is not known yet.
         let (mut bits, mut unknown) = (0, 0);
-        // Lanes whose t is known stay 0; what is computed of them is not used.
+        // Lanes whose t is known stay 0; their results are not used.
         let mut corners = [[[0.0; N]; 3]; 3];
         for lane in 0..N {
             if index[lane].to_bits() == TriangleId::NONE.0 {
@@ -108,7 +108,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         match resolver {
             _ if unknown == 0 => {}
             _ => {
-                // All at once, by the document's operations or exactly; what that leaves open, one by one.
+                // All at once, by the document's operations or exactly; the rest one by one.
                 let [c1, c2, c3] = &corners;
                 let corners = [Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
                 let (org, dir) = (Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir));
@@ -134,7 +134,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     /// Changes the closest hit of a lane.
     #[inline(always)]
     fn set(&mut self, lane: usize, closest: &ClosestHit) {
-        // By selection in all lanes: an element written by a variable index would force the registers to memory.
+        // By a selection in all lanes, because writing an element with a variable index would force the
+        // registers to memory.
         let at = F::Mask::from_bits(1 << lane);
         let put = |x: f32, old| F::select(at, F::splat(x), old);
         self.t_lo = put(closest.t_lo, self.t_lo);
@@ -147,7 +148,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         self.known = self.known & !(1 << lane) | u32::from(!closest.t.is_nan()) << lane;
     }
 
-    /// Offers to each lane what the filter says of it and a triangle of that index and slot.
+    /// Offers to each lane the filter's verdict on it and a triangle with that index and slot.
     #[inline(always)]
     pub(crate) fn offer(
         &mut self,
@@ -155,7 +156,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         (triangle, slot): (TriangleId, LeafSlot),
         pairs: &impl LanePairs,
     ) {
-        // Where the enclosures decide: all lanes at once, without a branch.
+        // If the enclosures decide: all lanes at once, without a branch.
         let wins = F::Mask::from_bits(verdicts.hit) & verdicts.t_hi.lt(self.t_lo);
         self.t_lo = F::select(wins, verdicts.t_lo, self.t_lo);
         self.t_hi = F::select(wins, verdicts.t_hi, self.t_hi);

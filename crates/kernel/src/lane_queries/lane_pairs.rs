@@ -1,4 +1,4 @@
-//! The pairs of a ray and a triangle that the lanes of one test stand for, for the resolver.
+//! The pairs of a ray and a triangle behind the lanes of a test, for the resolver.
 
 use core::cmp::Ordering;
 
@@ -6,15 +6,15 @@ use crate::packet::{RayPacket, TriangleBlock};
 use crate::resolve::Resolver;
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
-/// The pair of a ray and a triangle behind each lane: the slow path, out of line, hands it to the resolver.
+/// The pair of a ray and a triangle behind each lane. The slow path, out of line, passes it to the resolver.
 pub(crate) trait LanePairs {
-    /// What settles them.
+    /// The resolver of undecided pairs.
     fn resolver(&self) -> Resolver<'_>;
     /// The ray of a lane.
     fn ray(&self, lane: usize) -> Ray;
     /// The triangle of a lane.
     fn triangle(&self, lane: usize) -> Triangle;
-    /// The number of the ray and the slot of the triangle of a lane.
+    /// The ids of the ray and of the slot of a lane.
     fn ids(&self, lane: usize) -> (RayId, LeafSlot);
     /// The triangle in a slot.
     fn find(&self, slot: LeafSlot) -> Triangle;
@@ -31,21 +31,22 @@ pub(crate) trait LanePairs {
         self.resolver().meets(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
-    /// t of the pair of a lane, which is known to be a hit.
+    /// t for the pair of a lane, which is known to be a hit.
     #[inline(always)]
     fn t(&self, lane: usize) -> f64 {
         self.resolver().t(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
-    /// t of the lane's ray and the triangle in a slot, which it is known to hit.
+    /// t for the lane's ray and the triangle in a slot, which it is known to hit.
     #[inline(always)]
     fn t_in(&self, lane: usize, slot: LeafSlot) -> f64 {
-        // The best hit so far keeps only its slot, so find its triangle first.
+        // The best hit so far stores only its slot, so find its triangle first.
         let (ray, _) = self.ids(lane);
         self.resolver().t(&self.ray(lane), &self.find(slot), (ray, slot))
     }
 
-    /// Which of two hits of a lane with equal rounded t comes first: the triangle of the lane, or the one in a slot.
+    /// Which of two hits of a lane with equal rounded t comes first: the lane's triangle, or the one in a
+    /// slot.
     #[inline(always)]
     fn order(&self, lane: usize, slot: LeafSlot) -> Ordering {
         let (ray, here) = self.ids(lane);
@@ -56,14 +57,14 @@ pub(crate) trait LanePairs {
     /// Whether the triangle of a lane and the one in a slot touch where the lane's ray meets them, if it hits both.
     #[inline(always)]
     fn touch(&self, lane: usize, slot: LeafSlot) -> bool {
-        // A closure, because most resolvers answer without the triangles.
+        // A closure, because most resolvers answer without loading the triangles.
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
         let (ray, here) = self.ids(lane);
         self.resolver().touch(pair, (ray, [here, slot]))
     }
 }
 
-/// The lanes of a packet of rays with one triangle.
+/// The lanes of a packet of rays, with one triangle.
 pub(crate) struct RaysOnTriangle<'a, P, const N: usize> {
     pub(crate) resolver: Resolver<'a>,
     pub(crate) packet: &'a RayPacket<N>,
@@ -88,7 +89,7 @@ impl<P: Fn(LeafSlot) -> Triangle, const N: usize> LanePairs for RaysOnTriangle<'
     }
     #[inline(always)]
     fn ids(&self, lane: usize) -> (RayId, LeafSlot) {
-        // Rays are numbered from the first of the packet on.
+        // Rays are numbered from the first of the packet.
         (RayId(lane as u32), self.slot)
     }
     #[inline(always)]
@@ -151,7 +152,8 @@ impl<P: Fn(LeafSlot) -> Triangle> LanePairs for RayOnRow<'_, P> {
     }
     #[inline(always)]
     fn triangle(&self, lane: usize) -> Triangle {
-        // A row is loaded straight from the caller's slice and kept nowhere else, so the triangle is found there again.
+        // A row is loaded directly from the caller's slice and not stored, so the triangle is looked up there
+        // again.
         (self.find)(LeafSlot(self.first.0 + lane as u32))
     }
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! The filter's queries, for authors of a hierarchy: they are called within loops that run under
+//! The filter's queries, for your own hierarchies: call them in loops that run under
 //! [`WithSimd`](crate::simd::WithSimd).
 
 use super::lane_pairs::{LanePairs, RayOnBlock, RaysOnTriangle};
@@ -95,8 +95,8 @@ impl Filter<'_> {
         self.closest_among_in::<S>(ray, block, indices, first, find, keep, closest, counts);
     }
 
-    /// [`Filter::closest_in`] among some of the triangles: `keep` is given the lanes that may be hits, if there
-    /// are any, and returns those that count.
+    /// [`Filter::closest_in`] among some of the triangles: `keep` is called with the lanes that may be hits,
+    /// if there are any, and returns those to consider.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -136,10 +136,10 @@ impl Filter<'_> {
         counts: &mut Counts,
     ) {
         let (lanes, triangles) = (Rays::splat(lanes), Triangles::of_block(block, self.room()));
-        // To the filter, whatever surely lies beyond the best hit so far is a miss.
+        // The filter treats anything that is certainly beyond the best hit so far as a miss.
         let far = Lanes::splat(closest.t_hi());
         let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, block.live(), counts);
-        // Before `keep`: a leaf without candidates, as most are, never pays for the selection.
+        // Before `keep`: a leaf without candidates, the usual case, never pays for the selection.
         if verdicts.lanes() == 0 {
             return;
         }
@@ -148,7 +148,7 @@ impl Filter<'_> {
         closest.offer_block(&verdicts, indices, first, &pairs);
     }
 
-    /// The hit that a ray's closest stands for, with its t and weights.
+    /// The closest hit of a ray, with its t and weights.
     #[inline(always)]
     pub fn hit(
         &self,
@@ -160,7 +160,7 @@ impl Filter<'_> {
         Some(self.resolver().hit_attributes(ray, &find(slot), triangle, (RayId(0), slot)))
     }
 
-    /// The closest hit of a ray before anything is hit.
+    /// The initial closest hit of a ray.
     #[doc(hidden)]
     #[inline(always)]
     pub fn no_hit(&self, ray: &Ray) -> ClosestHit {
@@ -189,8 +189,8 @@ impl Filter<'_> {
         all_hits(&verdicts, |lane| self.sure_end(packet.t_max[lane]), &pairs)
     }
 
-    /// The lanes of N rays that hit one triangle, a bit each: those of [`Filter::packet_in`] without their t,
-    /// whose f64 bits take long where pairs are close. Only the lanes in `live` take part.
+    /// The lanes of N rays that hit one triangle, as bits: those of [`Filter::packet_in`] without their t,
+    /// whose f64 bits are slow to compute for close pairs. Only the lanes in `live` take part.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -229,7 +229,7 @@ impl Filter<'_> {
         let verdicts = self.test_packet(rays, triangle, Lanes::load(&packet.t_max), live, counts);
         let find = |_| *triangle.triangle();
         let pairs = self.rays_on(packet, triangle.triangle(), LeafSlot(0), find);
-        // A certain hit whose t surely lies before the end needs no t at all.
+        // A certain hit whose t is certainly before the end does not need its t.
         let sure_end = packet.t_max.map(|t_max| self.sure_end(t_max));
         let sure = verdicts.hit & verdicts.t_hi.lt(Lanes::load(&sure_end)).bits();
         let meets = |hits, lane| hits | u32::from(pairs.meets(lane)) << lane;
@@ -293,8 +293,9 @@ impl Filter<'_> {
 
     /// [`Filter::packet_closest_in`] for many triangles: the i-th has the index and the slot i.
     ///
-    /// This is faster than one by one, because all of sixty-four triangles are prechecked before any is tested. The ones
-    /// that pass are written into a mask without a branch: a mispredicted branch takes as long as many prechecks.
+    /// This is faster than one by one, because sixty-four triangles are prechecked before any is tested. The
+    /// ones that pass are written to a mask without a branch: a mispredicted branch takes as long as many
+    /// prechecks.
     ///
     /// ```
     /// use intertri::simd::{Lane, Simd, Width, WithSimd, dispatch};
@@ -332,7 +333,7 @@ impl Filter<'_> {
         Lane<N>: Width,
     {
         let find = |LeafSlot(slot)| *triangles[slot as usize].triangle();
-        // Copies of its own stay in registers; all tests are counted at once.
+        // Local copies stay in registers; all tests are counted at once.
         let (mut own, mut tested) = (*closest, Counts::default());
         for (first, some) in (0..).step_by(64).zip(triangles.chunks(64)) {
             let mut candidates = 0_u64;
@@ -357,7 +358,8 @@ impl Filter<'_> {
         *closest = own;
     }
 
-    /// t of the hits that the closest of N rays stand for, side by side; a lane's bit is set where it has a hit.
+    /// The closest hits of N rays with their t, u and v, computed together; a lane's bit is set if it has a
+    /// hit.
     #[inline(always)]
     pub fn hits_in<S: Simd, const N: usize>(
         &self,
@@ -395,7 +397,7 @@ fn all_hits<F: Lanes<Scalar = f32>, const N: usize>(
     let mut t_hi = [0.0; N];
     verdicts.t_hi.store(&mut t_hi);
     for lane in lanes_of(verdicts.lanes()) {
-        // A certain hit before the far end only needs its t; any other lane may still turn out to be a miss.
+        // A certain hit before the far end only needs its t; any other lane may still be a miss.
         let is_sure = verdicts.hit >> lane & 1 != 0 && t_hi[lane] < t_max(lane);
         let t = if is_sure { Some(pairs.t(lane)) } else { pairs.hit(lane) };
         if let Some(t) = t {

@@ -1,26 +1,28 @@
-//! The copies of eight triangles side by side.
+//! The copies of eight triangles in lanes.
 
 use super::{LocalFrame, pow2};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd, Vec3};
 
 impl LocalFrame {
-    /// The copies of eight triangles side by side, `corners[k][axis][lane]` of corner k+1, as
-    /// [`LocalFrame::triangle`] makes them. Lanes that are not `live` are dead.
+    /// The copies of eight triangles in lanes, where `corners[k][axis][lane]` is of corner k+1, as computed
+    /// by [`LocalFrame::triangle`]. Lanes that are not `live` are dead.
     #[inline(always)]
     pub fn block_in<S: Simd>(&self, corners: &[[[f64; 8]; 3]; 3], live: u32) -> TriangleBlock<8> {
         let (centre, scale) =
             (Vec3::<S::F64x8>::splat(self.centre), S::F64x8::splat(pow2(self.up)));
         let [c1, c2, c3] = corners;
         let (c1, c2, c3) = (Vec3::<S::F64x8>::load(c1), Vec3::load(c2), Vec3::load(c3));
-        // The product by a power of two is exact, so a coordinate is rounded by its difference in f64 and once to f32.
+        // The product with a power of two is exact, so a coordinate is rounded by the difference in f64 and
+        // once to f32.
         let at = (c1 - centre) * scale;
         let (minus_h4, h5, h6) = ((c1 - c2) * scale, (c3 - c1) * scale, (c3 - c2) * scale);
         TriangleBlock::of_copied_lanes([at, minus_h4, h5], h6, live)
     }
 
-    /// The box around the boxes of all live triangles, as [`LocalFrame::bounds`] computes them. They must be finite. With
-    /// no live triangle, the box is inverted: its lower sides are infinite, its upper sides minus infinity.
+    /// The box around the boxes of all live triangles, as computed by [`LocalFrame::bounds`]. They must be
+    /// finite. If no triangle is live, the box is inverted: its lower sides are infinite, its upper sides
+    /// minus infinity.
     #[inline(always)]
     pub fn bounds_in<S: Simd>(&self, corners: &[[[f64; 8]; 3]; 3], live: u32) -> [[f32; 3]; 2] {
         let scale = S::F64x8::splat(pow2(self.up));
@@ -66,7 +68,7 @@ mod tests {
         }
     }
 
-    /// Ordinary triangles and odd ones, at every level.
+    /// Ordinary triangles and unusual ones, at every level.
     #[test]
     fn copies_in_lanes_are_those_of_one_triangle() {
         let frame = LocalFrame::around(
@@ -111,7 +113,7 @@ mod tests {
                 let (parts, longest) = bits(&block);
                 let (expected_parts, expected_longest) = bits(&one_by_one);
                 assert_eq!(parts, expected_parts, "{corners:?}");
-                // A NaN is one, whatever its bits.
+                // All NaNs are equal here.
                 for (a, b) in longest.into_iter().zip(expected_longest) {
                     let same = a == b || (f32::from_bits(a).is_nan() && f32::from_bits(b).is_nan());
                     assert!(same, "{corners:?}");

@@ -1,4 +1,5 @@
-//! The frame of the f32 copies of a scene given in f64: about the scene's centre, scaled by a power of two.
+//! The frame of the f32 copies of a scene given in f64: relative to the scene's centre, and scaled by a power
+//! of two.
 //!
 //! ```text
 //!        f64                          f32, for the filter and traversal
@@ -20,15 +21,16 @@ use crate::scalar::Bits;
 use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
-/// The least and largest exponent of the scale, which brings the farthest corner to between 1 and 2. Within these limits
-/// the scale is a normal f64, and numbers that the CPU may read as 0 stay below all bounds.
+/// The smallest and largest exponent of the scale, which brings the farthest corner to between 1 and 2.
+/// Within these limits the scale is a normal f64, and numbers that the CPU may read as 0 stay below all
+/// bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
-/// A direction is scaled like points if the exponent of its scaled length is within ± this. Any other gets its own scale,
-/// which brings its length near 1.
+/// A direction is scaled like points if the exponent of its scaled length is within ± this. Any other gets
+/// its own scale, which brings its length close to 1.
 const SAME: i32 = 30;
 
-/// Origins farther out count as this far (2^100), where f32 decides nothing.
+/// Origins farther out are clamped to this (2^100), where f32 decides nothing.
 const FAR_OUT: f64 = (1_u128 << 100) as f64;
 
 /// A ray that hits nothing.
@@ -40,27 +42,28 @@ pub struct LocalFrame {
     centre: [f64; 3],
     /// The exponent of the scale.
     up: i32,
-    /// No corner is farther from the centre, as a sum of coordinates.
+    /// A bound on the sum of a corner's coordinates relative to the centre.
     reach: f32,
 }
 
 impl LocalFrame {
-    /// The frame of corners between the lowest and the highest coordinates, most of which lie within the box `crowd`.
-    /// An empty frame if the coordinates are not finite. Its centre is the point of the crowd that is nearest to the
-    /// middle of all, so that a few triangles far away do not cost the others their digits.
+    /// The frame for corners between the lowest and the highest coordinates, most of which are in the box
+    /// `crowd`. An empty frame if the coordinates are not finite. Its centre is the point of the crowd that
+    /// is nearest to the centre of all, so that a few distant triangles do not cost the others their digits.
     pub fn around([lo, hi]: [[f64; 3]; 2], crowd: [[f64; 3]; 2]) -> Self {
         if !lo.iter().chain(&hi).all(|x| x.is_finite()) {
             return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
         }
         let middle = |k: usize| 0.5 * lo[k] + 0.5 * hi[k];
-        // The middle of all, unless a few triangles far away pull it from where most of the scene is (f64.md, section
-        // 4).
+        // The centre of all, unless a few distant triangles pull it away from most of the scene (f64.md,
+        // section 4).
         let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
-        // The distance of the farthest side from the centre along each axis, which the scale brings to between 1 and 2.
+        // The distance of the farthest side from the centre along each axis, which the scale brings to
+        // between 1 and 2.
         let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
         let up = -exponent(half[0].max(half[1]).max(half[2]));
         let up = up.clamp(SCALES.0, SCALES.1);
-        // A little more than the sum, which covers the rounding of the copies and of the sum.
+        // Slightly more than the sum, which covers the rounding of the copies and of the sum.
         let reach = half.iter().map(|x| x * pow2(up)).sum::<f64>();
         Self { centre, up, reach: reach as f32 * (1.0 + 1.0 / 1024.0) }
     }
@@ -78,7 +81,7 @@ impl LocalFrame {
         (self.centre, self.up)
     }
 
-    /// No corner's copy is farther from the origin, as a sum of coordinates.
+    /// A bound on the sum of the coordinates of a corner's copy.
     pub fn reach(&self) -> f32 {
         self.reach
     }
@@ -101,7 +104,7 @@ impl LocalFrame {
             return None;
         }
         let mut bounds = [[0.0; 3]; 2];
-        // A step of f32 outward is more than all roundings, so the scaled triangle lies within the box.
+        // A step of f32 outward exceeds all roundings, so the scaled triangle is inside the box.
         for axis in 0..3 {
             let [a, b, c] = corners.map(|corner| corner[axis]);
             bounds[0][axis] = (self.place(a.min(b).min(c), axis) as f32).next_down();
@@ -113,7 +116,8 @@ impl LocalFrame {
     /// The copy of a triangle.
     #[inline]
     pub fn triangle(&self, TriangleOf([c1, c2, c3]): &Triangle64) -> Copy32 {
-        // Edges are differences of the originals, not of copies: a small triangle far from the centre keeps its digits.
+        // Edges are differences of the originals, not of copies, so a small triangle far from the centre
+        // keeps its digits.
         let scale = pow2(self.up);
         let sub = |a: &[f64; 3], b: &[f64; 3]| [0, 1, 2].map(|k| (a[k] - b[k]) * scale);
         let (minus_h4, h5, h6) = (sub(c1, c2), sub(c3, c1), sub(c3, c2));
@@ -127,7 +131,7 @@ impl LocalFrame {
             (0..3).all(|k| at[k].abs() <= far && minus_h4[k].abs() <= far && h5[k].abs() <= far);
         let known = near && a + b + c < f64::INFINITY;
         let longest = Lanes::sqrt(a.max(b).max(c)) as f32;
-        // Two steps above, which covers all roundings of the length.
+        // Two steps up, which covers all roundings of the length.
         let above = f32::from_bits((longest + SHORTEST).to_bits() + 2);
         Copy32 {
             parts: [at, minus_h4, h5].map(|v| v.map(|x| x as f32)),
@@ -135,13 +139,13 @@ impl LocalFrame {
         }
     }
 
-    /// The copy of a point: it lies in every box of [`LocalFrame::bounds`] that holds it.
+    /// The copy of a point: it is in every box from [`LocalFrame::bounds`] that contains the point.
     #[inline]
     pub fn point(&self, point: [f64; 3]) -> [f32; 3] {
         [0, 1, 2].map(|k| self.place(point[k], k) as f32)
     }
 
-    /// Two points between which the scaled original of a finite point lies.
+    /// Two points that enclose the scaled original of a finite point.
     #[inline]
     pub fn around_point(&self, point: [f64; 3]) -> [[f32; 3]; 2] {
         // Halved first, because the difference may exceed the range of f64.
@@ -156,14 +160,14 @@ impl LocalFrame {
         self.reach * (5.0 / (1 << 24) as f32)
     }
 
-    /// The copy of a ray: its interval holds the scaled one.
+    /// The copy of a ray: its interval contains the scaled one.
     #[inline]
     pub fn ray(&self, ray: &Ray64) -> Ray {
         let scale = pow2(self.up);
         let origin = [0, 1, 2].map(|k| self.place(ray.origin[k], k));
         let dir = ray.dir.map(|x| x * scale);
 
-        // Nearly always, and false with a NaN: then t is that of the ray.
+        // Nearly always true, and false for NaN: then t is that of the ray.
         let has_interval = ray.t_min < ray.t_max && ray.t_max > 0.0;
         let is_near = origin.iter().all(|x| x.abs() <= FAR_OUT);
         let is_short = dir.iter().all(|x| x.abs() <= pow2(SAME));
@@ -188,9 +192,10 @@ impl LocalFrame {
         if !(has_interval(ray) && finite(&ray.origin) && finite(&ray.dir) && goes) {
             return DEAD;
         }
-        // Clamped, an origin stays finite in f32, and is so far out that the filter leaves its pairs to the resolver.
+        // A clamped origin stays finite in f32, and is so far out that the filter leaves its pairs to the
+        // resolver.
         let at = |k: usize| self.place(ray.origin[k], k).clamp(-FAR_OUT, FAR_OUT) as f32;
-        // Such a ray is so short or so long that its copy has a scale of its own, and t is counted in other units.
+        // Such a ray is so short or so long that its copy has its own scale, and t has other units.
         let times = self.exponent(ray);
         Ray {
             origin: [at(0), at(1), at(2)],
@@ -215,15 +220,15 @@ fn longest_exponent(ray: &Ray64) -> i32 {
     exponent(f64::from_bits(x.max(y).max(z)))
 }
 
-/// The exponent e of a positive number between `2^e` and twice that; 0 for 0.
+/// The exponent e of a positive number from `2^e` up to twice that; 0 for 0.
 #[inline]
 fn exponent(x: f64) -> i32 {
     let (m, e) = x.parts();
     if m == 0 { 0 } else { 63 - m.leading_zeros() as i32 + e }
 }
 
-/// `x 2^by`, rounded; infinite or about 0 if that is too large or too small. Works on the bits, because a CPU may be set
-/// to read a subnormal x as 0.
+/// `x 2^by`, rounded; infinite or about 0 if that is too large or too small. Works on the bits, because a CPU
+/// may be set to read a subnormal x as 0.
 #[inline]
 fn scaled(x: f64, by: i32) -> f64 {
     if !Bits::is_finite(x) {

@@ -6,7 +6,7 @@ use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, Simd, lanes_of};
 use crate::{Ray, RayOf, Scalar, Triangle};
 
-/// N rays side by side: `origin[axis][lane]`.
+/// N rays in lanes: `origin[axis][lane]`.
 ///
 /// Lanes beyond the given rays repeat the last one and are dead: no result includes them.
 ///
@@ -62,7 +62,7 @@ impl<const N: usize> RayPacket<N> {
         packet
     }
 
-    /// Bit i is set where lane i is a ray that was given.
+    /// Bit i is set if lane i is a given ray.
     #[inline(always)]
     pub fn live(&self) -> u32 {
         self.live
@@ -80,7 +80,7 @@ impl<const N: usize> RayPacket<N> {
     }
 }
 
-/// N triangles side by side.
+/// N triangles in lanes.
 ///
 /// Lanes beyond the given triangles repeat the last one and are dead: no result includes them.
 ///
@@ -92,7 +92,7 @@ impl<const N: usize> RayPacket<N> {
 /// // The z of the first corners.
 /// assert_eq!(block.corners()[0][2][..3], [5.0, 7.0, 7.0]);
 /// ```
-// A row of eight is 32 bytes, and a block with eight indices then six cache lines.
+// A row of eight is 32 bytes, so a block with eight indices is six cache lines.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub struct TriangleBlock<const N: usize> {
@@ -144,7 +144,7 @@ impl<const N: usize> TriangleBlock<N> {
         let live = triangles.len().min(N);
         let mut block =
             Self { corners: [[[0.0; N]; 3]; 3], longest_edges: [0.0; N], live: mask(live) };
-        // Dead lanes repeat the last triangle, so that they hold ordinary numbers.
+        // Dead lanes repeat the last triangle, so that they contain ordinary numbers.
         let last = triangles[..live].last().copied().unwrap_or(Triangle::zeroed());
         for lane in 0..N {
             let triangle = triangles.get(lane).unwrap_or(&last);
@@ -163,13 +163,13 @@ impl<const N: usize> TriangleBlock<N> {
         &self.corners
     }
 
-    /// An upper bound of each lane's longest edge, at least [`SHORTEST`].
+    /// An upper bound on each lane's longest edge, at least [`SHORTEST`].
     #[inline(always)]
     pub(crate) fn longest_edges(&self) -> &[f32; N] {
         &self.longest_edges
     }
 
-    /// Bit i is set where lane i is a triangle that was given.
+    /// Bit i is set if lane i is a given triangle.
     #[inline(always)]
     pub fn live(&self) -> u32 {
         self.live
@@ -178,7 +178,7 @@ impl<const N: usize> TriangleBlock<N> {
     /// The triangle in a lane.
     #[inline(always)]
     pub fn triangle(&self, lane: usize) -> Triangle {
-        // Not by `map`, which is not always inlined.
+        // Not `map`, which is not always inlined.
         let mut triangle = Triangle([[0.0; 3]; 3]);
         for (to, from) in triangle.0.iter_mut().zip(&self.corners) {
             for (to, from) in to.iter_mut().zip(from) {
@@ -190,7 +190,7 @@ impl<const N: usize> TriangleBlock<N> {
 }
 
 impl TriangleBlock<8> {
-    /// [`TriangleBlock::new`] within a loop at some level.
+    /// [`TriangleBlock::new`], to be called in a loop at some level.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -220,8 +220,8 @@ impl TriangleBlock<8> {
         block
     }
 
-    /// A block from lanes that are already side by side: `corners[k][axis][lane]` is of corner k+1. Any lane may be
-    /// dead: those that are not `live`.
+    /// A block from triangles that are already in lanes: `corners[k][axis][lane]` is of corner k+1. Any lane
+    /// may be dead: those that are not `live`.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -273,11 +273,11 @@ impl TriangleBlock<8> {
 pub struct Copy32 {
     /// The first corner, and the edges from the second to it and from it to the third.
     pub parts: [[f32; 3]; 3],
-    /// At least the longest edge; NaN where f32 must not decide.
+    /// At least the longest edge; NaN if f32 must not decide.
     pub longest: f32,
 }
 
-/// The answers of a packet of rays or a block of triangles.
+/// The results of a packet of rays or a block of triangles.
 ///
 /// ```
 /// use intertri::{Mode, PacketHits, Ray, Triangle, TriangleBlock};
@@ -289,9 +289,9 @@ pub struct Copy32 {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PacketHits<const N: usize> {
-    /// Bit i is set where lane i is a hit.
+    /// Bit i is set if lane i is a hit.
     pub bits: u32,
-    /// The `t` of each lane; meaningful where its bit is set.
+    /// The `t` of each lane; meaningful if its bit is set.
     pub t: [f64; N],
 }
 
@@ -309,15 +309,15 @@ impl<const N: usize> PacketHits<N> {
     }
 }
 
-/// No edge counts as shorter than this (2^-48), so that what underflow takes from the product of two
-/// stays below what a rounding takes.
+/// Edges count as at least this long (2^-48), so that the effect of underflow on the product of two stays
+/// below that of a rounding.
 pub(crate) const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 
-/// No coordinate is larger than this (2^40) where f32 decides: then no product overflows.
+/// If a coordinate is larger than this (2^40), f32 does not decide; so no product overflows.
 pub(crate) const LARGEST: f32 = (1_u64 << 40) as f32;
 
-/// The lengths of the longest edges, rounded up and at least [`SHORTEST`]; NaN where a corner is too far
-/// out for f32 to decide anything.
+/// The lengths of the longest edges, rounded up and at least [`SHORTEST`]; NaN if a corner is too far out for
+/// f32 to decide anything.
 #[inline(always)]
 fn longest_edges<D: Lanes<Scalar = f64>>([c1, c2, c3]: &[Vec3<D>; 3], edges: &mut [f32]) {
     longest_of([*c1 - *c2, *c2 - *c3, *c3 - *c1], largest([*c1, *c2, *c3]), edges);
@@ -340,7 +340,7 @@ fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges
     let known = (a + b + c).lt(D::splat(f64::INFINITY));
     let sane = (known & largest.le(D::splat(f64::from(LARGEST)))).bits();
     for (lane, edge) in edges.iter_mut().enumerate() {
-        // Two steps above, which covers all roundings of the length; for a NaN any bits will do.
+        // Two steps up, which covers all roundings of the length; for a NaN any bits are fine.
         let above = f32::from_bits((*edge + SHORTEST).to_bits().wrapping_add(2));
         *edge = if sane >> lane & 1 != 0 { above } else { f32::NAN };
     }
@@ -351,7 +351,7 @@ fn mask(n: usize) -> u32 {
     ((1_u64 << n) - 1) as u32
 }
 
-/// Rays as lanes, with the values that a test needs; one ray may fill all lanes.
+/// Rays in lanes, with the values that a test needs; one ray may fill all lanes.
 #[derive(Clone, Copy)]
 pub struct RayLanes<L> {
     pub(crate) org: Vec3<L>,
@@ -399,7 +399,7 @@ impl<L: Lanes> RayLanes<L> {
         }
     }
 
-    /// The same rays with other far ends.
+    /// The same rays with different far ends.
     #[inline(always)]
     pub fn until(self, t_max: L) -> Self {
         Self { t_max, ..self }
@@ -421,8 +421,8 @@ mod tests {
         }
     }
 
-    /// Numbers of every kind in every corner: the same block, and a bound of each longest edge that
-    /// is one, or NaN.
+    /// Numbers of every kind in every corner: the blocks are the same, and each bound on a longest edge is
+    /// valid, or NaN.
     #[test]
     fn longest_edges_are_the_same_at_every_level() {
         let numbers = [0.0, -0.0, 1e-45, 1.0, -3.7, 1e9, LARGEST, -LARGEST, 2.0 * LARGEST];
@@ -440,7 +440,7 @@ mod tests {
                 assert_eq!(block.live, plain.live);
             }
 
-            // Against f64, which holds the square of any edge that f32 may decide about.
+            // Compared with f64, which can represent the square of any edge that f32 may decide about.
             let sane = triangle.0.as_flattened().iter().all(|x| x.abs() <= LARGEST);
             assert_eq!(plain.longest_edges[0].is_nan(), !sane, "{triangle:?}");
             for k in 0..3 {

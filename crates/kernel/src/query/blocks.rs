@@ -1,4 +1,4 @@
-//! Triangles that are brought into lanes once, for many rays.
+//! Triangles that are loaded into lanes once, for many rays.
 
 use alloc::vec::Vec;
 
@@ -8,9 +8,9 @@ use crate::simd::{Lanes, Vec3};
 
 /// Triangles prepared for many rays.
 ///
-/// Queries of [`Mode`](crate::Mode) over plain slices bring the triangles into lanes for each ray. `Blocks` does it once,
-/// and keeps a copy of them. The answers are those of the slice. For more than a few hundred triangles, a hierarchy is
-/// faster, such as `Bvh` in the crate `intertri-trace`.
+/// Queries of [`Mode`](crate::Mode) over plain slices load the triangles into lanes for each ray. `Blocks`
+/// does it once, and keeps a copy of them. The answers are those of the slice. For more than a few hundred
+/// triangles, a hierarchy is faster, such as `Bvh` in the crate `intertri-trace`.
 ///
 /// ```
 /// use intertri::{Blocks, Mode, Ray, Triangle};
@@ -43,7 +43,7 @@ impl Blocks {
         Self { blocks: triangles.chunks(16).map(block).collect(), len: triangles.len() }
     }
 
-    /// How many triangles there are.
+    /// The number of triangles.
     ///
     /// ```
     /// use intertri::{Blocks, Triangle};
@@ -63,13 +63,13 @@ impl Blocks {
     /// A triangle.
     ///
     /// # Panics
-    /// If the index is out of bounds.
+    /// Panics if the index is out of bounds.
     pub fn triangle(&self, index: usize) -> Triangle {
         assert!(index < self.len, "there are {} triangles", self.len);
         self.blocks[index / 16].0.triangle(index % 16)
     }
 
-    /// The corners of as many triangles as there are lanes, and bounds of their longest edges.
+    /// The corners of as many triangles as there are lanes, and bounds on their longest edges.
     #[inline(always)]
     pub(super) fn row<F: Lanes<Scalar = f32>>(&self, first: usize) -> ([Vec3<F>; 3], F) {
         // Sixteen is a multiple of every level's width, so a row never spans two blocks.

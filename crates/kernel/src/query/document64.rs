@@ -1,4 +1,4 @@
-//! Slices given in f64 by the document's operations: a plain loop, a triangle at a time.
+//! Slices given in f64, with the document's operations: a plain loop, one triangle at a time.
 
 use alloc::vec::Vec;
 
@@ -6,7 +6,7 @@ use crate::document;
 use crate::hit_attributes::of_pair;
 use crate::{Hit, Ray64, Threshold, Triangle64, TriangleId};
 
-/// The triangles that a ray hits, in their order, with their t.
+/// The triangles that a ray hits, in order, with their t.
 fn found<'a>(
     threshold: Threshold,
     triangles: &'a [Triangle64],
@@ -19,7 +19,7 @@ fn found<'a>(
 
 /// The closest hit; if two have the same t, the lowest index.
 pub(super) fn closest(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -> Option<Hit> {
-    // `min_by` keeps the first of equal elements, and they come in the order of their indices.
+    // `min_by` returns the first of equal elements, and they are in the order of their indices.
     let (_, id) = found(threshold, triangles, ray).min_by(|(a, _), (b, _)| a.total_cmp(b))?;
     Some(of_pair(ray, &triangles[id.0 as usize], id))
 }

@@ -1,5 +1,5 @@
-//! Exact queries over f64 slices: a plain loop, eight triangles at a time, in f64 lanes under a bound. Integers settle
-//! the lanes that it leaves undecided.
+//! Exact queries over f64 slices: a plain loop, eight triangles at a time, in f64 lanes with a bound.
+//! Integers settle the lanes that it leaves undecided.
 
 use alloc::vec::Vec;
 use core::cmp::Ordering;
@@ -58,7 +58,7 @@ pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     any
 }
 
-/// Every hit, in order of the exact t; if two have the same t, in order of the index.
+/// Every hit, in order of the exact t; if several have the same t, in order of the index.
 #[inline]
 pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let mut pairs = Vec::new();
@@ -82,7 +82,7 @@ pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     hits
 }
 
-/// Calls `found` with the triangles that a ray hits, in their order, until it returns false.
+/// Calls `found` with the triangles that a ray hits, in order, until it returns false.
 struct Found<'a, F> {
     rule: Rule,
     triangles: &'a [Triangle64],
@@ -98,7 +98,8 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
         let Self { rule, triangles, ray, mut found } = self;
         let lanes = RayLanes::<S::F64x8>::of_ray(ray);
         for (some, first) in triangles.chunks(8).zip((0..).step_by(8)) {
-            // The bound does not hold for numbers that could overflow or underflow: such triangles go to the integers.
+            // The bound does not hold for numbers that could overflow or underflow; such triangles are left
+            // to the integers.
             let (mut numbers, mut plain) = ([[[0.0; 8]; 3]; 3], 0_u32);
             for (lane, triangle) in some.iter().enumerate() {
                 for (to, from) in numbers.iter_mut().zip(&triangle.0) {
@@ -108,7 +109,8 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
             }
             let [c1, c2, c3] = &numbers;
             let decided = decide([Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)], &lanes);
-            // With closed triangles an edge that is met exactly is a hit; with `once` the tie rule has to decide it.
+            // With the closed rule an edge that is met exactly is a hit; with `once` the tie rule has to
+            // decide it.
             let sure = if rule == Rule::Closed { decided.closed } else { decided.inside };
             let given = (1_u32 << some.len()) - 1;
             // Neither verdict holds for a lane that is not plain.

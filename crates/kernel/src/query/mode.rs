@@ -12,26 +12,26 @@ use crate::{Hit, Ray, Threshold};
 
 /// How hits are decided, and on which CPU instructions.
 ///
-/// | mode | a triangle is hit where |
+/// | mode | a triangle is hit if |
 /// | --- | --- |
 /// | [`Mode::exact`], the default | the true ray meets the closed triangle: its edges and corners belong to it |
 /// | [`Mode::once`] | the same, but each point of a mesh belongs to one of its triangles |
 /// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: bit for bit a plain loop over that scalar reference |
 ///
-/// In every mode a hit counts where `t_min <= t < t_max` and `t > 0`. A ray or a triangle with a NaN or an infinity
-/// is never hit, nor is a triangle without area. If two triangles are hit at one t, the lower index is the closer one.
-/// Answers are the same on every CPU and at every [`Level`].
+/// In every mode a hit counts if `t_min <= t < t_max` and `t > 0`. A ray or a triangle with a NaN or an
+/// infinity is never hit, nor is a triangle without area. If two triangles are hit at the same t, the lower
+/// index is the closer one. Answers are the same on every CPU and at every [`Level`].
 ///
-/// [`closest`](Mode::closest), [`any`](Mode::any), [`all`](Mode::all) and [`crossings`](Mode::crossings) take slices
-/// of any length, in f32 or f64; t, u and v come in f64. [`packet`](Mode::packet) and [`block`](Mode::block) take 4, 8
-/// or 16 rays or triangles side by side. If you write a hierarchy of your own, use the mode's
-/// [`filter`](Mode::filter) in its loops.
+/// [`closest`](Mode::closest), [`any`](Mode::any), [`all`](Mode::all) and [`crossings`](Mode::crossings) take
+/// slices of any length, in f32 or f64, and return t, u and v in f64. [`packet`](Mode::packet) and
+/// [`block`](Mode::block) take 4, 8 or 16 rays or triangles in lanes. If you write your own hierarchy, use
+/// the mode's [`filter`](Mode::filter) in its loops.
 ///
 /// # Exact
-/// f32 lanes under a proven bound, and exact arithmetic where it does not decide. A hit is decided on the coordinates
-/// as given; t, u and v are the true numbers, each rounded once. No ray slips through a mesh where two of its triangles
-/// share an edge. A ray that starts on a triangle does not hit it there, and a ray parallel to a triangle does not
-/// hit it. Definition and proof: `docs/numerics/exact.md`.
+/// f32 lanes under a proven bound, and exact arithmetic if it does not decide. A hit is decided on the
+/// coordinates as given; t, u and v are the true numbers, correctly rounded. No ray slips through a mesh
+/// between two triangles that share an edge. A ray that starts on a triangle does not hit it there, and a ray
+/// parallel to a triangle does not hit it. `docs/numerics/exact.md` has the definition and the proof.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, simd::Level};
@@ -47,7 +47,7 @@ use crate::{Hit, Ray, Threshold};
 /// ```
 ///
 /// # Certified
-/// The same f32 lanes, and the reference's own f64 operations where they do not decide. It has the document's
+/// The same f32 lanes, and the reference's own f64 operations if they do not decide. It uses the document's
 /// [`Threshold`].
 ///
 /// ```
@@ -83,9 +83,9 @@ impl Mode {
         Self::of(Arithmetic::Exact(Rule::Closed))
     }
 
-    /// Right on the coordinates as given; a point on an edge or a corner belongs to one of the triangles that have it,
-    /// as if the ray's direction were moved by (ε, ε², ε³). Through a closed mesh a ray goes once where it meets an
-    /// edge.
+    /// Right on the coordinates as given; a point on an edge or a corner belongs to only one of its
+    /// triangles, as if the ray's direction were moved by (ε, ε², ε³). A ray through an edge of a closed mesh
+    /// crosses it once.
     pub fn once() -> Self {
         Self::of(Arithmetic::Exact(Rule::Once))
     }
@@ -101,21 +101,21 @@ impl Mode {
     }
 
     fn of(arithmetic: Arithmetic) -> Self {
-        // Looked up once: `Level::best` keeps what the CPU said.
+        // Detected once: `Level::best` caches the result.
         Self { arithmetic, level: Level::best() }
     }
 
-    /// The same mode at another level of instructions. The answers do not depend on it.
+    /// The same mode at another instruction level. The answers do not depend on it.
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }
 
-    /// The level of instructions that it runs on: this CPU's best unless another was chosen.
+    /// The instruction level that it runs on: this CPU's best unless you choose another.
     pub fn level(self) -> Level {
         self.level
     }
 
-    /// The f32 filter with the mode's resolver, for loops of your own.
+    /// The f32 filter with the mode's resolver, for your own loops.
     #[inline]
     pub fn filter(self) -> Filter<'static> {
         match self.arithmetic {
@@ -143,7 +143,7 @@ impl Mode {
     }
 }
 
-/// Rays or triangles side by side.
+/// Rays or triangles in lanes.
 impl Mode {
     /// N rays, 4, 8 or 16, against one triangle.
     ///
@@ -183,17 +183,17 @@ impl Mode {
 }
 
 impl Blocks {
-    /// [`Mode::closest`] of these triangles.
+    /// [`Mode::closest`] for these triangles.
     pub fn closest(&self, mode: Mode, ray: &Ray) -> Option<Hit> {
         super::slices::closest(mode.filter(), Rows::Blocks(self), ray)
     }
 
-    /// [`Mode::any`] of these triangles.
+    /// [`Mode::any`] for these triangles.
     pub fn any(&self, mode: Mode, ray: &Ray) -> bool {
         super::slices::any(mode.filter(), Rows::Blocks(self), ray)
     }
 
-    /// [`Mode::all`] of these triangles.
+    /// [`Mode::all`] for these triangles.
     pub fn all(&self, mode: Mode, ray: &Ray) -> Vec<Hit> {
         super::slices::all(mode.filter(), Rows::Blocks(self), ray)
     }

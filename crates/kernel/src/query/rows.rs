@@ -1,4 +1,4 @@
-//! Rows of triangles: as many side by side as a register has lanes.
+//! Rows of triangles: as many as a register has lanes.
 
 use bytemuck::Zeroable;
 
@@ -7,7 +7,7 @@ use crate::filter::Triangles;
 use crate::simd::{Lanes, Simd, Vec3};
 use crate::{LeafSlot, Triangle};
 
-/// Triangles that can be read by rows.
+/// Triangles that can be read in rows.
 #[derive(Clone, Copy)]
 pub(super) enum Rows<'a> {
     Slice(&'a [Triangle]),
@@ -15,7 +15,7 @@ pub(super) enum Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// How many triangles there are.
+    /// The number of triangles.
     #[inline(always)]
     pub(super) fn len(self) -> usize {
         match self {
@@ -33,7 +33,7 @@ impl Rows<'_> {
         }
     }
 
-    /// The row that begins at a triangle. Lanes beyond the last triangle hold any numbers.
+    /// The row that begins at a triangle. Lanes beyond the last triangle contain arbitrary numbers.
     #[inline(always)]
     pub(super) fn row<S: Simd>(self, first: usize) -> Triangles<S::F32s> {
         match self {
@@ -49,13 +49,14 @@ impl Rows<'_> {
 /// The corners of the first triangles of a slice.
 #[inline(always)]
 fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
-    // A transposition reads whole rows, so the last ones are copied to where there is enough memory after them.
+    // A transposition reads whole rows, so the last ones are copied to where enough memory follows.
     let mut padded = None;
     let row = match triangles.get(..S::F32s::N) {
         Some(row) => row,
         None => &padded.insert(padded_row(triangles))[..S::F32s::N],
     };
-    // Transposing takes four numbers of each triangle at a time. Three overlapping fours cover its nine numbers.
+    // Transposing takes four numbers of each triangle at a time. Three overlapping groups of four cover its
+    // nine numbers.
     let four = |lane: usize, from: usize| {
         row[lane].0.as_flattened()[from..].first_chunk().expect("four numbers")
     };

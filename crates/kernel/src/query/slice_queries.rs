@@ -1,5 +1,5 @@
-//! Queries over slices in f32 or f64. They are compiled here for each scalar; a generic function would be compiled again
-//! by every crate that calls it.
+//! Queries over slices in f32 or f64. They are compiled here for each scalar; generic functions would be
+//! compiled again by every crate that calls them.
 
 use alloc::vec::Vec;
 
@@ -63,11 +63,11 @@ impl Mode {
         S::all(self, triangles, ray)
     }
 
-    /// The hits where a ray crosses a surface, by t; if two have the same t, by index.
+    /// The crossings of a ray with a surface, by t; if two have the same t, by index.
     ///
-    /// A point on an edge or a corner belongs to one of the triangles that share it, as in [`Mode::once`]. So in a closed
-    /// mesh, the crossings with the normal minus those against it are the winding number around the ray's origin.
-    /// Crossings are decided exactly in every mode.
+    /// A point on an edge or a corner belongs to only one of the triangles that share it, as in
+    /// [`Mode::once`]. So in a closed mesh, the crossings with the normal minus those against it are the
+    /// winding number around the ray's origin. Crossings are decided exactly in every mode.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle};
@@ -86,11 +86,11 @@ impl Mode {
         Self::once().at(self.level()).all(triangles, ray).into_iter().map(crossing).collect()
     }
 
-    /// [`Mode::closest`] for many rays: `hits[i]` becomes the answer to `rays[i]`, or [`Hit::MISS`]. The triangles are
-    /// brought into lanes once for all rays.
+    /// [`Mode::closest`] for many rays: `hits[i]` becomes the answer to `rays[i]`, or [`Hit::MISS`]. The
+    /// triangles are loaded into lanes once for all rays.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     ///
     /// ```
     /// use intertri::{Hit, Mode, Ray, Triangle};
@@ -111,7 +111,7 @@ impl Mode {
     }
 }
 
-/// A scalar whose slices [`Mode`] takes: f32 or f64. The set is closed.
+/// A scalar whose slices [`Mode`] takes: f32 or f64. The trait is sealed.
 ///
 /// ```
 /// use intertri::{Mode, RayOf, SliceScalar, TriangleOf};

@@ -1,4 +1,4 @@
-//! Queries over slices: a row of triangles at a time, as many as a register has lanes.
+//! Queries over slices: one row of triangles at a time, as many as a register has lanes.
 
 use alloc::vec::Vec;
 
@@ -21,7 +21,7 @@ pub(super) fn any(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> bool {
 
 /// See [`Mode::all`](super::Mode::all).
 pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
-    // Sort by the exact t where rounded ones are equal: the resolver compares the triangles themselves.
+    // Sort by the exact t if rounded ones are equal: the resolver compares the triangles themselves.
     let mut hits = filter.level().run(All { filter, rows, ray });
     let found = |hit: &Hit| rows.triangle(LeafSlot(hit.triangle));
     hits.sort_unstable_by(|a, b| {
@@ -32,7 +32,7 @@ pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
     hits
 }
 
-/// With at least this many rays, it pays to bring the triangles into lanes once for all of them.
+/// With at least this many rays, loading the triangles into lanes once is worthwhile.
 const MANY: usize = 4;
 
 /// See [`Mode::closest_batch`](super::Mode::closest_batch).
@@ -54,8 +54,8 @@ pub(super) fn closest_batch(
     }
 }
 
-/// Tests a ray against all triangles, row by row. If a row may have hits, `visit` takes them with the index of the row's
-/// first triangle, and returns the new far end, or `None` to end the loop.
+/// Tests a ray against all triangles, row by row. If a row may have hits, `visit` takes them with the index
+/// of the row's first triangle, and returns the new far end, or `None` to end the loop.
 #[inline(always)]
 fn each_row<S: Simd>(
     filter: &Filter<'_>,
@@ -81,7 +81,7 @@ fn each_row<S: Simd>(
     }
 }
 
-/// The lanes of a row that are hits, a bit each.
+/// The lanes of a row that are hits, as bits.
 #[inline(always)]
 fn hits_in_row<S: Simd>(
     verdicts: &Verdicts<S::F32s>,
@@ -89,10 +89,11 @@ fn hits_in_row<S: Simd>(
     pairs: &impl LanePairs,
     enough: bool,
 ) -> u32 {
-    // The filter's hits may lie beyond the end of the interval, so those whose enclosure reaches it are settled, too.
+    // The filter's hits may be beyond the end of the interval, so those whose enclosure reaches it are
+    // settled, too.
     let mut hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
     for lane in lanes_of(verdicts.lanes() & !hits) {
-        // Any hit answers the query; the others would only cost calls of the resolver.
+        // One hit is enough; the others would only cost calls of the resolver.
         if enough && hits != 0 {
             break;
         }
@@ -122,7 +123,8 @@ impl WithSimd for Closest<'_> {
             #[inline(always)]
             |verdicts, first| {
                 let pairs = RayOnRow { resolver: filter.resolver(), ray, first, find };
-                // The nearer the best hit, the more of the rows that follow are ruled out without an enclosure of t.
+                // The nearer the best hit, the more of the following rows are ruled out without an enclosure
+                // of t.
                 closest.offer_row(verdicts, first, &pairs);
                 Some(closest.t_hi())
             },
@@ -199,7 +201,7 @@ mod tests {
     use crate::simd::Level;
     use crate::{Mode, Threshold};
 
-    /// A level of one lane a register, as WebAssembly without simd128 has it.
+    /// A level with registers of one lane, as in WebAssembly without simd128.
     #[derive(Clone, Copy)]
     struct OneLane<S>(S);
 
@@ -232,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Small whole numbers, so that rays often meet edges, corners and planes exactly.
+    /// Small integers, so that rays often meet edges, corners and planes exactly.
     fn number(state: &mut u64) -> f32 {
         *state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         ((*state >> 33) % 9) as f32 - 4.0

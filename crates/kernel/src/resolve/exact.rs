@@ -1,4 +1,4 @@
-//! The exact resolver: f64 where a bound lets it decide, integers wide enough where not.
+//! The exact resolver: f64 if a bound allows it to decide, otherwise sufficiently wide integers.
 
 use core::cmp::Ordering;
 

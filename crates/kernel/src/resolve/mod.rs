@@ -1,4 +1,4 @@
-//! What settles the pairs of a ray and a triangle that the f32 filter leaves undecided.
+//! Settles the pairs of a ray and a triangle that the f32 filter leaves undecided.
 //!
 //! ```text
 //!   filter (f32 lanes) ──► surely a miss      nearly all
@@ -8,8 +8,8 @@
 //!                                                └──► originals  the same, of coordinates given in f64
 //! ```
 //!
-//! The resolver makes the mode: the filter and the traversal of a hierarchy are the same for all. It is called
-//! rarely and out of line.
+//! The resolver determines the mode: the filter and the traversal of a hierarchy are the same for all modes.
+//! It is called rarely and out of line.
 
 mod exact;
 mod originals;
@@ -32,20 +32,20 @@ pub enum Resolver<'a> {
     Document(f64),
     /// Exact arithmetic on the given coordinates. The rule says which triangles own a shared edge or corner.
     Exact(Rule),
-    /// Exact arithmetic on f64 originals, where the filter tests their f32 copies.
+    /// Exact arithmetic on f64 originals, if the filter tests their f32 copies.
     Originals(&'a dyn Originals),
 }
 
 impl<'a> Resolver<'a> {
-    /// Whether every hit lies on its triangle. Exact resolvers guarantee that; the document's rounded operations may
-    /// report a hit beside it.
+    /// Whether every hit is on its triangle. Exact resolvers guarantee that; the document's rounded
+    /// operations may report a hit next to it.
     #[inline]
     pub fn hits_lie_on_triangles(self) -> bool {
         !matches!(self, Self::Document(_))
     }
 
-    /// The memory to prefetch while `count` rays are traced, from this one on: the `next` rays, or where those are copies,
-    /// their originals.
+    /// The memory to prefetch while `count` rays are traced, starting with this one: the `next` rays, or if
+    /// those are copies, their originals.
     #[inline]
     pub fn memory_after<'b>(self, (ray, count): (RayId, usize), next: &'b [Ray]) -> &'b [u8]
     where
@@ -57,7 +57,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Prefetches the memory that a query about a pair will read: originals, because everything else is at hand.
+    /// Prefetches the memory that a query about a pair will read: the originals, because everything else is
+    /// already loaded.
     #[inline(always)]
     pub fn prefetch(self, (id, slot): (RayId, LeafSlot)) {
         if let Self::Originals(originals) = self {
@@ -81,13 +82,13 @@ impl<'a> Resolver<'a> {
     #[inline(never)]
     pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
-            // Signs are enough here. An exact t may take a division of integers.
+            // Signs are enough here; an exact t may take a division of integers.
             Self::Exact(rule) => crate::exact::hit(rule, ray, triangle),
             _ => self.hit(ray, triangle, (id, slot)).is_some(),
         }
     }
 
-    /// t, rounded to f64, of a triangle that the ray is known to hit.
+    /// t, rounded to f64, for a triangle that the ray is known to hit.
     #[inline(never)]
     pub fn t(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> f64 {
         match self {
@@ -97,8 +98,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The side from which a ray crosses a triangle that it is known to hit, by the rule *once*: each point of a mesh
-    /// belongs to one of its triangles. Always exact.
+    /// The side from which a ray crosses a triangle that it is known to hit, by the rule *once*: each point
+    /// of a mesh belongs to only one of its triangles. Always exact.
     #[inline(never)]
     pub fn crossing(
         self,
@@ -108,7 +109,7 @@ impl<'a> Resolver<'a> {
     ) -> Option<Side> {
         match self {
             Self::Originals(originals) => originals.crossing(id, slot),
-            // The document has no rule for shared edges, so its modes count crossings by exact signs, too.
+            // The document has no rule for shared edges, so its modes also count crossings by exact signs.
             _ => crate::exact::crossing(ray, triangle),
         }
     }
@@ -122,7 +123,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether a ray runs with a triangle's normal or against it, exactly; `None` where it runs along the plane.
+    /// Whether a ray runs with a triangle's normal or against it, exactly; `None` if it runs parallel to the
+    /// plane.
     #[inline(never)]
     pub fn facing(
         self,
@@ -136,8 +138,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Which of two triangles whose rounded t are equal the ray hits first. The document knows no
-    /// other t.
+    /// Which of two triangles with equal rounded t the ray hits first. The document has no other t.
     #[cold]
     #[inline(never)]
     pub fn order(
@@ -153,8 +154,9 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether a ray that hits two triangles is certain to hit both at one t, because it meets them where they touch. If
-    /// it misses one, either answer may come; a resolver that cannot tell returns false without calling `pair`.
+    /// Whether a ray that hits two triangles is certain to hit both at the same t, because it meets them
+    /// where they touch. If it misses one, the result is arbitrary; a resolver that cannot decide returns
+    /// false without calling `pair`.
     #[inline(always)]
     pub fn touch(
         self,
@@ -163,7 +165,7 @@ impl<'a> Resolver<'a> {
     ) -> bool {
         match self {
             Self::Exact(_) => {
-                // Only this resolver needs the triangles themselves; a call that it does not serve never loads them.
+                // Only this resolver needs the triangles themselves; others never load them.
                 let (ray, [a, b]) = pair();
                 exact::touch(&ray, &a, &b)
             }
@@ -172,7 +174,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Which of two hits of a ray comes first: by t, and where that is equal, by the index.
+    /// Which of two hits of a ray comes first: by t, and if that is equal, by the index.
     #[inline]
     pub fn first(
         self,
@@ -185,7 +187,7 @@ impl<'a> Resolver<'a> {
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// The values that rays from one origin share when they decide which triangle comes first.
+    /// The values that rays from one origin share to decide which triangle comes first.
     #[inline(always)]
     pub fn shared_origin(
         self,
@@ -237,7 +239,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Where rays meet triangles that they are known to hit: the first `len` of eight pairs.
+    /// Where rays meet triangles that they are known to hit, for the first `len` of eight pairs.
     #[inline(always)]
     pub fn hits_in<S: Simd>(
         self,
@@ -245,7 +247,7 @@ impl<'a> Resolver<'a> {
         ids: &[(RayId, LeafSlot); 8],
         len: usize,
     ) -> [Hit; 8] {
-        // Out of line: it has many callers, and is called once for eight hits.
+        // Out of line: it has many callers, and is called once per eight hits.
         S::vectorize(
             #[inline(always)]
             || match self {

@@ -1,4 +1,4 @@
-//! How work is run with the instructions of a level.
+//! Runs work with the instructions of a level.
 
 use super::baseline::Baseline;
 use super::level::{Kind, Level};
@@ -28,14 +28,14 @@ use super::x86::{Avx2, Avx512};
 /// }
 /// ```
 pub trait WithSimd {
-    /// What the work gives.
+    /// The result of the work.
     type Output;
-    /// The work, on the lanes of one level.
+    /// Runs the work on the lanes of one level.
     fn run<S: Simd>(self) -> Self::Output;
 }
 
 impl Level {
-    /// Does the work on the lanes of this level.
+    /// Runs the work on the lanes of this level.
     #[inline]
     pub fn run<W: WithSimd>(self, work: W) -> W::Output {
         match self.0 {
@@ -48,18 +48,19 @@ impl Level {
     }
 }
 
-/// Does the work on the lanes of a level that this CPU has.
+/// Runs the work on the lanes of a level that this CPU supports.
 #[inline(always)]
 fn enter<S: Simd, W: WithSimd>(work: W) -> W::Output {
     debug_assert!(Level::all().any(|level| level == S::LEVEL));
-    // The only call between the plain build and the level's instructions: what works on lanes is inlined into it.
+    // The only call between the plain build and the level's instructions: code that uses lanes is inlined
+    // into it.
     S::vectorize(
         #[inline(always)]
         || work.run::<S>(),
     )
 }
 
-/// Does the work on the widest lanes of this CPU.
+/// Runs the work on the widest lanes of this CPU.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};

@@ -1,10 +1,10 @@
-//! Integer lanes: N i64 side by side, for tests without any rounding.
+//! Integer lanes: N i64, for tests without rounding.
 
 use core::ops::{Add, Sub};
 
 use super::pair::Pair;
 
-/// N i64. `+` and `-` wrap, as the CPU's do; the caller has to make sure that nothing overflows.
+/// N i64. `+` and `-` wrap, as on the CPU; the caller must ensure that nothing overflows.
 ///
 /// A mask is a plain number here: bit i is lane i.
 ///
@@ -31,7 +31,7 @@ use super::pair::Pair;
 /// assert_eq!((negative, zero, 4), (0b1111, 0b1111, lanes.len()));
 /// ```
 pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
-    /// How many lanes there are.
+    /// The number of lanes.
     const N: usize;
 
     /// The same number in every lane.
@@ -39,23 +39,22 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// The first N integers of a slice.
     ///
     /// # Panics
-    /// Where the slice is shorter than N.
+    /// Panics if the slice is shorter than N.
     fn load(from: &[i64]) -> Self;
     /// The first N numbers of a slice, f32 that are integers within i32.
     ///
     /// # Panics
-    /// Where the slice is shorter than N.
+    /// Panics if the slice is shorter than N.
     fn load_f32(from: &[f32]) -> Self;
     /// Writes the lanes to the first N elements of a slice.
     ///
     /// # Panics
-    /// Where the slice is shorter than N.
+    /// Panics if the slice is shorter than N.
     fn store(self, to: &mut [i64]);
 
-    /// The product of two lanes that are both within i32: exact.
+    /// The exact product of two lanes that are both within i32.
     fn mul_narrow(self, b: Self) -> Self;
-    /// The dot product of a vector within i32 and any `b`: exact where it fits, though its parts may
-    /// wrap.
+    /// The dot product of a vector within i32 and any `b`: exact if it fits, though its parts may wrap.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
     /// The lanes below 0.
@@ -63,13 +62,13 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// The lanes that are 0.
     fn zero(self) -> u32;
 
-    /// [`Ints::negative`] of these lanes and, above them, of others: at once where that takes less.
+    /// [`Ints::negative`] for these lanes and, above them, for others: both at once if that is faster.
     #[doc(hidden)]
     #[inline(always)]
     fn negative_of_two(self, last: Self) -> u32 {
         self.negative() | last.negative() << Self::N
     }
-    /// [`Ints::zero`] of these lanes and of others.
+    /// [`Ints::zero`] for these lanes and for others.
     #[doc(hidden)]
     #[inline(always)]
     fn zero_of_two(self, last: Self) -> u32 {
@@ -163,7 +162,7 @@ impl Ints for One {
     }
     #[inline(always)]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-        // Wrapping is arithmetic modulo 2^64: if the sum fits, it is right whatever its parts did.
+        // Wrapping is arithmetic modulo 2^64: if the sum fits, it is right even if its parts overflow.
         a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2])
     }
     #[inline(always)]

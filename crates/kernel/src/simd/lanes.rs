@@ -1,10 +1,10 @@
-//! Lanes of numbers, and masks of truths.
+//! Lanes of numbers, and masks.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// N numbers side by side, f32 or f64.
+/// N numbers, f32 or f64, in lanes.
 ///
-/// `+ - * /`, negation, [`Lanes::abs`], [`Lanes::sqrt`] and comparisons are IEEE 754's, lane by lane
+/// `+ - * /`, negation, [`Lanes::abs`], [`Lanes::sqrt`] and comparisons are those of IEEE 754, lane by lane
 /// and correctly rounded, the same at every level; they are never fused or reassociated. Only
 /// [`Lanes::mul_add`] may round once or twice.
 ///
@@ -46,9 +46,9 @@ pub trait Lanes:
 {
     /// One lane: f32 or f64.
     type Scalar: Copy;
-    /// One truth a lane.
+    /// A mask with one bool per lane.
     type Mask: Mask;
-    /// How many lanes there are.
+    /// The number of lanes.
     const N: usize;
 
     /// The same number in every lane.
@@ -56,46 +56,46 @@ pub trait Lanes:
     /// The first N numbers of a slice.
     ///
     /// # Panics
-    /// Where the slice is shorter than N.
+    /// Panics if the slice is shorter than N.
     fn load(from: &[Self::Scalar]) -> Self;
     /// The first N f32 of a slice, converted (exactly, for f64 lanes).
     ///
     /// # Panics
-    /// Where the slice is shorter than N.
+    /// Panics if the slice is shorter than N.
     fn load_f32(from: &[f32]) -> Self;
     /// Writes the lanes to the first N elements of a slice.
     ///
     /// # Panics
-    /// Where the slice is shorter than N.
+    /// Panics if the slice is shorter than N.
     fn store(self, to: &mut [Self::Scalar]);
     /// Writes the lanes, rounded to f32, to the first N elements of a slice.
     ///
     /// # Panics
-    /// Where the slice is shorter than N.
+    /// Panics if the slice is shorter than N.
     fn store_f32(self, to: &mut [f32]);
 
-    /// `self * b + c`, rounded once where the CPU can, else twice.
+    /// `self * b + c`, rounded once if the CPU can, otherwise twice.
     fn mul_add(self, b: Self, c: Self) -> Self;
-    /// The error of `product`, which is `self * b`: exact, unless a number is too large or too small.
+    /// The error of `product`, which is `self * b`: exact unless a number is too large or too small.
     fn mul_error(self, b: Self, product: Self) -> Self;
-    /// The larger; where one is NaN, either.
+    /// The larger number; if one is NaN, either.
     fn max(self, other: Self) -> Self;
-    /// The smaller; where one is NaN, either.
+    /// The smaller number; if one is NaN, either.
     fn min(self, other: Self) -> Self;
-    /// Without its sign.
+    /// The absolute value.
     fn abs(self) -> Self;
-    /// The largest power of two that is not larger, of a positive normal number; of others, any number.
+    /// The largest power of two that is not larger, for a positive normal number; arbitrary for others.
     fn power(self) -> Self;
-    /// With its sign flipped where `of` has the sign bit set.
+    /// The number with its sign flipped where `of` has the sign bit set.
     fn flip(self, of: Self) -> Self;
-    /// A number whose sign bit is set if it is set in either; its size has no meaning.
+    /// A number whose sign bit is set if it is set in either; its magnitude is arbitrary.
     fn or_sign(self, other: Self) -> Self;
-    /// Where the sign bit is set; where a zero's or a NaN's is, either.
+    /// Where the sign bit is set; arbitrary for a zero or a NaN with the sign bit set.
     fn negative(self) -> Self::Mask;
     /// The square root, correctly rounded.
     fn sqrt(self) -> Self;
 
-    /// `self < other`; false with NaN, as all comparisons.
+    /// `self < other`; false for NaN, like all comparisons.
     fn lt(self, other: Self) -> Self::Mask;
     /// `self <= other`.
     fn le(self, other: Self) -> Self::Mask;
@@ -113,7 +113,7 @@ pub trait Lanes:
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }
 
-/// One truth a lane.
+/// One bool per lane.
 ///
 /// ```
 /// use intertri::simd::Mask;
@@ -122,18 +122,18 @@ pub trait Lanes:
 /// assert!(!(true & false).any() && (true | false).any());
 /// ```
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// How many lanes there are.
+    /// The number of lanes.
     const N: usize;
 
     /// Bit i is lane i; the bits above the last lane are 0.
     fn bits(self) -> u32;
-    /// The bits of a mask of twice as many lanes, whose first half this is.
+    /// The bits of a mask with twice as many lanes, whose first half this is.
     #[doc(hidden)]
     #[inline(always)]
     fn bits_of_two(self, last: Self) -> u32 {
         self.bits() | last.bits() << Self::N
     }
-    /// Lane i is bit i; the bits above the last lane do not count.
+    /// Lane i is bit i; the bits above the last lane are ignored.
     fn from_bits(bits: u32) -> Self;
     /// Whether any lane is true.
     #[inline(always)]
@@ -142,22 +142,22 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     }
 }
 
-/// [`Lanes::mul_error`] where nothing is fused: with halves of the factors, whose products are exact. `split` is `2^k +
-/// 1`, with k half of the number's digits, rounded up.
+/// [`Lanes::mul_error`] without fused operations: with the factors split in halves, whose products are exact.
+/// `split` is `2^k + 1`, where k is half the number of digits, rounded up.
 ///
 /// Dekker, A Floating-Point Technique for Extending the Available Precision, 1971.
 #[inline(always)]
 pub(super) fn mul_error<L: Lanes>(a: L, b: L, product: L, split: L) -> L {
-    // Adding and subtracting a large multiple rounds a factor to its upper half; the lower half is what is left,
-    // exactly.
+    // Adding and subtracting a large multiple rounds a factor to its upper half; the lower half is the exact
+    // remainder.
     let (by_a, by_b) = (a * split, b * split);
     let (a_high, b_high) = (by_a - (by_a - a), by_b - (by_b - b));
     let (a_low, b_low) = (a - a_high, b - b_high);
-    // Products of halves fit a number. Subtracted from the rounded product in this order, nothing is lost on the way.
+    // Products of halves are exact. Subtracted from the rounded product in this order, nothing is lost.
     a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
 }
 
-/// The lanes whose bits are set in a mask, from the lowest.
+/// The lanes whose bits are set in a mask, starting from the lowest.
 #[inline(always)]
 pub fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     core::iter::from_fn(move || {

@@ -1,11 +1,11 @@
-//! Levels of instructions: what the CPU has.
+//! Instruction levels: what the CPU supports.
 
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 use core::sync::atomic::{AtomicU8, Ordering};
 
-/// A level of instructions that this CPU has.
+/// An instruction level that this CPU supports.
 ///
-/// There is no way to make one for a CPU that lacks it.
+/// It is impossible to create one for a CPU that lacks it.
 ///
 /// ```
 /// use intertri::simd::Level;
@@ -43,7 +43,7 @@ const PORTABLE_NAME: &str =
         "portable"
     };
 
-/// Whether the CPU has all of some features: detected at run time with `std`, else fixed by the build.
+/// Whether the CPU has all of these features: detected at run time with `std`, otherwise fixed by the build.
 #[cfg(target_arch = "x86_64")]
 macro_rules! has {
     ($($feature:tt),*) => {{
@@ -54,13 +54,13 @@ macro_rules! has {
     }};
 }
 
-/// The widest level, once it is known: 1 more than its kind.
+/// The widest level once it is known, as 1 plus its kind.
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 static BEST: AtomicU8 = AtomicU8::new(0);
 
 impl Level {
-    /// What every CPU of the build's target has: NEON on 64-bit ARM, simd128 in WebAssembly that was built with it,
-    /// else the crate `wide` with the instructions that the build was compiled for.
+    /// What every CPU of the build's target supports: NEON on 64-bit ARM, simd128 in WebAssembly that was
+    /// built with it, otherwise the crate `wide` with the instructions that the build was compiled for.
     pub const PORTABLE: Self = Self(Kind::Portable);
 
     #[cfg(target_arch = "x86_64")]
@@ -68,7 +68,7 @@ impl Level {
     #[cfg(target_arch = "x86_64")]
     pub(super) const AVX512: Self = Self(Kind::Avx512);
 
-    /// The 256-bit level with fused multiply-add, where the CPU has it.
+    /// The 256-bit level with fused multiply-add, if the CPU supports it.
     ///
     /// ```
     /// if let Some(level) = intertri::simd::Level::avx2() {
@@ -83,7 +83,7 @@ impl Level {
         None
     }
 
-    /// The 512-bit level, where the CPU has it.
+    /// The 512-bit level, if the CPU supports it.
     pub fn avx512() -> Option<Self> {
         #[cfg(target_arch = "x86_64")]
         if has!("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl") {
@@ -106,7 +106,7 @@ impl Level {
         Self::avx512().or(Self::avx2()).unwrap_or(Self::PORTABLE)
     }
 
-    /// Detects the widest level, once: that takes as long as a box test.
+    /// Detects the widest level once, because that takes as long as a box test.
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     #[cold]
     fn find_best() -> Self {
@@ -125,7 +125,7 @@ impl Level {
         [Some(Self::PORTABLE), Self::avx2(), Self::avx512()].into_iter().flatten()
     }
 
-    /// `avx2`, `avx512`; of the portable level `neon` or `simd128` where it is that, else `portable`.
+    /// `avx2` or `avx512`; for the portable level `neon` or `simd128` if it is that, otherwise `portable`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Portable => PORTABLE_NAME,

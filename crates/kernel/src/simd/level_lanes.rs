@@ -1,13 +1,13 @@
-//! The lane types of one level of instructions.
+//! The lane types of one instruction level.
 
 use super::int::Ints;
 use super::lanes::{Lanes, Mask};
 use super::level::Level;
 use super::vec3::Vec3;
 
-/// The lane types of one level of instructions.
+/// The lane types of one instruction level.
 ///
-/// Only [`dispatch`](super::dispatch) and [`Level::run`] hand one out, on a CPU that has the instructions.
+/// Only [`dispatch`](super::dispatch) and [`Level::run`] provide one, on a CPU that has the instructions.
 ///
 /// ```
 /// use intertri::simd::{Ints, Lanes, Simd, WithSimd, dispatch};
@@ -44,8 +44,8 @@ pub trait Simd: Copy {
     /// Which level this is.
     const LEVEL: Level;
 
-    /// Does a piece of work by a call, compiled with this level's instructions and with a frame of its own. The
-    /// closure must be `#[inline(always)]`, and what it calls.
+    /// Runs a piece of work in a separate function, compiled with this level's instructions. The closure must
+    /// be `#[inline(always)]`, and so must what it calls.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -69,7 +69,8 @@ pub trait Simd: Copy {
         work()
     }
 
-    /// The lanes in another order: lane i becomes what lane number `order`'s byte i, from the lowest, modulo 8, was.
+    /// Permutes lanes: lane i becomes the lane with the number in byte i of `order`, from the lowest, modulo
+    /// 8.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -87,8 +88,8 @@ pub trait Simd: Copy {
     /// ```
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
-        // Through memory, as in the other defaults here: right at every level, and replaced where a level has an
-        // instruction for it.
+        // Through memory, like the other defaults here: correct at every level, and overridden if a level has
+        // an instruction for it.
         let (mut from, mut to) = ([0.0; 8], [0.0; 8]);
         lanes.store(&mut from);
         for (to, lane) in to.iter_mut().zip(order.to_le_bytes()) {
@@ -97,8 +98,8 @@ pub trait Simd: Copy {
         Lanes::load(&to)
     }
 
-    /// The lane of the smallest number of a mask; of several that are alike but for their last three bits any, of
-    /// negative ones or of none any of the eight.
+    /// The lane of the smallest number in a mask. If several are equal up to their last three bits, any of
+    /// them; for negative numbers or an empty mask, any of the eight.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -121,14 +122,14 @@ pub trait Simd: Copy {
         let mut least = (u32::MAX, 0);
         for (lane, number) in numbers.iter().enumerate() {
             if bits >> lane & 1 != 0 {
-                // Numbers that are not negative are ordered as their bits are.
+                // Numbers that are not negative have the order of their bits.
                 least = least.min((number.to_bits(), lane));
             }
         }
         least.1
     }
 
-    /// Four rows of four numbers as columns.
+    /// Transposes four rows of four numbers.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -159,7 +160,7 @@ pub trait Simd: Copy {
         [column(0), column(1), column(2), column(3)]
     }
 
-    /// Sixteen rows of four numbers as columns; `row` returns a row by its index.
+    /// Transposes sixteen rows of four numbers; `row` returns a row by its index.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -189,7 +190,8 @@ pub trait Simd: Copy {
         [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
     }
 
-    /// Rows of four numbers as columns, as many rows as a register has lanes; `row` returns a row by its index.
+    /// Transposes rows of four numbers, as many rows as a register has lanes; `row` returns a row by its
+    /// index.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -245,7 +247,7 @@ pub trait Simd: Copy {
         Lanes::load(&both)
     }
 
-    /// [`Simd::transpose`] of f64.
+    /// [`Simd::transpose`] for f64.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -279,7 +281,7 @@ pub trait Simd: Copy {
         [column(0), column(1), column(2), column(3)]
     }
 
-    /// The first lane, and then the last one three times.
+    /// The first lane, followed by the last one three times.
     #[inline(always)]
     fn first_and_last(lanes: Self::F64x4) -> Self::F64x4 {
         let mut numbers = [0.0; 4];
@@ -289,12 +291,12 @@ pub trait Simd: Copy {
     }
 }
 
-/// Four numbers of each of eight triangles, those of one together.
+/// Regroups four numbers of each of eight triangles by triangle.
 #[inline(always)]
 pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2] {
     let mut rows = [[0.0; 8]; 4];
-    // Eight lanes go to memory and come back as two halves of four, because transpositions work on four by four
-    // numbers.
+    // Eight lanes are stored to memory and loaded as two halves of four, because transpositions work on
+    // blocks of four by four.
     for (lanes, row) in numbers.into_iter().zip(&mut rows) {
         lanes.store(row);
     }
@@ -306,7 +308,7 @@ pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2]
     ]
 }
 
-/// Writes four vectors of each of eight triangles, axis by axis, to where those of one belong.
+/// Writes four vectors of each of eight triangles, axis by axis, to their triangles.
 #[inline(always)]
 pub(crate) fn put_by_triangle<'a, S: Simd>(
     [a, b, c, d]: [Vec3<S::F64x8>; 4],

@@ -1,7 +1,7 @@
-//! Lanes: N numbers side by side, and the only module that knows what the CPU has.
+//! Lanes of numbers, and the only module that knows what the CPU supports.
 //!
-//! Every algorithm is written once, generic over [`Lanes`] or [`Simd`], and reaches the CPU's widest registers through
-//! [`dispatch`]. All `unsafe` of the workspace is in this folder.
+//! Every algorithm is written once, generic over [`Lanes`] or [`Simd`], and reaches the CPU's widest
+//! registers through [`dispatch`]. All `unsafe` of the workspace is in this folder.
 //!
 //! ```text
 //!   algorithm<S: Simd>  ──►  dispatch ──► Baseline what every CPU of the build's target has: 128-bit registers of
@@ -10,17 +10,18 @@
 //!                                    └──► Avx512   512 bits, mask registers
 //! ```
 
-/// Calls an intrinsic that a level has, for the files of registers.
+/// Calls an intrinsic of a level, for the files with registers.
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 #[allow(unused_macros)]
 macro_rules! cpu {
     ($call:expr) => {
-        // SAFETY: lanes of this level exist only where the CPU has its instructions.
+        // SAFETY: lanes of this level exist only if the CPU has its instructions.
         unsafe { $call }
     };
 }
 
-// What the build's target has in any case: 128-bit registers where their instructions are known here, else `wide`.
+// The build target's baseline: 128-bit registers if their instructions are implemented here, otherwise
+// `wide`.
 #[cfg(not(any(
     all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"),
     all(target_arch = "wasm32", target_feature = "simd128")

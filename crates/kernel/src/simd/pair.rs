@@ -1,10 +1,10 @@
-//! Twice as many lanes from two halves, where one register does not hold them all.
+//! Lanes made of two halves, if one register does not hold them all.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::lanes::{Lanes, Mask};
 
-/// The lanes of the first half, then those of the second; also the mask of such lanes.
+/// The lanes of the first half, then those of the second; also the mask for such lanes.
 #[derive(Clone, Copy)]
 pub struct Pair<L>(pub(super) L, pub(super) L);
 

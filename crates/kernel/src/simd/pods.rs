@@ -1,4 +1,4 @@
-//! The casts of types that are generic over their scalar, which no derive can vouch for.
+//! Casts for types that are generic over their scalar, for which no derive works.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -11,7 +11,7 @@ const _: () = assert!(size_of::<RayOf<f64>>() == 8 * size_of::<f64>());
 #[allow(unsafe_code)]
 unsafe impl<S: Scalar> Zeroable for RayOf<S> {}
 
-// SAFETY: eight scalars of one type in a row (`repr(C)`), so there is no padding; scalars are f32 and f64 alone,
-// and each is `Pod`.
+// SAFETY: eight consecutive scalars of one type (`repr(C)`), so there is no padding; scalars are only f32 and
+// f64, which are both `Pod`.
 #[allow(unsafe_code)]
 unsafe impl<S: Scalar> Pod for RayOf<S> {}

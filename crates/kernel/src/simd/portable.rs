@@ -1,4 +1,4 @@
-//! The vectors of the crate `wide`: SSE2, NEON, wasm, or what the build was compiled for.
+//! The vectors of the crate `wide`: SSE2, NEON, wasm, or whatever the build was compiled for.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -6,7 +6,7 @@ use super::lanes::{Lanes, Mask, mul_error};
 use super::level::Level;
 use super::level_lanes::Simd;
 
-/// A vector of `wide`, or the mask that its comparisons give.
+/// A vector of `wide`, or the mask from its comparisons.
 #[derive(Clone, Copy)]
 pub(super) struct V<T>(T);
 
@@ -78,7 +78,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn from_bits(bits: u32) -> Self {
-                // `wide` has no mask from bits: a comparison of 0 with 0 or 1 makes one.
+                // `wide` has no mask from bits; a comparison of 0 with 0 or 1 makes one.
                 let lane = |i: usize| if bits >> i & 1 != 0 { 1.0 } else { 0.0 };
                 Self(<$t>::splat(0.0).simd_lt(<$t>::new(core::array::from_fn(lane))))
             }
@@ -117,7 +117,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Two to half of the digits, rounded up, and one.
+                // Two to half the number of digits, rounded up, plus one.
                 const SPLIT: $scalar =
                     ((1 << <$scalar>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $scalar;
                 mul_error(self, b, product, Self::splat(SPLIT))
@@ -136,8 +136,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // The bits of infinity are exactly the exponent's, so this clears sign and fraction: a power of two is
-                // left.
+                // The bits of infinity are exactly those of the exponent, so this clears sign and fraction
+                // and leaves a power of two.
                 Self(self.0 & <$t>::splat(<$scalar>::INFINITY))
             }
             #[inline(always)]
@@ -146,12 +146,12 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn or_sign(self, other: Self) -> Self {
-                // Not by its bits: those of two numbers may make a NaN, which is not below 0.
+                // Not by combining the bits: those of two numbers may form a NaN, which is not below 0.
                 Self(self.0.fast_min(other.0))
             }
             #[inline(always)]
             fn negative(self) -> Self {
-                // The masks of `wide` are of all bits.
+                // The masks of `wide` fill all bits.
                 Self(self.0.simd_lt(<$t>::splat(0.0)))
             }
             #[inline(always)]
@@ -202,7 +202,7 @@ impl Simd for Baseline {
     }
 }
 
-/// Four lanes where `wide` has registers.
+/// Four lanes if `wide` has registers.
 #[cfg(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128"))]
 mod registers {
     use super::V;
@@ -218,7 +218,7 @@ mod registers {
     }
 }
 
-/// Where it has none, more lanes than one would only be moved to memory and back.
+/// Without registers, more than one lane would only be moved to memory and back.
 #[cfg(not(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")))]
 mod registers {
     pub(super) type F32s = f32;

@@ -1,4 +1,4 @@
-//! Prefetch: requests memory before it is used.
+//! Prefetching: requests memory before it is used.
 
 /// Prefetches the memory of values that will be used soon, if the CPU has an instruction for that.
 ///
@@ -11,8 +11,8 @@ pub fn prefetch<T>(things: &[T]) {
     ask::<FIRST_CACHE, T>(things);
 }
 
-/// Prefetches values that will be used some time later: into the second cache, so that they do not evict what is used
-/// meanwhile.
+/// Prefetches values that will be used later into the second-level cache, so that they do not evict what is
+/// used meanwhile.
 ///
 /// ```
 /// let far_away = vec![1.0_f32; 1000];
@@ -23,7 +23,7 @@ pub fn prefetch_early<T>(things: &[T]) {
     ask::<SECOND_CACHE, T>(things);
 }
 
-/// x86's names of the caches: `_MM_HINT_T0` and `_MM_HINT_T1`.
+/// x86's hints for cache levels: `_MM_HINT_T0` and `_MM_HINT_T1`.
 const FIRST_CACHE: i32 = 3;
 const SECOND_CACHE: i32 = 2;
 
@@ -33,7 +33,7 @@ fn ask<const CACHE: i32, T>(things: &[T]) {
     #[cfg(target_arch = "x86_64")]
     for line in 0..size_of_val(things).div_ceil(64) {
         let address = things.as_ptr().cast::<i8>().wrapping_add(64 * line);
-        // SAFETY: a hint, of any address; every CPU of this kind has it.
+        // SAFETY: a hint, valid for any address; every CPU of this kind supports it.
         unsafe { core::arch::x86_64::_mm_prefetch::<CACHE>(address) };
     }
     #[cfg(not(target_arch = "x86_64"))]

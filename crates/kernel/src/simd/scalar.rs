@@ -1,4 +1,4 @@
-//! One lane: plain numbers, for what is resolved one by one.
+//! One lane: plain numbers, for pairs that are resolved one by one.
 
 use super::lanes::{Lanes, Mask, mul_error};
 
@@ -48,13 +48,13 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Two to half of the digits, rounded up, and one.
+                // Two to half the number of digits, rounded up, plus one.
                 const SPLIT: $t = ((1 << <$t>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $t;
                 mul_error(self, b, product, SPLIT)
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
-                // As the CPU's instruction does it: with a NaN the second. `f32::max` would return the number.
+                // Like the CPU's instruction: if one is NaN, the second. `f32::max` would return the number.
                 if self > other { self } else { other }
             }
             #[inline(always)]
@@ -71,7 +71,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn flip(self, of: Self) -> Self {
-                // Not by a choice, which WebAssembly makes by a branch.
+                // Not with a condition, which would be a branch in WebAssembly.
                 let sign = of.to_bits() & (-0.0 as $t).to_bits();
                 Self::from_bits(self.to_bits() ^ sign)
             }

@@ -1,4 +1,4 @@
-//! Every operation of every lane type against plain numbers, bit for bit.
+//! Compares every operation of every lane type with plain numbers, bit for bit.
 
 use super::{Ints, Lanes, Level, Simd, WithSimd};
 
@@ -21,7 +21,7 @@ const NUMBERS: [f64; 16] = [
     -1e-42,
 ];
 
-/// Checks of the lanes of a type of number. Every pair of numbers meets in some lane.
+/// Checks the lanes of one type of number. Every pair of numbers meets in some lane.
 macro_rules! check {
     ($name:ident, $scalar:ty) => {
         mod $name {
@@ -71,7 +71,7 @@ macro_rules! check {
                 same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
                 let signs = la.or_sign(lb).negative().bits();
                 for i in 0..L::N {
-                    // For zeros and NaNs either is right.
+                    // For zeros and NaNs either result is right.
                     let (x, y) = (a[i], b[i]);
                     if !x.is_nan() && !y.is_nan() && x != 0.0 && y != 0.0 {
                         let (is, want) = (signs >> i & 1 != 0, x < 0.0 || y < 0.0);
@@ -116,7 +116,7 @@ macro_rules! check {
             }
 
             fn products<L: Lanes<Scalar = $scalar>>(level: Level, a: &Sixteen, b: &Sixteen) {
-                // A multiply-add lies within both roundings.
+                // A multiply-add is between both roundings.
                 let (la, lb) = (L::load(a), L::load(b));
                 let out = stored(la.mul_add(lb, L::splat(0.25)));
                 for i in 0..L::N {
@@ -125,7 +125,7 @@ macro_rules! check {
                     assert!(equal(once) || equal(twice), "{level:?}");
                 }
 
-                // What a product lacks, where nothing is too large or too small.
+                // The error of a product, if nothing is too large or too small.
                 let out = stored(la.mul_error(lb, la * lb));
                 for i in 0..L::N {
                     let lacks = a[i].mul_add(b[i], -(a[i] * b[i]));
@@ -249,7 +249,7 @@ impl WithSimd for Check {
             assert_eq!(numbers[..lanes], rows.map(|row| row[k])[..lanes], "{:?}", S::LEVEL);
         }
 
-        // Orders of any bytes, of which the lowest three bits count.
+        // Orders of arbitrary bytes, of which only the lowest three bits matter.
         let from: [f32; 8] = core::array::from_fn(|i| NUMBERS[i] as f32);
         for turn in 0..1000_u64 {
             let order = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(turn as u32);

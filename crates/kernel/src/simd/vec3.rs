@@ -1,4 +1,4 @@
-//! Three lanes make a vector of N points or directions.
+//! Three lanes form N points or directions.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -66,13 +66,13 @@ impl<L: Lanes> Vec3<L> {
         Self { x: L::load_f32(x), y: L::load_f32(y), z: L::load_f32(z) }
     }
 
-    /// `x x' + y y' + z z'`, left to right, every operation rounded by itself.
+    /// `x x' + y y' + z z'`, left to right, with every operation rounded separately.
     #[inline(always)]
     pub fn dot(self, b: Self) -> L {
         self.x * b.x + self.y * b.y + self.z * b.z
     }
 
-    /// The cross product, every operation rounded by itself.
+    /// The cross product, with every operation rounded separately.
     #[inline(always)]
     pub fn cross(self, b: Self) -> Self {
         Self {
@@ -82,19 +82,19 @@ impl<L: Lanes> Vec3<L> {
         }
     }
 
-    /// The dot product with fused operations where the CPU has them, for use under a bound.
+    /// The dot product with fused operations if the CPU has them, for use with an error bound.
     #[inline(always)]
     pub fn dot_fused(self, b: Self) -> L {
         self.z.mul_add(b.z, self.y.mul_add(b.y, self.x * b.x))
     }
 
-    /// The dot product added to a number, with fused operations where the CPU has them.
+    /// The dot product added to a number, with fused operations if the CPU has them.
     #[inline(always)]
     pub(crate) fn dot_add(self, b: Self, c: L) -> L {
         self.z.mul_add(b.z, self.y.mul_add(b.y, self.x.mul_add(b.x, c)))
     }
 
-    /// The cross product with fused operations where the CPU has them, for use under a bound.
+    /// The cross product with fused operations if the CPU has them, for use with an error bound.
     #[inline(always)]
     pub fn cross_fused(self, b: Self) -> Self {
         Self {
@@ -104,14 +104,14 @@ impl<L: Lanes> Vec3<L> {
         }
     }
 
-    /// Without the signs.
+    /// The absolute values.
     #[inline(always)]
     pub fn abs(self) -> Self {
         Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
     }
 
-    /// The cross product with `+` for `-`: of vectors without signs, the most that rounding can be
-    /// relative to.
+    /// The cross product with `+` in place of `-`: for vectors of absolute values, the magnitude that
+    /// rounding errors are relative to.
     #[inline(always)]
     pub(crate) fn permanents(self, b: Self) -> Self {
         Self {

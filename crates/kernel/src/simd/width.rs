@@ -1,4 +1,4 @@
-//! How many lanes a packet may have.
+//! The possible numbers of lanes in a packet.
 
 use super::lanes::Lanes;
 use super::level_lanes::Simd;

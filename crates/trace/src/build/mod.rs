@@ -5,10 +5,10 @@
 //! ```
 //!
 //! 1. [`prim_refs`]: the box of each triangle, as one row of lanes ([`simd_aabb`]); triangles that are not
-//! finite are left out.
+//!    finite are left out.
 //! 2. [`binary`]: a two-way tree down to blocks of triangles by the surface-area heuristic: [`split`] sorts
-//! boxes into a row of bins, and [`sweep`] finds its cheapest cut. On the way back up, [`collapse`] finds by
-//! dynamic programming how to cut the tree into nodes of eight and blocks of eight at the least cost.
+//!    boxes into a row of bins, and [`sweep`] finds its cheapest cut. On the way back up, [`collapse`] finds by
+//!    dynamic programming how to cut the tree into nodes of eight and blocks of eight at the least cost.
 //! 3. [`reinsert`]: moves parts of that tree if large triangles make it worthwhile.
 //! 4. [`wide`]: writes the nodes and blocks of that plan in the order in which rays visit them.
 //!

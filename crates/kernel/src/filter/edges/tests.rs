@@ -1,9 +1,10 @@
-//! The bounds over copies against the most that roundings can come to: enough, and half of any would not be.
+//! The bounds for copies, against the worst case of all roundings: they are sufficient, and half of any would
+//! not be.
 
 use super::super::worst::{Search, Worst};
 use super::*;
 
-/// What bounds there are, in the order of [`Case::shares`].
+/// The names of the bounds, in the order of [`Case::shares`].
 const NAMES: [&str; 9] = ["V", "W", "U", "D", "grazing", "T", "sharp V", "sharp U", "sharp T"];
 
 /// A copied ray and triangle.
@@ -14,8 +15,8 @@ struct Case {
 }
 
 impl Case {
-    /// By fifteen numbers: an origin, the way to a corner from there, the edges from that, and a direction. The scene
-    /// reaches no farther than the corner.
+    /// From fifteen numbers: an origin, the vector from there to a corner, the edges from that, and a
+    /// direction. The scene reaches no farther than the corner.
     #[expect(
         clippy::large_stack_arrays,
         reason = "the arrays are of numbers with all their shares"
@@ -46,7 +47,7 @@ impl Case {
         })
     }
 
-    /// The shares of the bounds that roundings may use.
+    /// The shares of the bounds that roundings can use.
     fn shares(&self) -> [f64; 9] {
         let Self { triangle, rays, room } = self;
         let edges = Edges::new(triangle, rays);
@@ -62,7 +63,7 @@ impl Case {
             sign(&edges.w) / bound,
             sign(&edges.u) / (2.0 * bound),
             slack * edges.den.most() / plane.den_err.value,
-            // So much of D it may be off by where anything is decided.
+            // The error of D that is possible where anything is decided.
             2.84 * edges.den.most() / edges.least.value,
             slack * plane.num.most() / plane.num_err.value,
             sign(&edges.v) / sharp_v,
@@ -72,7 +73,7 @@ impl Case {
     }
 }
 
-/// Fifteen numbers: near the middle of a scene, or far from it, where copies are off by more than the rest.
+/// Fifteen numbers: near the centre of a scene, or far from it, where the copies' errors outweigh the rest.
 fn start(far: f64) -> impl Fn(&mut Search) -> [f64; 15] {
     move |search| {
         let mut numbers = [0.0; 15].map(|_: f64| search.number());
@@ -81,7 +82,7 @@ fn start(far: f64) -> impl Fn(&mut Search) -> [f64; 15] {
     }
 }
 
-/// The most that a search finds of a bound.
+/// The largest share of a bound that a search finds.
 fn most(bound: usize, far: f64, change: fn(&mut Room)) -> f64 {
     let share = |numbers: &[f64; 15]| {
         let shares = Case::of(numbers, change)?.shares();

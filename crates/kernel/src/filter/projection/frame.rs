@@ -1,10 +1,10 @@
-//! The frame onto which rays from one origin are projected, and the rays as its points.
+//! The frame onto which rays from one origin are projected, and rays as points on it.
 
 use super::super::bound;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 
-/// An origin and three axes through it, of length 1 and at right angles up to the rounding of f32.
+/// An origin and three axes through it, orthonormal up to the rounding of f32.
 ///
 /// ```
 /// use intertri::internal::Frame;
@@ -22,11 +22,11 @@ pub struct Frame {
     pub(super) depth: [f32; 3],
     pub(super) right: [f32; 3],
     pub(super) up: [f32; 3],
-    /// The dual axes: a normal in these times a direction in the axes above is their dot product.
+    /// The dual axes: a normal in these, multiplied by a direction in the axes above, is their dot product.
     pub(super) dual: [[f64; 3]; 3],
-    /// How far from the origin rays may pass.
+    /// How far rays may miss the origin.
     pub(super) off: f32,
-    /// How far such rays may lie from the middle of the projection, in x and y, plus `OFF_REACH`.
+    /// How far such rays may be from the centre of the projection, in x and y, plus `OFF_REACH`.
     pub(super) reach: [f32; 2],
     /// The coefficients of the bounds.
     pub(super) shares: Shares,
@@ -76,9 +76,9 @@ impl Shares {
 }
 
 impl Frame {
-    /// A frame. No coordinate of the origin may exceed 2^30.
+    /// Creates a frame. No coordinate of the origin may exceed 2^30.
     pub fn new(origin: [f32; 3], depth: [f32; 3], right: [f32; 3], up: [f32; 3]) -> Self {
-        // The dual basis: b × c, c × a and a × b over the determinant. For axes of length 1 at exactly right angles
+        // The dual basis: b × c, c × a and a × b divided by the determinant. For exactly orthonormal axes
         // these are the axes themselves.
         let [a, b, c] = [depth, right, up].map(|axis| Vec3::<f64>::splat(axis.map(f64::from)));
         let dual = [b.cross(c), c.cross(a), a.cross(b)];
@@ -88,9 +88,9 @@ impl Frame {
         Self { origin, depth, right, up, dual, off, reach, shares }
     }
 
-    /// The same frame for rays that pass the origin at a distance of up to `off`. Each is parallel to one that
-    /// starts there, and their points lie within ±`reach` in x and y of the projection. These are reversed rays
-    /// *toward* a point, which they miss only by rounding, with t counted backwards. The test then only finds
+    /// The same frame for rays that miss the origin by at most `off`. Each is parallel to one that starts
+    /// there, and their points are within ±`reach` in x and y of the projection. These are reversed rays
+    /// *toward* a point, which they miss only by rounding, with t counted backward. The test then only finds
     /// whether they hit, not which hit is nearest: do not query the resolver for t of such rays.
     /// `docs/numerics/projection.md`, section 6, derives `off`.
     ///
@@ -115,18 +115,18 @@ impl Frame {
         self.origin
     }
 
-    /// How far from the origin rays may pass.
+    /// How far rays may miss the origin.
     pub fn off(&self) -> f32 {
         self.off
     }
 
-    /// How far rays may pass from the origin, as seen by triangles at a distance of `away`.
+    /// How far rays may miss the origin, relative to triangles at a distance of `away`.
     #[inline(always)]
     pub(super) fn off_at<F: Lanes<Scalar = f32>>(&self, away: F) -> F {
         away.mul_add(F::splat(self.shares.copy), F::splat(self.off))
     }
 
-    /// How far the origin is from the world's.
+    /// The distance between this origin and the world's.
     pub(super) fn distance(&self) -> f32 {
         self.origin.iter().fold(0.0, |sum, x| sum + x.abs())
     }
@@ -165,14 +165,14 @@ impl Frame {
 pub struct Points<F> {
     /// To the right.
     pub x: F,
-    /// Upwards.
+    /// Upward.
     pub y: F,
-    /// The depth that a unit of t makes.
+    /// The depth per unit of t.
     pub z: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Points<F> {
-    /// Which of them are near enough to the middle, and of a sane length, for the bounds to hold.
+    /// Which of them are close enough to the centre, and of moderate length, for the bounds to hold.
     #[inline(always)]
     pub fn on_screen(&self) -> F::Mask {
         let edge = F::splat(bound::SCREEN_EDGE);

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! So testing a ray takes two multiply-adds for each edge, and the outline of a triangle can be tested
-//! against a whole window of the projection at once. Bounds and proof: `docs/numerics/projection.md`.
+//! against a whole window of the projection at once. `docs/numerics/projection.md` has the bounds and the
+//! proof.
 
 mod frame;
 mod nearest;

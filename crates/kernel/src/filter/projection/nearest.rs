@@ -56,23 +56,23 @@ pub struct Nearest<F, const N: usize> {
     /// A hit with a smaller inverse depth than `s_lo` cannot become the nearest.
     s_lo: F,
     s_hi: F,
-    /// The caller's number of the triangle, as bits.
+    /// The caller's number for the triangle, as bits.
     triangle: F,
-    /// Bit i is set where lane i has a hit.
+    /// Bit i is set if lane i has a hit.
     hits: u32,
 }
 
 /// A triangle's forms, evaluated at each point.
 struct Sample<F: Lanes> {
-    /// The least of the weights, in units of their bound.
+    /// The smallest weight, in units of its bound.
     weight: F,
     /// The inverse depth, and its enclosure.
     s: F,
     s_lo: F,
     s_hi: F,
-    /// Whether the sign of D is sure.
+    /// Whether the sign of D is certain.
     sure: F::Mask,
-    /// Whether it may be a hit that is nearer.
+    /// Whether it may be a nearer hit.
     maybe: F::Mask,
 }
 
@@ -89,30 +89,30 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// The number of no triangle.
     pub const NOTHING: u32 = u32::MAX;
 
-    /// No hits yet: whatever is closer than `t_max` is nearer.
+    /// No hits yet: anything closer than `t_max` is nearer.
     #[inline(always)]
     pub fn new(points: &Points<F>, t_max: F) -> Self {
         let (s_lo, s_hi) = points.inverse(t_max);
-        // The far end of the interval plays the part of a hit: whatever is to count must have a larger inverse depth.
+        // The far end of the interval takes the place of a hit: hits must have a larger inverse depth.
         Self { s_lo, s_hi, triangle: F::splat(f32::from_bits(Self::NOTHING)), hits: 0 }
     }
 
-    /// The least inverse depth at which a hit still counts.
+    /// The smallest inverse depth at which a hit still counts.
     #[inline(always)]
     pub fn least(&self) -> F {
         self.s_lo
     }
 
-    /// Bit i is set where lane i has a hit.
+    /// Bit i is set if lane i has a hit.
     #[inline(always)]
     pub fn hits(&self) -> u32 {
         self.hits
     }
 
-    /// The caller's numbers of the triangles; [`Nearest::NOTHING`] where nothing is hit.
+    /// The caller's numbers for the triangles; [`Nearest::NOTHING`] for a miss.
     #[inline(always)]
     pub fn triangles(&self) -> [u32; N] {
-        // Not by `map`, which would not be inlined.
+        // Not `map`, which would not be inlined.
         let (mut lanes, mut numbers) = ([0.0; N], [0; N]);
         self.triangle.store(&mut lanes);
         for (number, lane) in numbers.iter_mut().zip(&lanes) {
@@ -121,9 +121,9 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         numbers
     }
 
-    /// Takes the hits of N rays with the triangle `seen[number]` that are nearer. Only the lanes in `live`
-    /// take part, which must be on the projection and have no NaN in their interval. `settle` settles undecided
-    /// lanes; lane i is its ray `first + i`. Only undecided tests are counted, because the caller counts those that
+    /// Takes the nearer hits of N rays with the triangle `seen[number]`. Only the lanes in `live` take part,
+    /// which must be on the projection and have no NaN in their interval. `settle` settles undecided lanes;
+    /// lane i is its ray `first + i`. Only undecided tests are counted, because the caller counts those that
     /// its windows decided. Returns whether anything may have changed.
     #[inline(always)]
     pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
@@ -135,15 +135,15 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         live: u32,
         counts: &mut Counts,
     ) -> bool {
-        // Without a branch on whether there is anything: it would mispredict.
+        // Without a branch on whether there is a hit, which would be mispredicted.
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
         self.offer(&found, (number, seen), points, (first, settle));
         (found.hit | found.undecided) != 0
     }
 
-    /// Which of the live rays hit the triangle in a slot, at any distance; nothing is stored. Only for rays that
-    /// are not reversed. Otherwise like [`Nearest::take`].
+    /// Which of the live rays hit the triangle in a slot, at any distance; nothing is stored. Only for rays
+    /// that are not reversed. Otherwise like [`Nearest::take`].
     #[inline(always)]
     pub fn hit_by<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &self,
@@ -157,7 +157,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
 
-        // A hit whose enclosure reaches the end of its ray may lie beyond it, so it is settled, too.
+        // A hit whose enclosure reaches the end of its ray may be beyond it, so it is settled, too.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
         for lane in lanes_of((found.hit & !hits) | found.undecided) {
             hits |= u32::from(settle.hit(slot, first + lane).is_some()) << lane;
@@ -178,7 +178,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.sample(outline, points, ranges).maybe.bits() & live != 0
     }
 
-    /// Which of the live rays hit a triangle surely, and which perhaps.
+    /// Which of the live rays certainly hit a triangle, and which possibly do.
     #[inline(always)]
     fn test(
         &self,
@@ -189,7 +189,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     ) -> InverseDepths<F> {
         let Sample { weight, s, s_lo, s_hi, sure, maybe } = self.sample(outline, points, ranges);
 
-        // A hit, if nothing is in doubt.
+        // A hit if nothing is in doubt.
         let inside = weight.gt(F::splat(1.0))
             & s.gt(F::splat(outline.parallel))
             & s_hi.lt(ranges.near_lo)
@@ -201,17 +201,17 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// Evaluates a triangle's forms at the points, and finds which rays may hit it.
     #[inline(always)]
     fn sample(&self, outline: &Outline, points: &Points<F>, ranges: &Ranges<F>) -> Sample<F> {
-        // The least of the weights; below -1 a sure miss, if the sign of D is sure.
+        // The smallest weight; below -1 a certain miss, if the sign of D is certain.
         let [u, v, w] = [at(outline.u, points), at(outline.v, points), at(outline.w, points)];
         let weight = u.min(v).min(w);
         let outside = weight.lt(F::splat(-1.0));
 
-        // The plane's inverse depth, negative where the ray goes away from it.
+        // The plane's inverse depth, negative if the ray goes away from it.
         let s = at(outline.s, points);
         let sure = s.abs().gt(F::splat(outline.least));
         let err = F::splat(outline.err);
-        // The nearer the plane, the larger s: `near_hi` is the near end of the interval, `self.s_lo` the best hit so
-        // far.
+        // The nearer the plane, the larger s: `near_hi` is the near end of the interval, `self.s_lo` the best
+        // hit so far.
         let (s_lo, s_hi) = (s - err, s + err);
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
         let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
@@ -222,7 +222,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         Sample { weight, s, s_lo, s_hi, sure, maybe }
     }
 
-    /// Stores the hits with the triangle `seen[number]` that are nearer.
+    /// Stores the nearer hits with the triangle `seen[number]`.
     #[inline(always)]
     fn offer<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -231,7 +231,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         points: &Points<F>,
         (first, settle): (usize, &Settle<'_, T, I>),
     ) {
-        // Lanes whose new enclosure lies wholly in front of the old one, all at once.
+        // Lanes whose new enclosure is entirely in front of the old one, all at once.
         let bits = f32::from_bits(number);
         let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
         self.s_lo = F::select(wins, found.s_lo, self.s_lo);
@@ -239,7 +239,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.triangle = F::select(wins, F::splat(bits), self.triangle);
         self.hits |= wins.bits();
 
-        // The other lanes overlap or are undecided: settle them one by one, by their exact t.
+        // In the other lanes the enclosures overlap or the hit is undecided: settle them one by one, by their
+        // exact t.
         let rest = (found.hit & !wins.bits()) | found.undecided;
         if rest == 0 {
             return;
@@ -272,7 +273,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
                 }
                 continue;
             }
-            // A certain hit needs no t of its own: its order relative to the other hit is all that is asked.
+            // A certain hit needs no t of its own: only its order relative to the other hit matters.
             let t = if sure && is_hit { None } else { settle.hit(slot, ray) };
             if t.is_none() && !(sure && is_hit) {
                 continue;
@@ -282,7 +283,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             {
                 continue;
             }
-            // The enclosure of a t that the resolver computed, on the scale of inverse depths.
+            // The enclosure of a t from the resolver, converted to an inverse depth.
             let one = Points { x: 0.0, y: 0.0, z: z[lane] };
             (lo[lane], hi[lane]) = match t {
                 Some(t) if !sure => one.inverse(t as f32),

@@ -9,9 +9,9 @@ use super::windows::Windows;
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd, Vec3};
 
-/// Sixteen projected triangles, side by side.
+/// Sixteen projected triangles, in lanes.
 ///
-/// A form is `f[0] + f[1] x + f[2] y`. The edges are scaled so that beyond ±1 their sign is sure.
+/// A form is `f[0] + f[1] x + f[2] y`. The edges are scaled so that beyond ±1 their sign is certain.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -45,9 +45,9 @@ pub struct Outlines {
     u: [[f32; 16]; 3],
     v: [[f32; 16]; 3],
     w: [[f32; 16]; 3],
-    /// The inverse depth of the plane, positive in front; NaN where T is not known well enough.
+    /// The inverse depth of the plane, positive in front; NaN if T is not known accurately enough.
     s: [[f32; 16]; 3],
-    /// The bound of the error of s.
+    /// The error bound of s.
     err: [f32; 16],
     /// If |s| is at most this, the ray grazes the plane, and nothing is decided.
     least: [f32; 16],
@@ -130,14 +130,15 @@ impl Outlines {
         let [(left, right), (down, up)] = corners.rectangle(planes.turn, frame, exact);
         let ([u, v, w], unit) = corners.edges(frame);
 
-        // In front of the triangle or behind, T has the same sign as D wherever it is hit.
+        // Whether the triangle is in front or behind, T has the same sign as D wherever it is hit.
         let sure = planes.is_sure(corners.a.norm1(), sizes.size, frame);
         let nothing = S::F32x16::splat(f32::NAN);
         let one = S::F32x16::splat(1.0);
-        // If that sign is unknown, edges of different signs still prove a miss, provided that hits lie on triangles.
+        // If that sign is unknown, edges of different signs still prove a miss, provided that hits are on
+        // triangles.
         let unturned = if exact { one / unit } else { nothing };
-        // One factor scales the edges to units of their bound and gives them the sign of T: then all three are positive
-        // for a hit in front of the origin, whichever way the triangle faces.
+        // One factor scales the edges to units of their bound and gives them the sign of T: then all three
+        // are positive for a hit in front of the origin, whichever way the triangle faces.
         let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), unturned);
         let [inverse, along_x, along_y] = planes.s;
         let inverse = S::F32x16::select(sure, inverse, nothing);
@@ -165,7 +166,7 @@ impl Outlines {
         let depths = Depths::new(window, load(&self.s), F::load(&self.err), F::load(&self.least));
         let edges = [load(&self.u), load(&self.v), load(&self.w)];
         let mut missed = depths.missed(F::splat(nearest)) | depths.plain & outside(window, edges);
-        // s[0] is NaN where T is too small for its sign to be known.
+        // s[0] is NaN if T is too small for its sign to be known.
         let edge_on = !F::load(&self.s[0]).le(F::splat(f32::INFINITY));
         if edge_on.bits() & self.live != 0 {
             missed = missed | edge_on & apart(window, edges);
@@ -180,8 +181,8 @@ impl Outlines {
         (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits() & self.live
     }
 
-    /// The widths and heights of the rectangles around the triangles, 0 in lanes without one, and which
-    /// triangles there are. Infinite where the rectangle is not known.
+    /// The widths and heights of the rectangles around the triangles, 0 in lanes without one, and which lanes
+    /// have triangles. Infinite if the rectangle is not known.
     #[inline(always)]
     pub fn sizes<F: Lanes<Scalar = f32>>(&self) -> ([F; 2], u32) {
         let (live, none) = (F::Mask::from_bits(self.live), F::splat(0.0));
@@ -209,8 +210,8 @@ impl Outlines {
 }
 
 impl Outline {
-    /// The values that the test computes at points: U, V, W in units of their bound, the inverse depth, and the
-    /// bound of its error. For tests of the bounds.
+    /// The values that the test computes at points: U, V, W in units of their bound, the inverse depth, and
+    /// its error bound. For tests of the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
         let values = [self.u, self.v, self.w, self.s];
@@ -225,7 +226,7 @@ impl Outline {
         )
     }
 
-    /// Whether the origin is so near the triangle's plane that its side of the plane is unknown.
+    /// Whether the origin is so close to the triangle's plane that its side of the plane is unknown.
     #[inline(always)]
     pub(super) fn is_edge_on(&self) -> bool {
         self.s[0].is_nan()
@@ -244,8 +245,8 @@ impl Outline {
         windows.reached(lo, hi).bits()
     }
 
-    /// The windows through which some ray may hit the triangle that still looks for hits of at least
-    /// the window's inverse depth.
+    /// The windows through which a ray may hit the triangle, if it still looks for hits of at least the
+    /// window's inverse depth.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>, nearest: F) -> u32 {
         let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
@@ -268,9 +269,9 @@ impl Outline {
 struct Depths<F: Lanes> {
     /// No ray through the window has a larger inverse depth.
     most: F,
-    /// Lanes where it is surely negative for every ray: the plane lies behind all of them.
+    /// Lanes where it is certainly negative for every ray: the plane is behind all of them.
     behind: F::Mask,
-    /// Lanes where it is surely positive for every ray.
+    /// Lanes where it is certainly positive for every ray.
     plain: F::Mask,
 }
 
@@ -281,21 +282,22 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
         Self { most: hi + (err + err), behind: hi.lt(-twice), plain: lo.gt(twice) }
     }
 
-    /// Lanes whose plane lies behind every ray, or too far away.
+    /// Lanes whose plane is behind every ray, or too far away.
     #[inline(always)]
     fn missed(&self, nearest: F) -> F::Mask {
         self.behind | self.most.lt(nearest)
     }
 }
 
-/// Lanes where all of the window is on the outer side of some edge, if D is certain and positive.
+/// Lanes where the whole window is on the outer side of some edge, if D is certain and positive.
 #[inline(always)]
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
     highest.lt(F::splat(-2.0))
 }
 
-/// Lanes where all of the window is on one side of one edge and on the other side of another, whichever is inner.
+/// Lanes where the whole window is on one side of one edge and on the other side of another, whichever side
+/// is the inner one.
 #[inline(always)]
 fn apart<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let lowest = windows.range(u).0.max(windows.range(v).0).max(windows.range(w).0);
@@ -320,7 +322,7 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
             let [c1, c2, c3] = block.corners();
             let c1 = Vec3::<S::F64x8>::load_f32(c1);
             let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
-            // A block of copies holds a corner, `-h4` and `h5`, and `h5 × -h4` is `h4 × h5`.
+            // A block of copies contains a corner, `-h4` and `h5`, and `h5 × -h4` is `h4 × h5`.
             let n = if frame.shares.copies {
                 c3.cross_fused(c2)
             } else {
@@ -331,7 +333,8 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
             // section 3).
             let t = n.dot_fused(c1 - Vec3::splat([x.into(), y.into(), z.into()]));
             let recip = S::F64x8::splat(1.0) / t;
-            // In the dual axes N·(M d) is n·d, although the frame's own axes are at right angles only up to rounding.
+            // In the dual axes N·(M d) is n·d, although the frame's own axes are only orthogonal up to
+            // rounding.
             let n = into(n, &frame.dual);
             let to = 8 * half;
             (n.x * recip).store_f32(&mut s[0][to..]);
@@ -347,10 +350,9 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
     /// Lanes where the sign of T is known, for triangles `away` from the origin.
     #[inline(always)]
     fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
-        // Rays that pass beside the origin see T changed by `|s|₁ off` of itself; for rays through it this is 0.
+        // For rays that miss the origin, T changes by `|s|₁ off` of itself; for rays through it this is 0.
         let off = size * frame.off_at(away) * F::splat(bound::OFF_PLANE);
-        // T is known where everything that it may be off by is less than T; 0.99 leaves room for this sum's own
-        // rounding.
+        // T is known if its total error is less than T; 0.99 leaves a margin for the rounding of this sum.
         (self.q * away).mul_add(F::splat(frame.shares.plane), off).lt(F::splat(0.99))
     }
 }
@@ -370,12 +372,12 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off_at(away);
         let [x, y] = frame.reach;
-        // The largest |s| on the part of the projection that rays reach: shifted rays and copies only change what is
-        // there.
+        // The largest |s| on the part of the projection that rays reach: shifted rays and copies only change
+        // the values there.
         let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
         let share = most.mul_add(off * splat(bound::OFF_DEPTH), splat(bound::DEPTH));
-        // `DEPTH |s|₁ + LOST q`, and `OFF_DEPTH off |s|₁ most` for rays beside the origin (projection.md, sections 3
-        // and 6).
+        // `DEPTH |s|₁ + LOST q`, and `OFF_DEPTH off |s|₁ most` for rays that miss the origin (projection.md,
+        // sections 3 and 6).
         let err = size.mul_add(share, q * splat(bound::LOST));
         let shares = &frame.shares;
         let err = if shares.copies {
@@ -384,7 +386,7 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         } else {
             err
         };
-        // Below this the ray grazes the plane and the sign of D is not known: `GRAZING LEAN q + SCREEN |s|₁`.
+        // Below this the ray grazes the plane, and the sign of D is unknown: `GRAZING LEAN q + SCREEN |s|₁`.
         let least = size.mul_add(splat(shares.screen), q * splat(bound::GRAZING * bound::LEAN));
         let parallel = size.mul_add(splat(parallel), least);
         Self { size, err, least, parallel }
@@ -436,13 +438,13 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         let apart = splat(frame.distance() * bound::ROOM_AWAY);
         let apart = frame.off_at(away).mul_add(splat(bound::OFF_ROOM), apart);
         let room = h.mul_add(splat(bound::ROOM), away.mul_add(splat(bound::CORNER), apart));
-        // A corner behind the origin, or nearly so, may project to anywhere. Such a triangle has no rectangle and is
-        // tested with every packet.
+        // A corner behind the origin, or nearly so, may project to any point. Such a triangle has no
+        // rectangle and is tested with every packet.
         let mut known = nearest.gt(room * splat(8.0))
             & nearest.gt(splat(bound::SHORTEST_DIR))
             & away.lt(splat(bound::LARGEST));
         if !exact {
-            // The reference may accept points outside of a thin triangle.
+            // The reference may accept points outside a thin triangle.
             known = known & (h * h).lt(turn.abs() * splat(bound::THIN));
         }
         let one = splat(1.0);
@@ -456,8 +458,8 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
     #[inline(always)]
     fn edges(&self, frame: &Frame) -> ([Vec3<F>; 3], F) {
         let (splat, &Self { a, b, h4, h5, h6, h, .. }) = (F::splat, self);
-        // Each form is the normal of the plane through the origin and an edge: its sign says on which side a ray
-        // passes.
+        // Each form is the normal of the plane through the origin and an edge: its sign shows on which side a
+        // ray passes.
         let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
         let form = u.norm1().max(v.norm1()).max(w.norm1());
         let (away, apart) = (a.norm1(), splat(frame.distance() * bound::ORIGIN * bound::LEAN));

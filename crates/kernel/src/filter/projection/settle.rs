@@ -3,7 +3,7 @@
 use crate::resolve::{Resolver, SharedOrigin};
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
-/// Answers for the rays and triangles of a bundle.
+/// Computes answers for the rays and triangles of a bundle.
 ///
 /// ```
 /// use intertri::internal::{Resolver, Settle};
@@ -27,7 +27,7 @@ pub struct Settle<'a, T, I> {
     pub find: T,
     /// The triangle's index.
     pub index: I,
-    /// Whether the bundle holds the rays in reverse, from their common end. Then only whether they hit is
+    /// Whether the bundle contains the rays in reverse, from their common end. Then only whether they hit is
     /// known, and every t is 0.
     pub reversed: bool,
 }
@@ -64,7 +64,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         [kept_one, kept_other]: &mut [LastTriangle<'a>; 2],
     ) -> bool {
         if self.reversed {
-            // Seen from their common end, rays have no meaningful t, and any-hit queries do not need an order.
+            // From their common end, rays have no meaningful t, and any-hit queries do not need an order.
             return false;
         }
         let (id, ray) = (self.id(ray), &self.rays[ray]);
@@ -73,7 +73,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
     }
 
-    /// A triangle as seen from the origin of the rays.
+    /// A triangle relative to the origin of the rays.
     #[inline(always)]
     fn seen<'k>(&self, slot: LeafSlot, kept: &'k mut LastTriangle<'a>) -> &'k SharedOrigin<'a> {
         if kept.is_none_or(|(kept, _)| kept != slot) {
@@ -88,5 +88,5 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
     }
 }
 
-/// The triangle that was seen last.
+/// The last triangle for which this was computed.
 pub(super) type LastTriangle<'a> = Option<(LeafSlot, SharedOrigin<'a>)>;

@@ -6,7 +6,7 @@ use super::frame::Points;
 use crate::Threshold;
 use crate::simd::Lanes;
 
-/// The depths at which rays begin to look for hits, lane by lane, of any number of packets.
+/// The depths at which rays begin to look for hits, lane by lane, for any number of packets.
 ///
 /// ```
 /// use intertri::internal::{Points, Ranges, Starts};
@@ -30,7 +30,7 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
     }
 
-    /// With the live rays of one more packet, which look beyond `Threshold` and `t_min`.
+    /// Adds the live rays of another packet, which look beyond `Threshold` and `t_min`.
     #[inline(always)]
     pub(in super::super) fn with(
         &self,
@@ -39,7 +39,7 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         live: F::Mask,
         threshold: Threshold,
     ) -> Self {
-        // Keeps products from being subnormal: those round by more than INVERSE, and take the CPU a hundred
+        // Keeps products from being subnormal: those round by more than INVERSE, and take a CPU a hundred
         // times as long.
         let least = F::splat(bound::SHORTEST_T);
         let above = at_least(sure, threshold.above.max(bound::SHORTEST_T));
@@ -55,7 +55,7 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
     #[inline(always)]
     pub fn ranges(&self) -> Ranges<F> {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        // Where a ray looks for hits from its origin on, `first` is 0: then no inverse depth is too large.
+        // If a ray looks for hits from its origin on, `first` is 0, and no inverse depth is too large.
         let near_hi = one / self.first * F::splat(1.0 + bound::INVERSE);
         Ranges {
             near_lo: one / self.last * F::splat(1.0 - bound::INVERSE),

@@ -30,17 +30,18 @@ impl<F: Lanes<Scalar = f32>> Windows<F> {
         }
     }
 
-    /// The largest and smallest value of linear forms in the windows.
+    /// The maximum and minimum of linear forms in the windows.
     #[inline(always)]
     pub(super) fn range(&self, form: [F; 3]) -> (F, F) {
         let [one, x, y] = form;
-        // A linear form is largest and smallest at corners: its value in the middle, plus or minus its half ranges.
+        // A linear form has its maximum and minimum at corners: its value at the centre, plus or minus its
+        // half ranges.
         let middle = y.mul_add(self.middle[1], x.mul_add(self.middle[0], one));
         let reach = y.abs().mul_add(self.half[1], x.abs() * self.half[0]);
         (middle - reach, middle + reach)
     }
 
-    /// Which windows an outline that fills `lo..=hi` reaches.
+    /// Which windows an outline with the extent `lo..=hi` reaches.
     #[inline(always)]
     pub(super) fn reached(&self, lo: [F; 2], hi: [F; 2]) -> F::Mask {
         self.lo[0].le(hi[0]) & lo[0].le(self.hi[0]) & self.lo[1].le(hi[1]) & lo[1].le(self.hi[1])

@@ -1,4 +1,4 @@
-//! Rays onto a grid, many at a time: this is most of what `fixed` does for a ray that meets nothing.
+//! Snaps many rays to a grid at a time; for a ray that meets nothing, this is most of the work of `fixed`.
 //!
 //! ```text
 //!   x, y, z, t_max in memory ──► * 2^k, 2^k, 2^k, 2^(scale - k) ──► x, y, z rounded
@@ -11,12 +11,12 @@ use crate::fixed::numbers::{exponent, pow2, round};
 use crate::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
 
 impl Grid {
-    /// A ray with its origin snapped, and its direction by a power of two of its own, so that its
-    /// longest component has all `q` bits: each component moves by less than `2^-q` of the longest.
-    /// The interval stays as it is.
+    /// A ray with its origin snapped, and its direction scaled by its own power of two so that its longest
+    /// component uses all `q` bits: each component moves by less than `2^-q` of the longest. The interval
+    /// does not change.
     ///
     /// # Errors
-    /// Those of [`Grid::snap`], and a direction that is zero or not finite.
+    /// As for [`Grid::snap`]; also fails if the direction is zero or not finite.
     #[inline]
     pub fn ray(&self, ray: &crate::Ray) -> Result<Ray, GridError> {
         let nothing = Ray::new([0; 3], [0; 3]);
@@ -28,8 +28,8 @@ impl Grid {
         failed.map_or(Ok(snapped[0]), Err)
     }
 
-    /// [`Grid::ray`] of many rays: `snapped[i]` becomes `rays[i]`, or what `otherwise` gives for its
-    /// number and error. An origin that neighbours share is snapped once.
+    /// [`Grid::ray`] for many rays: `snapped[i]` becomes `rays[i]`, or the result of `otherwise` for its
+    /// index and error. An origin that neighbours share is snapped once.
     ///
     /// ```
     /// use intertri::Ray;
@@ -47,7 +47,7 @@ impl Grid {
     /// ```
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     #[inline]
     pub fn rays(
         &self,
@@ -59,8 +59,8 @@ impl Grid {
         dispatch(Snap { grid: self, rays, snapped, otherwise });
     }
 
-    /// Snaps the direction and the interval of a ray whose origin is on the grid already, whatever their
-    /// size: by two factors each, for `2^k` need not be an f32.
+    /// Snaps the direction and the interval of a ray whose origin is already on the grid, whatever their
+    /// magnitude: with two factors each, because `2^k` may not be an f32.
     fn aim(&self, [x, y, z, _]: [f32; 4], ray: &crate::Ray) -> Result<Ray, GridError> {
         let longest = ray.dir.iter().fold(0.0, |far: f32, x| x.abs().max(far));
         if longest == 0.0 || !ray.dir.iter().all(|x| x.is_finite()) {
@@ -69,7 +69,8 @@ impl Grid {
         let q = self.bits.q as i32;
         let k = q - 1 - exponent(f64::from(longest) + pow2(exponent(longest.into()) - q));
 
-        // What underflows or overflows on the way is nothing, or an end where no crossing can be.
+        // Underflow and overflow here only affect negligible components, or ends where no crossing is
+        // possible.
         let (up, back) = (halves(k), halves((self.scale - k).clamp(-252, 252)));
         let component = |x: f32| round((x * up[0] * up[1]).into()) as f32;
         let end = |t: f32| t * back[0] * back[1];
@@ -83,7 +84,7 @@ impl Grid {
     }
 }
 
-/// Snaps four rays at once, if their longest components lie within two to this and one over that.
+/// Snaps four rays at once, if their longest components are between two to this and its inverse.
 struct Four<S: Simd> {
     /// Half of the last of q bits, for a longest component in `1..2`.
     half: S::F32x4,
@@ -91,9 +92,9 @@ struct Four<S: Simd> {
     unit: S::F32x4,
     /// `2^(scale - (q - 1))`
     back: S::F32x4,
-    /// Added and taken away again, it rounds the direction, and leaves `t_max`.
+    /// Added and subtracted again, it rounds the direction, and leaves `t_max` unchanged.
     whole: S::F32x4,
-    /// What the exponent of k in bits exceeds the ray's by.
+    /// The difference between the biased exponent of k and the ray's.
     bias: i32,
 }
 
@@ -101,11 +102,11 @@ struct Four<S: Simd> {
 const EVEN: i32 = 60;
 
 impl<S: Simd> Four<S> {
-    /// `None` where the numbers of the grid are too large or too small for it.
+    /// `None` if the numbers of the grid are too large or too small for it.
     #[inline(always)]
     fn new(Grid { bits, scale, .. }: &Grid) -> Option<Self> {
         let (splat, one) = (S::F32x4::splat, bits.q as i32 - 1);
-        // Between 2^23 and twice as much f32 are whole numbers; directions reach 2^22 from the middle.
+        // Between 2^23 and twice that, f32 are integers; directions reach 2^22 from the centre.
         let whole = 1.5 * (1 << 23) as f32;
         (bits.q <= 22 && (scale - one).abs() <= EVEN).then_some(Self {
             half: splat(pow2(-one - 1) as f32),
@@ -116,8 +117,8 @@ impl<S: Simd> Four<S> {
         })
     }
 
-    /// Snaps the directions and intervals of four rays whose origins are on the grid already. Bit i is
-    /// set where `to[i]` is not what it should be, for that is a case for [`Grid::aim`].
+    /// Snaps the directions and intervals of four rays whose origins are already on the grid. Bit i is set if
+    /// `to[i]` is wrong and must be computed by [`Grid::aim`].
     #[inline(always)]
     fn aim(&self, origins: &[[f32; 4]; 4], from: &[crate::Ray; 4], to: &mut [Ray; 4]) -> u32 {
         let (splat, load) = (S::F32x4::splat, S::F32x4::load);
@@ -125,9 +126,9 @@ impl<S: Simd> Four<S> {
         let [a, b, c, d] = numbers;
         let ends = [load(&a[1]), load(&b[1]), load(&c[1]), load(&d[1])];
 
-        // The longest component comes to lie in 2^(q-1) .. 2^q. Where it would be rounded up to 2^q, what
-        // is added here carries into the exponent, and it comes to lie at 2^(q-1): so that a snapped
-        // direction is snapped to itself.
+        // The longest component becomes 2^(q-1) .. 2^q. If it would be rounded up to 2^q, the addition here
+        // carries into the exponent, and it becomes 2^(q-1) instead, so that a snapped direction is snapped
+        // to itself.
         let [x, y, z, _] = S::transpose(ends);
         let (x, y, z) = (x.abs(), y.abs(), z.abs());
         let longest = x.max(y).max(z);
@@ -136,11 +137,11 @@ impl<S: Simd> Four<S> {
         let mut ups = [0.0; 4];
         up.store(&mut ups);
 
-        // A sum keeps the NaN that a maximum may lose.
+        // A sum keeps a NaN that a maximum may lose.
         let (least, most) = (splat(pow2(-EVEN) as f32), splat(pow2(EVEN) as f32));
         let even = (longest.ge(least) & (x + y + z).le(most)).bits();
 
-        // Origin and t_min, and direction and t_max, lie side by side.
+        // Origin and t_min, and direction and t_max, are adjacent.
         let none = splat(0.0);
         let (near, far) =
             (S::transpose([none, none, none, back]), S::transpose([up, up, up, back]));
@@ -158,17 +159,17 @@ impl<S: Simd> Four<S> {
 struct Snapper<'a, S: Simd, F> {
     grid: &'a Grid,
     four: Option<Four<S>>,
-    /// The bits of the origin that was snapped last, and what became of it.
+    /// The bits of the origin that was snapped last, and the result.
     last: (u64, u32),
     origin: Result<[f32; 4], GridError>,
     otherwise: F,
 }
 
 impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
-    /// Snaps four rays, of which the first has the number `at`.
+    /// Snaps four rays, the first of which has the index `at`.
     #[inline(always)]
     fn snap(&mut self, at: usize, from: &[crate::Ray; 4], to: &mut [Ray; 4]) {
-        // Most often they share their origin with those before.
+        // Most rays share their origin with the ones before.
         let [a, b, c, d] = from;
         let last = (self.last, self.last);
         if ((origin_bits(a), origin_bits(b)), (origin_bits(c), origin_bits(d))) == (last, last)
@@ -200,7 +201,7 @@ impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
         }
     }
 
-    /// The origin of a ray, on the grid.
+    /// The snapped origin of a ray.
     fn origin(&mut self, ray: &crate::Ray) -> Result<[f32; 4], GridError> {
         let bits = origin_bits(ray);
         if bits != self.last {
@@ -211,14 +212,14 @@ impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
     }
 }
 
-/// The origin of a ray to the bit, as few words.
+/// The bits of a ray's origin, in few words.
 #[inline(always)]
 fn origin_bits(ray: &crate::Ray) -> (u64, u32) {
     let [xy, zw, ..]: [u64; 4] = bytemuck::cast(*ray);
     (xy, zw as u32)
 }
 
-/// Many rays, at the best level.
+/// Snaps many rays, at the best level.
 pub(super) struct Snap<'a, F> {
     pub(super) grid: &'a Grid,
     pub(super) rays: &'a [crate::Ray],
@@ -241,7 +242,7 @@ impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {
             by.snap(4 * k, from, to);
         }
 
-        // Fewer than four are made four.
+        // Fewer than four are extended to four.
         if let ([.., ray], [.., to]) = (rest, &mut *to_rest) {
             let (mut four, mut to_four) = ([*ray; 4], [*to; 4]);
             four[..rest.len()].copy_from_slice(rest);
@@ -251,7 +252,7 @@ impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {
     }
 }
 
-/// Two factors that make `2^e` up, `-252 <= e <= 254`.
+/// Two factors whose product is `2^e`, `-252 <= e <= 254`.
 #[inline(always)]
 fn halves(e: i32) -> [f32; 2] {
     let half = e >> 1;

@@ -17,7 +17,7 @@ fn the_budgets_are_kept() {
     assert_eq!(Bits::of_grid(u32::MAX), Err(GridError::Bits { b: u32::MAX, q: 1 }));
 }
 
-/// Numbers of every size, as a small generator gives them.
+/// A small generator of numbers of every magnitude.
 fn numbers() -> impl FnMut() -> u64 {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     move || {
@@ -32,7 +32,7 @@ fn numbers() -> impl FnMut() -> u64 {
 fn snapping_rounds_once_and_a_second_time_changes_nothing() {
     let mut next = numbers();
     for _ in 0..20_000 {
-        // A box of any size anywhere, points in it and on its corners.
+        // A box of any size anywhere, with points in it and at its corners.
         let size = f32::from_bits((next() % (250 << 23)) as u32);
         let middle = f32::from_bits((next() % (250 << 23)) as u32);
         let points: [[f32; 3]; 6] = core::array::from_fn(|_| {
@@ -113,7 +113,7 @@ fn what_does_not_fit_is_an_error_by_value() {
     assert!(grid.triangle_of([[0; 3], [0; 3], [0, 0, 65537]]).is_err());
     assert!(Grid::at(Bits::FINE, 150, [0; 3]).is_err());
     assert!(Grid::at(Bits::FINE, 0, [0, i64::MIN, 0]).is_err());
-    // Nothing, and nothing but zeros.
+    // No points, and only zeros.
     assert!(Grid::around([], Bits::FINE).is_ok());
     assert!(Grid::around([[-0.0; 3]], Bits::FINE).unwrap().snap([0.0; 3]).is_ok());
 }
@@ -130,7 +130,8 @@ fn a_direction_that_rounds_up_to_a_power_of_two_stays_where_it_is() {
     assert_eq!(grid.ray(&Ray::new([0.0; 3], again)).unwrap(), ray);
 }
 
-/// Directions and ends of any size, odd halves, and what has no direction: the same bits at all levels.
+/// Directions and ends of any magnitude, odd halves, and rays without a direction: the same bits at all
+/// levels.
 #[test]
 fn rays_are_snapped_alike_at_every_level() {
     let mut state = 7_u64;
@@ -146,7 +147,7 @@ fn rays_are_snapped_alike_at_every_level() {
             Ray::new([(i / 100) as f32, 0.5, -3.0], dir).between(bits(), bits())
         })
         .collect();
-    // Ties: with all of 18 bits, these components end in a half.
+    // Ties: with all 18 bits, these components end in a half.
     rays.push(Ray::new([0.0; 3], [131_073.0, 0.5, -1.5]));
     for (b, scale) in [(20, 0), (17, 3), (16, -140), (4, 149)] {
         let grid = Grid::at(Bits::of_grid(b).unwrap(), scale, [0; 3]).unwrap();
@@ -160,7 +161,7 @@ fn rays_are_snapped_alike_at_every_level() {
             };
             level.run(Snap { grid: &grid, rays: &rays, snapped: &mut snapped, otherwise });
             for (ray, from) in snapped.iter().zip(&rays).filter(|(ray, _)| **ray != nothing) {
-                // The ends, wherever a crossing can be.
+                // The ends, where a crossing is possible.
                 let ends = ray.between(from.t_min, from.t_max);
                 let [a, b] = [ray, &ends].map(|ray| [ray.to_f32().t_min, ray.to_f32().t_max]);
                 for (a, b) in a.into_iter().zip(b) {
@@ -179,7 +180,8 @@ fn rays_are_snapped_alike_at_every_level() {
     }
     let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
     assert_eq!(grid.ray(&rays[20_000]).unwrap().dir(), [131_073, 0, -2]);
-    // What has all of 18 bits stays, up to the last, from which on it would be rounded up to a 19th.
+    // A component that uses all 18 bits does not change, up to the limit beyond which it would be rounded up
+    // to a 19th.
     let snapped = |dir: [f32; 3]| grid.ray(&Ray::new([0.0; 3], dir)).unwrap().dir();
     assert_eq!(snapped([3.0, -262_143.0, 1.0]), [3, -262_143, 1]);
     assert_eq!(snapped([262_143.5, 4.0, -8.0]), [131_072, 2, -4]);

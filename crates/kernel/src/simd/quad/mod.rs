@@ -1,8 +1,8 @@
 //! The level of 128-bit registers: NEON and WebAssembly's simd128.
 //!
-//! Where the crate `wide` goes by single lanes (conversions, masks from bits, other orders, integer products),
-//! this level has the instructions. Wider lanes are pairs of registers. `neon` or `wasm`
-//! has the instructions by one set of names; everything else is here once.
+//! This level has instructions for operations that the crate `wide` does lane by lane (conversions, masks
+//! from bits, permutations, integer products). Wider lanes are pairs of registers. `neon` and `wasm` have the
+//! instructions under common names; everything else is here once.
 
 #[cfg(target_arch = "aarch64")]
 #[path = "neon.rs"]
@@ -19,13 +19,13 @@ use super::level::Level;
 use super::level_lanes::Simd;
 use super::pair::Pair;
 
-/// A register of f32 or of f64, and the mask of one.
+/// A register of f32 or f64, and its mask.
 macro_rules! lanes {
     ($name:ident, $mask:ident, $cpu:ident) => {
         #[derive(Clone, Copy)]
         pub(super) struct $name(cpu::$cpu::Reg);
 
-        /// All bits of a lane, or none.
+        /// All bits of a lane set, or none.
         #[derive(Clone, Copy)]
         pub(super) struct $mask(cpu::$cpu::Mask);
 
@@ -139,13 +139,14 @@ macro_rules! lanes {
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
                 if cpu::FUSED {
-                    // A fused multiply-add rounds once, and the error of a product is a number of the same format: so
-                    // this is exact.
+                    // A fused multiply-add rounds once, and the error of a product is a number in the same
+                    // format, so this is exact.
                     return self.mul_add(b, -product);
                 }
                 // Two to half of the digits, rounded up, and one.
                 const HALF: u32 = <cpu::$cpu::Scalar>::MANTISSA_DIGITS.div_ceil(2);
-                // WebAssembly has none, so the factors are split into halves whose products are exact (Dekker).
+                // WebAssembly has none, so the factors are split into halves whose products are exact
+                // (Dekker).
                 mul_error(self, b, product, Self::splat(((1 << HALF) + 1) as Self::Scalar))
             }
             #[inline(always)]
@@ -198,7 +199,7 @@ macro_rules! lanes {
 lanes!(Singles, SinglesMask, singles);
 lanes!(Doubles, DoublesMask, doubles);
 
-/// Two registers of i64: as many lanes as one has of i32, for products have factors of that width.
+/// Two registers of i64: as many lanes as one register of i32, because products have factors of that width.
 #[derive(Clone, Copy)]
 pub(super) struct Integers(cpu::integers::Regs);
 
@@ -243,8 +244,8 @@ impl Ints for Integers {
     }
     #[inline(always)]
     fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
-        // All three products at once: their high halves are added before they are moved to their place, which is done
-        // once.
+        // All three products at once: their high halves are added before they are shifted, so they are
+        // shifted only once.
         Self(cpu::integers::dot([ax.0, ay.0, az.0], [bx.0, by.0, bz.0]))
     }
     #[inline(always)]
@@ -277,15 +278,15 @@ impl Simd for Baseline {
     type F64x8 = Pair<Pair<Doubles>>;
     type I64x4 = Integers;
     type I64x8 = Pair<Integers>;
-    // Registers of 128 bits hold four f32 but two f64. `F64s` is a pair, so that both have a lane for each of four
-    // triangles.
+    // Registers of 128 bits hold four f32 but only two f64. `F64s` is a pair, so that both have a lane for
+    // each of four triangles.
     type F32s = Self::F32x4;
     type F64s = Self::F64x4;
     const LEVEL: Level = Level::PORTABLE;
 
     #[inline(always)]
     fn permute(Pair(a, b): Self::F32x8, order: u64) -> Self::F32x8 {
-        // A lane may come from either register, so this cannot be done half by half as `Pair` does.
+        // A lane may come from either register, so this cannot be done on each half as in `Pair`.
         let [a, b] = cpu::singles::permute([a.0, b.0], order);
         Pair(Singles(a), Singles(b))
     }
@@ -305,7 +306,7 @@ impl Simd for Baseline {
     fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
         let load = |i: usize| Singles::load(row(i));
         let four = |i: usize| Self::transpose([load(i), load(i + 1), load(i + 2), load(i + 3)]);
-        // Four 4×4 transpositions; column k of the result is made of column k of each.
+        // Four 4×4 transpositions; column k of the result is made from column k of each.
         let ([a, b, c, d], [e, f, g, h]) = (four(0), four(4));
         let ([i, j, k, l], [m, n, o, p]) = (four(8), four(12));
         [
@@ -326,7 +327,7 @@ impl Simd for Baseline {
     }
     #[inline(always)]
     fn transpose_f64([a, b, c, d]: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
-        // Four registers of two: 2×2 blocks are transposed by `zip`, then put where they belong.
+        // Four registers of two: `zip` transposes 2×2 blocks, which are then put in place.
         let zip = |x: Doubles, y: Doubles| cpu::doubles::zip(x.0, y.0).map(Doubles);
         let ([a0, a1], [a2, a3]) = (zip(a.0, b.0), zip(a.1, b.1));
         let ([c0, c1], [c2, c3]) = (zip(c.0, d.0), zip(c.1, d.1));

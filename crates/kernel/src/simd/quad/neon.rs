@@ -1,8 +1,8 @@
-//! The registers of NEON, which every 64-bit ARM has, by the names that [`super`] knows.
+//! The registers of NEON, which every 64-bit ARM has, under the names that [`super`] uses.
 //!
-//! This file is compiled where the build's target has NEON, so every CPU that runs it has the instructions. That is the
-//! `SAFETY` of every call below; of loads and stores it is, too, that they touch the N numbers of an array, of any
-//! alignment.
+//! This file is compiled only if the build's target has NEON, so every CPU that runs it has the instructions.
+//! That is the `SAFETY` of every call below; loads and stores also access only the N numbers of an array,
+//! with any alignment.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::aarch64::*;
@@ -10,7 +10,7 @@ use core::arch::aarch64::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = true;
 
-/// What f32 and f64 registers do alike.
+/// Common operations of f32 and f64 registers.
 macro_rules! float {
     (
         $scalar:ty, $n:literal, $reg:ty, $mask:ty,
@@ -78,14 +78,14 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
-            // The bits of infinity are exactly the exponent's, so this clears sign and fraction: a power of two is
-            // left.
+            // The bits of infinity are exactly those of the exponent, so this clears sign and fraction and
+            // leaves a power of two.
             cpu!($from_bits($and($to_bits(a), $dup_bits(<$scalar>::INFINITY.to_bits()))))
         }
         #[inline(always)]
         pub(crate) fn flip(a: Reg, of: Reg) -> Reg {
             cpu!({
-                // -0 has nothing but the sign bit. Toggling it works for zeros and NaN, where a comparison would not.
+                // -0 has only the sign bit set. Toggling it works for zeros and NaN, unlike a comparison.
                 let sign = $and($to_bits(of), $dup_bits((-0.0 as $scalar).to_bits()));
                 $from_bits($xor($to_bits(a), sign))
             })
@@ -96,7 +96,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn negative(a: Reg) -> Mask {
-            // Compared as integers, which are negative where the sign bit is set, be it of -0 or of a NaN.
+            // Compared as integers, which are negative if the sign bit is set, even for -0 and NaN.
             cpu!($below_zero($to_signed(a)))
         }
         #[inline(always)]
@@ -151,17 +151,18 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn bits(mask: Mask) -> u32 {
         cpu!({
-            // NEON cannot move a mask to a number. Each lane keeps its own bit, and their sum is the number.
+            // NEON cannot convert a mask to a number. Each lane keeps its own bit, and their sum is the
+            // number.
             let lane = vld1q_u32([1, 2, 4, 8].as_ptr());
             vaddvq_u32(vandq_u32(mask, lane))
         })
     }
-    /// Two masks at once, narrowed to 16 bits a lane.
+    /// Two masks at once, narrowed to 16 bits per lane.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(bits_of_eight(vuzp1q_u16(vreinterpretq_u16_u32(first), vreinterpretq_u16_u32(last))))
     }
-    /// Eight masks of 16 bits.
+    /// Eight masks of 16 bits each.
     #[inline(always)]
     pub(crate) fn bits_of_eight(mask: uint16x8_t) -> u32 {
         cpu!({
@@ -176,7 +177,7 @@ pub(super) mod singles {
             vtstq_u32(vdupq_n_u32(bits), lane)
         })
     }
-    /// Rows as columns.
+    /// Transposes the rows.
     #[inline(always)]
     pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
         cpu!({
@@ -191,11 +192,12 @@ pub(super) mod singles {
             ]
         })
     }
-    /// Eight lanes in the order of the lowest three bits of each byte: a look-up of bytes, four a lane.
+    /// Permutes eight lanes by the lowest three bits of each byte: a byte lookup, four bytes per lane.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         cpu!({
-            // NEON has no shuffle of f32 by a variable order, only one of bytes: lane i becomes bytes 4i to 4i + 3.
+            // NEON has no shuffle of f32 with a variable order, only one of bytes: lane i becomes bytes 4i to
+            // 4i + 3.
             let lanes = vand_u8(vcreate_u8(order), vdup_n_u8(7));
             let first_byte = vshl_n_u8::<2>(lanes);
             let pairs =
@@ -207,15 +209,16 @@ pub(super) mod singles {
             [of(vzip1q_u8(pairs, pairs)), of(vzip2q_u8(pairs, pairs))]
         })
     }
-    /// The least of the bits, with the lane in the last three, of the lanes of a mask.
+    /// The minimum over the lanes of a mask, as bits with the lane in the last three.
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         cpu!({
             let (first, last) =
                 (vld1q_u32([0, 1, 2, 3].as_ptr()), vld1q_u32([4, 5, 6, 7].as_ptr()));
             let high = vdupq_n_u32(!7);
-            // The f32's bits with the lane number in place of the last three: one minimum finds both, because positive
-            // floats are ordered as their bits are. Lanes outside of the mask become all ones, the largest key.
+            // The f32's bits with the lane number in place of the last three: one minimum finds both, because
+            // positive floats have the order of their bits. Lanes outside the mask become all ones, the
+            // largest key.
             let key =
                 |x, lane, mask| vornq_u32(vbslq_u32(high, vreinterpretq_u32_f32(x), lane), mask);
             (vminvq_u32(vminq_u32(key(a, first, in_a), key(b, last, in_b))) & 7) as usize
@@ -257,7 +260,7 @@ pub(super) mod doubles {
             vaddvq_u64(vandq_u64(mask, lane)) as u32
         })
     }
-    /// Two masks at once, as one of 32 bits a lane.
+    /// Two masks at once, as one with 32 bits per lane.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(singles::bits(vuzp1q_u32(vreinterpretq_u32_u64(first), vreinterpretq_u32_u64(last))))
@@ -279,7 +282,7 @@ pub(super) mod doubles {
     pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
         cpu!(vcopyq_laneq_f64::<1, 1>(a, b))
     }
-    /// The last in both lanes.
+    /// The last lane in both lanes.
     #[inline(always)]
     pub(crate) fn last(a: Reg) -> Reg {
         cpu!(vdupq_laneq_f64::<1>(a))
@@ -322,7 +325,7 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
     }
-    /// Low halves. (Truncation rather than a shuffle: that of what was just widened costs nothing.)
+    /// Low halves. (Truncation, not a shuffle: truncating something that was just widened costs nothing.)
     #[inline(always)]
     fn low(x: Regs) -> int32x4_t {
         cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))
@@ -344,8 +347,8 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Each component of b is low + 2^32 * high with a signed low half. Products of the high halves only need their low
-    /// 32 bits, so one multiplication does all four lanes.
+    /// Each component of b is low + 2^32 * high with a signed low half. Products with the high halves only
+    /// need their low 32 bits, so one multiplication handles all four lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -355,16 +358,17 @@ pub(super) mod integers {
         let sum = plus_product(product(a[0], lows[0]), a[1], lows[1]);
         let sum = plus_product(sum, a[2], lows[2]);
         cpu!({
-            // The products with the high halves count 2^32, so of each only its low 32 bits matter.
+            // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each
+            // matter.
             let high = vmlaq_s32(vmulq_s32(a[0], highs[0]), a[1], highs[1]);
             let high = vmlaq_s32(high, a[2], highs[2]);
             let of = |half| vreinterpretq_s64_s32(half);
             let none = vdupq_n_s32(0);
-            // Zeros below the products are the factor 2^32.
+            // Zeros below the products multiply them by 2^32.
             add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
         })
     }
-    /// The high half beside a low one that is signed: one more where that is negative.
+    /// The high half for a signed low one: one more if that is negative.
     #[inline(always)]
     fn above(low: int32x4_t, high: int32x4_t) -> int32x4_t {
         cpu!(vreinterpretq_s32_u32(vsraq_n_u32::<31>(
@@ -386,7 +390,7 @@ pub(super) mod integers {
             singles::bits_of_eight(signs)
         })
     }
-    /// Masks of 32 bits a lane where lanes are 0.
+    /// Masks with 32 bits per lane, set where lanes are 0.
     #[inline(always)]
     fn zeros(x: Regs) -> uint32x4_t {
         cpu!({

@@ -1,7 +1,7 @@
-//! The registers of WebAssembly's simd128, by the names that [`super`] knows.
+//! The registers of WebAssembly's simd128, under the names that [`super`] uses.
 //!
-//! The instructions are those of the build's target, so their intrinsics are safe to call; `SAFETY` is about
-//! memory alone. Nothing is fused: relaxed SIMD could, but not every browser takes it.
+//! The instructions are those of the build's target, so their intrinsics are safe to call; `SAFETY` is only
+//! about memory. Nothing is fused: relaxed SIMD could do that, but not every browser supports it.
 #![allow(clippy::wildcard_imports)]
 
 use core::arch::wasm32::*;
@@ -9,7 +9,7 @@ use core::arch::wasm32::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = false;
 
-/// What f32 and f64 registers do alike.
+/// Common operations of f32 and f64 registers.
 macro_rules! float {
     (
         $scalar:ty, $n:literal,
@@ -28,13 +28,13 @@ macro_rules! float {
         #[allow(unsafe_code)]
         #[inline(always)]
         pub(crate) fn load(from: &[$scalar; N]) -> Reg {
-            // SAFETY: 128 bits of numbers, of any alignment.
+            // SAFETY: reads 128 bits of numbers, with any alignment.
             unsafe { v128_load(from.as_ptr().cast()) }
         }
         #[allow(unsafe_code)]
         #[inline(always)]
         pub(crate) fn store(x: Reg, to: &mut [$scalar; N]) {
-            // SAFETY: room for 128 bits of numbers, of any alignment.
+            // SAFETY: writes 128 bits of numbers, with any alignment.
             unsafe { v128_store(to.as_mut_ptr().cast(), x) }
         }
         #[inline(always)]
@@ -61,7 +61,7 @@ macro_rules! float {
         pub(crate) fn mul_add(a: Reg, b: Reg, c: Reg) -> Reg {
             $add($mul(a, b), c)
         }
-        /// The CPU's own minimum, without what IEEE says of NaN.
+        /// The CPU's own minimum, without the IEEE rules for NaN.
         #[inline(always)]
         pub(crate) fn min(a: Reg, b: Reg) -> Reg {
             $pmin(a, b)
@@ -80,8 +80,8 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
-            // The bits of infinity are exactly the exponent's, so this clears sign and fraction: a power of two is
-            // left.
+            // The bits of infinity are exactly those of the exponent, so this clears sign and fraction and
+            // leaves a power of two.
             v128_and(a, $splat(<$scalar>::INFINITY))
         }
         #[inline(always)]
@@ -94,7 +94,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn negative(a: Reg) -> Mask {
-            // Compared as integers, which are negative where the sign bit is set, be it of -0 or of a NaN.
+            // Compared as integers, which are negative if the sign bit is set, even for -0 and NaN.
             $below(a, u64x2_splat(0))
         }
         #[inline(always)]
@@ -157,7 +157,7 @@ pub(super) mod singles {
         let lane = u32x4(1, 2, 4, 8);
         u32x4_eq(v128_and(u32x4_splat(bits), lane), lane)
     }
-    /// Rows as columns.
+    /// Transposes the rows.
     #[inline(always)]
     pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
         let low = |a, b| u32x4_shuffle::<0, 4, 1, 5>(a, b);
@@ -165,7 +165,7 @@ pub(super) mod singles {
         let (ac, ac_high, bd, bd_high) = (low(a, c), high(a, c), low(b, d), high(b, d));
         [low(ac, bd), high(ac, bd), low(ac_high, bd_high), high(ac_high, bd_high)]
     }
-    /// Eight lanes in the order of the lowest three bits of each byte: a look-up of bytes in both halves, which yields
+    /// Permutes eight lanes by the lowest three bits of each byte: a byte lookup in both halves, which yields
     /// 0 for an index that is not in that half.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
@@ -174,8 +174,8 @@ pub(super) mod singles {
         let offsets = u32x4_splat(0x03_02_01_00);
         let of = |places| {
             let places = u8x16_add(places, offsets);
-            // `swizzle` returns 0 for an index beyond its register. So each half yields the bytes that it has, and an
-            // OR joins them.
+            // `swizzle` returns 0 for an index beyond its register. So each half yields the bytes that it
+            // has, and an OR combines them.
             let other = u8x16_sub(places, u8x16_splat(16));
             v128_or(u8x16_swizzle(a, places), u8x16_swizzle(b, other))
         };
@@ -188,12 +188,12 @@ pub(super) mod singles {
             )),
         ]
     }
-    /// The least of the bits, with the lane in the last three, of the lanes of a mask.
+    /// The minimum over the lanes of a mask, as bits with the lane in the last three.
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         let high = u32x4_splat(!7);
-        // The f32's bits with the lane number in place of the last three, and all ones outside of the mask: as in
-        // `neon`.
+        // The f32's bits with the lane number in place of the last three, and all ones outside the mask, as
+        // in `neon`.
         let key = |x, lane, mask| v128_or(v128_or(v128_and(x, high), lane), v128_not(mask));
         let (first, last) = (u32x4(0, 1, 2, 3), u32x4(4, 5, 6, 7));
         let four = u32x4_min(key(a, first, in_a), key(b, last, in_b));
@@ -214,13 +214,13 @@ pub(super) mod doubles {
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn load_f32(from: &[f32; N]) -> Reg {
-        // SAFETY: 64 bits of numbers, of any alignment.
+        // SAFETY: reads 64 bits of numbers, with any alignment.
         f64x2_promote_low_f32x4(unsafe { v128_load64_zero(from.as_ptr().cast()) })
     }
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn store_f32(x: Reg, to: &mut [f32; N]) {
-        // SAFETY: room for 64 bits of numbers, of any alignment.
+        // SAFETY: writes 64 bits of numbers, with any alignment.
         unsafe { v128_store64_lane::<0>(f32x4_demote_f64x2_zero(x), to.as_mut_ptr().cast()) }
     }
     #[inline(always)]
@@ -238,7 +238,7 @@ pub(super) mod doubles {
     pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
         u64x2_shuffle::<0, 3>(a, b)
     }
-    /// The last in both lanes.
+    /// The last lane in both lanes.
     #[inline(always)]
     pub(crate) fn last(a: Reg) -> Reg {
         u64x2_shuffle::<1, 1>(a, a)
@@ -258,7 +258,7 @@ pub(super) mod integers {
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn load(from: &[i64; 4]) -> Regs {
-        // SAFETY: 128 bits of numbers each, of any alignment.
+        // SAFETY: reads 128 bits of numbers each, with any alignment.
         unsafe { [v128_load(from.as_ptr().cast()), v128_load(from[2..].as_ptr().cast())] }
     }
     #[inline(always)]
@@ -269,7 +269,7 @@ pub(super) mod integers {
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn store(x: Regs, to: &mut [i64; 4]) {
-        // SAFETY: room for 128 bits of numbers each, of any alignment.
+        // SAFETY: writes 128 bits of numbers each, with any alignment.
         unsafe {
             v128_store(to.as_mut_ptr().cast(), x[0]);
             v128_store(to[2..].as_mut_ptr().cast(), x[1]);
@@ -301,8 +301,8 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Each component of b is low + 2^32 * high with a signed low half. Products of the high halves only need their low
-    /// 32 bits, so one multiplication does all four lanes.
+    /// Each component of b is low + 2^32 * high with a signed low half. Products with the high halves only
+    /// need their low 32 bits, so one multiplication handles all four lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -311,7 +311,7 @@ pub(super) mod integers {
             [above(lows[0], high(b[0])), above(lows[1], high(b[1])), above(lows[2], high(b[2]))];
         let sum = add(product(a[0], lows[0]), product(a[1], lows[1]));
         let sum = add(sum, product(a[2], lows[2]));
-        // The products with the high halves count 2^32, so of each only its low 32 bits matter.
+        // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each matter.
         let high = i32x4_add(i32x4_mul(a[0], highs[0]), i32x4_mul(a[1], highs[1]));
         let high = i32x4_add(high, i32x4_mul(a[2], highs[2]));
         let none = i64x2_splat(0);
@@ -319,10 +319,10 @@ pub(super) mod integers {
             [i32x4_shuffle::<0, 4, 1, 5>(none, high), i32x4_shuffle::<0, 6, 1, 7>(none, high)];
         add(sum, above)
     }
-    /// The high half beside a low one that is signed: one more where that is negative.
+    /// The high half for a signed low one: one more if that is negative.
     #[inline(always)]
     fn above(low: v128, high: v128) -> v128 {
-        // The arithmetic shift makes -1 of a negative low half, and subtracting it adds the carry.
+        // The arithmetic shift converts a negative low half to -1, and subtracting that adds the carry.
         i32x4_sub(high, i32x4_shr(low, 31))
     }
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! The lanes of AVX2 and AVX-512.
 //!
-//! What [`reg`] says of registers holds here too, `SAFETY` included.
+//! The comment on registers in [`reg`] applies here too, including `SAFETY`.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 mod int;
@@ -19,8 +19,8 @@ use shuffle::{
     transpose_f64,
 };
 
-/// [`Simd::vectorize`] with a level's instructions: who can name the level is run by [`Level::run`], or by
-/// this.
+/// [`Simd::vectorize`] with a level's instructions: code that can name the level runs under [`Level::run`],
+/// or under this.
 macro_rules! vectorize {
     ($features:literal) => {
         #[inline(always)]
@@ -129,7 +129,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
         let (first, last) = (Reg::<__m256>::load(first), Reg::<__m256>::load(last));
-        // The cast costs nothing: the upper half, which it leaves open, is written at once.
+        // The cast costs nothing: the upper half, which it leaves undefined, is written immediately.
         Reg(cpu!(_mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), last.0)))
     }
     #[inline(always)]

@@ -1,9 +1,9 @@
-//! The registers of AVX2 and AVX-512 behind the trait of lanes, and nothing else.
+//! The registers of AVX2 and AVX-512 behind the trait for lanes.
 //!
-//! `wide` chooses its instructions when it is compiled; these types reach the CPU's on a plain
-//! build. They are private to this folder: a value of one exists only inside [`Level::run`](crate::simd::Level::run),
-//! which has found the instructions on this CPU. That is the `SAFETY` of every call below; of loads
-//! and stores it is, too, that they touch N numbers of a slice that was cut to N just before.
+//! `wide` chooses its instructions at compile time; these types use the CPU's in a plain build. They are
+//! private to this folder: a value exists only inside [`Level::run`](crate::simd::Level::run), which has
+//! detected the instructions on this CPU. That is the `SAFETY` of every call below; loads and stores also
+//! access only N numbers of a slice that was just cut to N.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -15,7 +15,7 @@ use super::super::lanes::{Lanes, Mask};
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Reg<T>(pub(super) T);
 
-/// A register of which only each lane's sign bit counts, as AVX2 takes it.
+/// A register in which only each lane's sign bit matters, as AVX2 expects it.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Ones<T>(pub(super) T);
 
@@ -35,7 +35,7 @@ macro_rules! operator {
     };
 }
 
-/// What AVX2 and AVX-512 registers share; comparison, selection and loads are given in full.
+/// The operations that AVX2 and AVX-512 registers share; comparison, selection and loads are parameters.
 macro_rules! lanes {
     (
         $reg:ty, $scalar:ty, $n:literal, mask $mask:ty,
@@ -52,7 +52,7 @@ macro_rules! lanes {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
-                // Toggles the sign bit; `0 - x` would turn 0 into 0 and not into -0.
+                // Toggles the sign bit; `0 - x` would turn 0 into 0, not into -0.
                 Self(cpu!($xor(self.0, $set1(-0.0))))
             }
         }
@@ -92,7 +92,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Rounded once, and what a product lacks fits a number: so this is exact.
+                // Rounded once, and the error of a product is a number in the same format, so this is exact.
                 self.mul_add(b, -product)
             }
             #[inline(always)]
@@ -109,8 +109,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // The bits of infinity are exactly the exponent's, so this clears sign and fraction: a power of two is
-                // left.
+                // The bits of infinity are exactly those of the exponent, so this clears sign and fraction
+                // and leaves a power of two.
                 Self(cpu!($and(self.0, $set1(<$scalar>::INFINITY))))
             }
             #[inline(always)]
@@ -131,7 +131,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn lt(self, other: Self) -> $mask {
-                // Ordered: false with a NaN. Quiet: raises no exception.
+                // Ordered: false for NaN. Quiet: raises no exception.
                 <$mask>::new(cpu!($compare::<_CMP_LT_OQ>(self.0, other.0)))
             }
             #[inline(always)]
@@ -189,12 +189,12 @@ _mm256_castsi256_ps(_mm256_set1_epi32(-1)), spread_8);
 ones!(__m256d, 4, _mm256_and_pd _mm256_or_pd _mm256_xor_pd _mm256_movemask_pd,
 _mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
 
-// Bits as masks. Functions and not closures: those may be compiled without the level's instructions.
+// Converts bits to masks. Functions, not closures, which may be compiled without the level's instructions.
 
 #[inline]
 #[target_feature(enable = "avx2")]
 fn spread_4(bits: i32) -> __m128 {
-    // Every lane gets all bits and keeps its own; where that is set, the comparison fills the lane.
+    // Every lane gets all bits and keeps its own; if that is set, the comparison fills the lane.
     let bit = _mm_setr_epi32(1, 2, 4, 8);
     _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(bits), bit), bit))
 }
@@ -214,7 +214,7 @@ fn spread_4_wide(bits: i32) -> __m256d {
     _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(bits, bit), bit))
 }
 
-// AVX's blends and `movemask` look at sign bits only, so `negative` is the number itself.
+// AVX's blends and `movemask` only use sign bits, so `negative` is the number itself.
 lanes!(__m128, f32, 4, mask Ones<__m128>,
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_fmadd_ps _mm_min_ps _mm_max_ps _mm_sqrt_ps
     _mm_xor_ps _mm_or_ps _mm_and_ps _mm_andnot_ps _mm_set1_ps _mm_loadu_ps _mm_storeu_ps,
@@ -244,7 +244,7 @@ lanes!(__m512d, f64, 8, mask Bits<__mmask8>,
     load_f32 |from| _mm512_cvtps_pd(_mm256_loadu_ps(from)), store_f32 |to, x| _mm256_storeu_ps(to, _mm512_cvtpd_ps(x)), compare _mm512_cmp_pd_mask, negative |x| cpu!(_mm512_movepi64_mask(_mm512_castpd_si512(x))),
     blend |m, yes, no| _mm512_mask_blend_pd(m, no, yes));
 
-/// A mask of one bit a lane.
+/// A mask with one bit per lane.
 macro_rules! bits {
     ($bits:ty, $n:literal) => {
         impl BitAnd for Bits<$bits> {

@@ -1,6 +1,6 @@
-//! Operations across the lanes of AVX2 and AVX-512: permutations, the least of all, transpositions.
+//! Operations across the lanes of AVX2 and AVX-512: permutations, minima, transpositions.
 //!
-//! What [`super::reg`] says of registers holds here too, `SAFETY` included.
+//! The comment on registers in [`super::reg`] applies here too, including `SAFETY`.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -8,7 +8,7 @@ use core::arch::x86_64::*;
 use super::super::lanes::Lanes;
 use super::reg::Reg;
 
-/// Eight lanes in the order that the bytes of `order` give; the instruction takes each modulo 8.
+/// Permutes eight lanes by the bytes of `order`; the instruction takes each modulo 8.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
@@ -21,7 +21,7 @@ pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
 pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
     let numbers = _mm256_and_si256(_mm256_castps_si256(lanes), _mm256_set1_epi32(!7));
     let keys = _mm256_or_si256(numbers, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
-    // All ones in lanes outside of the mask, which makes theirs the largest key.
+    // All ones in lanes outside the mask, which gives them the largest key.
     let others = _mm256_xor_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
     let keys = _mm256_or_si256(keys, others);
     // Halving: eight keys to four, two and one.
@@ -31,7 +31,7 @@ pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
     (_mm_cvtsi128_si32(one) & 7) as usize
 }
 
-/// Four rows of four as columns, in each 128 bits of registers of any width.
+/// Transposes four rows of four in each 128 bits of registers of any width.
 macro_rules! columns {
     ($low:ident $high:ident, $a:expr, $b:expr, $c:expr, $d:expr) => {{
         let (a, b, c, d) = ($a, $b, $c, $d);
@@ -41,13 +41,13 @@ macro_rules! columns {
     }};
 }
 
-/// Four rows as columns.
+/// Transposes four rows.
 #[inline(always)]
 pub(super) fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
     cpu!(columns!(_mm_unpacklo_ps _mm_unpackhi_ps, a.0, b.0, c.0, d.0))
 }
 
-/// Eight rows of four as columns: row i beside row i + 4, so that their numbers need not cross.
+/// Transposes eight rows of four: row i next to row i + 4, so that their numbers need not cross.
 #[inline(always)]
 pub(super) fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
     macro_rules! beside {
@@ -60,7 +60,7 @@ pub(super) fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<
         beside!(0), beside!(1), beside!(2), beside!(3)))
 }
 
-/// Sixteen rows of four as columns: rows i, i + 4, i + 8 and i + 12 beside each other.
+/// Transposes sixteen rows of four: rows i, i + 4, i + 8 and i + 12 next to each other.
 #[inline(always)]
 pub(super) fn sixteen_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m512>; 4] {
     macro_rules! beside {
@@ -75,7 +75,7 @@ pub(super) fn sixteen_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Re
         beside!(0), beside!(1), beside!(2), beside!(3)))
 }
 
-/// Four rows of f64 as columns.
+/// Transposes four rows of f64.
 #[inline(always)]
 pub(super) fn transpose_f64([a, b, c, d]: [Reg<__m256d>; 4]) -> [Reg<__m256d>; 4] {
     let zip = |x: __m256d, y: __m256d| cpu!((_mm256_unpacklo_pd(x, y), _mm256_unpackhi_pd(x, y)));
@@ -87,7 +87,7 @@ pub(super) fn transpose_f64([a, b, c, d]: [Reg<__m256d>; 4]) -> [Reg<__m256d>; 4
     [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
 }
 
-/// The first of four lanes, and then the last.
+/// The first of four lanes, followed by the last.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn first_and_last(lanes: __m256d) -> __m256d {

@@ -1,4 +1,4 @@
-//! Vectors and forms in lanes, as [`Outlines`](super::Outlines) keeps them: three arrays of sixteen.
+//! Vectors and forms in lanes, as stored in [`Outlines`](super::Outlines): three arrays of sixteen.
 
 use crate::simd::{Lanes, Simd, Vec3};
 
@@ -17,7 +17,7 @@ pub(super) fn into<L: Lanes>(v: Vec3<L>, [a, b, c]: &[[L::Scalar; 3]; 3]) -> Vec
     }
 }
 
-/// The smallest and largest of three, widened; everything if they are not known.
+/// The minimum and maximum of three, widened; everything if they are not known.
 #[inline(always)]
 pub(super) fn around<F: Lanes<Scalar = f32>>([a, b, c]: [F; 3], room: F, known: F::Mask) -> (F, F) {
     let everywhere = F::splat(f32::INFINITY);

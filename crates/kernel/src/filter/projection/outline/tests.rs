@@ -1,4 +1,5 @@
-//! The bounds of projected copies against the most that roundings can come to: enough, and half of any would not be.
+//! The bounds for projected copies, against the worst case of all roundings: they are sufficient, and half of
+//! any would not be.
 
 use super::super::super::room::Room;
 use super::super::super::worst::{Search, Worst, Worsts};
@@ -7,7 +8,7 @@ use super::*;
 use crate::Threshold;
 use crate::packet::Copy32;
 
-/// What bounds there are, in the order of [`Case::shares`].
+/// The names of the bounds, in the order of [`Case::shares`].
 const NAMES: [&str; 5] = ["V", "W", "U", "inverse depth", "sign of T"];
 
 /// A copied ray and triangle, and the axes of a projection.
@@ -15,7 +16,7 @@ struct Case {
     frame: Frame,
     dir: [f64; 3],
     block: TriangleBlock<8>,
-    /// What the numbers of the block may be off by, and the origin with them.
+    /// The possible errors of the numbers of the block, and of the origin.
     off: [f64; 9],
     /// The same as vectors: A, h4 and h5.
     a: [f64; 3],
@@ -23,8 +24,9 @@ struct Case {
 }
 
 impl Case {
-    /// By nineteen numbers: an origin, the way to a corner from there, the edges from that, where the ray meets the
-    /// projection, and how the axes are turned. The scene reaches no farther than the corner.
+    /// From nineteen numbers: an origin, the vector from there to a corner, the edges from that, the point
+    /// where the ray meets the projection, and the rotation of the axes. The scene reaches no farther than
+    /// the corner.
     fn of(numbers: &[f64; 19], change: fn(&mut Frame)) -> Option<Self> {
         let v = |i: usize| [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]];
         let (o, a, h4, h5, [x, y, z]) = (v(0), v(1), v(2), v(3), v(4));
@@ -61,7 +63,7 @@ impl Case {
         Some(Self { frame, dir, block: TriangleBlock::of_copies(&[copy]), off, a, edges })
     }
 
-    /// The shares of the bounds that roundings may use; none where the projection decides nothing.
+    /// The shares of the bounds that roundings can use; none if the projection decides nothing.
     fn shares(&self) -> Option<[f64; 5]> {
         let Self { frame, dir, block, off, .. } = self;
         Worst::begin(off);
@@ -86,7 +88,8 @@ impl Case {
         Some([edges[0], edges[1], edges[2], depth / sizes.err.value, sign])
     }
 
-    /// The most that the inverse depth is off by; and T, as a share of the quarter of itself that the proof allows.
+    /// The largest error of the inverse depth; and the error of T, relative to the quarter of T that the
+    /// proof allows.
     fn plane(&self) -> (f64, f64) {
         let Self { frame, dir, off, a, edges: [h4, h5], .. } = self;
         Worst::begin(&[]);
@@ -94,7 +97,7 @@ impl Case {
             let [x, y, z] = [0, 1, 2].map(|k| Worst::off_by(v[k], off[from + k]));
             Vec3 { x, y, z }
         };
-        // In f64: its roundings are nothing beside.
+        // In f64, whose rounding is negligible here.
         let (a, h4, h5) =
             (Free::of(&off_by(a, 0)), Free::of(&off_by(h4, 3)), Free::of(&off_by(h5, 6)));
         let n = h4.cross(&h5);
@@ -107,7 +110,7 @@ impl Case {
     }
 }
 
-/// A vector whose operations do not round.
+/// A vector with operations that do not round.
 struct Free([Worst; 3]);
 
 impl Free {
@@ -131,7 +134,7 @@ impl Free {
     }
 }
 
-/// Axes at right angles: the depth, and those across, rolled about it.
+/// Orthogonal axes: the depth, and the two perpendicular ones, rotated about it.
 fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
@@ -141,7 +144,7 @@ fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
         return None;
     }
     let depth = unit(depth);
-    // Not along the smallest.
+    // Start with the axis of the smallest component.
     let least = (0..3).min_by(|&i, &k| depth[i].abs().total_cmp(&depth[k].abs()))?;
     let mut right = depth.map(|x| -x * depth[least]);
     right[least] += 1.0;
@@ -150,12 +153,12 @@ fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     Some([depth, right, cross(depth, right)])
 }
 
-/// Nineteen numbers: the ray near the triangle, so that little of the projection is used in vain.
+/// Nineteen numbers, with the ray near the triangle, so that most of the projection is relevant.
 fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     move |search| {
         let mut numbers = [0.0; 19].map(|_: f64| search.number());
         numbers[..3].iter_mut().for_each(|x| *x *= far);
-        // A sliver, if that is asked for: the edges are nearly the same.
+        // A sliver, if requested: the edges are nearly equal.
         if thin > 0.0 {
             for k in 0..3 {
                 numbers[9 + k] = numbers[6 + k] + thin * numbers[9 + k];
@@ -165,8 +168,9 @@ fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     }
 }
 
-/// A sliver of a triangle, seen from the middle of its scene: its corner is at `away`, its edges from there are nearly
-/// `along`, and differ by `thin`. The ray leans from the depth, which is at right angles to `right`.
+/// A sliver of a triangle, seen from the centre of its scene: its corner is at `away`, its edges from there
+/// are nearly along `along`, and differ by `thin`. The ray is tilted from the depth axis, which is
+/// perpendicular to `right`.
 fn sliver(
     [away, along, thin]: [[f64; 3]; 3],
     [depth, right]: [[f64; 3]; 2],
@@ -189,30 +193,31 @@ const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
 const DIAGONAL: [f64; 3] = [1.0, 1.0, 0.0];
 const OTHER: [f64; 3] = [1.0, -1.0, 0.0];
 
-/// What uses most of `COPY_DEPTH`: a ray in the plane and across the edges, where all products of D are large and come
-/// to nothing, and T is known well, for the corner is straight above.
+/// The input that uses most of `COPY_DEPTH`: a ray in the plane and perpendicular to the edges, for which all
+/// products of D are large and cancel, and T is accurate, because the corner is straight above.
 fn grazing(search: &mut Search) -> [f64; 19] {
     let thin = AXIS.map(|x| 1e-4 * (1.5 + search.number()) * x);
-    // It leans upwards from the depth to the axis: the farther, the longer it is.
+    // It is tilted upward from the depth to the axis: the farther, the longer it is.
     let slope = 0.49 / 2.0_f64.sqrt();
     sliver([OTHER, DIAGONAL, thin], [[-slope, -slope, 1.0], OTHER], [0.0, 0.49])
 }
 
-/// What uses most of `COPY_SLANT`: the way to the corner is nearly in the plane, and the ray, which leans, meets that
-/// long before. Here T is nearly 0.
+/// The input that uses most of `COPY_SLANT`: the vector to the corner is nearly in the plane, and the tilted
+/// ray meets the plane long before. Here T is nearly 0.
 fn slanting(search: &mut Search) -> [f64; 19] {
     let [thin, slope] = [1e-3, 0.02].map(|size| size * (1.5 + search.number()));
     let thin = [0, 1, 2].map(|k| thin * (AXIS[k] - slope * OTHER[k]));
     sliver([AXIS, DIAGONAL, thin], [AXIS, OTHER], [0.49, 0.0])
 }
 
-/// What uses most of `COPY_PLANE`: edges between two axes, as thin as is still known, below the ray's start.
+/// The input that uses most of `COPY_PLANE`: edges between two axes, as thin as is still known, below the
+/// ray's start.
 fn thin(search: &mut Search) -> [f64; 19] {
     let thin = f64::from(bound::U) * (10.0 + 8.0 * search.number());
     sliver([AXIS, DIAGONAL, OTHER.map(|x| thin * x)], [AXIS, OTHER], [0.0; 2])
 }
 
-/// The most that a search finds of a bound.
+/// The largest share of a bound that a search finds.
 fn most(
     bound: usize,
     [climbs, steps]: [usize; 2],
@@ -226,7 +231,8 @@ fn most(
     Search::new(31 + bound as u64).most([climbs, steps], start, share)
 }
 
-/// Climbs and steps: of a search from anywhere, and around a case that is made to be bad.
+/// Climbs and steps for a search from arbitrary inputs, and for one around a case that was designed to be
+/// bad.
 const ANYWHERE: [usize; 2] = [6, 500];
 const AROUND: [usize; 2] = [40, 50];
 
@@ -264,8 +270,8 @@ fn half_of_a_constant_of_projected_copies_would_not_do() {
     }
 }
 
-/// By how much the ends of an interval may be off, as inverse depths, over what they are widened by: by a direction,
-/// axes turned so far, and an end t, the copy of one that is rounded up or down.
+/// The error of the ends of an interval, as inverse depths, relative to the margin: for a direction, rotated
+/// axes, and an end t, whose copy is rounded up or down.
 fn ends(numbers: &[f64; 7]) -> Option<[f64; 2]> {
     let [a, b, c, p, q, r, t] = *numbers;
     let [depth, right, up] = axes([p, q, r], 0.0)?.map(|axis| axis.map(|x| x as f32));
