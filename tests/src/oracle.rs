@@ -1,6 +1,6 @@
-//! The truth about a ray and a triangle, in integers of any size: by Cramer's rule for `c1 + u (c2 - c1) + v
-//! (c3 - c1)` where the kernel uses three volumes, and by really moving the direction where the kernel has a
-//! tie rule.
+//! The truth about a ray and a triangle, in integers of any size: by Cramer's rule for
+//! `c1 + u (c2 - c1) + v (c3 - c1)` where the kernel uses three volumes, and by really moving the direction
+//! where the kernel has a tie rule.
 
 use std::cmp::Ordering;
 

@@ -15,8 +15,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A sphere of radius 1: an icosahedron with every face split in four `splits` times, so it has `20 *
-    /// 4^splits` faces.
+    /// A sphere of radius 1: an icosahedron with every face split in four `splits` times, so it has
+    /// `20 * 4^splits` faces.
     pub fn icosphere(splits: u32) -> Self {
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
         let (s, g) = (1.0, golden);

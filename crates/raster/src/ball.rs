@@ -163,8 +163,8 @@ impl<'a> Ball<'a> {
         dot(&arm, &arm) * &length - along.sqr() <= square * &length
     }
 
-    /// Where the volume begins behind a point: at `1 / reach` times its distance from the light, or `1 -
-    /// reach` of the vector to it.
+    /// Where the volume begins behind a point: at `1 / reach` times its distance from the light, or
+    /// `1 - reach` of the vector to it.
     fn near(&self, corner: u32) -> Point {
         let place = point(self.volume.adjacency().points()[corner as usize]);
         match self.volume.light() {

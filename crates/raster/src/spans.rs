@@ -12,12 +12,12 @@
 //! The running sum along the row is the outline's winding number at each centre: +1 inside an outline that
 //! runs counter-clockwise (y up), -1 inside a clockwise one, 0 outside.
 //!
-//! **Ownership.** An edge takes the rows with `top <= centre < bottom` and the pixels from `crossing <=
-//! centre` on. That is the top-left rule: a centre exactly on an edge belongs to the facet to its right, or
-//! below it if the edge is horizontal. Two facets at one edge use the same integers for it with opposite
-//! signs, so the sum of windings over a closed surface is 0 at every centre, and every centre that the front
-//! covers is covered equally often by front and back facets: no gaps and no overlaps, however thin the facets
-//! are.
+//! **Ownership.** An edge takes the rows with `top <= centre < bottom` and the pixels from
+//! `crossing <= centre` on. That is the top-left rule: a centre exactly on an edge belongs to the facet to
+//! its right, or below it if the edge is horizontal. Two facets at one edge use the same integers for it with
+//! opposite signs, so the sum of windings over a closed surface is 0 at every centre, and every centre that
+//! the front covers is covered equally often by front and back facets: no gaps and no overlaps, however thin
+//! the facets are.
 
 use crate::view::SUBPIXEL_BITS;
 

@@ -31,8 +31,8 @@ const MAX_FACETS: usize = i32::MAX as usize;
 ///   facet's plane, and is never nearer or farther than its corners. Only `t > threshold` is visible, where
 ///   `threshold` is that of the rays; the smallest `t` owns the pixel, and if several are equal, the lowest
 ///   facet.
-/// - `u` and `v` are the weights of the second and third corner: a point of the facet's plane is `c1 + u (c2
-///   - c1) + v (c3 - c1)`, also for a facet with more corners.
+/// - `u` and `v` are the weights of the second and third corner: a point of the facet's plane is
+///   `c1 + u (c2 - c1) + v (c3 - c1)`, also for a facet with more corners.
 ///
 /// A facet is invisible if it has fewer than three corners, a NaN or an infinity, no area (the sum of its
 /// corners' cross products is 0), or is in one plane with the eye. The plane of an outline that is not flat

@@ -1,5 +1,5 @@
-//! Counts how many of a million points are inside a mesh, and estimates its volume: `cargo run --release
-//! --example contains`.
+//! Counts how many of a million points are inside a mesh, and estimates its volume:
+//! `cargo run --release --example contains`.
 
 use std::f32::consts::TAU;
 use std::time::Instant;

@@ -1,5 +1,5 @@
-//! A moving mesh: refitted each frame, and rebuilt once it is worn: `cargo run --release --example
-//! moving_mesh`.
+//! A moving mesh: refitted each frame, and rebuilt once it is worn:
+//! `cargo run --release --example moving_mesh`.
 
 use std::time::Instant;
 

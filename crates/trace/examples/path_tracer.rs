@@ -1,5 +1,5 @@
-//! A path tracer for a closed room with a ball and a lamp: `cargo run --release --example path_tracer
-//! [picture.ppm]`.
+//! A path tracer for a closed room with a ball and a lamp:
+//! `cargo run --release --example path_tracer [picture.ppm]`.
 //!
 //! All paths are traced together, bounce by bounce: one batch of rays, then one batch of segments to the
 //! lamp.

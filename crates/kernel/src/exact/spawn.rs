@@ -101,8 +101,8 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     nowhere
 }
 
-/// A ray from a hit on a triangle to a target, which is at `t = 1`: [`spawn_ray`] with the interval `0 < t <
-/// 1`, for shadow rays to a light.
+/// A ray from a hit on a triangle to a target, which is at `t = 1`: [`spawn_ray`] with the interval
+/// `0 < t < 1`, for shadow rays to a light.
 ///
 /// It ends as far from the target as it starts from the hit, plus the rounding of its direction.
 ///

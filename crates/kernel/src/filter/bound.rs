@@ -5,8 +5,8 @@
 /// Half an ulp of 1 in f32.
 pub(super) const U: f32 = 1.0 / (1 << 24) as f32;
 
-/// The errors of V, W, U and the denominator in the precheck, all divided by h, are within `PRECHECK |d|₂
-/// (|c1|₁ + h + |o|₁)`.
+/// The errors of V, W, U and the denominator in the precheck, all divided by h, are within
+/// `PRECHECK |d|₂ (|c1|₁ + h + |o|₁)`.
 pub(super) const PRECHECK: f32 = 32.0 * U;
 
 /// The errors of V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)`, including the reference's own noise.

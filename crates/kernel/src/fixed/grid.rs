@@ -324,8 +324,8 @@ impl Grid {
     /// A ray from integers, with the whole half-line `0 < t` and `t` in multiples of the direction.
     ///
     /// # Errors
-    /// Fails if a coordinate is outside `-2^b ..= 2^b`, a component of the direction is outside `-2^q ..=
-    /// 2^q`, or the direction is zero.
+    /// Fails if a coordinate is outside `-2^b ..= 2^b`, a component of the direction is outside
+    /// `-2^q ..= 2^q`, or the direction is zero.
     pub fn ray_of(&self, origin: [i32; 3], dir: [i32; 3]) -> Result<Ray, GridError> {
         if exceeds(origin, self.bits.b) {
             return Err(GridError::Integers(origin));
