@@ -1,4 +1,4 @@
-"""Shows as code the doctests that stand outside of a docstring's section of examples."""
+"""Renders doctests outside a docstring's Examples section as code."""
 
 import re
 

@@ -1,10 +1,9 @@
-"""Speed and answers beside trimesh with Embree, trimesh alone, and Open3D: one process, from numpy to numpy.
+"""Speed and answers compared with trimesh with Embree, trimesh alone, and Open3D: one process, from numpy to numpy.
 
     python beside.py FOLDER_OF_MODELS [--rays 1024] [--only bunny] [--seconds 0.6]
 
-Prints tables in Markdown. Contenders run in turns; the figure is the best of several turns, in million a second. Where
-answers differ, rationals judge: the triangle that each names is met or not, and nearer or not, for the coordinates as
-given.
+Prints tables in Markdown. Contenders take turns; the figure is the best of several turns, in millions a second. Where
+answers differ, rational arithmetic decides whether the ray meets the triangle that each names, and which is nearer.
 """
 
 import argparse
@@ -29,7 +28,7 @@ def scenes(folder):
 
 
 def camera(vertices, faces, size):
-    """A picture in rows of pixels: origins and directions (n, 3) float32."""
+    """Rays of a picture, row by row: origins and directions (n, 3) float32."""
     used = vertices[np.unique(faces)].astype(float)
     low, high = used.min(axis=0), used.max(axis=0)
     middle, reach = (low + high) / 2, np.linalg.norm(high - low) / 2
@@ -46,7 +45,7 @@ def camera(vertices, faces, size):
 
 
 def diffuse(mesh, origins, ways, rng):
-    """A ray from each hit of the picture, any way from the surface, as many as rays of the picture."""
+    """Rays from hits of the picture in random directions away from the surface, as many as the picture has."""
     hits = mesh.closest(origins, ways)
     hit = hits["triangle"] >= 0
     a, b, c = np.moveaxis(mesh.triangles[hits["triangle"][hit]].astype(float), 1, 0)
@@ -65,7 +64,7 @@ def diffuse(mesh, origins, ways, rng):
 
 
 def best(contenders, count, seconds):
-    """Million a second of each, by name, and the last answer."""
+    """Millions a second and the last answer of each, by name."""
     rates, answers = {name: 0.0 for name in contenders}, {}
     for name, ask in contenders.items():
         answers[name] = ask()
@@ -81,7 +80,7 @@ def best(contenders, count, seconds):
 
 
 def verdicts(mesh, origins, ways, ours, theirs, most=200):
-    """Of rays with different triangles: how often each is right, by rationals."""
+    """How often each is right among rays on which they disagree, decided by rationals."""
     differ = np.flatnonzero(ours != theirs)
     corners, said = mesh.triangles, {"ours": 0, "theirs": 0, "tie": 0}
     for i in differ[:most]:
@@ -118,7 +117,7 @@ def rays_of(name, kind, vertices, faces, rays, threads, seconds):
     tensor, wide = o3d.core.Tensor(six), (origins.astype(float), ways.astype(float))
     out, found = np.empty(len(six), intertri.HIT), np.empty(len(six), np.int32)
 
-    # What a numpy user has and wants.
+    # From and to numpy, as a user calls it.
     def cast():
         return {key: value.numpy() for key, value in scene.cast_rays(tensor, nthreads=threads or 0).items()}
 

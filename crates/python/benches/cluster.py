@@ -1,9 +1,9 @@
-"""What a cluster of two processes costs beside two threads: rays in zarr, answers to zarr.
+"""What a cluster of two processes costs compared with two threads: rays and answers are in zarr.
 
     python cluster.py MODEL.obj FOLDER [--rays 100] [--block 1] [--workers 2]
 
-Makes the rays in FOLDER (24 bytes each, and 32 for the answer), in blocks, and prints: seconds that two threads trace for,
-that the workers trace for, the whole run, and the same copy with nothing traced; and a hash of all answers.
+Creates the rays in FOLDER in blocks (24 bytes each, and 32 for the answer). Prints the seconds that two threads trace, that
+the workers trace, of the whole run, and of the same copy without tracing; and a hash of all answers.
 """
 
 import argparse
@@ -23,7 +23,7 @@ BLOCK = 1_000_000
 
 
 def some_rays(mesh, number, count):
-    """Rays of one block: between points around the mesh, made from the number of the block."""
+    """The rays of a block, between points around the mesh. The number of the block is the seed."""
     rng = np.random.default_rng(number)
     low, high = mesh.bounds
     a, b = (rng.uniform(low, high, (count, 3)).astype(np.float32) for _ in range(2))
@@ -31,7 +31,7 @@ def some_rays(mesh, number, count):
 
 
 def timed():
-    """On a worker: lets each block be timed, where it is traced."""
+    """Runs on a worker: times each block where it is traced."""
     from intertri.dask import _answer as answer
 
     if hasattr(answer, "seconds"):
@@ -54,8 +54,8 @@ def taken():
 
 
 def by_threads(mesh, where, threads):
-    """Seconds that threads trace some blocks for which are in memory, into the same place; before and after the
-    cluster, for the machine has good and bad minutes."""
+    """Seconds that threads take to trace blocks in memory into reused memory. Runs before and after the cluster, because
+    the speed of the machine varies."""
     rays, out, times = zarr.open_array(where), np.empty(BLOCK, intertri.HIT), []
     for first in range(0, min(rays.shape[0], 10 * BLOCK), BLOCK):
         block = rays[first : first + BLOCK]
@@ -67,7 +67,7 @@ def by_threads(mesh, where, threads):
 
 
 def untraced(block):
-    """As many bytes as answers have, from what was read."""
+    """As many bytes as the answers have, taken from the bytes read."""
     hits = np.zeros(len(block), intertri.HIT)
     hits["t"], hits["u"], hits["v"] = block[:, 0], block[:, 1], block[:, 2]
     return hits

@@ -1,12 +1,13 @@
-"""Inside and outside beside libigl, Open3D, trimesh and Manifold: answers for damaged boxes, and speed on one core.
+"""Inside or outside, compared with libigl, Open3D, trimesh and Manifold: answers for damaged boxes, and speed on one core.
 
     pip install libigl open3d trimesh manifold3d scipy rtree
     python solids.py table
     python solids.py speed [--points 1000000]
 
-`table` shows how many of 2,000 points each package classifies otherwise than the undamaged box: points whose winding number
-in the damaged box is nearer to that of the box than to any other, by a sum of solid angles in float64. `speed` runs contenders
-in turns; the figure is the best of several turns. Some get fewer points, because they need minutes for a million.
+`table` shows how many of 2,000 points each package classifies differently from the undamaged box. Only points count whose
+winding number in the damaged box, a sum of solid angles in float64, is nearer to that of the box than to any other. In
+`speed` the contenders take turns; the figure is the best of several turns. Some get fewer points, because they would need
+minutes for a million.
 """
 
 import argparse
@@ -18,7 +19,7 @@ import numpy as np
 
 
 def box(cells=2):
-    """A box from -1 to 1 with `cells` by `cells` squares a side: vertices and faces, no vertex twice."""
+    """A box from -1 to 1 with `cells` by `cells` squares on each side: vertices without duplicates, and faces."""
     at = np.linspace(-1, 1, cells + 1)
     triangles = []
     for axis in range(3):
@@ -36,7 +37,7 @@ def box(cells=2):
 
 
 def damaged():
-    """Fifteen boxes as triangles (n, 3, 3), by what is wrong with them."""
+    """Fifteen boxes as triangles (n, 3, 3), named after their damage."""
     whole = box()
     top = (whole[:, :, 2] == 1).all(axis=1)
     rng = np.random.default_rng(57)
@@ -79,13 +80,13 @@ def damaged():
 
 
 def indexed(triangles):
-    """Vertices and faces, equal corners once."""
+    """Vertices without duplicates, and faces."""
     vertices, where = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, where.reshape(-1, 3)
 
 
 def solid_angles(triangles, points):
-    """Winding numbers by van Oosterom and Strackee's formula, all triangles for each point."""
+    """Winding numbers by van Oosterom and Strackee's formula, over all triangles for each point."""
     a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
     dot = lambda x, y: (x * y).sum(axis=-1)  # noqa: E731
@@ -151,7 +152,7 @@ def with_manifold(vertices, faces):
         raise ValueError(solid.status().name)
 
     def contains(points):
-        # It has no test of points: a small tetrahedron at each, and whether it is cut away.
+        # Manifold has no test for points: put a small tetrahedron at each, and see whether it is cut away.
         tiny = manifold3d.Manifold.tetrahedron().scale([1e-6] * 3)
         inside = [(tiny.translate(point.tolist()) ^ solid).volume() > 0 for point in points]
         return np.array(inside)
@@ -179,7 +180,7 @@ def table():
     print("| --- " * (3 + len(ALL)) + "|")
     for name, triangles in damaged().items():
         numbers = np.abs(solid_angles(triangles, points))
-        # Where the damage decides, there is no truth but the winding number itself.
+        # Where the damage matters, the winding number itself is the only truth.
         clear = (numbers > 0.5) == truth
         row = []
         for make in ALL.values():
@@ -195,7 +196,7 @@ def table():
 
 
 def globe(rings, missing):
-    """A globe, and the same without what is above a height."""
+    """A globe, and the same globe with its cap cut off."""
     a = np.arange(rings + 1) / rings * np.pi
     b = np.arange(2 * rings) / rings * np.pi
     r = np.sin(a)

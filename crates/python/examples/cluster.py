@@ -1,12 +1,12 @@
-"""Closest hits of rays in a zarr array, on a cluster: to copy and change.
+"""Closest hits of rays in a zarr array, on a cluster. A script to copy and adapt.
 
-    python cluster.py mesh.npz rays.zarr hits.zarr                       two processes of this machine
+    python cluster.py mesh.npz rays.zarr hits.zarr                       two processes on this machine
     python cluster.py mesh.npz rays.zarr hits.zarr --scheduler tcp://head:8786
 
-What changes on a real cluster: the scheduler's address, and paths that every worker sees, such as a shared file system
-or "s3://bucket/rays.zarr". Start workers by `dask worker tcp://head:8786 --nworkers N --nthreads T` so that N times T is
-the number of cores of the machine; a block is answered by one thread. Blocks of about a million rays keep the scheduler
-idle. Every worker must have intertri installed, in the same version.
+On a real cluster, pass the scheduler's address, and paths that every worker can reach, such as a shared file system or
+"s3://bucket/rays.zarr". Start workers with `dask worker tcp://head:8786 --nworkers N --nthreads T`, where N times T is the
+number of cores of the machine; each block is answered by one thread. Blocks of about a million rays keep the scheduler
+idle. Every worker must have the same version of intertri installed.
 """
 
 import argparse
@@ -22,7 +22,7 @@ def main():
     parser.add_argument("mesh", help="written by Mesh.save")
     parser.add_argument("rays", help="zarr array (n, 6) or (n, 8), float32 or float64, in chunks of whole rays")
     parser.add_argument("hits", help="zarr group to write")
-    parser.add_argument("--scheduler", help="address of a cluster; without, processes of this machine")
+    parser.add_argument("--scheduler", help="address of a cluster; by default, processes on this machine")
     given = parser.parse_args()
     cluster = given.scheduler or LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
     with Client(cluster) as client:

@@ -1,4 +1,4 @@
-"""How much of the sky, and of each house, the ground of a town sees: python sky_view.py [picture.png]
+"""How much of the sky and of each house is visible from the ground of a town: python sky_view.py [picture.png]
 
 The town stands in UTM coordinates, millions of metres from their origin, where float32 steps by half a metre.
 """
@@ -19,14 +19,14 @@ def box(low, high):
 
 
 def directions(count):
-    """Directions upward, each as often as its cosine demands, so that a share of them is a view factor."""
+    """Upward directions, distributed by their cosine, so that a share of them is a view factor."""
     i = np.arange(count)
     radius, angle = np.sqrt((i + 0.5) / count), i * np.pi * (3 - np.sqrt(5))
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - radius**2)], axis=-1)
 
 
 def town():
-    """Blocks of houses, and which house each triangle belongs to."""
+    """The mesh of a town, and the house that each triangle belongs to."""
     random = np.random.default_rng(1)
     houses = []
     for x in range(0, 240, 40):
@@ -39,7 +39,7 @@ def town():
 
 
 def view_factors(mesh, house, points, rays):
-    """The share of the hemisphere that is house 0, house 1, ..., and last the sky: their sum is one."""
+    """The share of the hemisphere that house 0, house 1, ... and, last, the sky fill: they add up to one."""
     triangle = mesh.closest_triangle(points[:, None], rays)
     seen = np.where(triangle < 0, house.max() + 1, house[triangle])
     return np.stack([np.bincount(row, minlength=house.max() + 2) for row in seen]) / len(rays)
@@ -48,7 +48,8 @@ def view_factors(mesh, house, points, rays):
 def main():
     rays = directions(2000)
 
-    # A long street, 20 m wide between walls of 15 m: its middle sees the cosine of the walls' angle above the horizon.
+    # A long street, 20 m wide, between walls 15 m high. Seen from its middle, the sky view factor is the cosine of the
+    # angle of the walls above the horizon.
     walls = [box(ORIGIN + [x, -1e5, 0], ORIGIN + [x + 1, 1e5, 15]) for x in (-11, 10)]
     street = intertri.Mesh(np.concatenate([walls[0][0], walls[1][0]]), np.concatenate([walls[0][1], walls[1][1] + 8]))
     middle = view_factors(street, np.repeat([0, 1], 10), ORIGIN[None], rays)[0]
@@ -58,7 +59,7 @@ def main():
     mesh, house = town()
     x, y = np.meshgrid(np.arange(-8, 236, 2.0), np.arange(-8, 236, 2.0))
     points = (ORIGIN + np.stack([x, y, np.zeros_like(x)], axis=-1)).reshape(-1, 3)
-    # Points under houses see their roofs from inside.
+    # Points under houses see the roofs from inside.
     views = np.concatenate([view_factors(mesh, house, part, rays) for part in np.array_split(points, 16)])
     sky = views[:, -1]
     print(f"town: {len(mesh)} triangles, {len(points) * len(rays)} rays, sky {sky[sky > 0].min():.3f} to {sky.max():.3f}")

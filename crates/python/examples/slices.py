@@ -1,8 +1,8 @@
-"""Voxels of a mesh as a picture of slices: white outside, blue inside, red where a centre is on the surface.
+"""Voxels of a mesh as a picture of slices: white outside, blue inside, red for centres exactly on the surface.
 
     python slices.py slices.png [model.obj]
 
-Without a model it takes a hollow ball, turned inside out within, on a block whose faces lie on centres of voxels.
+Without a model it draws a hollow ball on a block whose faces pass through centres of voxels.
 """
 
 import struct
@@ -17,7 +17,7 @@ COLOURS = np.array([[255, 255, 255], [70, 110, 180], [210, 60, 50]], np.uint8)
 
 
 def globe(rings, centre, radius, is_turned=False):
-    """Triangles (n, 3, 3) of a globe."""
+    """Triangles (n, 3, 3) of a ball; inside out if turned."""
     a, b = np.arange(rings + 1) / rings * np.pi, np.arange(2 * rings) / rings * np.pi
     r = np.where(np.arange(rings + 1) % rings == 0, 0, np.sin(a))[:, None]
     unit = np.stack(np.broadcast_arrays(r * np.cos(b), np.cos(a)[:, None], r * np.sin(b)), axis=-1)
@@ -37,7 +37,7 @@ def block(low, high):
 
 
 def write_png(path, pixels):
-    """An RGB picture (height, width, 3)."""
+    """Writes an RGB picture (height, width, 3)."""
     height, width, _ = pixels.shape
     rows = np.concatenate([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)], axis=1)
 
@@ -58,7 +58,7 @@ def main():
     low, high = mesh.bounds
     spacing = (high - low).max() / (SIZE - 1)
     voxels = mesh.voxels(low, spacing, np.ceil((high - low) / spacing).astype(int) + 1)
-    # Sixteen slices across x, four in a row, z upward.
+    # Sixteen slices along x, four in a row, with z upward.
     slices = voxels[np.linspace(0, len(voxels) - 1, 16).astype(int), :, ::-1].swapaxes(1, 2)
     slices = np.pad(slices, ((0, 0), (2, 2), (2, 2)))
     _, height, width = slices.shape

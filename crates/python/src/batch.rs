@@ -1,4 +1,5 @@
-//! Many rays: in chunks over the threads, each gathered from numpy's arrays into the cache and traced there.
+//! Batches of rays: threads take them in chunks, gather each chunk from numpy's arrays into the cache, and trace it
+//! there.
 
 use intertri::RayOf;
 use pyo3::prelude::*;
@@ -10,10 +11,10 @@ use crate::scalar::Scalar;
 use crate::skip::Skip;
 use crate::source::Source;
 
-/// Rays a thread takes at a time.
+/// Rays that a thread takes at a time.
 const CHUNK: usize = 8192;
 
-/// A query with one answer for each ray; `none` is any initial value.
+/// Runs a query with one answer for each ray; `none` is any initial value.
 pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
     py: Python<'_>,
     workers: &Workers,
@@ -34,7 +35,7 @@ pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
     })
 }
 
-/// The same for a picture whose rows have that many pixels.
+/// The same for a picture whose rows have `width` pixels.
 fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
     rays: &Source<'_, S>,
     width: usize,

@@ -1,4 +1,4 @@
-//! Parts that threads make, joined in their order.
+//! Joins the parts that threads make, in order.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,23 +11,23 @@ use crate::part::Part;
 pub(crate) struct Joined<'a, A>(Mutex<State<'a, A>>);
 
 struct State<'a, A> {
-    /// The unfilled memory: the ends of each ray's answers, and the answers, as words.
+    /// The unfilled memory: where the answers of each ray end, and the answers as words.
     offsets: &'a mut [i64],
     words: &'a mut [u64],
-    /// How many parts, and answers, have a position.
+    /// How many parts and answers have a position already.
     parts: usize,
     answers: usize,
-    /// Parts that wait for others before them.
+    /// Parts that wait for earlier ones.
     waiting: BTreeMap<usize, Part<A>>,
     /// Parts that did not fit.
     more: Vec<Part<A>>,
-    /// Parts whose memory is used again.
+    /// Parts whose memory is reused.
     idle: Vec<Part<A>>,
 }
 
 /// The position of a part.
 struct PartTarget<'a> {
-    /// How many answers come before.
+    /// How many answers come before it.
     before: i64,
     offsets: &'a mut [i64],
     words: &'a mut [u64],
@@ -55,10 +55,10 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.lock().idle.pop().unwrap_or_else(Part::new)
     }
 
-    /// Puts the part of this number where it belongs, and those that waited for it.
+    /// Puts the part with this number into its place, and those that waited for it.
     pub(crate) fn put(&self, number: usize, part: Part<A>) {
         self.lock().waiting.insert(number, part);
-        // The thread that finds where a part belongs copies it there, in parallel with other threads.
+        // The thread that finds out where a part belongs copies it there, in parallel with other threads.
         while let Some((mut part, place)) = self.next() {
             place.words.copy_from_slice(bytemuck::cast_slice(&part.answers));
             put_ends(place.offsets, place.before, &part);
@@ -72,7 +72,7 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.lock().next()
     }
 
-    /// How many answers are in the array, and the parts for which there was no room in it.
+    /// How many answers are in the array, and the parts that did not fit.
     pub(crate) fn finish(self) -> (usize, Vec<Part<A>>) {
         let state = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         let left: usize = state.more.iter().map(|part| part.answers.len()).sum();
@@ -100,7 +100,7 @@ impl<'a, A: Pod> State<'a, A> {
     }
 }
 
-/// Writes where the answers of each ray end, after `before` answers of earlier parts.
+/// Writes where the answers of each ray end, after the `before` answers of earlier parts.
 fn put_ends<A>(to: &mut [i64], before: i64, part: &Part<A>) {
     to.iter_mut().zip(&part.offsets[1..]).for_each(|(to, end)| *to = before + end);
 }

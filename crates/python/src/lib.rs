@@ -1,5 +1,5 @@
-//! The native part of the Python package `intertri`: it reads numpy's arrays, lets the interpreter's lock go, and
-//! asks `intertri-trace` on all threads.
+//! The native part of the Python package `intertri`: it reads numpy's arrays, releases the interpreter's lock, and
+//! calls `intertri-trace` on all threads.
 
 mod batch;
 mod joined;
@@ -22,7 +22,7 @@ mod tree;
 
 use pyo3::prelude::*;
 
-/// What `intertri/_triangles.py` stands on; no part of the interface.
+/// What `intertri/_triangles.py` builds on; not part of the public interface.
 #[pymodule]
 mod _intertri {
     use numpy::PyReadonlyArray1;
@@ -37,7 +37,7 @@ mod _intertri {
     #[pymodule_export]
     use crate::tree::{Tree32, Tree64};
 
-    /// The XXH64 of a contiguous array of bytes: against damage, not against malice.
+    /// The XXH64 of a contiguous array of bytes. It detects damage, not malice.
     #[pyfunction]
     fn checksum(py: Python<'_>, bytes: PyReadonlyArray1<'_, u8>) -> PyResult<u64> {
         let bytes = bytes.as_slice()?;

@@ -1,4 +1,4 @@
-//! Lists of answers: any number a ray.
+//! Lists of answers: any number for each ray.
 //!
 //! Threads take bands of rays in their order, and put the answers where those of the bands before end:
 //!
@@ -28,10 +28,10 @@ use crate::scalar::Scalar;
 use crate::skip::Skip;
 use crate::source::Source;
 
-/// Rays a thread takes at a time.
+/// Rays that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// The offsets of each ray's answers, with the end of the last; and the answers, as words.
+/// Where the answers of each ray start, and where the last end; and the answers as words.
 pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64>>);
 
 /// A query with a list for each ray.
@@ -42,7 +42,7 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     width: usize,
     ask: impl Fn(&[RayOf<S>], Skip<'_>) -> PyResult<Part<A>> + Sync,
 ) -> PyResult<Lists<'py>> {
-    // Room for one answer per ray, if there is enough memory: pages that are not needed are never touched.
+    // Space for one answer per ray, if there is enough memory: pages that are not needed are never touched.
     let words_of = |answers: usize| answers * size_of::<A>() / size_of::<u64>();
     let offsets = zeros::<i64>(py, rays.count + 1)?;
     let words = zeros::<u64>(py, words_of(rays.count)).or_else(|_| zeros(py, 0))?;
@@ -61,7 +61,7 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
         return Ok((offsets, words));
     }
 
-    // There are more: all go together.
+    // Some did not fit: copy everything into one array.
     let all = put + more.iter().map(|part| part.answers.len()).sum::<usize>();
     let together = zeros::<u64>(py, words_of(all))?;
     {
@@ -134,7 +134,7 @@ where
         rayon::broadcast(|_| token.run(work)).into_iter().collect()
     }
 
-    /// Adds the lists of the rays of a range, as many as there are.
+    /// Appends the lists of the rays of a range, however long they are.
     fn range(
         &self,
         Range { start, end }: Range<usize>,
@@ -151,7 +151,7 @@ where
         Ok(())
     }
 
-    /// Adds the lists of a band of a picture, block by block.
+    /// Appends the lists of a band of a picture, block by block.
     fn band(
         &self,
         whole: &Band,
@@ -181,8 +181,8 @@ where
     }
 }
 
-/// An array of zeros, which the system provides without writing them; an error if there is too little memory, where the
-/// function of the crate `numpy` panics.
+/// An array of zeros that the system provides without writing them. If there is too little memory this returns an
+/// error, whereas the function of the crate `numpy` panics.
 fn zeros<T: Element>(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<T>>> {
     let made = py.import("numpy")?.call_method1("zeros", (count, T::get_dtype(py)))?;
     Ok(made.cast_into()?)

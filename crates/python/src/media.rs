@@ -17,7 +17,7 @@ use crate::scalar::{Scalar, no_memory, wrong};
 use crate::source::Arrays;
 use crate::tree::{Bytes, FEW, SMALL, Threads, gather, rows, small_or};
 
-/// The number outside of all media.
+/// The number of the outside.
 const OUTSIDE: i32 = -1;
 
 /// The vertices and faces of a mesh.
@@ -70,7 +70,7 @@ fn number(medium: Option<u32>) -> i32 {
     medium.map_or(OUTSIDE, |medium| medium as i32)
 }
 
-/// Media from meshes and what they are filled with.
+/// Builds media from meshes and the numbers of what fills them.
 fn media<S: Scalar>(meshes: &[Vec<TriangleOf<S>>], filled: &[u32]) -> PyResult<Media<S>> {
     let meshes: Vec<_> = filled.iter().copied().zip(meshes.iter().map(Vec::as_slice)).collect();
     Media::new(&meshes).map_err(|error| match error {
@@ -81,7 +81,7 @@ fn media<S: Scalar>(meshes: &[Vec<TriangleOf<S>>], filled: &[u32]) -> PyResult<M
     })
 }
 
-/// A class over one scalar, because a generic type cannot be a Python class.
+/// Defines a class for one scalar, because a generic type cannot be a Python class.
 macro_rules! media_class {
     ($name:ident, $scalar:ty) => {
         /// Closed meshes, each filled with a medium.
@@ -124,7 +124,7 @@ macro_rules! media_class {
                 let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
                 let workers = Workers::new(threads, points.len() < FEW)?;
                 of_points(py, &workers, points, (out, OUTSIDE), |points, out| {
-                    // One by one if there is too little memory for lists.
+                    // One by one, if there is too little memory for lists.
                     match on_this_thread(|| self.media.medium_at_batch(points)) {
                         Ok(found) => {
                             out.iter_mut()

@@ -14,7 +14,7 @@ use crate::skip::{Skip, without};
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
-    /// The same with its boundary, which is found when it is first needed.
+    /// The same with its boundary, found on first use.
     soup: OnceLock<Solid<S>>,
 }
 
@@ -35,19 +35,19 @@ impl<S: Scalar> Mesh<S> {
         Self { solid: Solid::assume_closed_bvh(bvh), soup: OnceLock::new() }
     }
 
-    /// The mesh as closed, or with its boundary.
+    /// The mesh taken as closed, or with its boundary.
     pub(crate) fn solid(&self, assume_closed: bool) -> PyResult<&Solid<S>> {
         if assume_closed {
             return Ok(&self.solid);
         }
         if self.soup.get().is_none() {
-            // Another thread may have found it meanwhile: it is the same.
+            // Another thread may have found it meanwhile, with the same result.
             _ = self.soup.set(self.solid.with_boundary().map_err(no_memory)?);
         }
         Ok(self.soup.get().unwrap_or(&self.solid))
     }
 
-    /// The hierarchy of saved bytes, over this many triangles.
+    /// The hierarchy from saved bytes, over this many triangles.
     pub(crate) fn from_bytes(bytes: &[u8], triangles: usize) -> PyResult<Self> {
         let mut bvh = Bvh::from_bytes(bytes).map_err(|error| match error {
             LoadError::OutOfMemory => no_memory(error),
@@ -63,15 +63,15 @@ impl<S: Scalar> Mesh<S> {
         Ok(Self::of(bvh))
     }
 
-    /// A copy, without what was made of it.
+    /// A copy, without derived data.
     pub(crate) fn try_clone(&self) -> Result<Self, BuildError> {
         Ok(Self::of(self.solid.bvh().try_clone()?))
     }
 
-    /// The mesh with its triangles moved, and how worn the tree is: 1 where nothing has moved. Where memory was
-    /// too little, it holds no triangle any more.
+    /// The mesh with its triangles moved, and how worn the tree is: 1 if nothing has moved. If there was too little
+    /// memory, it holds no triangles any more.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
-        // Without the other solid the hierarchy is not shared.
+        // Drop the other solid, so that the hierarchy is not shared.
         drop(self.soup);
         let mut bvh = self.solid.into_bvh();
         let refit = bvh.refit(triangles);

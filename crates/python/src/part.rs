@@ -3,15 +3,15 @@
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
-/// The lists of some rays, one ray's after the other's.
+/// The lists of some rays, one after another.
 pub(crate) struct Part<A> {
-    /// The offsets of each ray's answers, with the end of the last.
+    /// Where the answers of each ray start, and where the last end.
     pub(crate) offsets: Vec<i64>,
     pub(crate) answers: Vec<A>,
 }
 
 impl<A: Copy> Part<A> {
-    /// Those of no ray.
+    /// The lists of no rays.
     pub(crate) fn new() -> Self {
         Self { offsets: vec![0], answers: Vec::new() }
     }
@@ -21,7 +21,7 @@ impl<A: Copy> Part<A> {
         self.offsets.len() - 1
     }
 
-    /// Forgets all.
+    /// Removes everything.
     pub(crate) fn clear(&mut self) {
         self.offsets.truncate(1);
         self.answers.clear();
@@ -33,7 +33,7 @@ impl<A: Copy> Part<A> {
         room.map_err(|_| too_many(self.answers.len() + answers))
     }
 
-    /// Adds the lists of `count` rays of another part, from `first` on.
+    /// Appends the lists of `count` rays of another part, from `first` on.
     #[inline]
     pub(crate) fn add(&mut self, other: &Self, (first, count): (usize, usize)) {
         let offsets = &other.offsets[first..=first + count];

@@ -1,4 +1,5 @@
-//! Pictures in numpy's arrays: their rows are found, and gathered tile by tile as the library does with rays in memory.
+//! Pictures in numpy's arrays: finds their rows and gathers them tile by tile, as the library does with rays in
+//! memory.
 
 use intertri::RayOf;
 use intertri_trace::internal::{Band, Block, LOWEST, TILE};
@@ -7,7 +8,7 @@ use crate::pool::workers;
 use crate::scalar::Scalar;
 use crate::source::Source;
 
-/// Fewer rays are no picture.
+/// With fewer rays, there is no picture.
 const PICTURE: usize = 4 * TILE * TILE;
 
 /// A band of a picture for the threads of this pool.
@@ -15,7 +16,7 @@ pub(crate) fn band(width: usize, pixels: usize) -> Band {
     Band::of_picture(width, pixels, workers())
 }
 
-/// Gathers the rays of a block, of a band that begins with a ray.
+/// Gathers the rays of a block in a band that begins with a ray.
 pub(crate) fn gather<S: Scalar>(
     block: &Block<'_>,
     (rays, first): (&Source<'_, S>, usize),
@@ -35,10 +36,10 @@ pub(crate) fn prefetch_next<S: Scalar>(block: &Block<'_>, (rays, first): (&Sourc
     }
 }
 
-/// How many pixels the rows of a picture have: as the caller's shape says, or as the directions show.
-/// `None` where rays are not of one origin, come in no rows, or skip triangles.
+/// How many pixels a row of the picture has, from the caller's shape or from the directions. `None` if rays have
+/// several origins, come in no rows, or skip triangles.
 pub(crate) fn row_width<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Option<usize> {
-    // Tiles are made of rays alone.
+    // Tiles hold only rays, nothing to skip.
     if rays.count < PICTURE || rays.skips() {
         return None;
     }
@@ -51,7 +52,7 @@ pub(crate) fn row_width<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Option
     (width >= TILE && rays.count / width >= LOWEST).then_some(width)
 }
 
-/// The width of a picture, from a look at some rows: the direction jumps back at the end of each.
+/// Guesses the width of a picture from some rows: the direction jumps back at the end of each.
 fn seen_width<S: Scalar>(rays: &Source<'_, S>) -> Option<usize> {
     let step = |i: usize, j: usize| {
         let ([_, a], [_, b]) = (rays.line(i), rays.line(j));
@@ -70,7 +71,7 @@ fn seen_width<S: Scalar>(rays: &Source<'_, S>) -> Option<usize> {
     (0..16).all(|k| is_row(k * (rows - 1) / 15)).then_some(width)
 }
 
-/// The rays of a square picture, as they are traced.
+/// The rays of a square picture, in the order in which they are traced.
 pub(crate) fn tiled<S: Scalar>(rays: &Source<'_, S>) -> Vec<RayOf<S>> {
     let side = rays.count.isqrt();
     let (mut tiled, mut gathered) = (Vec::with_capacity(side * side), Vec::new());

@@ -1,4 +1,4 @@
-//! Queries by many points, in the order of a space-filling curve, so that neighbours follow each other.
+//! Queries for many points, in the order of a space-filling curve, so that neighbours follow each other.
 
 use std::collections::TryReserveError;
 
@@ -10,7 +10,7 @@ use crate::pool::{Workers, chunks, is_caller};
 use crate::run::{Stop, pieces, run};
 use crate::scalar::{Scalar, no_memory, wrong};
 
-/// Points a thread takes at a time.
+/// Points that a thread takes at a time.
 const CHUNK: usize = 4096;
 
 /// Points of a slab.
@@ -19,13 +19,13 @@ const SLAB: usize = 1 << 20;
 /// Fewer points are queried in the given order.
 const FEW: usize = 512;
 
-/// Points that are put in order together.
+/// Points that are sorted together.
 const MANY: usize = 1 << 22;
 
-/// The winding number that means a point on the mesh.
+/// The winding number that marks a point on the mesh.
 pub(crate) const SURFACE: i32 = i32::MIN;
 
-/// Asks for one answer a point; `none` is any. No answer depends on the order.
+/// Runs a query with one answer for each point; `none` is any initial value. No answer depends on the order.
 pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
     py: Python<'_>,
     workers: &Workers,
@@ -41,7 +41,7 @@ pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
     })
 }
 
-/// Answers points together. If there is too little memory for all, each half is answered on its own.
+/// Answers points together. If there is too little memory for all, it answers each half separately.
 fn by_halves<S: Scalar, A: Copy + Send + Sync>(
     points: &[[S; 3]],
     (answers, none): (&mut [A], A),
@@ -98,7 +98,7 @@ pub(crate) fn by_slabs<S: Scalar, A: Send>(
     })
 }
 
-/// Fills `out` with what answers mean, as many at a time as there is memory for.
+/// Fills `out` with converted answers, as many at a time as memory allows.
 pub(crate) fn answer<S: Scalar, A: Clone, O>(
     points: &[[S; 3]],
     (all, none): (&mut Vec<A>, A),
@@ -131,7 +131,7 @@ pub(crate) fn winding(containment: Containment) -> i32 {
 /// Points of a grid that are classified at a time.
 const CELLS: usize = 1 << 24;
 
-/// Where the points of a grid are: 0 outside, 1 inside, 2 on the mesh, those along the last axis in a row.
+/// Classifies the points of a grid: 0 outside, 1 inside, 2 on the mesh. Points along the last axis are contiguous.
 pub(crate) fn grid<S: Scalar>(
     solid: &Solid<S>,
     [x, y, z]: [&[S]; 3],
@@ -165,7 +165,7 @@ pub(crate) fn grid<S: Scalar>(
     Ok(())
 }
 
-/// The indices of points along the curve, after their positions on it.
+/// The indices of points with their positions on the curve, in order of the latter.
 fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveError> {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {

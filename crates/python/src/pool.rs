@@ -11,8 +11,9 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The pools of a process by their number of threads. A process that was forked has none of the threads of the one
-/// before, so it begins anew. A thread that holds this lock also holds the interpreter's, so no fork finds it taken.
+/// The pools of a process by their number of threads. A forked process has none of its parent's threads, so it
+/// starts with no pools. A thread that holds this lock also holds the interpreter's, so no fork can catch it
+/// locked.
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 struct Pools {
@@ -29,13 +30,14 @@ pub(crate) enum Workers {
 }
 
 impl Workers {
-    /// Uses this many threads, or without a number all that the process may use. Small work runs on the calling thread.
+    /// Uses this many threads or, without a number, all that the process may use. Small jobs run on the calling
+    /// thread.
     pub(crate) fn new(threads: Option<NonZeroUsize>, is_small: bool) -> PyResult<Self> {
         let one = NonZeroUsize::MIN;
         if is_small || threads == Some(one) {
             return Ok(Self::Caller);
         }
-        // More threads than the process may use at a time only take turns.
+        // More threads than the process may run at a time would only take turns.
         let most = available_parallelism().unwrap_or(one);
         match threads.map_or(most, |threads| threads.min(most)) {
             threads if threads == one => Ok(Self::Caller),
@@ -43,7 +45,7 @@ impl Workers {
         }
     }
 
-    /// Does work on these threads.
+    /// Runs a job on these threads.
     pub(crate) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match self {
             Self::Caller => on_this_thread(work),
@@ -52,7 +54,7 @@ impl Workers {
     }
 }
 
-/// Whether the caller works.
+/// Whether the calling thread does the work.
 pub(crate) fn is_caller() -> bool {
     rayon::current_thread_index().is_none()
 }
@@ -62,7 +64,7 @@ pub(crate) fn workers() -> usize {
     if is_caller() { 1 } else { rayon::current_num_threads() }
 }
 
-/// Computes the answers chunk by chunk on all workers, each with its own state. `each` receives the chunk's number.
+/// Computes the answers in chunks on all workers, each with its own state. `each` receives the chunk's number.
 pub(crate) fn chunks<A: Send, T>(
     answers: &mut [A],
     size: usize,
@@ -87,7 +89,7 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let process = std::process::id();
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     if pools.as_ref().is_none_or(|pools| pools.process != process) {
-        // To drop the pools of the parent would wait for threads that are not there.
+        // Dropping the pools of the parent would wait for threads that do not exist here.
         std::mem::forget(pools.take());
         *pools = Some(Pools { process, by_threads: HashMap::new() });
     }

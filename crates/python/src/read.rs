@@ -1,4 +1,4 @@
-//! Models from files.
+//! Reads models from files.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::run::run_apart;
 use crate::scalar::{no_memory, wrong};
 
-/// Vertices and faces, flat, and a line for each kind of thing in the file that was not read as it stands.
+/// Vertices and faces, flat, and a message for each kind of thing that was left out, repaired or guessed.
 type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<String>);
 
 /// Reads a model in f64.
@@ -17,7 +17,7 @@ type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<Str
 pub(crate) fn read_model(py: Python<'_>, path: PathBuf) -> PyResult<Model<'_>> {
     let loaded = run_apart(py, move || load_model::<f64>(&path))?;
     let LoadedModel { mesh, notes, .. } = loaded.map_err(|error| {
-        // The loaders say it in words alone.
+        // The loaders report it only in words.
         if error.cause.contains("more memory than is available") {
             no_memory(error)
         } else {

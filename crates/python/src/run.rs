@@ -1,4 +1,4 @@
-//! Work without the interpreter's lock that heeds Ctrl-C.
+//! Runs jobs without the interpreter's lock, but lets Ctrl-C end them.
 
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -14,10 +14,10 @@ use pyo3::prelude::*;
 
 use crate::pool::Workers;
 
-/// How often the interpreter is asked for signals.
+/// How often to ask the interpreter for signals.
 const INTERVAL: Duration = Duration::from_millis(20);
 
-/// Whether work should end early.
+/// Whether the job should end early.
 pub(crate) struct Stop {
     is_set: AtomicBool,
     raised: Mutex<Option<PyErr>>,
@@ -42,7 +42,7 @@ impl Stop {
         self.is_set.load(Ordering::Relaxed)
     }
 
-    /// Runs the handlers of signals that came. What one raises ends the work.
+    /// Runs the handlers of pending signals. If one raises an exception, the job ends.
     fn check_signals(&self) {
         if self.is_set.load(Ordering::Relaxed) {
             return;
@@ -54,8 +54,8 @@ impl Stop {
     }
 }
 
-/// Does work on some threads. Signals are heeded: what their handler raises, `KeyboardInterrupt` for Ctrl-C, is the
-/// error, and the work stops early, wherever in `intertri-trace` it is.
+/// Runs a job on some threads. If the handler of a signal raises an exception, such as `KeyboardInterrupt` for
+/// Ctrl-C, that is the error, and the job stops early, wherever in `intertri-trace` it is.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
     workers: &Workers,
@@ -66,7 +66,7 @@ pub(crate) fn run<T: Send>(
         let stop = stop.clone();
         Arc::new(move || stop.is_set())
     });
-    // Unwinds where it stops within a query or a build.
+    // A query or a build that is told to stop unwinds.
     let work = || catch_unwind(AssertUnwindSafe(|| token.run(|| work(&stop))));
     let result = match workers {
         Workers::Caller => py.detach(|| Some(on_this_thread(work))),
@@ -75,7 +75,7 @@ pub(crate) fn run<T: Send>(
             let mut result = None;
             pool.in_place_scope(|scope| {
                 scope.spawn(|_| {
-                    // Dropped, however the work ends.
+                    // Dropped however the job ends.
                     let _done = done;
                     result = Some(work());
                 });
@@ -95,8 +95,8 @@ pub(crate) fn run<T: Send>(
     }
 }
 
-/// Does work that cannot stop early on a separate thread. If a signal's handler raises, that is the error at once; the
-/// thread then runs to its end, and its result is dropped.
+/// Runs a job that cannot stop early on a separate thread. If the handler of a signal raises an exception, that is
+/// the error at once; the thread runs to its end, and its result is dropped.
 pub(crate) fn run_apart<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
@@ -121,7 +121,8 @@ pub(crate) fn run_apart<T: Send + 'static>(
     }
 }
 
-/// Works on many items piece by piece until it should stop. The pieces' size adapts so that each takes some milliseconds.
+/// Processes many items piece by piece until it should stop. The size of the pieces adapts so that each takes a few
+/// milliseconds.
 pub(crate) fn pieces(count: usize, stop: &Stop, mut each: impl FnMut(Range<usize>)) {
     let (mut done, mut size) = (0, 8);
     while done < count && !stop.is_set() {

@@ -1,4 +1,4 @@
-//! The scalars that coordinates come in, and the queries in a mode that Python names.
+//! The scalar types of coordinates, and queries in a mode given by its Python name.
 
 use intertri::{Hit, Mode, RayOf};
 use intertri_trace::{BvhScalar, MeshTriangle, Query};
@@ -13,7 +13,7 @@ pub(crate) trait Scalar: Element + BvhScalar {
     /// Whether it has the mode `certified`.
     const HAS_CERTIFIED: bool;
 
-    /// The query in a mode that [`named`] lets pass.
+    /// The query in a mode that [`named`] accepts.
     fn in_mode(query: Query<'_, Self>, mode: Mode) -> Query<'_, Self>;
 }
 
@@ -33,7 +33,7 @@ impl Scalar for f64 {
     }
 }
 
-/// The mode of a name, if coordinates in a scalar have it.
+/// The mode of this name, if the scalar type has it.
 pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     match name {
         "exact" => Ok(Mode::exact()),
@@ -47,7 +47,7 @@ pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     }
 }
 
-/// The closest hits. A ray alone needs nothing of what a batch prepares.
+/// The closest hits. A single ray needs none of the preparation of a batch.
 pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hits: &mut [Hit]) {
     if let ([ray], [to]) = (rays, &mut *hits) {
         *to = query.closest(ray).unwrap_or(Hit::MISS);
@@ -56,7 +56,7 @@ pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hi
     }
 }
 
-/// Triangles that are copied at a time: few enough to stay in the cache.
+/// Triangles copied at a time: few enough to stay in the cache.
 const SOME: usize = 1 << 12;
 
 /// The triangles of the closest hits in one mesh; `u32::MAX` for none.
@@ -65,7 +65,7 @@ pub(crate) fn triangles<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], 
         *to = query.closest_triangle(ray).unwrap_or(MeshTriangle::MISS).triangle;
         return;
     }
-    // A part at a time on this thread: its caller shares the rays among threads.
+    // In parts on this thread: the caller shares the rays among threads.
     let mut some = vec![MeshTriangle::MISS; rays.len().min(SOME)];
     for (rays, to) in rays.chunks(SOME).zip(to.chunks_mut(SOME)) {
         let some = &mut some[..rays.len()];

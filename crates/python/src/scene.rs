@@ -33,7 +33,7 @@ impl From<SceneHit> for SceneRow {
     }
 }
 
-/// The scene that is edited, and the last that was committed. A query holds on to the one that it began with.
+/// The scene being edited, and the last committed one. A query keeps the one that it started with.
 struct State {
     scene: Scene,
     snapshot: SceneSnapshot,
@@ -46,7 +46,7 @@ pub(crate) struct NativeScene {
 }
 
 impl NativeScene {
-    /// The lock is held for moments only, and never while the interpreter's is waited for.
+    /// The lock is only held for moments, and never while waiting for the interpreter's lock.
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -56,7 +56,7 @@ impl NativeScene {
     }
 }
 
-/// The error of an instance or a matrix, as Python has it.
+/// Converts the error of an instance or a matrix into a Python exception.
 fn refused(error: SceneError) -> PyErr {
     match error {
         SceneError::NoInstance(_) => PyIndexError::new_err(error.to_string()),
@@ -91,7 +91,7 @@ impl NativeScene {
         Ok(id.index())
     }
 
-    /// Places instances: all, or none where one is refused.
+    /// Places instances: all of them, or none if one is refused.
     fn place(
         &self,
         instances: PyReadonlyArray1<'_, u32>,
@@ -123,7 +123,7 @@ impl NativeScene {
         self.state().scene.show(InstanceId::from_index(instance), is_visible).map_err(refused)
     }
 
-    /// Makes the changes count.
+    /// Makes the changes take effect.
     fn commit(&self, py: Python<'_>, threads: Threads) -> PyResult<()> {
         let scene = self.state().scene.clone();
         let workers = Workers::new(threads, scene.len() <= 4096)?;

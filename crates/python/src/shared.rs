@@ -1,4 +1,4 @@
-//! A mesh that several threads query, while another may refit it.
+//! A mesh that several threads query while another may refit it.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
@@ -11,8 +11,8 @@ use crate::pool::Workers;
 use crate::run::{Stop, run};
 use crate::scalar::{Scalar, no_memory, wrong};
 
-/// A mesh with its hierarchy, `None` where it was lost for want of memory. A query holds on to the one that it
-/// began with.
+/// A mesh with its hierarchy, or `None` if it was lost for lack of memory. A query keeps the one that it started
+/// with.
 pub(crate) struct Shared<S: Scalar>(Mutex<Option<Arc<Mesh<S>>>>);
 
 impl<S: Scalar> Shared<S> {
@@ -24,9 +24,9 @@ impl<S: Scalar> Shared<S> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The mesh as it is, after what is being done to it.
+    /// The current mesh. Waits for a running refit.
     pub(crate) fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
-        // A thread that need not wait keeps the interpreter's lock, so that no fork finds this one taken.
+        // If the thread need not wait, it keeps the interpreter's lock, so that no fork catches this one locked.
         let mesh = match self.0.try_lock() {
             Ok(mesh) => mesh.clone(),
             Err(_) => py.detach(|| self.lock().clone()),
@@ -34,8 +34,8 @@ impl<S: Scalar> Shared<S> {
         mesh.ok_or_else(lost)
     }
 
-    /// Moves the triangles, and returns how worn the tree is. Queries that started earlier continue with the mesh that
-    /// they have. Where a signal ends it, the mesh is lost.
+    /// Moves the triangles, and returns how worn the tree is. Queries that started earlier continue with the old
+    /// mesh. If a signal ends the refit, the mesh is lost.
     pub(crate) fn refit(
         &self,
         py: Python<'_>,
@@ -43,7 +43,7 @@ impl<S: Scalar> Shared<S> {
         triangles: impl FnOnce(&Stop) -> PyResult<Vec<TriangleOf<S>>> + Send,
     ) -> PyResult<f64> {
         let triangles = run(py, workers, triangles)??;
-        // Taken on this thread: one of the pool that waits for others might be given another refit meanwhile.
+        // Taken on this thread: a pool thread that waits for others might be handed another refit meanwhile.
         let mut place = loop {
             match self.0.try_lock() {
                 Ok(place) => break place,
@@ -70,7 +70,7 @@ impl<S: Scalar> Shared<S> {
     }
 }
 
-/// The error of a query of a mesh that a refit has lost.
+/// The error of a query on a mesh that a refit has lost.
 fn lost() -> PyErr {
     no_memory("a refit was interrupted or had too little memory; ask again")
 }

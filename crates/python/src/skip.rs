@@ -5,7 +5,7 @@ use intertri_trace::{Bvh, Query};
 
 use crate::scalar::Scalar;
 
-/// The triangles that rays skip: as many numbers for each, -1 for none.
+/// The triangles that rays skip: the same number of them for each ray, -1 for none.
 #[derive(Clone, Copy)]
 pub(crate) struct Skip<'a> {
     pub(crate) numbers: &'a [i32],
@@ -13,11 +13,11 @@ pub(crate) struct Skip<'a> {
 }
 
 impl Skip<'_> {
-    /// Nothing is skipped.
+    /// Skips nothing.
     pub(crate) const NONE: Self = Self { numbers: &[], each: 0 };
 }
 
-/// A query without the triangles that rays skip.
+/// A query that leaves out the triangles that rays skip.
 pub(crate) fn without<S: Scalar, A>(
     bvh: &Bvh<S>,
     mode: Mode,

@@ -11,9 +11,9 @@ use pyo3::prelude::*;
 use crate::scalar::Scalar;
 use crate::skip::Skip;
 
-/// Borrowed arrays of rays, flat and contiguous: `origins` holds 3 numbers a ray, or 3 for all, and so does
-/// `directions`; `t_min` and `t_max` 1 a ray, or 1 for all. Without `directions`, `origins` holds whole rays of
-/// 6 or 8 numbers.
+/// Borrowed arrays of rays, flat and contiguous: `origins` holds 3 numbers for each ray, or 3 for all, and so does
+/// `directions`; `t_min` and `t_max` hold 1 for each ray, or 1 for all. Without `directions`, `origins` holds whole
+/// rays of 6 or 8 numbers.
 #[derive(FromPyObject)]
 pub(crate) struct Arrays<'py, S: Element> {
     count: usize,
@@ -25,7 +25,7 @@ pub(crate) struct Arrays<'py, S: Element> {
     skip: Option<PyReadonlyArray1<'py, i32>>,
 }
 
-/// A row a ray, or one for all, which is there four times.
+/// A row for each ray, or one row for all, stored four times.
 struct Rows<'a, T> {
     rows: &'a [T],
     one: Option<[T; 4]>,
@@ -45,7 +45,7 @@ impl<'a, T: Copy> Rows<'a, T> {
         self.one.map_or_else(|| self.rows[ray], |[one, ..]| one)
     }
 
-    /// Those of four rays.
+    /// The rows of four rays.
     #[inline]
     fn four(&self, first: usize) -> &[T; 4] {
         match (&self.one, self.rows.get(first..).and_then(|rows| rows.first_chunk())) {
@@ -75,14 +75,14 @@ enum Layout<'a, S> {
     Eight { rays: Rows<'a, [S; 8]> },
 }
 
-/// From which t to which.
+/// The limits of t.
 struct Ends<'a, S> {
     t_min: Rows<'a, S>,
     t_max: Rows<'a, S>,
 }
 
 impl<S: Scalar> Ends<'_, S> {
-    /// Puts four rays on these lines.
+    /// Writes four rays along these lines.
     #[inline]
     fn put(&self, first: usize, to: &mut [RayOf<S>], line: impl Fn(usize) -> ([S; 3], [S; 3])) {
         let (t_min, t_max) = (self.t_min.four(first), self.t_max.four(first));
@@ -93,7 +93,7 @@ impl<S: Scalar> Ends<'_, S> {
 }
 
 impl<S: Scalar> Arrays<'_, S> {
-    /// The rays in them.
+    /// The rays that the arrays describe.
     pub(crate) fn source(&self) -> PyResult<Source<'_, S>> {
         let count = self.count;
         let ends = Ends {
@@ -194,7 +194,7 @@ impl<S: Scalar> Source<'_, S> {
         }
     }
 
-    /// The rays of a range: those of the array itself where it holds whole rays, else gathered.
+    /// The rays of a range: borrowed if the array holds whole rays, else gathered.
     pub(crate) fn rays<'s>(
         &'s self,
         range: Range<usize>,

@@ -1,4 +1,4 @@
-//! Rays that start where others hit.
+//! Rays that start at hits.
 
 use intertri::{Hit, TriangleOf, spawn_ray};
 use pyo3::exceptions::PyValueError;
@@ -11,8 +11,8 @@ use crate::scalar::Scalar;
 /// Hits that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Fills `out` with rays, origin and direction, that start at hits on faces and never hit the same faces. The origins
-/// of misses are NaN.
+/// Fills `out` with rays, origin and direction, that start at hits on faces and never hit the same faces. The
+/// origins of misses are NaN.
 pub(crate) fn spawn_rays<S: Scalar>(
     py: Python<'_>,
     workers: &Workers,

@@ -1,6 +1,6 @@
 //! The classes behind Python's `Mesh`: a hierarchy over f32 or f64, queried with flat arrays.
 //!
-//! `intertri/_arrays.py` checks what users give. Only what memory safety depends on is checked again here.
+//! `intertri/_arrays.py` checks the arguments of users. Only what memory safety depends on is checked again here.
 
 use std::num::NonZeroUsize;
 use std::time::Instant;
@@ -28,18 +28,18 @@ use crate::spawn::spawn_rays;
 pub(crate) type Threads = Option<NonZeroUsize>;
 pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 
-/// Up to this many rays or triangles, one thread is done before others would wake up.
+/// For up to this many rays or triangles, one thread finishes before others would wake up.
 pub(crate) const SMALL: usize = 4096;
 
-/// The same of the coordinates of points.
+/// The same for the coordinates of points.
 pub(crate) const FEW: usize = 3 * 32;
 
-/// The threads that answer rays.
+/// The threads that trace these rays.
 pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
 }
 
-/// The answers that bytes encode.
+/// The answers stored in bytes.
 pub(crate) fn rows<'a, A: bytemuck::Pod>(
     bytes: &'a mut Bytes<'_>,
     count: usize,
@@ -57,10 +57,10 @@ pub(crate) fn rows<'a, A: bytemuck::Pod>(
     }
 }
 
-/// Faces that are gathered until the next look whether to stop.
+/// Faces gathered between two checks for signals.
 const STEP: usize = 1 << 16;
 
-/// The triangles of faces, all but where it should stop.
+/// Gathers the triangles of faces. Stops early if it is told to.
 pub(crate) fn gather<S: Scalar>(
     vertices: &[S],
     faces: &[u32],
@@ -87,7 +87,7 @@ pub(crate) fn gather<S: Scalar>(
     Ok(triangles)
 }
 
-/// A class over one scalar, because a generic type cannot be a Python class.
+/// Defines a class for one scalar, because a generic type cannot be a Python class.
 macro_rules! tree {
     ($name:ident, $scalar:ty) => {
         /// A hierarchy over triangles.
@@ -129,8 +129,8 @@ macro_rules! tree {
                 })?
             }
 
-            /// What is wrong with a mesh, in words, and the numbers of edges that are open, turned or uneven, and of
-            /// triangles that are doubled or opposed.
+            /// What is wrong with a mesh, in words, and the numbers of edges that are open, turned or uneven, and
+            /// of triangles that are doubled or opposed.
             #[staticmethod]
             fn inspect(
                 py: Python<'_>,
@@ -221,8 +221,8 @@ macro_rules! tree {
                 )
             }
 
-            /// Fills `out` with whether segments, whose ends come in place of origins and directions, hit nothing on
-            /// the way; their ends were rounded to that many bits after the first.
+            /// Fills `out` with whether segments hit nothing on the way. Their ends come in place of origins and
+            /// directions, and were rounded to `bits` bits after the first.
             fn visible(
                 &self,
                 py: Python<'_>,
@@ -367,7 +367,7 @@ macro_rules! tree {
                 })
             }
 
-            /// Fills `out` with where the points of a grid are: outside, inside or on the mesh.
+            /// Fills `out` with the positions of the grid's points: outside, inside or on the mesh.
             fn voxels(
                 &self,
                 py: Python<'_>,
@@ -383,7 +383,7 @@ macro_rules! tree {
                 run(py, &workers, |_| grid(mesh.solid(assume_closed)?, axes, out))?
             }
 
-            /// Fills `out` with the points of the mesh that are nearest to points.
+            /// Fills `out` with the nearest points of the mesh.
             fn closest_point(
                 &self,
                 py: Python<'_>,
@@ -450,7 +450,7 @@ macro_rules! tree {
                 })
             }
 
-            /// The hierarchy in saved bytes, over that many triangles.
+            /// The hierarchy from saved bytes, over `triangles` triangles.
             #[staticmethod]
             fn from_bytes(py: Python<'_>, bytes: &[u8], triangles: usize) -> PyResult<Self> {
                 let read = |_: &_| Mesh::from_bytes(bytes, triangles);

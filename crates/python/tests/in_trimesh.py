@@ -1,10 +1,10 @@
-"""A plugin of pytest that puts intertri in the place of Embree in trimesh, to run trimesh's own tests with it:
+"""A pytest plugin that replaces Embree in trimesh with intertri, to run trimesh's own tests with it:
 
     git clone https://github.com/mikedh/trimesh && cd trimesh
     PYTHONPATH=.../crates/python/tests:. python -m pytest -p in_trimesh tests/test_ray.py tests/test_ray_upstream.py
 
-With INTERTRI_EVERYWHERE=1 it takes the place of the engine in Python, too, and that of trimesh.proximity's closest points
-and signed distances.
+With INTERTRI_EVERYWHERE=1 it also replaces the engine in Python, and the closest points and signed distances of
+trimesh.proximity.
 """
 
 import os

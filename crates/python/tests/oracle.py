@@ -1,4 +1,4 @@
-"""What is right, by a plain loop in rationals: the definition, and nothing of the package."""
+"""The right answers, by a plain loop in rationals. It follows the definition and uses nothing of the package."""
 
 from fractions import Fraction
 from math import inf, isfinite
@@ -47,7 +47,7 @@ def hit(triangle, origin, direction, t_min=0.0, t_max=inf):
 
 
 def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):
-    """(t, side) where edges and corners belong to one triangle, or None. A side of 1 leaves."""
+    """(t, side) if each edge and corner belongs to one triangle only, or None. A side of 1 leaves."""
     origin, direction = _exact(origin), _exact(direction)
     normals, volumes, t = _volumes(triangle, origin, direction)
     side = _sign(t)

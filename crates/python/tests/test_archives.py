@@ -1,4 +1,4 @@
-"""What is loaded belongs together: files and pickles answer for the mesh that they hold, or are refused."""
+"""Files and pickles answer for the mesh that they hold, or are refused."""
 
 import copy
 import io
@@ -33,14 +33,14 @@ def archive_of(members):
 
 
 def answers(mesh):
-    """The answers of a mesh to some rays from all sides, and those of a new one with its vertices and faces."""
+    """The answers of a mesh to rays from all sides, and those of a new mesh with its vertices and faces."""
     rays = np.random.default_rng(5).uniform(-2, 2, (200, 6)).astype(mesh.dtype)
     new = intertri.Mesh(mesh.vertices, mesh.faces)
     return mesh.closest(rays), new.closest(rays)
 
 
 def load_or_refuse(path, content):
-    """A mesh that answers for what it holds; or none, refused in one line."""
+    """Either a mesh that answers for the arrays it holds, or an error in one line."""
     path.write_bytes(content)
     try:
         mesh = intertri.load(path)
@@ -65,7 +65,7 @@ def test_members_of_two_archives_do_not_mix(dtype, tmp_path):
 
 @pytest.mark.filterwarnings("ignore:Reading")
 def test_altered_members_are_refused(dtype, tmp_path):
-    """Bytes of members change, and the archive's own checksums are right again."""
+    """Bytes of members change, but the archive's own checksums match."""
     members = members_of(sphere(dtype, steps=0), tmp_path)
     tried = 0
     for name, content in members.items():
@@ -73,7 +73,7 @@ def test_altered_members_are_refused(dtype, tmp_path):
             for flip in (1, 0x80, 0x55):
                 changed = content[:at] + bytes([content[at] ^ flip]) + content[at + 1:]
                 mesh = load_or_refuse(tmp_path / "altered.npz", archive_of(members | {name: changed}))
-                # Of a member's header some bytes are blank.
+                # Some bytes of a member's header are padding.
                 assert mesh is None or at < 128 and mesh.digest == sphere(dtype, steps=0).digest
                 tried += 1
         for cut in range(0, len(content), 97):
@@ -84,7 +84,7 @@ def test_altered_members_are_refused(dtype, tmp_path):
 
 
 def test_other_vertices_of_the_same_number_are_refused(dtype, tmp_path):
-    """The archive is well formed, and its tree is that of other vertices or faces."""
+    """The archive is well formed, but its tree belongs to other vertices or faces."""
     mesh, path = sphere(dtype), tmp_path / "mesh.npz"
     mesh.save(path)
     with np.load(path) as saved:
@@ -121,7 +121,7 @@ def test_damaged_archives_are_value_errors(dtype, tmp_path):
 
 
 def test_a_header_does_not_size_an_allocation(tmp_path):
-    """The vertices are said to be 240 TB."""
+    """The header claims 240 TB of vertices."""
     members = members_of(sphere(np.float32), tmp_path)
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (2 * 10**13, 3)})

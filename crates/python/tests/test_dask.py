@@ -1,4 +1,4 @@
-"""On a cluster of this machine: equal answers for any chunking, any number of workers, and lost workers."""
+"""A cluster on this machine: answers are equal for any chunks, any number of workers, and after workers are lost."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""What is wrong is told, and nothing crashes."""
+"""Wrong arguments raise an error that says what is wrong, and nothing crashes."""
 
 import math
 

@@ -37,7 +37,7 @@ def test_copies_answer_alike(mesh):
 
 
 def _whatever_has_threads(vertices, faces, rays):
-    """A digest of what every call gives that goes to several threads."""
+    """A digest of the answers of every call that uses several threads."""
     mesh = intertri.Mesh(vertices, faces)
     mesh.refit(vertices * vertices.dtype.type(1.5))
     mesh = pickle.loads(pickle.dumps(mesh))
@@ -68,7 +68,7 @@ def test_a_forked_process_has_threads_of_its_own(dtype):
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity") or len(os.sched_getaffinity(0)) < 2, reason="one CPU")
 def test_calls_of_one_thread_run_side_by_side(mesh):
-    """Two threads of Python with a thread each are at work at the same time: each is in its call when the other is."""
+    """Two Python threads that use one thread each run in parallel: each is in its call while the other is."""
     rays = np.random.default_rng(1).uniform(-1, 1, (1_000_000, 6)).astype(mesh.dtype)
     spans = []
 
@@ -80,7 +80,7 @@ def test_calls_of_one_thread_run_side_by_side(mesh):
     threads = [threading.Thread(target=ask) for _ in range(2)]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
-    # The work is done by the threads that call: none waits for another's pool.
+    # The calling threads do the work: none waits for another's pool.
     assert min(spans) > 0.02
 
 
@@ -93,7 +93,7 @@ def test_more_threads_than_the_machine_has_are_not_started(mesh):
 
 
 def test_the_lock_is_let_go(mesh):
-    """Another thread of Python runs while a query does."""
+    """Another Python thread runs during a query."""
     eye, ways = camera(1200, [1, 2, 3])
     rays = np.concatenate([np.broadcast_to(eye, ways.shape), ways], axis=-1).astype(mesh.dtype)
     turns, done = [0], threading.Event()
@@ -117,7 +117,7 @@ INTERRUPTED = """
 import numpy as np, intertri, os, pathlib, pickle, signal, sys, tempfile, threading, time
 sys.path.insert(0, {tests!r})
 from conftest import icosphere
-# Also where these tests run in the background of a script, which has its children ignore it.
+# A script that runs these tests in the background makes its children ignore the signal.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 vertices, faces = icosphere({steps})
 mesh = intertri.Mesh(vertices.astype(np.float32), faces)
@@ -153,7 +153,7 @@ else:
 """
 
 
-# Calls that take seconds, behind what they need.
+# Calls that take seconds, each after its setup.
 SLOW = {
     "rays": "mesh.closest(rays, threads=THREADS)",
     "lists": "mesh.all(rays, threads=THREADS)",
@@ -170,7 +170,7 @@ SLOW = {
     "pickles": "GO repeat(lambda: pickle.loads(pickle.dumps(mesh)))",
     "reading": "path = pathlib.Path(tempfile.mkdtemp(), 'a.obj'); path.write_text('v 0 0 0\\nv 1 0 0\\nv 0 1 0\\n' + "
                "'f 1 2 3\\n' * 8_000_000); GO intertri.Mesh.read(path, threads=THREADS)",
-    # Each of these is as near to every face as to any other.
+    # Each of these points is equally near to every face.
     "few points": "mesh.closest_point(np.float32(rng.normal(size=(444, 3)) * 1e-7), threads=THREADS)",
     "points": "mesh.closest_point(np.float32(rng.normal(size=(9999, 3)) * 1e-7), threads=THREADS)",
 }
@@ -185,7 +185,7 @@ def test_ctrl_c_ends_a_query(call, threads):
     script = INTERRUPTED.format(tests=str(Path(__file__).parent), prepare=prepare, ask=ask, steps=steps)
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
     assert out.stdout.startswith("ended"), out
-    # 0.2 s, and room for a machine that does something else besides.
+    # 0.2 s, with slack for a busy machine.
     assert float(out.stdout.split()[1]) < 1
 
 
@@ -229,7 +229,7 @@ lists: intertri.HitLists = mesh.all([[0, 0, 0]], [0, 0, 1])
 import intertri
 intertri.Mesh([[0, 0, 0]], [[0, 0, 0]]).any([0, 0, 0], [0, 0, 1], mode="fast")
 """)
-    # Of what the package builds on, which is not as well typed, it needs nothing.
+    # It needs no types of the packages that intertri builds on, which are less well typed.
     where = ["--pythonpath", sys.executable] if checker == ["pyright"] else []
     run = lambda *files: subprocess.run([sys.executable, "-m", *checker, *(where if files else []), *map(str, files)],
                                         capture_output=True, text=True, cwd=PROJECT)

@@ -12,7 +12,7 @@ DIGEST = intertri.Mesh(VERTICES, FACES).digest
 
 
 class Tensor:
-    """A tensor that numpy reads by DLPack alone."""
+    """A tensor that numpy can only read by DLPack."""
 
     def __init__(self, array, device="cpu"):
         self._array, self._device = array, device
@@ -30,7 +30,7 @@ class Tensor:
 
 
 class OwnNumpy:
-    """A tensor with a way to numpy of its own, as Open3D's, and slow ones by DLPack and by its rows."""
+    """A tensor like Open3D's: it has its own fast conversion to numpy, and slow ones by DLPack and row by row."""
 
     by_dlpack = False
 
@@ -41,7 +41,7 @@ class OwnNumpy:
         return self._array
 
     def __dlpack__(self, **options):
-        # Which may take seconds.
+        # This may take seconds.
         OwnNumpy.by_dlpack = True
         return self._array.__dlpack__(**options)
 
@@ -133,7 +133,7 @@ def test_models_are_no_saved_meshes(tmp_path):
 
 
 def test_what_is_wrong_with_a_mesh_is_told():
-    """Without a face, with one turned, with one doubled; with one doubled and turned, the mesh is closed."""
+    """A mesh with a face missing, flipped or duplicated. With a flipped duplicate it is closed."""
     turned = FACES[:1, ::-1]
     cases = [
         (FACES[1:], "open", "3 edges belong to one triangle alone, the first at triangle"),

@@ -1,5 +1,5 @@
-"""Too little memory is a MemoryError, and never an abort: each call is made again and again, and each time another of its
-allocations fails."""
+"""Too little memory raises MemoryError and never aborts: each call is repeated, and each time another of its allocations
+fails."""
 
 import os
 import shutil
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-# An allocator between Python and the system's: of the large allocations from `arm` on, one fails.
+# An allocator between Python and the system's: after `arm`, one of the large allocations fails.
 FAILING = r"""
 #define _GNU_SOURCE
 #include <dlfcn.h>

@@ -43,7 +43,7 @@ def test_nearest_points_are_right(dtype, rng, moved):
         squares = [oracle.squared_distance(triangle, point) for triangle in mesh.triangles]
         assert found["triangle"] == squares.index(min(squares))
         assert math.isclose(found["distance"], math.sqrt(min(squares)), rel_tol=1e-15)
-        # The point is rounded, where it is.
+        # The hit point is rounded.
         assert np.linalg.norm(mesh.hit_points(found) - point) == pytest.approx(found["distance"], abs=1e-14 + 1e-15 * moved)
     assert (near["distance"][:10] == 0).all()
     signed = mesh.signed_distance(points)
@@ -59,7 +59,7 @@ def test_triangles_without_area_are_segments_and_points(dtype):
     assert near["distance"].tolist() == [1, 1] and near["triangle"].tolist() == [1, 1]
     assert mesh.hit_points(near).tolist() == [[6, 5, 5], [5, 5, 5]]
     assert mesh.signed_distance(np.array([6, 5, 6], dtype), assume_closed=True) == 1
-    # As saved, and as it moves: the triangle becomes flat, and another none.
+    # Saved, then moved: one triangle loses its area.
     assert copy.deepcopy(mesh).closest_point(np.array([6, 5, 6], dtype)) == near[0]
     corners[5], corners[1] = [6, 7, 5], [0, 2, 0]
     mesh.refit(corners)
@@ -90,7 +90,7 @@ def test_a_saved_mesh_answers_alike(mesh, tmp_path):
     assert (hits_of(loaded) == hits_of(mesh)).all()
 
 
-# A triangle at z = 5 and one at z = 7, as `Bvh::of_meshes` and `to_bytes` give them.
+# A triangle at z = 5 and one at z = 7, from `Bvh::of_meshes` and `to_bytes`.
 TWO_MESHES = (
     b"c-rgq3<>h&<&t7zU|?VYVh{}ij10)&N4)?uiU32N#M1+nf@#wjp^6VMplTHDR7+!%Hw*!p=Kzw2iaS8*3}eP{LC+i$W~jXkXy(s+c_YyLw%dD<"
     b"90!uT095{*pjL*E<qLNRuc00{CM3VW0l$2MJrMuLg9*q#aKJAQBq#t36a$d|AK<}Y|KY)unokH2vY)W|pd^PY{9tl08UQ5#&oK"
@@ -98,7 +98,7 @@ TWO_MESHES = (
 
 
 def save_bound(path, vertices, faces, tree):
-    """Saves these as parts of one mesh."""
+    """Saves these members as a mesh."""
     bound = np.array(_archive.binding(vertices, faces, tree), np.uint64)
     np.savez(path, vertices=vertices, faces=faces, tree=np.frombuffer(tree, np.uint8), binding=bound)
 
@@ -157,7 +157,7 @@ def test_refit_answers_as_a_new_mesh(mesh, rng):
                                       np.sin(angle) * turned[:, 0] + np.cos(angle) * turned[:, 2])
         turned = turned.astype(mesh.dtype)
         ratio = mesh.refit(turned)
-        # Of a tree that was built anew it were 1.
+        # In a new tree the ratio would be 1.
         assert 0 < ratio < 10 and (ratio != 1) == (twist > 0)
         new = intertri.Mesh(turned, faces)
         assert mesh.digest == new.digest and (mesh.vertices == turned).all()
@@ -186,7 +186,7 @@ def test_refit_of_some_vertices(mesh, rng):
     new = intertri.Mesh(moved, mesh.faces)
     assert mesh.refit(moved[rows], indices=rows) > 0
     assert mesh.digest == new.digest and (hits_of(mesh) == hits_of(new)).all() and (mesh.vertices == moved).all()
-    # If a row is named twice, the last position counts; without rows, nothing changes.
+    # If a row occurs twice, its last position counts; without rows, nothing changes.
     mesh.refit([[9, 9, 9], moved[5]], indices=[5, 5])
     mesh.refit(np.zeros((0, 3)), indices=[])
     assert mesh.digest == new.digest
@@ -206,13 +206,13 @@ def test_refit_of_some_vertices(mesh, rng):
 
 @pytest.fixture
 def wall():
-    """A wall in float32 at z = 1, and how it looks elsewhere."""
+    """A float32 wall at z = 1, and its positions elsewhere."""
     at = lambda z: np.float32([[-9, -9, z], [9, -9, z], [0, 9, z]])
     return intertri.Mesh(at(1), [[0, 1, 2]]), at
 
 
 class Meanwhile:
-    """Passes calls on, and does something else before it gives the answer."""
+    """Passes calls on, but does something else before it returns the answer."""
 
     def __init__(self, inner, does):
         self.inner, self.does = inner, does
@@ -229,7 +229,7 @@ class Meanwhile:
 def test_a_tree_that_is_late_is_not_kept(wall, monkeypatch):
     """The mesh moves while another thread builds its hierarchy in float64."""
     mesh, at = wall
-    third = 1 / 3  # not one of float32
+    third = 1 / 3  # not a float32
     with monkeypatch.context() as patch:
         patch.setattr(_triangles, "native", lambda dtype: Meanwhile(native(dtype), lambda: mesh.refit(at(2))))
         assert mesh.closest([third, 0, 0], [0, 0, 1])["t"] == 1
@@ -318,7 +318,7 @@ print(error, errors)
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is limited and told in another way")
 def test_a_refit_without_memory_changes_nothing(dtype):
     script = NO_MEMORY.format(tests=str(Path(__file__).parent), dtype=dtype.__name__)
-    # So that what was given back is not there.
+    # So that freed memory is not available.
     malloc = {"MALLOC_ARENA_MAX": "1", "MALLOC_MMAP_THRESHOLD_": "4096", "MALLOC_TRIM_THRESHOLD_": "4096"}
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300,
                          env=os.environ | malloc)
@@ -327,7 +327,7 @@ def test_a_refit_without_memory_changes_nothing(dtype):
 
 
 def test_queries_while_a_mesh_moves(dtype):
-    """Each answer is that of one position, old or new, whole."""
+    """Each answer belongs entirely to one position, old or new."""
     corners = np.array([[-9, -9, 5], [9, -9, 5], [0, 9, 5]], dtype)
     many = np.concatenate([corners + dtype([0, 0, k]) for k in range(100)])
     mesh = intertri.Mesh(many, np.arange(300).reshape(-1, 3))

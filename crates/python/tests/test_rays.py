@@ -1,4 +1,4 @@
-"""Rays against rationals: every answer and every bit."""
+"""Rays checked by rationals: every answer and every bit."""
 
 import math
 
@@ -10,7 +10,7 @@ from conftest import box, camera, icosphere
 
 
 def aimed(mesh, rng, count):
-    """Rays that are hard: half at corners and midpoints of edges, some along edges, some anywhere."""
+    """Hard rays: half aim at corners and midpoints of edges, some run along edges, some go anywhere."""
     corners = mesh.triangles
     origins = (mesh.vertices.mean(axis=0) + rng.uniform(-2, 2, (count, 3))).astype(mesh.dtype)
     picked = corners[rng.integers(len(corners), size=count)]
@@ -87,7 +87,7 @@ def test_intervals(dtype):
 
 
 def test_an_end_of_numpy_keeps_its_digits():
-    """t is 2/3, which float32 rounds up. A number of Python is one of the rays' type."""
+    """t is 2/3, which float32 rounds up. A plain Python number takes the dtype of the rays."""
     mesh = intertri.Mesh(np.float32([[[0, 0, 2], [1, 0, 2], [0, 1, 2]]]))
     ray = np.float32([0.25, 0.25, 0]), np.float32([0, 0, 3])
     t = mesh.closest(*ray)["t"]
@@ -149,7 +149,7 @@ def test_order_of_pictures_changes_nothing(dtype, size, rng):
 
 @pytest.mark.parametrize("width,height", [(131, 100), (64, 70), (33, 200), (259, 33)])
 def test_lists_of_pictures(dtype, width, height, rng):
-    """Every hit and every crossing of pictures, rays given in any form, beside those of rays in no order."""
+    """Every hit and crossing of pictures, in each form of rays, compared with those of shuffled rays."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     eye, ways = camera(260, [1, 0.5, 3])
     top, left = (260 - height) // 2, (260 - width) // 2
@@ -176,7 +176,7 @@ def test_lists_of_pictures(dtype, width, height, rng):
 
 @pytest.mark.parametrize("width,height", [(2048, 9), (1024, 64), (500, 37)])
 def test_wide_pictures(dtype, width, height, rng):
-    """Scans of few long rows: how many are traced together goes by the number of threads."""
+    """Scans of few long rows: the number of threads decides how many are traced together."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     around, up = np.meshgrid(np.linspace(0, 6.2, width), np.linspace(-0.4, 0.4, height))
     ways = np.stack([np.cos(around), np.sin(around), up], axis=-1).astype(dtype)[:, :-1]
@@ -211,7 +211,7 @@ def test_threads_and_out_change_nothing(dtype):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_crossings_of_a_diagonal(dtype):
-    """Rays that meet the diagonal of a square, at weights of which many are rounded: each crosses once."""
+    """Rays that meet the diagonal of a square, many at weights that are rounded: each crosses once."""
     for n in range(2, 90):
         square = np.array([[0, 0, 1], [n, 0, 1], [0, n, 1], [n, n, 1]], dtype)
         mesh = intertri.Mesh(square, [[0, 1, 2], [3, 2, 1]])
@@ -222,7 +222,7 @@ def test_crossings_of_a_diagonal(dtype):
 
 @pytest.mark.parametrize("few", [False, True])
 def test_lists_of_many_parts(few, rng):
-    """A wall behind the other, and each ray ends somewhere between two: how many it hits is known, on any threads."""
+    """Walls one behind another, and rays that end between two: the number of hits is known, on any number of threads."""
     walls = np.arange(1, 6)
     corners = np.array([[-9, -9, 0], [9, -9, 0], [0, 18, 0]])
     mesh = intertri.Mesh(np.float32((corners + walls[:, None, None] * [0, 0, 1]).reshape(-1, 3)), np.arange(15).reshape(5, 3))
@@ -251,7 +251,7 @@ def test_certified(rng):
 
 
 def test_float64_rays_keep_their_digits():
-    """A float32 mesh, and rays that float32 cannot hold: they pass an edge by 1e-12."""
+    """A float32 mesh, and rays that float32 cannot hold: they miss an edge by 1e-12."""
     mesh = intertri.Mesh(np.float32([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]]))
     origins = np.array([[0.5, 0.5 - 1e-12, 0], [0.5, 0.5, 0], [0.5, 0.5 + 1e-12, 0]])
     assert mesh.any(origins, [0, 0, 1]).tolist() == [True, True, False]

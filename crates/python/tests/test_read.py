@@ -1,4 +1,4 @@
-"""Models from files, by the program's loaders."""
+"""Models from files, read by the program's loaders."""
 
 import gzip
 import pickle

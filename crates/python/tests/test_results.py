@@ -1,4 +1,4 @@
-"""What others do with results: frames of pandas, and NaN for misses."""
+"""Results in pandas data frames, and NaN for misses."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Scenes of instances answer as one mesh of all their triangles does."""
+"""A scene of instances answers like a single mesh of all its triangles."""
 
 import intertri
 import numpy as np
@@ -13,7 +13,7 @@ def placed(mesh, matrix):
 
 
 def matrices(rng, count):
-    """Turned, sheared, mirrored and scaled."""
+    """A rotation, shear, mirror image and scaling."""
     all = np.tile(np.eye(4), (count, 1, 1))
     all[:, :3, :3] = rng.uniform(-1, 1, (count, 3, 3)) * rng.choice([0.1, 1, 3], (count, 1, 1))
     all[:, :3, 3] = rng.uniform(-3, 3, (count, 3))
@@ -29,7 +29,7 @@ def rays(rng, corners, count):
 
 
 def check(scene, instances, rng):
-    """Compares all queries with one mesh of the instances' triangles: {number: (mesh, matrix)}."""
+    """Compares all queries with a single mesh of the triangles of the instances, {number: (mesh, matrix)}."""
     numbers = sorted(instances)
     parts = [placed(*instances[number]) for number in numbers]
     flat = intertri.Mesh(np.concatenate(parts))
@@ -69,7 +69,7 @@ def test_a_scene_answers_as_the_mesh_of_its_triangles(rng):
     assert len(scene) == 12 and repr(scene) == "Scene(12 instances)"
     check(scene, instances, rng)
 
-    # Many move in one call, one is removed, one hidden; until the commit nothing has changed.
+    # Many move in one call, one is removed, one is hidden. Nothing changes before the commit.
     before = scene.closest([0, 0, -9], [0.01, 0.02, 1])
     moved = matrices(rng, 5)
     scene.place(np.arange(5), moved)

@@ -5,9 +5,9 @@
 >>> mesh.closest([0, 1, 0], [0, -0.5, 1])["t"]
 np.float64(2.0)
 
-`Mesh` is the class to begin with; `Scene` has instances of meshes that move, and `Media` are several
-meshes, filled with something. `intertri.trimesh` puts a mesh into trimesh, `intertri.open3d` has the interface of
-Open3D's scenes, `intertri.pyvista` has pyvista's ray traces and interior points, `intertri.dask` answers on a cluster.
+Start with `Mesh`. A `Scene` holds instances of meshes that move; `Media` are solids that rays pass through, each filled
+with a material. `intertri.trimesh` makes a trimesh mesh answer exactly, `intertri.open3d` has the interface of Open3D's
+scenes, `intertri.pyvista` has pyvista's ray traces and interior points, and `intertri.dask` runs on a cluster.
 """
 
 from ._dtypes import CROSSING, CROSSINGS, HIT, MEDIUM_CROSSING, NEAREST, SCENE_HIT, SEGMENT, HitLists, SegmentLists

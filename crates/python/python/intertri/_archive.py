@@ -1,7 +1,7 @@
-"""A mesh as arrays in a file or a pickle, bound together by a checksum.
+"""A mesh as arrays in a file or a pickle, tied together by a checksum.
 
-``binding`` is an XXH64 of the other members. It shows damage, and a tree that is that of other vertices or faces. It
-does not show who wrote them: sign the file if you need authenticity.
+``binding`` is an XXH64 of the other members. It detects damage, and a tree built for other vertices or faces. It does
+not tell who wrote the file: sign it if you need authenticity.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ NOT_OURS = "it is damaged, or not a file that Mesh.save wrote"
 MEMBERS = ("vertices", "faces", "tree", "binding")
 
 Saved = tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes, int]
-"""Vertices, faces, the bytes of the hierarchy, and what binds them."""
+"""Vertices, faces, the bytes of the hierarchy, and their checksum."""
 
 
 def binding(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tree: bytes) -> int:
@@ -80,14 +80,14 @@ def read(path: str | os.PathLike[str]) -> tuple[Any, ...]:
         try:
             return _members(file)
         except OSError as error:
-            # Positions that a damaged file names may not be there; other errors are the disk's.
+            # A damaged file may point to positions that do not exist. Any other error comes from the disk.
             if error.errno not in (None, errno.EINVAL):
                 raise
             raise ValueError(f"{NOT_OURS}; {_inputs.READ_IT}") from None
         except (ValueError, MemoryError):
             raise
         except Exception as error:
-            # The readers of zip and of numpy's headers raise whatever their code runs into.
+            # zipfile and numpy's header reader raise all kinds of exceptions on damaged input.
             why = (str(error).splitlines() or [type(error).__name__])[0]
             raise ValueError(f"{NOT_OURS} ({why}); {_inputs.READ_IT}") from None
 
@@ -109,7 +109,7 @@ def _members(file: BinaryIO) -> tuple[Any, ...]:
 
 
 def _array(content: bytes, name: str) -> NDArray[Any]:
-    """The array of a member. numpy's own reader takes as much memory as the header says."""
+    """The array of a member. numpy's own reader would allocate as much memory as the header claims."""
     file = io.BytesIO(content)
     version = np.lib.format.read_magic(file)
     if version != (1, 0):

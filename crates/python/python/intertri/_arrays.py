@@ -1,4 +1,4 @@
-"""From what users give to what the native part reads: flat, contiguous arrays of one scalar."""
+"""Turns users' arguments into what the native part reads: flat, contiguous arrays of one scalar type."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Rays:
 
     @property
     def parts(self) -> tuple[Floats | None, ...]:
-        """The arrays that are read."""
+        """The arrays that a query reads."""
         return self.origins, self.directions, self.t_min, self.t_max
 
     @property
@@ -53,7 +53,7 @@ def floats(values: ArrayLike, name: str) -> Floats:
         return array.astype(native, copy=False)
     if array.dtype.kind in "iub":
         as_double = array.astype(F64)
-        # What is just above was rounded to it.
+        # 2**53 itself may have been rounded from 2**53 + 1.
         if array.dtype.itemsize > 4 and (np.abs(as_double) >= 2.0**53).any():
             raise ValueError(f"{name} has integers of 2**53 or beyond, which float64 does not keep")
         return as_double
@@ -65,7 +65,7 @@ def floats(values: ArrayLike, name: str) -> Floats:
 
 
 def fits_f32(array: Floats) -> bool:
-    """Whether every value is one of float32."""
+    """Whether float32 holds every value exactly."""
     if array.dtype == F32:
         return True
     with np.errstate(over="ignore"):
@@ -97,14 +97,14 @@ def grid(origin: ArrayLike, spacing: ArrayLike, shape: Any) -> tuple[Floats, Flo
 
 
 def flat(array: Floats, dtype: np.dtype[Any]) -> Floats:
-    """The same numbers in a row, copied only where type, order or alignment wants it."""
+    """The same numbers as a flat array, copied only if type, order or alignment require it."""
     return np.require(array, dtype, ["C", "A"]).reshape(-1)
 
 
 def vertices_and_faces(
     vertices: ArrayLike, faces: ArrayLike | None
 ) -> tuple[Floats, NDArray[np.uint32]]:
-    """Vertices (n, 3) and faces (m, 3), checked; triangles (m, 3, 3) are taken apart."""
+    """Vertices (n, 3) and faces (m, 3), checked; triangles (m, 3, 3) become three vertices each."""
     corners = floats(vertices, "vertices")
     if faces is None:
         if corners.size == 0:
@@ -180,8 +180,8 @@ def broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tup
 
 
 def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats, bool]:
-    """The ends of rays: one number for all, or one a ray. Whether it is a Python number, which takes the type of
-    the others."""
+    """The limits of rays, one number for all or one for each ray, and whether it is a plain Python number, which takes
+    the dtype of the rays."""
     is_weak = isinstance(value, (int, float)) and not isinstance(value, np.generic)
     array = floats(value, name)
     if array.ndim:
@@ -195,7 +195,7 @@ def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats
 def _plain_rays(
     origins: ArrayLike, directions: ArrayLike | None, t_min: ArrayLike, t_max: ArrayLike, mesh: np.dtype[Any]
 ) -> Rays | None:
-    """Rays that need no conversion, soon: arrays as the native part reads them, of the dtype of the mesh."""
+    """A fast path for rays that need no conversion: arrays as the native part reads them, in the dtype of the mesh."""
     low, high = _plain_end(t_min, mesh), _plain_end(t_max, mesh)
     if low is None or high is None or not _is_plain(origins, mesh):
         return None
@@ -232,7 +232,7 @@ for _end in _ENDS.values():
 
 
 def _plain_end(end: object, mesh: np.dtype[Any]) -> Floats | None:
-    """An end of rays that is one number of Python, which takes the dtype of the rays."""
+    """A limit given as a plain Python number, which takes the dtype of the rays."""
     return _ENDS.get((mesh, end)) if type(end) in (float, int) else None
 
 
@@ -271,7 +271,7 @@ def rays(
     count = math.prod(shape)
 
     def numbers(array: Floats, row: tuple[int, ...]) -> Floats:
-        """All rows, or the one that stands for all."""
+        """All rows, or the one that serves all rays."""
         if array.size == math.prod(row):
             return flat(array, dtype)
         return flat(np.broadcast_to(array, shape + row), dtype)
@@ -288,7 +288,7 @@ def rays(
 
 
 def numbers_of_faces(skip: ArrayLike, name: str, shape: tuple[int, ...], faces: int) -> NDArray[np.int32]:
-    """The triangles that rays of this shape skip: one number for all, or one a ray."""
+    """The triangles that rays of this shape skip: one number for all, or one for each ray."""
     numbers = _inputs.array(skip, name)
     if numbers.dtype.kind not in "iu" and numbers.size:
         raise TypeError(f"{name} has dtype {numbers.dtype}; it must be integer, such as hits['triangle']")

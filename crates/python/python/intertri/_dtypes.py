@@ -36,7 +36,7 @@ SCENE_HIT = np.dtype(
 """A hit of a scene, 40 bytes: a hit, the instance (-1 for a miss), and whether the ray runs with the normal."""
 
 CROSSINGS = np.dtype([("signed", "<i8"), ("unsigned", "<i8")])
-"""How often a ray crosses: leaving less entering (``signed``), and in all (``unsigned``)."""
+"""How often a ray crosses: leaving minus entering (``signed``), and in total (``unsigned``)."""
 
 
 NEAREST = np.dtype(
@@ -66,7 +66,7 @@ that the ray leaves and the one that it enters, -1 outside. A ray that changes n
 
 
 class HitLists(NamedTuple):
-    """Any number of hits a ray: those of ray ``i`` are ``hits[offsets[i]:offsets[i + 1]]``, in order of t."""
+    """Any number of hits for each ray: those of ray ``i`` are ``hits[offsets[i]:offsets[i + 1]]``, in order of t."""
 
     offsets: NDArray[np.int64]
     """Shape (n + 1,), from 0."""
@@ -75,7 +75,7 @@ class HitLists(NamedTuple):
 
     @property
     def rays(self) -> NDArray[np.int64]:
-        """The number of the ray of each hit: ``pandas.DataFrame(lists.hits, index=lists.rays)`` has all in one."""
+        """The ray of each hit: ``pandas.DataFrame(lists.hits, index=lists.rays)`` makes one table of it all."""
         return _rays_of(self.offsets)
 
 
@@ -89,10 +89,10 @@ class SegmentLists(NamedTuple):
 
     @property
     def rays(self) -> NDArray[np.int64]:
-        """The number of the ray of each segment."""
+        """The ray of each segment."""
         return _rays_of(self.offsets)
 
 
 def _rays_of(offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The number of the ray of each item of a list."""
+    """The ray of each item in the lists."""
     return np.repeat(np.arange(len(offsets) - 1, dtype=np.int64), np.diff(offsets))

@@ -1,4 +1,4 @@
-"""What other packages give: arrays and meshes of theirs, as numpy arrays."""
+"""Arrays and meshes of other packages, converted to numpy arrays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ READ_IT = "to read a model, call Mesh.read(path)"
 
 
 def array(values: Any, name: str) -> NDArray[Any]:
-    """A numpy array of anything that holds numbers: sequences, and the arrays and tensors of other packages."""
+    """A numpy array of anything that holds numbers: sequences, and arrays or tensors of other packages."""
     if type(values) is np.ndarray:
         return values
     if isinstance(values, (str, bytes, os.PathLike)):
@@ -20,7 +20,7 @@ def array(values: Any, name: str) -> NDArray[Any]:
     if np.ma.is_masked(values):
         raise ValueError(f"{name} has masked entries; fill them, or leave out their rows")
     if not isinstance(values, (np.ndarray, np.generic)):
-        # Its own way to numpy first: Open3D's tensors need seconds by DLPack.
+        # Try the object's own conversion to numpy first: by DLPack, Open3D's tensors take seconds.
         why = None
         if callable(getattr(values, "numpy", None)):
             try:
@@ -41,7 +41,7 @@ def array(values: Any, name: str) -> NDArray[Any]:
 
 
 def mesh_arrays(mesh: Any) -> tuple[Any, Any] | None:
-    """Vertices and faces of a mesh of intertri, trimesh, Open3D, pyvista or meshio; `None` of anything else."""
+    """Vertices and faces of a mesh of intertri, trimesh, Open3D, pyvista or meshio; `None` for anything else."""
     if isinstance(mesh, (np.ndarray, list, tuple)):
         return None
     if isinstance(mesh, (str, bytes, os.PathLike)):

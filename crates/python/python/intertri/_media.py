@@ -17,21 +17,21 @@ from ._mesh import Mesh
 
 
 class Media:
-    """Closed meshes, each filled with a medium: what a ray passes through.
+    """Closed meshes, each filled with a medium that rays pass through.
 
-    Meshes may be nested, touch and overlap: where several wind around a point, the last of them decides. So list them from
-    the outside in. Where none does, the medium is -1: outside. Crossings at the same t count together, so there is nothing
-    between solids that touch. Always exact.
+    Meshes may be nested, touch and overlap. If a point is inside several of them, the last one decides, so list them from
+    the outside in. A point in none of them has the medium -1: outside. Crossings at the same t are taken together, so there
+    is no gap between solids that touch. Always exact.
 
     Parameters
     ----------
     meshes : sequence
-        Each is a `Mesh`, or what `Mesh` takes. If all are float32 they are kept so, else as float64.
+        Each is a `Mesh`, or anything that `Mesh` takes. If all are float32, so are the media; otherwise float64.
     media : (n,) integer, optional
-        What each mesh is filled with, 0 or above. Meshes with the same number are one medium. By default, each mesh is a
-        medium, with its place in ``meshes`` as the number.
+        The number of the medium that fills each mesh, 0 or above. Meshes with the same number are one medium. By default
+        each mesh is its own medium, numbered by its place in ``meshes``.
     threads : int, optional
-        Threads that build, all by default.
+        Number of threads for the build, all by default.
 
     Raises
     ------
@@ -55,7 +55,7 @@ class Media:
     __slots__ = ("_made", "_meshes", "_numbers", "dtype")
 
     dtype: np.dtype[Any]
-    """``float32`` or ``float64``: what the coordinates are kept in."""
+    """``float32`` or ``float64``: the type of the coordinates."""
 
     def __init__(
         self, meshes: Sequence[Any], media: ArrayLike | None = None, *, threads: int | None = None
@@ -76,7 +76,7 @@ class Media:
         self._native(self.dtype, threads)
 
     def _native(self, dtype: np.dtype[Any], threads: int | None) -> Media32 | Media64:
-        """The hierarchy over a scalar, made when it is first needed."""
+        """The hierarchy in a scalar type, built on first use."""
         made = self._made.get(dtype)
         if made is None:
             arrays = [(_arrays.flat(mesh.vertices, dtype), mesh.faces.reshape(-1)) for mesh in self._meshes]
@@ -97,7 +97,7 @@ class Media:
 
     @property
     def media(self) -> NDArray[np.int32]:
-        """What each mesh is filled with, (n,), read-only."""
+        """The medium that fills each mesh, (n,), read-only."""
         return self._numbers
 
     def _rays(self, origins: ArrayLike, directions: ArrayLike | None, t_min: ArrayLike, t_max: ArrayLike) -> Rays:
@@ -106,7 +106,7 @@ class Media:
     def medium_at(self, points: ArrayLike, *, threads: int | None = None) -> NDArray[np.int32]:
         """The media at points of shape (..., 3): (...) int32, -1 outside.
 
-        A point on a wall belongs to one side of it: the one to which a step along (0.53721, 0.35137, 0.76691) leads.
+        A point on a wall belongs to one of its sides: the one that a small step along (0.53721, 0.35137, 0.76691) reaches.
         """
         at = _arrays.points(points)
         at = at.astype(self.dtype if self.dtype != F32 or _arrays.fits_f32(at) else F64, copy=False)
@@ -124,9 +124,9 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> NDArray[np.void]:
-        """Where each ray goes into another medium for the first time: (...) `MEDIUM_CROSSING`.
+        """Where each ray first enters another medium: (...) `MEDIUM_CROSSING`.
 
-        Rays are those of ``Mesh.closest``. A ray that starts on a wall starts in the medium that it goes into.
+        Rays are given as for ``Mesh.closest``. A ray that starts on a wall starts in the medium that it goes into.
         """
         rays = self._rays(origins, directions, t_min, t_max)
         found = np.empty(rays.shape, MEDIUM_CROSSING)
@@ -143,10 +143,10 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> SegmentLists:
-        """Rays cut where their medium changes.
+        """Rays cut into segments where the medium changes.
 
-        The segments of a ray cover it from ``t_min`` to ``t_max``: each starts where the one before ends. A part whose ends
-        have the same t after rounding is left out. Rays of more dimensions count in C order.
+        The segments of a ray cover it from ``t_min`` to ``t_max``: each starts where the one before ends. A segment whose
+        ends round to the same t is left out. Rays of more than one dimension are numbered in C order.
 
         >>> import numpy as np, intertri
         >>> corners = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]])
@@ -170,10 +170,10 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> NDArray[np.float64]:
-        """How long each ray is in each medium: (..., m) float64, a column for each of ``np.unique(media.media)``.
+        """The length of each ray in each medium: (..., m) float64, with a column for each of ``np.unique(media.media)``.
 
-        Lengths are in units of the coordinates, whatever the length of the direction. For the part of a segment from a to b
-        pass ``origins=a, directions=b - a, t_max=1``.
+        Lengths are in units of the coordinates, whatever the length of the direction. For a segment from a to b, pass
+        ``origins=a, directions=b - a, t_max=1``.
 
         >>> import numpy as np, intertri
         >>> corners = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]])

@@ -20,13 +20,13 @@ class Mesh(PointQueries):
     Parameters
     ----------
     vertices : (n, 3) float32 or float64
-        Corners, kept as they are: float32 stays float32, float64 stays float64. Integers become float64.
+        Corners: float32 stays float32, float64 stays float64, and integers become float64.
         Without ``faces``, triangles of shape (m, 3, 3), or a mesh of trimesh, Open3D, pyvista or meshio.
-        Arrays and tensors of other packages are taken as they are, by DLPack where they have it.
+        Arrays and tensors of other packages work too, through DLPack if they support it.
     faces : (m, 3) integer, optional
         Rows of ``vertices``. Both sides of a face can be hit.
     threads : int, optional
-        Number of threads that build, all by default.
+        Number of threads for the build, all by default.
 
     Raises
     ------
@@ -41,16 +41,16 @@ class Mesh(PointQueries):
 
     Answers
     -------
-    They do not depend on the order of rays, the number of threads, or the CPU. With ``mode="exact"``, the
-    default, hit or miss and the triangle are right for the coordinates as given, and t, u and v are the true
-    values rounded once. An edge or corner belongs to every triangle that has it, so no ray slips through; of
-    equal t the lowest triangle wins. With ``mode="certified"`` they are those of a plain loop in float64.
+    Answers do not depend on the order of rays, the number of threads, or the CPU. With ``mode="exact"``, the default, hit
+    or miss and the triangle are right for the coordinates as given, and t, u and v are the true values rounded once. An
+    edge or corner belongs to every triangle that has it, so no ray slips through; at equal t the lowest triangle wins.
+    With ``mode="certified"`` answers are those of a plain loop in float64.
 
-    Float64 rays keep their digits: a float32 mesh that meets rays which float32 cannot hold answers them in
-    float64, through a second hierarchy, which it then builds. Pass ``rays.astype(np.float32)`` to avoid that.
+    Float64 rays keep their digits: if float32 cannot hold the rays, a float32 mesh builds a second hierarchy, in float64,
+    and answers with that. Pass ``rays.astype(np.float32)`` to avoid it.
 
-    Ctrl-C ends a long call with ``KeyboardInterrupt``, and too little memory with ``MemoryError``. Calls let other threads
-    of Python run.
+    Ctrl-C ends a long call with ``KeyboardInterrupt``; too little memory ends it with ``MemoryError``. Other Python threads
+    run during a call.
 
     Examples
     --------
@@ -69,27 +69,27 @@ class Mesh(PointQueries):
     def read(
         cls: type[AnyMesh], path: str | os.PathLike[str], *, strict: bool = False, threads: int | None = None
     ) -> AnyMesh:
-        """Reads a model from an OBJ, PLY, STL or glTF file, which may be compressed by gzip.
+        """Reads a model from an OBJ, PLY, STL or glTF file, which may be compressed with gzip.
 
-        Vertices keep their order, and are float64: decimals become the nearest float64, and numbers that the file has
-        in float32 or float64 stay what they are. Polygons become triangles.
+        Vertices keep their order and are float64: decimals become the nearest float64; numbers stored as float32 or
+        float64 keep their values. Polygons become triangles.
 
         Parameters
         ----------
         path
-            Its ending names the format. With any other ending, the first bytes of the file decide.
+            Its extension names the format. With any other extension, the first bytes of the file decide.
         strict : bool
-            A ``UserWarning`` says what was left out, repaired or guessed, such as faces of fewer than three corners. If
-            true, that is an error.
+            By default a ``UserWarning`` says what was left out, repaired or guessed, such as faces of fewer than three
+            corners. If true, that is an error.
         threads : int, optional
-            Threads that build the hierarchy, all by default.
+            Number of threads for the build, all by default.
 
         Raises
         ------
         OSError
             If the file cannot be opened.
         ValueError
-            If it holds no such model, or is damaged; the message has the line in the file.
+            If the file holds no such model or is damaged; the message names the line.
         MemoryError
             If it needs more memory than is available.
 
@@ -102,7 +102,7 @@ class Mesh(PointQueries):
         ...     intertri.Mesh.read(path)
         Mesh(1 face, 3 vertices, float64)
         """
-        # A file that cannot be opened raises the error that Python has for it.
+        # A file that cannot be opened raises Python's own error.
         open(path, "rb").close()
         vertices, faces, notes = read_model(path)
         if notes and strict:
@@ -129,10 +129,10 @@ class Mesh(PointQueries):
         return vertices, faces, tree, _archive.binding(vertices, faces, tree)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes vertices, faces and hierarchy to a file, for `intertri.load`, the same on every machine.
+        """Writes vertices, faces and hierarchy to a file for `intertri.load`. The file is the same on every machine.
 
-        It is one of numpy's ``.npz`` files: ``vertices``, ``faces``, ``tree``, the bytes of a saved hierarchy, and
-        ``binding``, a checksum of the three.
+        It is a numpy ``.npz`` file with ``vertices``, ``faces``, ``tree`` (the bytes of the saved hierarchy) and
+        ``binding`` (a checksum of the three).
 
         >>> import intertri, tempfile, os
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -154,7 +154,7 @@ def _revive(cls: type[Mesh], *parts: Any) -> Mesh:
 
 
 def _restore(*_: Any) -> Mesh:
-    """What pickles of older versions refer to."""
+    """Stands in for the function that pickles of older versions name."""
     raise ValueError(
         "an older version pickled this mesh, which did not bind its tree to its vertices: "
         "make it anew by Mesh(vertices, faces)"
@@ -167,12 +167,12 @@ def load(path: str | os.PathLike[str]) -> Mesh:
     Raises
     ------
     ValueError
-        If the file is none of those, is damaged, has members that do not belong together, or is of another version.
-        Nothing in a file is run as code. A checksum is not a signature: sign the file if you need authenticity.
+        If `Mesh.save` did not write the file, if it is damaged or of another version, or if its members do not belong
+        together. Nothing in a file is run as code. A checksum is not a signature: sign the file if you need authenticity.
     OSError
-        If it cannot be read.
+        If the file cannot be read.
     MemoryError
-        If it needs more memory than is available.
+        If the mesh needs more memory than is available.
     """
     try:
         return _revive(Mesh, *_archive.read(path))

@@ -1,4 +1,4 @@
-"""Queries by points."""
+"""Queries for points."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from ._rays import RayQueries
 
 
 class PointQueries(RayQueries):
-    """Queries by points."""
+    """Queries for points."""
 
     __slots__ = ()
 
     def _points(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
-        """Points in the scalar that loses nothing."""
+        """Points in a scalar type that loses nothing."""
         points = _arrays.points(values)
         fits = self.dtype != F32 or _arrays.fits_f32(points)
         return points.astype(self.dtype if fits else F64, copy=False)
 
     def _inside_or_odd(self, points: ArrayLike, threads: int | None = None) -> NDArray[np.bool_]:
-        """Whether points are inside the mesh or on it; where it is open or faces are not oriented alike, whether a ray
-        from them crosses an odd number of faces."""
+        """Whether points are inside the mesh or on it. If the mesh is open, or its faces are not oriented alike: whether
+        a ray from them crosses an odd number of faces."""
         return self.contains(points, parity=not self.is_closed, threads=threads)
 
     def _winding(self, points: ArrayLike, threads: int | None, assume_closed: bool = True) -> NDArray[np.int32]:
@@ -44,19 +44,20 @@ class PointQueries(RayQueries):
     ) -> NDArray[np.bool_]:
         """Whether points are inside the mesh or on it: (...) bool for points of shape (..., 3).
 
-        Inside is where the mesh winds around: parts may overlap, and a part that is turned inside out within
-        another is a cavity. That is exact for a closed mesh. In any other, with holes or with faces turned or doubled,
-        inside is where the `winding_number` is nearer to 1 than to 0 (or to -1, where all is turned inside out).
+        A point is inside if the mesh winds around it: parts may overlap, and a part that is turned inside out within
+        another is a cavity. That is exact for a closed mesh. In a mesh with holes, flipped faces or duplicate faces, a
+        point is inside if its `winding_number` is nearer to 1 than to 0 (or to -1, if the whole mesh is inside out).
 
         Parameters
         ----------
         points : (..., 3)
-            One that is not finite is outside.
+            A point that is not finite is outside.
         assume_closed : bool
-            If true, the mesh is not checked, and crossings along one direction decide, as if it were closed.
+            If true, the mesh is not checked but taken to be closed: crossings along one direction decide.
         parity : bool
-            If true, inside is where a ray crosses an odd number of faces, whichever way they are turned. Right for meshes
-            that are closed but whose faces are turned at random; where faces are missing or doubled, it depends on the ray.
+            If true, a point is inside if a ray from it crosses an odd number of faces, whichever way they face. Right for
+            meshes without holes whose faces are oriented at random; if faces are missing or duplicated, the answer depends
+            on the ray.
 
         Examples
         --------
@@ -81,8 +82,9 @@ class PointQueries(RayQueries):
     ) -> NDArray[np.int32] | NDArray[np.float64]:
         """How often the mesh winds around points: (...) for points of shape (..., 3).
 
-        For a closed mesh, or where that is assumed, the numbers are int32 and exact, and 0 on the mesh itself. For any
-        other they are float64, and NaN on the mesh: the solid angles of its faces over 4 pi, to some 14 digits.
+        For a closed mesh, or if ``assume_closed`` is true, the numbers are int32, exact, and 0 on the mesh itself. For any
+        other mesh they are float64, the sum of the solid angles of the faces over 4 pi to some 14 digits, and NaN on the
+        mesh.
 
         Parameters are those of `contains`.
 
@@ -123,21 +125,22 @@ class PointQueries(RayQueries):
         assume_closed: bool = False,
         threads: int | None = None,
     ) -> NDArray[np.uint8]:
-        """Which voxels of a regular grid are inside the mesh: uint8 of this shape, 0 outside, 1 inside, 2 where the centre is
+        """Which voxels of a regular grid are inside the mesh: uint8 of this shape, 0 outside, 1 inside, 2 if the centre is
         exactly on the mesh.
 
-        The centre of a voxel decides, as in `contains`: ``voxels(...) != 0`` is what `contains` says of all centres. A voxel
-        that the surface passes beside its centre is inside or outside. A closed mesh takes one ray for each column of
-        voxels along the last axis, and so a small part of the time; for any other mesh, each centre is classified alone.
+        The centre of a voxel decides: ``voxels(...) != 0`` is what `contains` returns for the centres. A voxel that the
+        surface cuts without touching its centre is simply inside or outside. In a closed mesh, one ray classifies a whole
+        column of voxels along the last axis, which is many times faster; in any other mesh, each centre is classified by
+        itself.
 
         Parameters
         ----------
         origin : (3,)
-            The centre of the first voxel. That of voxel (i, j, k) is ``origin + spacing * (i, j, k)`` in float64.
+            The centre of the first voxel. The centre of voxel (i, j, k) is ``origin + spacing * (i, j, k)`` in float64.
         spacing : float or (3,)
             The distance between centres, above 0.
         shape : (nx, ny, nz)
-            How many voxels there are along each axis.
+            The number of voxels along each axis.
         assume_closed, threads
             As for `contains`.
 
@@ -175,18 +178,18 @@ class PointQueries(RayQueries):
         ----------
         points : (..., 3)
         radius : float
-            How far to look: a point that is farther from the mesh has none.
+            How far to look: a point farther from the mesh than this has no nearest point.
         nan_misses : bool
-            Whether the distance is NaN, not infinite, where there is none; u and v, too.
+            Whether distance, u and v are NaN if there is no nearest point, instead of infinity and 0.
         threads, out
             As for `closest`; ``out`` is of dtype `NEAREST`.
 
         Returns
         -------
         (...) `NEAREST`
-            Fields distance, x, y, z, u, v, triangle (-1 for none) and geometry. The triangle is truly the nearest; if
-            several are equally near, the lowest. A point that is not finite has none. `hit_points` returns the nearest
-            points as rows, `hit_normals` the normals of their triangles.
+            Fields distance, x, y, z, u, v, triangle (-1 for none) and geometry. The triangle is the true nearest; if
+            several are equally near, it is the lowest of them. A point that is not finite has none. `hit_points` returns
+            the nearest points as rows, `hit_normals` the normals of their triangles.
 
         Examples
         --------
@@ -213,9 +216,9 @@ class PointQueries(RayQueries):
     ) -> NDArray[np.float64]:
         """Distances of points to the mesh, **negative inside**: (...) float64 for points of shape (..., 3).
 
-        The sign is that of `contains`; 0 on the mesh. Distances are those of `closest_point`, or NaN of a point
-        that is not finite. Parameters are those of `contains`.
-        ``intertri.trimesh.signed_distance`` has trimesh's sign, positive inside.
+        `contains` decides the sign; the distance is 0 on the mesh. Distances are those of `closest_point`, or NaN for a
+        point that is not finite. Parameters are those of `contains`. ``intertri.trimesh.signed_distance`` has trimesh's
+        sign, positive inside.
 
         >>> import intertri
         >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]

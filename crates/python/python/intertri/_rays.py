@@ -1,4 +1,4 @@
-"""Queries by rays."""
+"""Queries for rays."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Mode: TypeAlias = Literal["exact", "certified"]
 
 
 class RayQueries(Triangles):
-    """Queries by rays."""
+    """Queries for rays."""
 
     __slots__ = ()
 
@@ -52,22 +52,21 @@ class RayQueries(Triangles):
         Parameters
         ----------
         origins, directions : (..., 3)
-            Where rays start and where they go, of shapes that broadcast: one origin may serve all. A direction
-            need not have unit length. Or, without ``directions``, whole rays of shape (..., 6), origin and
-            direction, or (..., 8), origin, t_min, direction, t_max; contiguous (n, 8) of float32 are read
-            in place.
+            Where rays start and where they go, in shapes that broadcast: one origin may serve all rays. A direction
+            need not have unit length. Without ``directions``, whole rays of shape (..., 6): origin, direction; or
+            (..., 8): origin, t_min, direction, t_max. A contiguous (n, 8) float32 array is read in place.
         t_min, t_max : float or (...)
-            A hit counts where t > 0 and t_min <= t < t_max, in multiples of the direction's length. A plain number
-            of Python takes the rays' dtype; numpy's scalars and arrays keep theirs.
+            A hit counts if t > 0 and t_min <= t < t_max, in multiples of the direction's length. A plain Python number
+            takes the dtype of the rays; numpy scalars and arrays keep theirs.
         skip : integer or (...), optional
             A triangle that each ray ignores, such as the one that it starts on; -1 for none.
         nan_misses : bool
-            Whether t, u and v of misses are NaN, for plots and means, not infinity and 0.
+            Whether t, u and v of misses are NaN, for plots and means, instead of infinity and 0.
         mode : "exact" or "certified"
         threads : int, optional
             Number of threads, all by default.
         out : (...) `HIT`, optional
-            A contiguous array for the answers; using one again saves an allocation.
+            A contiguous array for the answers; reusing one saves an allocation.
 
         Returns
         -------
@@ -165,18 +164,18 @@ class RayQueries(Triangles):
     ) -> NDArray[np.bool_]:
         """Whether points see each other: (...) bool. The surfaces on which they lie do not hide them. Always exact.
 
-        A point lies on a triangle if it is no farther from it than 16 units of rounding: ``2**-52`` of the largest
-        coordinate of both points and the triangle, ``2**-23`` for points of float32. So nothing shades itself because
-        a point was rounded, also beside an edge. Any other triangle hides ``b`` if the ray from ``a`` in direction
-        ``b - a`` hits it where 0 < t < 1.
+        A point lies on a triangle if it is no farther from it than 16 units of rounding. One unit is ``2**-52`` times the
+        largest coordinate of both points and the triangle, or ``2**-23`` times for float32 points. So no surface shades
+        itself because a point was rounded, not even beside an edge. Any other triangle hides ``b`` if the ray from ``a`` in
+        direction ``b - a`` hits it at 0 < t < 1.
 
         Parameters
         ----------
         a, b : (..., 3)
-            Points of shapes that broadcast: one light may serve all. It is fastest if all ``a`` or all ``b`` are the
+            Points in shapes that broadcast: one light may serve all. It is fastest if all ``a`` or all ``b`` are the
             same. Points that are not finite see nothing.
         skip_a, skip_b : integer or (...), optional
-            The triangles on which the points lie, -1 for none, if they are known: for points that are less accurate.
+            The triangles on which the points lie, -1 for none. Pass them if you know them and the points are less accurate.
         threads, out
             As for `any`.
 
@@ -206,23 +205,23 @@ class RayQueries(Triangles):
     def spawn_rays(
         self, hits: NDArray[np.void], directions: ArrayLike, *, threads: int | None = None
     ) -> NDArray[np.floating[Any]]:
-        """Rays that start where others hit the mesh: (..., 6), origin and direction, in the dtype of the mesh.
+        """Rays that start at hits of the mesh: (..., 6), origin and direction, in the dtype of the mesh.
 
-        A ray starts at the hit, rounded, or beside it on the side to which it goes, a few units in the last place away:
-        in the mode "exact" it never hits the triangle that it starts on. Near an edge it may hit the one on the other
-        side. To find out whether a point sees a light, use `visible`.
+        A ray starts at the rounded hit, or a few units in the last place away on the side to which it goes. In the mode
+        "exact" it never hits the triangle that it starts on; near an edge it may hit the neighbour. To find out whether a
+        point sees a light, use `visible`.
 
         Parameters
         ----------
         hits : (...) `HIT`, `CROSSING` or `NEAREST`
             What `closest`, `all`, `crossings` or `closest_point` of this mesh returned.
         directions : (..., 3)
-            Where the rays go. They are rounded to the dtype of the mesh.
+            Where the rays go, rounded to the dtype of the mesh.
 
         Returns
         -------
         (..., 6)
-            For misses the origins are NaN, so that these rays miss.
+            The origins of misses are NaN, so their rays miss, too.
 
         Examples
         --------
@@ -251,10 +250,10 @@ class RayQueries(Triangles):
         return rays
 
     def thickness(self, hits: NDArray[np.void], *, threads: int | None = None) -> NDArray[np.float64]:
-        """How thick a solid is where it is hit: how far it is from there against the normal to the next triangle.
+        """How thick a solid is where it is hit: the distance from the hit to the next triangle, straight into the solid.
 
-        The normal is that of `hit_normals`; so corners must run counter-clockwise as seen from outside. The triangle of the
-        hit does not count.
+        Into the solid is against the normal (see `hit_normals`), so corners must run counter-clockwise as seen from
+        outside. The triangle of the hit does not count.
 
         Parameters
         ----------
@@ -291,14 +290,14 @@ class RayQueries(Triangles):
         mode: Mode = "exact",
         threads: int | None = None,
     ) -> HitLists:
-        """Every hit of each ray, in order of t; of equal t, of the triangle.
+        """Every hit of each ray, in order of t, and at equal t in order of the triangle.
 
-        A point on an edge belongs to each triangle that has it. To count surfaces, use `crossings`.
+        A hit on an edge is a hit of each triangle that shares the edge. To count surfaces, use `crossings`.
 
         Parameters
         ----------
         origins, directions, t_min, t_max, mode, threads
-            As for `closest`; rays of more dimensions count in C order.
+            As for `closest`; rays of more than one dimension are numbered in C order.
         limit : int, optional
             The largest number of hits for each ray; the nearest are kept.
 
@@ -334,15 +333,15 @@ class RayQueries(Triangles):
         skip: ArrayLike | None = None,
         threads: int | None = None,
     ) -> HitLists:
-        """Where each ray crosses the mesh, each edge and corner once, in order of t.
+        """Where each ray crosses the mesh, in order of t; an edge or corner counts once. Always exact.
 
-        Where a surface goes on across an edge, the ray crosses one of the two triangles; where it only
-        touches a silhouette, an even number of triangles or none. Always exact.
+        If the surface continues behind an edge, the ray crosses one of the two triangles. If the ray only touches the
+        silhouette there, it crosses an even number of triangles or none.
 
         Returns
         -------
         HitLists
-            As for `all`, with `CROSSING` for hits: ``leaves`` says whether the ray runs with the normal, out
+            As for `all`, with `CROSSING` for the hits: ``leaves`` says whether the ray runs with the normal, that is, out
             of a mesh whose corners run counter-clockwise as seen from outside.
 
         Examples
@@ -369,10 +368,10 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """How often each ray crosses the mesh, each edge and corner once: (...) `CROSSINGS`.
+        """How often each ray crosses the mesh; an edge or corner counts once: (...) `CROSSINGS`.
 
-        ``signed`` is leaving minus entering. For a closed mesh and a ray without end it is the winding number
-        of the origin, whatever the direction. ``unsigned`` is the number of `crossings`.
+        ``signed`` is leaving minus entering. For a closed mesh and a ray without limits it is the winding number of the
+        origin, whatever the direction. ``unsigned`` is the number of `crossings`.
 
         >>> import intertri
         >>> square = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5], [1, 1, 5]], [[0, 1, 2], [3, 2, 1]])
@@ -387,8 +386,8 @@ class RayQueries(Triangles):
         return counts if rays.shape or out is not None else counts[()]
 
     def hit_points(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
-        """Where hits are: (..., 3) float64 by the weights of the triangles' corners, NaN for misses; those of
-        `closest_point` as they are.
+        """Where hits are: (..., 3) float64, computed from the weights u and v; NaN for misses. For answers of
+        `closest_point`, their own x, y and z.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -405,8 +404,8 @@ class RayQueries(Triangles):
         return points
 
     def hit_normals(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
-        """The normals of the triangles that are hit, of unit length: (..., 3) float64, NaN for misses. Seen from where
-        they point, corners run counter-clockwise.
+        """The unit normals of the triangles that are hit: (..., 3) float64, NaN for misses. They point to the side from
+        which the corners run counter-clockwise.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])

@@ -1,4 +1,4 @@
-"""Instances of meshes, in scenes that move."""
+"""Scenes of mesh instances that move."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class Scene:
     """Instances of meshes, each placed by a matrix, that may move between queries.
 
     A vertex (x, y, z) is at ``((m[0, 0] * x + m[0, 1] * y) + m[0, 2] * z) + m[0, 3]`` along the first axis, and so on,
-    in float64. Answers are those of one mesh of all these triangles, bit for bit. Instances share the hierarchy of
+    in float64. Answers are those of a single mesh of all these triangles, bit for bit. Instances share the hierarchy of
     their mesh, so a thousand placements take little more memory than one. A scene keeps a mesh as it was when it was
     added: a later ``refit`` of the mesh does not move its instances.
 
-    Changes count once they are committed. A query that runs in another thread answers for the last commit before it.
+    Changes take effect when you commit them. A query answers for the last commit before it started.
 
     Parameters
     ----------
     scene : trimesh.Scene, optional
-        A scene whose nodes become instances, committed. Nodes that share a geometry share its hierarchy.
+        A scene whose nodes become committed instances. Nodes that share a geometry share its hierarchy.
 
     Examples
     --------
@@ -70,7 +70,7 @@ class Scene:
         ----------
         mesh : Mesh
         matrix : (4, 4) or (3, 4), optional
-            Where it is: any finite numbers, with 0, 0, 0, 1 in a fourth row. By default the mesh stays where it is.
+            Where to place it: any finite numbers; a fourth row must be 0, 0, 0, 1. By default the mesh stays where it is.
         """
         if not isinstance(mesh, Mesh):
             raise TypeError(f"mesh must be an intertri.Mesh, not {type(mesh).__name__}")
@@ -78,12 +78,12 @@ class Scene:
         return self._native.add(mesh._tree(mesh.dtype, None), rows[0].tolist())
 
     def place(self, instance: ArrayLike, matrix: ArrayLike) -> None:
-        """Places an instance anew, or many: ``instance`` (n,) and ``matrix`` (n, 4, 4) or (n, 3, 4).
+        """Moves an instance, or many at once: ``instance`` (n,) and ``matrix`` (n, 4, 4) or (n, 3, 4).
 
         Raises
         ------
         IndexError, ValueError
-            If there is no such instance, or a number is not finite: nothing has changed.
+            If there is no such instance, or a number is not finite. Nothing changes then.
         """
         numbers = _inputs.array(instance, "instance")
         if numbers.dtype.kind not in "iu" and numbers.size:
@@ -96,7 +96,7 @@ class Scene:
         self._native.place(np.ascontiguousarray(numbers, np.uint32), _matrices(matrix, len(numbers)).reshape(-1))
 
     def remove(self, instance: int) -> None:
-        """Removes an instance. Its number may go to one that is added later."""
+        """Removes an instance. An instance added later may get its number."""
         self._native.remove(_number(instance))
 
     def show(self, instance: int, visible: bool = True) -> None:
@@ -108,7 +108,7 @@ class Scene:
         self.show(instance, False)
 
     def commit(self, *, threads: int | None = None) -> None:
-        """Makes all changes count for the queries that begin from now on."""
+        """Makes all changes take effect for the queries that start from now on."""
         self._native.commit(_arrays.threads_of(threads))
 
     def closest(
@@ -121,9 +121,9 @@ class Scene:
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """The closest hit of each ray, with arguments as of `Mesh.closest`.
+        """The closest hit of each ray. Arguments are those of `Mesh.closest`.
 
-        If two hits have the same t, the lower instance is closer, then the lower triangle.
+        At equal t the lower instance wins, then the lower triangle.
 
         Returns
         -------
@@ -175,7 +175,7 @@ class Scene:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> HitLists:
-        """Where each ray crosses a mesh, in order of t, as `Mesh.crossings` has it: `HitLists` of `SCENE_HIT`."""
+        """Where each ray crosses a mesh, in order of t, as for `Mesh.crossings`: `HitLists` of `SCENE_HIT`."""
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         offsets, hits = self._native.crossings(rays, _arrays.threads_of(threads))
         return HitLists(offsets, hits.view(SCENE_HIT))
@@ -191,7 +191,7 @@ def _number(instance: int) -> int:
 
 
 def _matrices(matrix: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Rows of twelve numbers, one for each of some matrices."""
+    """Matrices as rows of twelve numbers."""
     numbers = _arrays.floats(matrix, "matrix").astype(F64)
     if numbers.ndim == 2:
         numbers = numbers[np.newaxis]

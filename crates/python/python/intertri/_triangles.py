@@ -1,4 +1,4 @@
-"""What a mesh keeps: its vertices and faces, and the hierarchies over them."""
+"""The data of a mesh: its vertices and faces, and the hierarchies over them."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _PIECE = 1 << 24
 
 @dataclass(slots=True)
 class Position:
-    """Where the vertices are, and what was made of that. Vertices that move get another, so that a thread which is
-    still at work on this one leaves nothing old in the new."""
+    """Where the vertices are, and everything derived from that. When vertices move, they get a new `Position`, so a
+    thread that still works on the old one cannot leave stale data in the new."""
 
     vertices: NDArray[np.floating[Any]]
     trees: dict[np.dtype[Any], Tree32 | Tree64] = field(default_factory=dict)
@@ -60,7 +60,7 @@ class Triangles:
         self._at, self._faces, self._moving = Position(corners), rows, threading.Lock()
 
     def _tree(self, dtype: np.dtype[Any], threads: int | None) -> Tree32 | Tree64:
-        """The hierarchy in a scalar, built when it is first needed."""
+        """The hierarchy in a scalar type, built on first use."""
         at = self._at
         tree = at.trees.get(dtype)
         if tree is None:
@@ -70,7 +70,7 @@ class Triangles:
         return tree
 
     def _saved(self) -> tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes]:
-        """Vertices, faces and the hierarchy over them, of one position."""
+        """Vertices, faces and the hierarchy over them, all for the same position."""
         with self._moving:
             return self._at.vertices, self._faces, self._tree(self.dtype, None).to_bytes()
 
@@ -96,7 +96,7 @@ class Triangles:
 
     @property
     def bounds(self) -> NDArray[np.floating[Any]] | None:
-        """The smallest and largest corner of the box around the faces, (2, 3); ``None`` without faces."""
+        """The lowest and highest corner of the box around the faces, (2, 3); ``None`` without faces."""
         if not len(self._faces):
             return None
         is_used = np.zeros(len(self._at.vertices), bool)
@@ -106,7 +106,7 @@ class Triangles:
 
     @property
     def digest(self) -> str:
-        """A hash of dtype, vertices and faces: equal meshes have equal ones, on every machine.
+        """A hash of dtype, vertices and faces. Equal meshes have equal hashes on every machine.
 
         >>> import intertri
         >>> intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]]).digest[:8]
@@ -117,7 +117,7 @@ class Triangles:
             little = at.vertices.dtype.newbyteorder("<")
             state = hashlib.sha256(f"{little.str} {at.vertices.shape} {self._faces.shape}".encode())
             for part in (np.ascontiguousarray(at.vertices, little), np.ascontiguousarray(self._faces, "<u4")):
-                # In pieces, between which signals are heeded.
+                # In pieces, so that signals are handled in between.
                 content = _arrays.as_bytes(part)
                 for start in range(0, len(content), _PIECE):
                     state.update(content[start : start + _PIECE].data)
@@ -138,33 +138,32 @@ class Triangles:
         """Moves the vertices: new positions (n, 3) of the same faces, or (m, 3, 3) of a mesh made of triangles. With
         ``indices``, moves only these rows of `vertices`.
 
-        It takes a small part of the time of a new mesh. Answers are those of a new mesh, but the more the faces move
-        against each other, the longer queries take. A query that runs meanwhile in another thread answers for the old
-        positions or for the new.
+        It is many times faster than a new mesh. Answers are those of a new mesh, but the more the faces move relative to
+        each other, the longer queries take. A query that runs meanwhile in another thread answers either for the old
+        positions or for the new ones.
 
         Parameters
         ----------
         vertices : (n, 3)
             New positions: of all vertices, or of those in ``indices``.
         indices : (n,) integer, optional
-            Rows of `vertices`. If one occurs twice, its last position counts.
+            Rows of `vertices`. If a row occurs twice, its last position counts.
         threads : int, optional
             Number of threads that refit the hierarchy, all by default.
 
         Returns
         -------
         float
-            About how many times as long rays take as in the tree when it was built: above 1.5 it is time for a new
-            mesh.
+            About how many times as long rays take as in a freshly built tree. Above 1.5 it is time for a new mesh.
 
         Raises
         ------
         ValueError
-            If there are more vertices or fewer, or one of a face is not finite: nothing has changed.
+            If the number of vertices differs, or a vertex of a face is not finite. Nothing changes then.
         IndexError
-            If ``indices`` name a vertex that does not exist: nothing has changed.
+            If ``indices`` name a vertex that does not exist. Nothing changes then.
         MemoryError, KeyboardInterrupt
-            The vertices are where they were, and the next query builds the hierarchy.
+            The vertices are where they were, and the next query rebuilds the hierarchy.
 
         Examples
         --------
@@ -197,7 +196,7 @@ class Triangles:
             try:
                 ratio = tree.refit(corners.reshape(-1), self._faces.reshape(-1), _arrays.threads_of(threads))
             except BaseException:
-                # Nothing of the tree may be left.
+                # The tree is half refitted: drop it.
                 self._at = Position(self._at.vertices)
                 raise
             self._at = Position(corners, {self.dtype: tree})
@@ -205,7 +204,7 @@ class Triangles:
 
     @property
     def is_closed(self) -> bool:
-        """Whether every edge is used as often in one direction as in the other, so that the mesh has an inside."""
+        """Whether each edge is used equally often in both directions, so that the mesh has an inside."""
         at = self._at
         if at.is_closed is None:
             ask = native(at.vertices.dtype).is_closed
@@ -213,17 +212,18 @@ class Triangles:
         return at.is_closed
 
     def inspect(self) -> dict[str, int | str]:
-        """What keeps the mesh from being closed, and which faces are repeated.
+        """Why the mesh is not closed, and which faces occur more than once.
 
-        Edges and faces are the same if the coordinates of their corners are.
+        Edges and faces are the same if their corners have the same coordinates.
 
         Returns
         -------
         dict
-            ``open``: edges of one face alone. ``turned``: edges of two faces that run along them the same way, so that
-            one is turned. ``uneven``: edges of three faces or more, which do not pair up. ``doubled``: faces that
-            repeat another the same way round. ``opposed``: the other way round, so that both cancel. ``text``: all of
-            it in words, with the first edge or face of each kind.
+            ``open``: edges of a single face. ``turned``: edges that both of their faces run along in the same direction,
+            so that one of the faces is flipped. ``uneven``: edges of three or more faces that do not pair up.
+            ``doubled``: faces that repeat another with the same orientation. ``opposed``: faces that repeat another with
+            the opposite orientation, so that the two cancel. ``text``: all of it in words, with the first edge or face of
+            each kind.
 
         Examples
         --------
@@ -239,5 +239,5 @@ class Triangles:
 
 
 def native(dtype: np.dtype[Any]) -> type[Tree32] | type[Tree64]:
-    """The class of hierarchies over a scalar."""
+    """The class of hierarchies over a scalar type."""
     return Tree32 if dtype == F32 else Tree64

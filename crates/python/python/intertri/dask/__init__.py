@@ -6,12 +6,12 @@
 >>> intertri.dask.closest(mesh, rays).compute()["triangle"]
 array([ 0, -1], dtype=int32)
 
-The mesh goes to each worker once, and each worker process builds its hierarchy once. A block of rays, best about a
-million, is one task. Answers do not depend on blocks, workers or CPUs; `digest` is a hash to compare them by. If a
+The mesh goes to each worker once, and each worker process builds the hierarchy once. Each block of rays is one task; about
+a million rays a block is best. Answers do not depend on blocks, workers or CPUs; `digest` hashes them for comparison. If a
 worker dies, dask reruns its tasks.
 """
 
-# What dask knows of its types differs from version to version.
+# dask's type annotations differ from version to version.
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportAssignmentType=false, reportCallIssue=false
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ class SharedMesh:
 
 
 def share(mesh: Mesh, client: Any = None) -> SharedMesh:
-    """Sends a mesh to every worker of a client of ``distributed``, once. The functions below take the result in place
-    of the mesh. Without ``client``, the current client is used; if there is none, the mesh stays in this process.
+    """Sends a mesh to every worker of a ``distributed`` client, once. Pass the result to the functions below in place of
+    the mesh. Without ``client``, the current client is used; if there is none, the mesh stays in this process.
 
-    Workers that join later fetch it from the others.
+    Workers that join later fetch the mesh from the others.
     """
     client = client or _client()
     if client is None:
@@ -86,8 +86,8 @@ def contains(
 
 
 def from_parquet(path: Any, columns: list[str] | None = None, **options: Any) -> da.Array:
-    """Rays from parquet, one block for each partition: ``columns`` names origin and direction (6), or with t_min and
-    t_max (8: ox, oy, oz, t_min, dx, dy, dz, t_max), by default the first."""
+    """Rays from parquet, one block for each partition. ``columns`` names six columns, origin and direction, or eight: ox,
+    oy, oz, t_min, dx, dy, dz, t_max. By default all columns of the file are taken, in its order."""
     import dask.dataframe as dd
 
     frame = dd.read_parquet(path, columns=columns, **options)
@@ -120,8 +120,8 @@ def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
 
 
 def digest(hits: da.Array | NDArray[np.void]) -> str:
-    """The SHA-256 of closest hits in order, in the layout of the program: equal for any chunking and any number of
-    workers, and to that of ``intertri trace --raw``. Blocks are fetched one by one.
+    """The SHA-256 of closest hits in order. It does not depend on the chunks or the number of workers, and equals the hash
+    of what ``intertri trace --raw`` writes. Blocks are fetched one by one.
 
     >>> import numpy as np, intertri, intertri.dask
     >>> intertri.dask.digest(np.zeros(0, intertri.HIT))[:8]
@@ -143,11 +143,11 @@ def _program_bytes(hits: NDArray[np.void]) -> bytes:
     return rows.tobytes()
 
 
-# ---- What happens where ----
+# ---- On the workers ----
 
 
 class _Payload:
-    """A mesh on its way: its arrays, and the hash by which workers keep it."""
+    """A mesh in transit: its arrays, and the hash under which workers keep it."""
 
     def __init__(self, digest: str, vertices: NDArray[Any], faces: NDArray[np.uint32]) -> None:
         self.digest, self.vertices, self.faces = digest, vertices, faces
@@ -160,7 +160,7 @@ _lender = Lender()
 
 
 def _mesh_of(payload: Mesh | _Payload) -> Mesh:
-    """The mesh in this process, built by the first task that needs it; the last few are kept."""
+    """The mesh in this process, built by the first task that needs it. The last few meshes are kept."""
     if isinstance(payload, Mesh):
         return payload
     with _lock:
@@ -218,7 +218,7 @@ def _blocks(
 
 
 def _client() -> Any:
-    """The client of the moment, if there is one."""
+    """The current client, if there is one."""
     try:
         from distributed import get_client
 

@@ -1,4 +1,4 @@
-"""Memory for answers that is used again: what the system gives anew, it gives page by page, and tracing waits."""
+"""Reuses memory for answers: the system hands out new memory page by page, and tracing has to wait for it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MOST = 2
 
 
 class _Loan:
-    """Holds memory as long as an array or a view of it is there: numpy keeps what an array was made of."""
+    """Holds memory while an array or a view of it exists: numpy keeps the object that an array was made from alive."""
 
     def __init__(self, memory: NDArray[Any]) -> None:
         self.__array_interface__ = memory.__array_interface__
@@ -25,7 +25,7 @@ class Lender:
         self._idle: list[NDArray[Any]] = []
 
     def empty(self, count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-        """An array of whatever the memory holds."""
+        """An uninitialised array."""
         try:
             memory = self._idle.pop()
         except IndexError:

@@ -1,6 +1,6 @@
 """A scene of several meshes with the interface of ``open3d.t.geometry.RaycastingScene``.
 
-Names, shapes and dtypes of the results are Open3D's, so that a script changes an import:
+Names, shapes and dtypes of the results are Open3D's, so a script only needs to change an import:
 
 >>> import numpy as np
 >>> from intertri.open3d import RaycastingScene
@@ -29,14 +29,14 @@ __all__ = ["RaycastingScene", "Tensor"]
 
 
 class Tensor(np.ndarray[Any, Any]):
-    """A numpy array with those methods of Open3D's tensors that its scripts call on results."""
+    """A numpy array with the methods of Open3D's tensors that scripts call on results."""
 
     def numpy(self) -> NDArray[Any]:
         """The same memory as a plain array."""
         return self.view(np.ndarray)
 
     def cpu(self) -> Tensor:
-        """Itself: it is there already."""
+        """The tensor itself, which is already in CPU memory."""
         return self
 
     def clone(self) -> Tensor:
@@ -44,11 +44,11 @@ class Tensor(np.ndarray[Any, Any]):
         return self.copy()
 
     def contiguous(self) -> Tensor:
-        """Itself, or a copy whose memory is contiguous."""
+        """The tensor itself, or a copy whose memory is contiguous."""
         return _tensor(np.ascontiguousarray(self))
 
     def num_elements(self) -> int:
-        """How many numbers it has."""
+        """The number of elements."""
         return self.size
 
     def isfinite(self) -> Tensor:
@@ -88,7 +88,7 @@ def _tensor(values: Any) -> Tensor:
 
 
 def _is_device(value: Any) -> bool:
-    """Whether a value names a device, as ``CPU:0`` does, and no dtype."""
+    """Whether a value names a device, such as ``CPU:0``, and not a dtype."""
     return str(value).upper().startswith(("CPU", "CUDA", "SYCL"))
 
 
@@ -98,7 +98,7 @@ def _check_device(device: Any) -> None:
 
 
 def _numpy_dtype(dtype: Any) -> np.dtype[Any]:
-    """A dtype of numpy, or of Open3D by its name."""
+    """A numpy dtype, or the one that an Open3D dtype names."""
     try:
         named: np.dtype[Any] = np.dtype(dtype)
     except TypeError:
@@ -107,14 +107,14 @@ def _numpy_dtype(dtype: Any) -> np.dtype[Any]:
 
 
 def _wrap_like(asked: Any) -> Callable[[NDArray[Any]], Any]:
-    """What makes a result of an array: a tensor of Open3D where one asked, else a `Tensor`."""
+    """The function that turns an array into a result: an Open3D tensor if the query was one, else a `Tensor`."""
     if type(asked).__module__.startswith("open3d"):
         return lambda array: type(asked).from_numpy(np.ascontiguousarray(array))
     return _tensor
 
 
 def _array(value: Any, dtypes: tuple[np.dtype[Any], ...], last: int, name: str) -> NDArray[Any]:
-    """An array (..., last) of a tensor of Open3D or numpy, which must have one of these dtypes."""
+    """An array (..., last) from an Open3D tensor or a numpy array, which must have one of these dtypes."""
     array = _inputs.array(value, name)
     if array.dtype not in dtypes:
         raise TypeError(f"{name} has dtype {array.dtype}; it must be {' or '.join(map(str, dtypes))}")
@@ -128,35 +128,35 @@ def _threads(nthreads: int) -> int | None:
 
 
 class _Built(NamedTuple):
-    """The meshes of a scene as one."""
+    """The meshes of a scene as a single mesh."""
 
     mesh: Mesh
     starts: NDArray[np.int64]
-    """The first face of each geometry, and the number of all."""
+    """The first face of each geometry, then the total number of faces."""
     normals: NDArray[np.floating[Any]]
-    """The normal of each face, then the one that stands for a miss."""
+    """The normal of each face, then the normal for a miss."""
 
 
 class RaycastingScene:
     """Triangle meshes that are queried together; answers are exact.
 
-    The hierarchy over all meshes is built with the first query, and again after a mesh was added. A scene is float32,
-    as in Open3D, until a mesh with vertices in float64 is added: then it takes rays and points in either dtype, and
-    answers in float64.
+    The hierarchy over all meshes is built by the first query, and again after a mesh is added. A scene is float32, as in
+    Open3D, until you add a mesh with float64 vertices. Then it takes rays and points in either dtype and answers in
+    float64.
 
-    Rays and points may be numpy arrays or tensors of Open3D. Results are tensors of Open3D where the query is one, else
-    `Tensor`: numpy arrays with the methods that scripts call on results.
+    Rays and points may be numpy arrays or Open3D tensors. If the query is an Open3D tensor, so are the results. Otherwise
+    they are a `Tensor`: a numpy array with the methods that scripts call on results.
 
     Parameters
     ----------
     nthreads : int
-        Threads that build, 0 for all.
+        Number of threads for the build, 0 for all.
     device
-        Anything that names the CPU, which computes the answers.
+        Anything that names the CPU. Answers are always computed there.
     """
 
     INVALID_ID = 4294967295
-    """What a miss has for geometry and primitive."""
+    """The geometry and primitive of a miss."""
 
     def __init__(self, nthreads: int = 0, device: Any = None) -> None:
         _check_device(device)
@@ -192,7 +192,7 @@ class RaycastingScene:
         return len(self._faces) - 1
 
     def _scene(self) -> _Built:
-        """All meshes as one."""
+        """All meshes as a single mesh."""
         if self._built is None:
             bases = np.cumsum([0] + [len(vertices) for vertices in self._vertices])
             starts = np.cumsum([0] + [len(faces) for faces in self._faces])
@@ -209,7 +209,7 @@ class RaycastingScene:
         return self._built
 
     def _ids(self, triangles: NDArray[np.int32]) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-        """Geometry and primitive of triangles of the whole; a miss, -1, becomes `INVALID_ID`."""
+        """Geometry and primitive for triangles of the single mesh; a miss, -1, becomes `INVALID_ID`."""
         starts = self._scene().starts
         if len(starts) == 2:
             miss = (triangles < 0).astype(np.uint32)
@@ -244,13 +244,13 @@ class RaycastingScene:
         return wrap(self._scene().mesh.any(rays, t_min=tnear, t_max=tfar, threads=_threads(nthreads)))
 
     def count_intersections(self, rays: Any, nthreads: int = 0) -> Any:
-        """How many surfaces rays (..., 6) cross, each edge and corner once: (...) int32."""
+        """How many surfaces rays (..., 6) cross; an edge or corner counts once: (...) int32."""
         rays, wrap = self._query(rays, 6, "rays")
         counts = self._scene().mesh.count_crossings(rays, threads=_threads(nthreads))
         return wrap(counts["unsigned"].astype(np.int32))
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """All crossings of rays (..., 6), in order along each ray, each edge and corner once.
+        """All crossings of rays (..., 6), in order along each ray; an edge or corner counts once.
 
         Returns ray_splits (n + 1,) and ray_ids (m,) uint32, t_hit (m,), geometry_ids and primitive_ids (m,) uint32,
         primitive_uvs (m, 2). Those of ray i are from ray_splits[i] to ray_splits[i + 1].
@@ -298,7 +298,7 @@ class RaycastingScene:
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
         """The distances of points (..., 3) to the scene, negative inside: (...).
 
-        Inside is as for `compute_occupancy`. ``nsamples`` must be odd and has no effect: no ray is in doubt.
+        Inside is as for `compute_occupancy`. ``nsamples`` must be odd and has no effect: one exact ray decides.
         """
         _odd(nsamples)
         points, wrap = self._query(query_points, 3, "query_points")
@@ -310,9 +310,9 @@ class RaycastingScene:
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
         """1 for points (..., 3) inside the scene or on it, else 0: (...).
 
-        Where all meshes together are closed and their faces turned alike, inside is where they wind around the point:
-        parts may overlap, where Open3D takes an even number of them for outside. In any other scene a point is inside
-        if a ray from it crosses an odd number of faces, as in Open3D.
+        If the meshes together are closed and their faces consistently oriented, a point is inside if they wind around it.
+        So parts may overlap; Open3D takes a point inside an even number of parts for outside. In any other scene a point
+        is inside if a ray from it crosses an odd number of faces, as in Open3D.
         """
         _odd(nsamples)
         points, wrap = self._query(query_points, 3, "query_points")
@@ -325,8 +325,8 @@ class RaycastingScene:
     def create_rays_pinhole(*args: Any, **named: Any) -> Any:
         """The rays of a picture, (height, width, 6) float32.
 
-        Either ``intrinsic_matrix`` (3, 3), ``extrinsic_matrix`` (4, 4) from world to camera, ``width_px``,
-        ``height_px``; or ``fov_deg``, across, ``center``, ``eye``, ``up``, ``width_px``, ``height_px``.
+        Pass either ``intrinsic_matrix`` (3, 3), ``extrinsic_matrix`` (4, 4) from world to camera, ``width_px`` and
+        ``height_px``; or ``fov_deg`` (horizontal), ``center``, ``eye``, ``up``, ``width_px`` and ``height_px``.
         """
         by_matrix = ("intrinsic_matrix", "extrinsic_matrix", "width_px", "height_px")
         by_angle = ("fov_deg", "center", "eye", "up", "width_px", "height_px")

@@ -11,12 +11,12 @@ The functions have the parameters and results of pyvista's methods of the same n
 >>> int(selected["selected_points"].sum())
 69
 
-A surface with other polygons than triangles is triangulated; cells are those of the surface as given. The hierarchies of the
-last four surfaces are kept, and found again by a checksum of points and faces. If you trace many rays one by one, make
+A surface with polygons other than triangles is triangulated; cells are those of the original surface. The hierarchies of
+the last four surfaces are kept and found by a checksum of points and faces. If you trace many rays one by one, make
 ``intertri.Mesh(surface)`` once and query that.
 """
 
-# What pyvista knows of its types differs from version to version.
+# pyvista's type annotations differ from version to version.
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportCallIssue=false
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ def ray_trace(
     plot: bool = False,
     off_screen: bool | None = None,
 ) -> tuple[Floats, Ints]:
-    """As ``PolyData.ray_trace``: where the segment from one point to another meets a surface, its ends included.
+    """Like ``PolyData.ray_trace``: where the segment from one point to another meets a surface, including its ends.
 
     Returns
     -------
     (n, 3) float64, (n,) int64
-        Points in order along the segment, and a cell of each. Where cells share a point, the lowest is named. With
+        Points in order along the segment, and the cell of each. If cells share a point, it is the lowest of them. With
         ``first_point``, only the first point, (3,), if there is one.
     """
     surface = _surface(mesh, "ray_trace")
@@ -64,7 +64,7 @@ def ray_trace(
     hits = solid.all(start, end - start, t_max=1).hits
     starts, ends = solid.is_on_surface([start, end])
     if ends:
-        # The end itself is met, and not what the rounded direction meets beside it.
+        # The end is added below, so hits of triangles that it lies on are dropped here.
         hits = hits[[not _is_on(solid, hit, end) for hit in hits]]
     hits = hits[_is_next(hits["t"])]
     nearest = solid.closest_point([start, end])["triangle"]
@@ -83,14 +83,14 @@ def ray_trace(
 def multi_ray_trace(
     mesh: Any, origins: ArrayLike, directions: ArrayLike, first_point: bool = False, retry: bool = False
 ) -> tuple[Floats, Ints, Ints]:
-    """As ``PolyData.multi_ray_trace``, without trimesh and Embree: where rays meet a surface of triangles ahead of their
-    origins. ``retry`` has no effect, for no ray is lost.
+    """Like ``PolyData.multi_ray_trace``, but without trimesh and Embree: where rays meet a surface of triangles ahead of
+    their origins. ``retry`` has no effect, because no ray is lost.
 
     Returns
     -------
     (n, 3) float64, (n,) int64, (n,) int64
-        Points in order along each ray, the ray of each, and its cell. Where cells share a point, the lowest is named.
-        With ``first_point``, the first of each ray.
+        Points in order along each ray, with the ray and the cell of each. If cells share a point, it is the lowest of
+        them. With ``first_point``, only the first point of each ray.
     """
     if not mesh.is_all_triangles:
         raise NotAllTrianglesError("multi_ray_trace takes a mesh of triangles; pass mesh.triangulate()")
@@ -116,23 +116,23 @@ def select_interior_points(
     check_surface: bool = True,
     locator_tolerance: float | None = None,
 ) -> Any:
-    """As ``DataSet.select_interior_points``: a shallow copy of a data set with a bool for each point, ``selected_points``:
-    whether it is inside a closed surface, or on it.
+    """Like ``DataSet.select_interior_points``: a shallow copy of a data set with the array ``selected_points``, which says
+    for each point whether it is inside a closed surface, or on it.
 
-    Inside is where the surface winds around the point; where ``check_surface`` is false and the surface is open or its
-    faces are not turned alike, where a ray from the point crosses an odd number of faces.
+    A point is inside if the surface winds around it. If ``check_surface`` is false and the surface is open or its faces
+    are not consistently oriented, a point is inside if a ray from it crosses an odd number of faces.
 
     Parameters
     ----------
     mesh : pyvista.DataSet
     surface : pyvista.PolyData
     method, locator_tolerance
-        Taken so that calls may stay as they are. All points are exact, without a tolerance.
+        Accepted for compatibility, without effect: every answer is exact and needs no tolerance.
     inside_out : bool
-        Selects the points outside and on the surface.
+        Whether to select the points outside and on the surface instead.
     check_surface : bool
-        Refuses a surface that is open: one with an edge that does not run as often one way as the other. Points with the
-        same coordinates are the same.
+        Whether to refuse a surface that is open, that is, one with an edge not used equally often in both directions.
+        Points with the same coordinates are the same.
 
     Raises
     ------
@@ -158,7 +158,7 @@ def select_interior_points(
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """Vertices and faces, equal to others with the same checksums."""
+    """Vertices and faces that compare equal if their checksums do."""
 
     digest: tuple[Any, ...]
     vertices: NDArray[Any] = field(compare=False)
@@ -167,7 +167,7 @@ class _Key:
 
 @dataclass(frozen=True, slots=True)
 class _Surface:
-    """A hierarchy over a surface, and the cell of each triangle."""
+    """The hierarchy over a surface, and the cell of each triangle."""
 
     mesh: Mesh
     cells: Ints
@@ -179,11 +179,11 @@ def _hierarchy(key: _Key) -> Mesh:
 
 
 def _surface(mesh: Any, name: str) -> _Surface:
-    """The triangles of a mesh of pyvista, with a hierarchy that may be there already."""
+    """The triangles of a pyvista mesh, with a hierarchy that may exist already."""
     if not isinstance(mesh, pyvista.PolyData):
         hint = "; pass mesh.extract_surface()" if hasattr(mesh, "extract_surface") else ""
         raise TypeError(f"{name} takes a surface, pyvista.PolyData, not a {type(mesh).__name__}{hint}")
-    # Cells of points and lines come before those of faces.
+    # In cell order, points and lines come before faces.
     flat, cells = mesh, np.arange(mesh.n_verts + mesh.n_lines, mesh.n_cells)
     if not mesh.is_all_triangles:
         numbered = pyvista.PolyData()

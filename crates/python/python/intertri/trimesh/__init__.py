@@ -1,4 +1,4 @@
-"""intertri in trimesh: its ray interface, `contains` and signed distance, with float64 kept.
+"""intertri in trimesh: trimesh's ray interface, `contains` and signed distance, exact and in float64.
 
 >>> import trimesh, intertri.trimesh
 >>> mesh = intertri.trimesh.install(trimesh.creation.box())
@@ -8,7 +8,7 @@ array([ True])
 array([ True, False])
 """
 
-# What trimesh knows of its types differs from version to version.
+# trimesh's type annotations differ from version to version.
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportAssignmentType=false, reportCallIssue=false
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ __all__ = ["ProximityQuery", "RayMeshIntersector", "closest_point", "install", "
 
 
 def install(mesh: Any) -> Any:
-    """Lets a mesh of trimesh query intertri: ``mesh.ray`` becomes a `RayMeshIntersector` and ``mesh.nearest`` a
-    `ProximityQuery`, so that ``mesh.contains`` and everything else that goes by rays is exact. Returns the mesh.
+    """Makes a trimesh mesh query intertri: ``mesh.ray`` becomes a `RayMeshIntersector` and ``mesh.nearest`` a
+    `ProximityQuery`, so ``mesh.contains`` and everything else that uses rays is exact. Returns the mesh.
 
     Copies and pickles of the mesh, and the meshes that its methods return, such as ``split``, ``subdivide`` and ``+``,
-    query intertri as well. The mesh's class becomes a subclass of what it was.
+    query intertri as well. The class of the mesh becomes a subclass of its former class.
     """
     if not isinstance(mesh, trimesh.Trimesh):
         hint = "; pass each mesh of scene.geometry.values()" if hasattr(mesh, "geometry") else ""
@@ -82,7 +82,7 @@ _MAKERS = (
 
 @functools.cache
 def _installed(base: type) -> type:
-    """The subclass of a class of meshes whose instances query intertri, as do the meshes that their methods return."""
+    """A subclass of a mesh class. Its instances query intertri, and so do the meshes that their methods return."""
 
     def initialize(self: Any, *args: Any, **options: Any) -> None:
         base.__init__(self, *args, **options)  # type: ignore[misc]
@@ -97,7 +97,7 @@ def _installed(base: type) -> type:
 
 
 def _installing(method: Callable[..., Any]) -> Callable[..., Any]:
-    """The same method, which installs intertri in the meshes that it returns."""
+    """The same method, but it installs intertri in the meshes that it returns."""
 
     @functools.wraps(method)
     def call(*args: Any, **options: Any) -> Any:
@@ -111,26 +111,26 @@ def _installing(method: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _empty(base: type) -> Any:
-    """A mesh without anything, for a pickle to fill."""
+    """An empty mesh for a pickle to fill."""
     return object.__new__(_installed(base))
 
 
 class RayMeshIntersector:
-    """Ray queries of a mesh, by the interface of ``trimesh.ray.ray_pyembree.RayMeshIntersector``.
+    """Ray queries of a mesh, with the interface of ``trimesh.ray.ray_pyembree.RayMeshIntersector``.
 
-    `intersects_first`, `intersects_any` and whatever has ``multiple_hits=False`` ask for the closest hit ahead of
-    the origin, t > 0. An edge or corner belongs to all its triangles, so no ray slips through.
+    `intersects_first`, `intersects_any` and every call with ``multiple_hits=False`` find the closest hit ahead of the
+    origin, t > 0. An edge or corner belongs to all its triangles, so no ray slips through.
 
-    With ``multiple_hits=True`` the answers are crossings: each surface once, though the ray meets an edge or a
-    corner of it, in order along the ray. A ray that starts exactly on the mesh is taken to come from outside:
-    it crosses there if it goes in.
+    With ``multiple_hits=True`` the answers are crossings, in order along the ray: each surface counts once, even if the
+    ray meets an edge or a corner of it. A ray that starts exactly on the mesh is taken to come from outside: if it goes
+    in, it crosses there.
 
     Parameters
     ----------
     geometry : trimesh.Trimesh
-        The hierarchy is built when it is first needed, and again after the mesh has changed.
+        The hierarchy is built on first use, and again after the mesh has changed.
     scale_to_box : bool
-        Not needed; taken so that calls may stay as they are.
+        Accepted for compatibility, without effect.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
@@ -152,7 +152,7 @@ class RayMeshIntersector:
     def intersects_location(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, **options: Any
     ) -> tuple[Floats, Ints, Ints]:
-        """Where rays meet the mesh: locations (m, 3), the ray of each (m,), its face (m,)."""
+        """Where rays meet the mesh: locations (m, 3), and the ray (m,) and the face (m,) of each."""
         triangles, rays, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits, return_locations=True, **options
         )
@@ -166,13 +166,13 @@ class RayMeshIntersector:
         max_hits: int = 100,
         return_locations: bool = False,
     ) -> tuple[Any, ...]:
-        """Which faces rays meet: faces (m,), the ray of each (m,), and with ``return_locations`` where (m, 3).
+        """Which faces rays meet: faces (m,), the ray of each (m,), and with ``return_locations`` the places (m, 3).
 
         Parameters
         ----------
         ray_origins, ray_directions : (n, 3) float
         multiple_hits : bool
-            All crossings, or the closest hit alone.
+            Whether to return all crossings, or only the closest hit.
         max_hits : int
             The largest number of hits per ray; the nearest are kept. A warning says if others are left out.
         """
@@ -196,9 +196,9 @@ class RayMeshIntersector:
         return self.intertri.any(*_rays(ray_origins, ray_directions))
 
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points are inside of the mesh or on it: (n,).
+        """Whether points are inside the mesh or on it: (n,).
 
-        For a closed mesh with consistent faces, inside is where it winds around. For any other, a point is
+        In a closed mesh with consistent faces, a point is inside if the mesh winds around it. In any other mesh, it is
         inside if a ray from it crosses an odd number of faces.
         """
         at = np.asarray(points, np.float64)
@@ -252,7 +252,7 @@ class RayMeshIntersector:
             return None
         faces: NDArray[np.int32] = mesh.closest_point(origins[starting])["triangle"]
         if mesh.is_closed:
-            # What it leaves later and has not entered, it enters here.
+            # A ray that later leaves the mesh more often than it enters must enter here.
             sides = np.concatenate([[0], np.cumsum(np.where(leaves, 1, -1))])
             enters = (sides[offsets[1:]] - sides[offsets[:-1]])[starting] != 0
         else:
@@ -292,24 +292,25 @@ def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def _asked(mesh: Any) -> RayMeshIntersector:
-    """What answers for a mesh: what is installed in it, or a new one."""
+    """The intersector that answers for a mesh: the installed one, or a new one."""
     ray = getattr(mesh, "ray", None)
     return ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)
 
 
-# Candidates that are looked at together.
+# Candidates that are compared at a time.
 _MANY = 1 << 20
 
 
 def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
-    """The closest points, distances and faces. Of faces that share the edge or corner where the point lies, it is the
-    one that faces the most, as in trimesh: its normal shows on which side of the surface the point is."""
+    """The closest points, distances and faces. If the closest point is on an edge or corner that faces share, the face is
+    the one most turned towards the query point, as in trimesh: its normal shows on which side of the surface the point
+    is."""
     at = np.asarray(points, np.float64)
     if at.ndim != 2 or at.shape[1] != 3:
         raise ValueError(f"points have shape {at.shape}; it must be (n, 3)")
     found = asked.intertri.closest_point(at)
     near, distance, faces = asked.intertri.hit_points(found), found["distance"], found["triangle"].astype(np.int64)
-    # The weights of the first and the second corner may be a rounding off where their true sum is 1.
+    # If the weights of the first and second corner truly sum to 1, rounding may hide it.
     without = np.stack([1 - found["u"] - found["v"] <= 2**-52, found["u"] == 0, found["v"] == 0], axis=-1)
     shared = np.flatnonzero(without.any(axis=-1) & (distance > 0) & (faces >= 0))
     if len(shared) == 0:
@@ -317,12 +318,12 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
     around = np.sort(np.asarray(mesh.vertex_faces), axis=1)
     normals, corners = np.asarray(mesh.face_normals), np.asarray(mesh.faces)
     for rows in np.array_split(shared, 1 + len(shared) * around.shape[1] // _MANY):
-        # The corner, or both of the edge: the first that has a weight and the last.
+        # The corner, or both ends of the edge: the first and the last corner that have a weight.
         ends = [without[rows].argmin(axis=1), 2 - without[rows, ::-1].argmin(axis=1)]
         first, last = (corners[faces[rows], end] for end in ends)
         others = around[first]
         facing = np.einsum("ijk,ik->ij", normals[others], at[rows] - near[rows])
-        # One without an area has no normal.
+        # A face without an area has no normal.
         fits = (others >= 0) & (corners[others] == last[:, None, None]).any(axis=-1) & normals[others].any(axis=-1)
         facing[~fits] = -np.inf
         best = facing.argmax(axis=1)[:, None]
@@ -331,23 +332,23 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
 
 
 def closest_point(mesh: Any, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
-    """As ``trimesh.proximity.closest_point``: the closest points on the mesh (n, 3), distances (n,), faces (n,).
+    """Like ``trimesh.proximity.closest_point``: the closest points on the mesh (n, 3), distances (n,), faces (n,).
 
-    Where `install` has not been called, the hierarchy is built by each call.
+    Unless `install` has been called, each call builds the hierarchy.
     """
     return _closest(mesh, _asked(mesh), points)
 
 
 def signed_distance(mesh: Any, points: ArrayLike) -> Floats:
-    """As ``trimesh.proximity.signed_distance``: distances to the mesh (n,), **positive inside**, 0 on it.
+    """Like ``trimesh.proximity.signed_distance``: distances to the mesh (n,), **positive inside**, 0 on it.
 
-    The sign is that of `RayMeshIntersector.contains_points`, not of a normal.
+    `RayMeshIntersector.contains_points` decides the sign, not a normal.
     """
     return ProximityQuery(mesh).signed_distance(points)
 
 
 class ProximityQuery:
-    """As ``trimesh.proximity.ProximityQuery``: `on_surface`, `signed_distance` and `vertex` of a mesh."""
+    """Like ``trimesh.proximity.ProximityQuery``: `on_surface`, `signed_distance` and `vertex` of a mesh."""
 
     def __init__(self, mesh: Any) -> None:
         self._mesh = mesh
@@ -365,6 +366,6 @@ class ProximityQuery:
         return signed
 
     def vertex(self, points: ArrayLike) -> tuple[Floats, Ints]:
-        """The closest vertex of the mesh, by trimesh's own tree: distances (n,) and vertices (n,)."""
+        """The closest vertex of the mesh, found by trimesh's own tree: distances (n,) and vertices (n,)."""
         found: tuple[Floats, Ints] = self._mesh.kdtree.query(points)
         return found
