@@ -41,7 +41,7 @@ fn defects_are_counted_and_named() {
 #[test]
 fn the_numbers_are_those_of_the_file() {
     let place = TestFolder::new();
-    // The second face has corners of its own; the last is off by less than the precision of f32.
+    // The second face has its own corners; the last is off by less than the precision of f32.
     let faces = |z: &str| {
         format!(
             "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\

@@ -4,7 +4,7 @@
 //! cargo run --release -p intertri-scene --example hostile -- FOLDER   # some 8 GB come and go there
 //! ```
 //!
-//! Prints a table for `docs/fuzzing.md`. Each file is read by a process of its own, whose peak memory Linux
+//! Prints a table for `docs/fuzzing.md`. Each file is read by a separate process, whose peak memory Linux
 //! reports in `/proc`.
 
 use std::fs::File;

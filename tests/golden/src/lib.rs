@@ -1,7 +1,7 @@
 //! The golden answers: the answers of every mode on fixed scenes, bit for bit, on any machine.
 //!
 //! A line has a scene, a mode, a query, the number of answers that are not a miss, and a hash of all their
-//! bits. Each [`Section`] keeps its lines in a file of its own, so that a new section changes no other.
+//! bits. Each [`Section`] keeps its lines in a separate file, so a new section changes no other.
 //! CONTRIBUTING.md says when a line may change.
 //!
 //! ```

@@ -83,7 +83,7 @@ impl Difference {
             (0..hits.len()).map(|i| if same(i) { b.lit[i] } else { a.lit[i] }).collect();
         let mut shadows = shadow_differences(&view, &a.hits, &raster.volume()?, &a.lit, &other);
 
-        // Exact rays go all the way. No volume contains the part that the others leave out.
+        // Exact rays go all the way to the surface. Volumes leave out the last part of the way.
         let (triangles, scene, size) = (raster.triangles, raster.scene, raster.size);
         shadows.par_iter_mut().zip(&a.hits).enumerate().for_each(|(i, (verdict, hit))| {
             if *verdict == Verdict::Unexcused && left_out(triangles, scene, size, i, hit) {

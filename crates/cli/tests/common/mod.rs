@@ -1,4 +1,4 @@
-//! Runs the real binary in a folder of its own.
+//! Runs the real binary in a separate folder.
 
 use std::fs;
 use std::io::Write;

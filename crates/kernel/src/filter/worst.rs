@@ -48,7 +48,7 @@ impl Worst {
         let number = USED.get();
         USED.set(number + 1);
         let mut all = Self::exact(value);
-        // Each rounding has a column of its own: if one rounding enters twice with opposite signs, its shares cancel.
+        // Each rounding has its own column: if one rounding enters twice with opposite signs, its shares cancel.
         all.shares[number] = share;
         all
     }

@@ -38,7 +38,7 @@ impl<I: Ints> Edges<I> {
         // r and n are wide.
         let v = I::splat(0) - I::dot(h5, r);
         let w = I::dot(h4, r);
-        // The sum of the three is d·n, so the third determinant needs no cross product of its own.
+        // The sum of the three is d·n, so the third determinant needs no cross product.
         let u = I::dot(d, n) - v - w;
         Self { a, h4, h5, u, v, w }
     }

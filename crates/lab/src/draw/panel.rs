@@ -31,7 +31,7 @@ pub(super) struct Point {
     pub(super) trials: u64,
 }
 
-/// The height of a panel with this many methods in rows of their own.
+/// The height of a panel with this many methods in separate rows.
 pub(super) fn height(rows: usize) -> f64 {
     bottom(rows) + 52.0
 }

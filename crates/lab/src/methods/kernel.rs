@@ -63,7 +63,7 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// N rays against one triangle after another: `t` is enclosed in f32 meanwhile and exact at the end.
+/// N rays against one triangle after another. `t` is only enclosed in f32 on the way, and exact at the end.
 #[inline(always)]
 fn packets<S: Simd, const N: usize>(
     filter: Filter<'_>,
@@ -152,7 +152,7 @@ impl Waiting {
         Self { pairs: Pairs::new(), numbers: [0; 8], len: 0 }
     }
 
-    /// Adds a ray's hit of a triangle; its answer is the last one so far.
+    /// Adds a ray's hit of a triangle. It becomes the answer of the ray, in place of an earlier one.
     #[inline(always)]
     fn add<S: Simd>(
         &mut self,

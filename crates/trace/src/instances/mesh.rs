@@ -87,7 +87,7 @@ impl Extent {
         }
         let mut extent =
             Self { bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], centre, scale, least };
-        // The boxes below the roots contain all triangles; the thin ones are below a root of their own.
+        // The boxes below the roots contain all triangles; the thin ones are below a separate root.
         let roots = [Some(&tree.nodes[0]), tree.nodes.get(tree.thin_root as usize)];
         for (node, slot) in
             roots.into_iter().flatten().flat_map(|node| (0..8).map(move |i| (node, i)))

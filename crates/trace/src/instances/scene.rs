@@ -10,7 +10,7 @@ use super::mesh::SceneMesh;
 use super::snapshot::SceneSnapshot;
 use crate::tree::LEAF;
 
-/// Instances of meshes, each placed by a matrix of its own, that may move between queries.
+/// Instances of meshes, each placed by its own matrix, that may move between queries.
 ///
 /// A matrix has three rows of four numbers, one row after the other. A corner (x, y, z) of the mesh is placed
 /// at `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation rounded in f64. Rays

@@ -31,7 +31,7 @@ impl WorldWalk<'_> {
         &self,
         leaves: &mut VisitLeaves<'_, S, X, C>,
     ) {
-        // Triangles too thin for f32 boxes have a root of their own.
+        // Triangles too thin for f32 boxes have a separate root.
         let mut stack = vec![(0.0, 0), (0.0, self.tree.thin_root)];
         while let Some((near, child)) = stack.pop() {
             if child == EMPTY || near > leaves.collect.far() {

@@ -82,7 +82,7 @@ impl Tree {
         Ok(left_out)
     }
 
-    /// The lanes of a leaf with a finite triangle of their own.
+    /// The lanes of a leaf that hold a finite triangle, not a filler.
     #[inline(always)]
     pub(crate) fn present(&self, leaf: usize) -> u32 {
         let degenerate = self.degenerate.get(leaf).map_or(0, |&lanes| u32::from(lanes));

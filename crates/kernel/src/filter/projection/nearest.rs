@@ -273,7 +273,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
                 }
                 continue;
             }
-            // A certain hit needs no t of its own: only its order relative to the other hit matters.
+            // A certain hit needs no t: only its order relative to the other hit matters.
             let t = if sure && is_hit { None } else { settle.hit(slot, ray) };
             if t.is_none() && !(sure && is_hit) {
                 continue;

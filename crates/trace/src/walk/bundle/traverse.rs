@@ -78,7 +78,7 @@ impl Bundle<'_> {
         let closest = !any && !self.every;
         let mut culling = Culling { frustum, end_plane: end_plane.as_ref(), closest };
 
-        // Does the frustum meet anything at all?
+        // Does the frustum meet any leaf?
         let Scratch { stack, leaves, split } = scratch;
         stack.clear();
         results.clear();
@@ -88,7 +88,7 @@ impl Bundle<'_> {
                 stack.push((root, f32::NEG_INFINITY));
             }
         }
-        // Bundles that look past the scene end here, before anything is set up for them.
+        // Bundles that miss the whole scene end here, before anything is set up for them.
         let count = culling.next_leaves::<S>(tree, stack, f32::INFINITY, &mut leaves.blocks);
         if count == 0 && unboxed == tree.leaves.len() {
             results.found.resize(rays.rays.len(), NOTHING);
@@ -167,7 +167,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 }
             }
 
-            // The next part with rays that still look for hits, with a frustum of its own.
+            // The next part with rays that still look for hits, with its own frustum.
             let Some(next) = waiting.next(self.alive()) else { return (left, work) };
             (part, level) = next;
             self.ask(part, culling);

@@ -197,7 +197,7 @@ const OTHER: [f64; 3] = [1.0, -1.0, 0.0];
 /// products of D are large and cancel, and T is accurate, because the corner is straight above.
 fn grazing(search: &mut Search) -> [f64; 19] {
     let thin = AXIS.map(|x| 1e-4 * (1.5 + search.number()) * x);
-    // It is tilted upward from the depth to the axis: the farther, the longer it is.
+    // The ray is tilted upward from the depth axis. The farther it is tilted, the longer it is.
     let slope = 0.49 / 2.0_f64.sqrt();
     sliver([OTHER, DIAGONAL, thin], [[-slope, -slope, 1.0], OTHER], [0.0, 0.49])
 }
