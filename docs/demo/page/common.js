@@ -1,4 +1,4 @@
-// ---- What both pictures need: colours, directions, pointers ----
+// ---- Shared by both pictures: colours, directions, pointers ----
 
 const $ = (id) => document.getElementById(id);
 const NUMBER = new Intl.NumberFormat("en");
@@ -8,11 +8,11 @@ function colour(name) {
   const text = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16));
 }
-/** As a canvas has it in memory. */
+/** A colour as a canvas stores it in memory. */
 const packed = ([r, g, b]) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
 const mixed = (a, b, x) => a.map((c, i) => Math.round(c + (b[i] - c) * x));
 
-/** Right, up and forward of a view by its angles in degrees. */
+/** The directions right, up and forward of a view, from its angles in degrees. */
 function axes(yaw, pitch) {
   const [y, p] = [yaw, pitch].map((angle) => angle * Math.PI / 180);
   const forward = [Math.sin(y) * Math.cos(p), Math.sin(p), Math.cos(y) * Math.cos(p)];
@@ -27,7 +27,7 @@ function axes(yaw, pitch) {
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 
-/** A number as a person reads it: 3,000 or 2.4e-7. */
+/** A number for people to read: 3,000 or 2.4e-7. */
 function readable(x) {
   if (x === 0) return "0";
   const size = Math.abs(x);
@@ -80,7 +80,7 @@ function navigate(canvas, { turn, magnify }) {
   });
 }
 
-/** Calls `draw` once in the next frame, however often it is asked; then `rest` when nothing has been asked for a while. */
+/** Calls `draw` once in the next frame, however often it is requested; then `rest` once there were no requests for a while. */
 function scheduler(draw, rest) {
   let asked = false, timer = 0;
   return () => {
@@ -97,7 +97,7 @@ function scheduler(draw, rest) {
   };
 }
 
-/** Work in pieces, a piece a frame, until the next such work begins. */
+/** Does work in pieces, one for each frame, until other such work begins. */
 function pieces() {
   let current = 0;
   return (jobs) => {

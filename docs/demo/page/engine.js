@@ -9,7 +9,7 @@ async function unpack(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The module with SIMD where the browser has it; `#plain` in the address asks for the other. */
+/** The module with SIMD if the browser supports it; `#plain` in the address selects the other. */
 async function chooseModule() {
   const modules = JSON.parse(document.getElementById("modules").textContent);
   if (!location.hash.includes("plain")) {
@@ -29,7 +29,7 @@ class Engine {
     return engine;
   }
 
-  /** A fresh instance: at first, and after one that ended in a trap. */
+  /** Makes a fresh instance: at the start, and after a trap ended the last one. */
   async restart() {
     this.wasm = (await WebAssembly.instantiate(this.module)).exports;
     this.wasm.method_names();
@@ -47,7 +47,7 @@ class Engine {
     const view = new DataView(this.wasm.memory.buffer, at, 8 * numbers.length);
     numbers.forEach((x, i) => view.setFloat64(8 * i, x, true));
   }
-  /** Counts by class, and a byte a pixel. */
+  /** The counts of each class, and one byte for each pixel. */
   counted() {
     const bytes = this.bytes();
     const view = new DataView(bytes.buffer, bytes.byteOffset, 4 * CLASSES);
@@ -64,7 +64,7 @@ class Engine {
     return this.counted();
   }
 
-  /** Takes a model; throws an Error with the library's own words where it is none. */
+  /** Loads a model. If it is not a model, throws an Error with the library's message. */
   model(name, bytes) {
     const label = new TextEncoder().encode(name);
     const at = this.wasm.buffer(label.length + bytes.length);

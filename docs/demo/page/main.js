@@ -1,9 +1,9 @@
 // ---- The page ----
 
-/** What a test of the page may look at. */
+/** Exposed to the tests of the page. */
 const page = window.intertri = { ready: false };
 
-/** The golden answers, once the pictures stand. */
+/** Computes the golden answers after the pictures are drawn. */
 function bits(engine) {
   const { text, rows } = engine.golden();
   const body = $("hashes").tBodies[0];

@@ -20,7 +20,7 @@ function microscope(engine) {
   const offset = () => [1, 0.7, 0.4].map((x) => x * away());
   const view = () => axes(state.yaw, state.pitch);
 
-  /** What the module is given, and a native test, too. */
+  /** The input of the module, and of the native test. */
   function numbers(size = SIZE) {
     const { right, up, forward } = view();
     return [size, width(), 0, 0, ...offset(), ...right, ...up, ...forward, DISTANCE,
@@ -89,7 +89,7 @@ function microscope(engine) {
     for (const id of ["zoom", "offset", "yaw", "pitch"]) $(id).value = state[id];
   }
 
-  // The triangles from afar, as f32 has them where they are.
+  // The triangles from afar, with their coordinates rounded to f32.
   const svg = $("overview");
   const make = (name, attributes) => {
     const element = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -124,7 +124,7 @@ function microscope(engine) {
       change();
     });
   });
-  /** Where a corner is in the picture from afar: what is across the view, from the vertex. */
+  /** The position of a corner in the picture from afar: its offset from the vertex, across the view. */
   function seen(corner) {
     const { right, up } = view();
     const from = corner.map((x, k) => x - state.vertex[k]);
@@ -137,7 +137,7 @@ function microscope(engine) {
     state.corners[i] = state.corners[i].map((c, k) => c + (x - oldX) * right[k] + (y - oldY) * up[k]);
     change();
   }
-  /** Moves a corner by one step of f32, where it is. */
+  /** Moves a corner by the step that f32 has at its place. */
   function nudge(corner, dx, dy) {
     return corner.map((x, k) => {
       const by = [dx, dy, 0][k], at = offset()[k];
@@ -166,7 +166,7 @@ function microscope(engine) {
     handles.forEach((handle, i) => handle.setAttribute("transform", `translate(${text(corners[i]).replace(" ", ",")})`));
   }
 
-  // The methods, a row each.
+  // The methods, one row for each.
   engine.methods.forEach((name, method) => {
     const tr = $("methods").tBodies[0].insertRow();
     const picture = document.createElement("canvas");

@@ -11,7 +11,7 @@ function modelView(engine) {
 
   const away = () => (state.away === 0 ? 0 : 10 ** (state.away / 4));
   const pixel = () => FIELD * 2 ** -state.close;
-  /** What the module is given, and a native test, too; of a picture that is `by` times smaller. */
+  /** The input of the module, and of the native test, for a picture that is `by` times smaller. */
   function numbers(by = 1) {
     const { right, up, forward } = axes(state.yaw, state.pitch);
     return [WIDTH / by, HEIGHT / by, pixel() * by, ...state.shift, ...[1, 0.7, 0.4].map((x) => x * away()),
@@ -34,7 +34,7 @@ function modelView(engine) {
     context.drawImage(small, 0, 0, WIDTH, HEIGHT);
   }
 
-  /** Traces the whole picture and shows it. A look may build the hierarchy again, which does not count as tracing. */
+  /** Traces the whole picture and shows it. Setting the view may rebuild the hierarchy, which is not timed as tracing. */
   function trace(by) {
     if (!engine.look(numbers(by))) return;
     looked = by;
@@ -58,7 +58,7 @@ function modelView(engine) {
   }
 
   const inPieces = pieces();
-  /** The whole picture, then the method, some rows of tiles at a time. */
+  /** Traces the whole picture, then compares the method, some rows of tiles at a time. */
   function rest() {
     if (state.triangles === 0) return;
     if (looked !== 1 || scale !== 1) guarded(() => trace(1));
@@ -84,7 +84,7 @@ function modelView(engine) {
   }
   const change = scheduler(draw, rest);
 
-  /** Lights up what is wrong: a pixel with a ring, so that a single one is seen. */
+  /** Lights up wrong pixels, each with a ring, so that even a single one is visible. */
   function light() {
     for (const { x, y, mark } of wrong) {
       const word = marks[mark];
@@ -121,7 +121,7 @@ function modelView(engine) {
     $("model-error").hidden = text === "";
     $("model-error").textContent = text;
   }
-  /** A trap ends an instance: memory that there is not. The page goes on with a fresh one. */
+  /** A trap, such as running out of memory, ends an instance. The page continues with a fresh one. */
   function guarded(work) {
     try {
       return work();
@@ -133,7 +133,7 @@ function modelView(engine) {
     }
   }
 
-  /** Takes a model by a name. */
+  /** Loads a model under a name. */
   function take(name, load, from = {}) {
     complain("");
     try {
@@ -169,7 +169,7 @@ function modelView(engine) {
     if (state.triangles) $("model-title-out").textContent = `${state.name}, ${NUMBER.format(state.triangles)} triangles`;
   }
 
-  /** The scene that comes with the library, seen from near enough: it stands on a wide floor. */
+  /** The built-in scene, seen from close enough: it stands on a wide floor. */
   const takeBuiltIn = () => take("Built-in scene", () => engine.builtIn(), { close: 2, shift: [0.004, 0.012] });
 
   const drop = $("drop");
@@ -178,7 +178,7 @@ function modelView(engine) {
   }
   for (const name of ["dragleave", "drop"]) drop.addEventListener(name, () => drop.classList.remove("over"));
   drop.addEventListener("drop", (e) => { e.preventDefault(); open(e.dataTransfer.files[0]); });
-  // What is dropped beside the picture must not replace the page.
+  // A file dropped next to the picture must not replace the page.
   for (const name of ["dragover", "drop"]) window.addEventListener(name, (e) => e.preventDefault());
   $("open").addEventListener("click", () => $("file").click());
   $("file").addEventListener("change", () => { open($("file").files[0]); $("file").value = ""; });
@@ -191,7 +191,7 @@ function modelView(engine) {
   }
   navigate(canvas, {
     turn(dx, dy) {
-      // As much as the picture shows.
+      // Move by as much as the picture shows.
       const by = 2 ** -state.close;
       if (state.close > 4) {
         state.shift = [state.shift[0] - dx * by * 0.003, state.shift[1] + dy * by * 0.003];

@@ -65,7 +65,7 @@ function glb() {
 
 export const MODELS = { "torus.obj": Buffer.from(obj), "torus.ply": Buffer.from(ply), "torus.stl": stl(), "torus.glb": glb() };
 
-/** What is no model, and a word that the message must have. */
+/** Files that are not models, each with a word that the message must contain. */
 export const BROKEN = {
   "cut.obj": [Buffer.from("v 0 0 0\nv 1 0 0\nf 1 2 3\n"), /cut\.obj/],
   "cut.stl": [stl().subarray(0, 200), /cut\.stl/],

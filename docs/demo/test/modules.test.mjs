@@ -1,5 +1,5 @@
 // The WebAssembly inside docs/demo/index.html, both modules, without a browser: node --test modules.test.mjs.
-// They are asked by the page's own engine.js.
+// The page's own engine.js calls them.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -29,7 +29,7 @@ function fan(width) {
   const corners = [0, 1, 2, 3, 4, 5].map((i) => [Math.cos(i), Math.sin(i), 0.1 * i]);
   return [64, width, 0, 0, 1000, 700, 400, ...right, ...up, ...forward, 4, corners.length, 0.1, 0.2, 0.3, ...corners.flat()];
 }
-/** A look from a distance of 4 at a model that is moved away: 128 by 96 pixels of a width. */
+/** A view from a distance of 4 of a model that is moved away: 128 by 96 pixels of a width. */
 function look(away, pixel = 0.008, [yaw, pitch] = [30, 35]) {
   const { right, up, forward } = axes(yaw, pitch);
   return [128, 96, pixel, 0, 0, away, 0.7 * away, 0.4 * away, ...right, ...up, ...forward, 4];

@@ -1,5 +1,5 @@
-// docs/demo/index.html in a real browser: npm test. Wants Chromium (CHROMIUM, or /usr/bin/chromium) and the same
-// answers computed natively: cargo build --release --bin native --target-dir target/native, in docs/demo.
+// docs/demo/index.html in a real browser: npm test. Needs Chromium (CHROMIUM, or /usr/bin/chromium) and a native binary
+// that computes the same answers: cargo build --release --bin native --target-dir target/native, in docs/demo.
 // SHOTS=DIR keeps screenshots.
 
 import assert from "node:assert/strict";
@@ -35,7 +35,7 @@ async function open(hash = "", options = {}) {
   await idle(page);
   return page;
 }
-/** Until nothing is left to compute. */
+/** Waits until nothing is left to compute. */
 async function idle(page) {
   await page.waitForTimeout(400);
   await page.waitForFunction(() => window.intertri.compared, null, { timeout: 60_000 });
@@ -143,7 +143,7 @@ test("a dropped file is drawn in every format, with the same pixels wrong as nat
     assert.match(await page.textContent("#model-title-out"), new RegExp(`${TRIANGLES} triangles`));
     const path = join(folder, name);
     writeFileSync(path, bytes);
-    // Where a model is moved far away, f32 has something to get wrong.
+    // If a model is moved far away, f32 makes errors.
     for (const away of ["0", "18"]) {
       await page.evaluate(() => { window.intertri.compared = null; });
       await page.locator("#away").fill(away);
@@ -194,7 +194,7 @@ test("sixty pictures a second of the vertex", async () => {
     const time = median(times.filter(([m]) => m === method).map(([, t]) => t));
     console.log(`method ${method}: ${time.toFixed(1)} ms a picture`);
   }
-  // Other work on the machine is not the page's fault: the bound here is generous.
+  // Other work on the machine may slow the page down, so the bound is generous.
   assert.ok(median(times.map(([, t]) => t)) < 50);
 });
 

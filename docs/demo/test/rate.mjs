@@ -1,9 +1,9 @@
 // How fast the page is, with SIMD and without.
 //
-//     node rate.mjs MODEL...    rays a second beside the native library, a row a model; - is the built-in scene. The
-//                               best of some runs of each, one thread.
-//     node rate.mjs             the milliseconds of a picture of the vertex, by method and width of a pixel: the truth
-//                               by exact, the method, and the canvas. The median of some.
+//     node rate.mjs MODEL...    rays a second on the page and in the native library, one row for each model; - is the
+//                               built-in scene. The best of several runs, one thread.
+//     node rate.mjs             milliseconds for a picture of the vertex, by method and width of a pixel: the answers of
+//                               exact, the method, and the canvas. The median of several.
 
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -41,7 +41,7 @@ const measure = ([name, text]) => {
   }
   return { rate: numbers[0] * numbers[1] / best / 1e3, numbers };
 };
-/** By width of a pixel, the milliseconds of a picture by each method, as the page draws it. */
+/** The milliseconds for a picture as the page draws it, by width of a pixel and method. */
 const pictures = async (zooms) => {
   const { fan, engine } = window.intertri;
   const rows = [];
