@@ -35,25 +35,6 @@ pub(super) fn turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> f64 {
     sum.turns()
 }
 
-/// An approximation of the same, with a bound on its error: small distant loops are left out.
-pub(super) fn rough_turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> (f64, f64) {
-    let Boundary { parts, axes, .. } = boundary;
-    let (mut sum, mut off, from) = (Sum::default(), 0.0, point.map(Into::into));
-    for part in &parts.parts {
-        let most = part.most(from, axes.0[0]);
-        if most < FAR {
-            off += most;
-        } else {
-            let [start, end] = part.corners;
-            sum.add_loop(axes, point, &parts.corners[start..end]);
-        }
-    }
-    (sum.turns(), off)
-}
-
-/// A loop with a smaller solid angle, relative to the sphere, counts as distant.
-const FAR: f64 = 1.0 / 256.0;
-
 /// A sum of half solid angles.
 #[derive(Default)]
 struct Sum {
@@ -128,43 +109,5 @@ fn settled<S: Scalar>(point: [S; 3], edge: [[S; 3]; 2], angle: f64) -> f64 {
         // The edge appears as a point, or the point lies on it.
         Ordering::Equal => 0.0,
         _ => angle,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use intertri::{Triangle, TriangleOf};
-
-    use super::{Boundary, rough_turns, turns};
-    use crate::util::test_numbers::random;
-
-    /// Fans with many edges, seen from far and near and along the axis: the sum over small loops, with some
-    /// left out, differs from the whole by at most the bound.
-    #[test]
-    fn small_loops_are_the_whole() {
-        let mut random = random();
-        let (mut left_out, mut near) = (0, 0);
-        for count in [3, 16, 17, 18, 40, 65, 129, 600] {
-            let corner = |i: usize| {
-                let angle = (i % count) as f32 / count as f32 * std::f32::consts::TAU;
-                [angle.cos(), 0.3 * (7.0 * angle).sin(), angle.sin()]
-            };
-            let fan = |i| TriangleOf([[0.1, 0.2, 0.0], corner(i), corner(i + 1)]);
-            let fan: Vec<Triangle> = (0..count).map(fan).collect();
-            let boundary = Boundary::of(&fan).unwrap();
-            assert_eq!(boundary.edges(), count);
-            for i in 0..400 {
-                let size = [0.5, 2.0, 20.0][i % 3];
-                let point = [0; 3].map(|_| size * (random() - 0.5));
-                let (all, (rough, off)) = (turns(&boundary, point), rough_turns(&boundary, point));
-                assert!(
-                    (all - rough).abs() <= off + 1e-9,
-                    "{count}: {all} and {rough} at {point:?}"
-                );
-                left_out += usize::from(off > 0.0);
-                near += usize::from(off == 0.0);
-            }
-        }
-        assert!(left_out > 500 && near > 500, "{left_out} and {near}");
     }
 }

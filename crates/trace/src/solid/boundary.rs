@@ -8,8 +8,8 @@
 
 use intertri::{Scalar, TriangleOf};
 
+use super::cluster::Clusters;
 use super::edges::{Corner, Edges, of_corner};
-use super::parts::Parts;
 use super::seen_corner::Axes;
 use crate::util::memory::{NoMemory, filled, room};
 use crate::util::stop;
@@ -21,14 +21,14 @@ pub(super) struct Boundary<S> {
     /// The ends of the loops.
     ends: Vec<usize>,
     /// The same boundary, divided into small loops.
-    pub(super) parts: Parts<S>,
+    pub(super) clusters: Clusters,
     pub(super) axes: Axes,
 }
 
 impl<S: Scalar> Boundary<S> {
     /// The boundary of a closed mesh, which is empty.
     pub(super) fn none() -> Self {
-        Self { corners: Vec::new(), ends: Vec::new(), parts: Parts::NONE, axes: Axes::new() }
+        Self { corners: Vec::new(), ends: Vec::new(), clusters: Clusters::NONE, axes: Axes::new() }
     }
 
     /// The boundary of triangles.
@@ -71,8 +71,8 @@ impl<S: Scalar> Boundary<S> {
             }
             first += count;
         }
-        let parts = Parts::of(loops(&corners, &ends))?;
-        Ok(Self { corners, ends, parts, axes: Axes::new() })
+        let clusters = Clusters::of(loops(&corners, &ends))?;
+        Ok(Self { corners, ends, clusters, axes: Axes::new() })
     }
 
     /// The number of edges.

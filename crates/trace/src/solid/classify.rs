@@ -39,12 +39,12 @@ pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment
     })
 }
 
-/// Classifies points and converts the results with `answer`.
-pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Send>(
+/// Classifies points. `answer` converts the results of the crossings alone, given the rays from the points.
+pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
-    answer: impl Fn([S; 3], Containment) -> A + Sync,
+    answer: impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync,
 ) {
     assert_eq!(points.len(), answers.len(), "one answer a point");
     for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
@@ -53,19 +53,20 @@ pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Send>(
 }
 
 /// Classifies the points of a slab. If there is too little memory for all, each half is classified on its own.
-fn classify_slab<S: BvhScalar, A: Copy + Send>(
+fn classify_slab<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
-    answer: &(impl Fn([S; 3], Containment) -> A + Sync),
+    answer: &(impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync),
 ) {
     // The memory for the order of the points and their answers is proportional to the number of points.
     let is_done = try_classify_slab(bvh, points, answers, answer).is_ok();
     if is_done {
         return;
     }
-    if let ([point], [to]) = (points, &mut *answers) {
-        *to = answer(*point, classify(bvh, *point));
+    if let [point] = *points {
+        let ray = RayOf::new(point, WINDING_DIR.map(S::from));
+        answer(&[ray], &mut [classify(bvh, point)], answers);
         return;
     }
     let half = points.len() / 2;
@@ -74,16 +75,16 @@ fn classify_slab<S: BvhScalar, A: Copy + Send>(
     classify_slab(bvh, &points[half..], others, answer);
 }
 
-fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
+fn try_classify_slab<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
-    answer: &(impl Fn([S; 3], Containment) -> A + Sync),
+    answer: &(impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync),
 ) -> Result<(), NoMemory> {
     // Rays in one direction from neighbouring points stay close together, so beams can trace sixteen of them
     // at once.
     let order = order(points, WINDING_DIR.map(f64::from))?;
-    let mut in_order = filled(points.len(), answer([S::ZERO; 3], Containment::Surface))?;
+    let mut in_order = filled(points.len(), A::default())?;
     chunks(&order, &mut in_order, |order, answers| {
         let (mut rays, mut all) = (Vec::new(), Vec::new());
         let mut counts = Counts::default();
@@ -95,9 +96,7 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
             let batch: RayBatch<'_, S> =
                 RayBatch { tree, originals, mode: Mode::once(), selection: None, rays: &rays };
             counts += batch.trace_part(0..rays.len(), BatchOutput::Containments(&mut all));
-            for ((to, ray), &containment) in answers.iter_mut().zip(&rays).zip(&all) {
-                *to = answer(ray.origin, containment);
-            }
+            answer(&rays, &mut all, answers);
         }
         counts
     });

@@ -57,8 +57,11 @@ impl<S: BvhScalar> Solid<S> {
         for (points, distances) in points.chunks(slab).zip(distances.chunks_mut(slab)) {
             let (closest, inside) = (&mut closest[..points.len()], &mut inside[..points.len()]);
             self.bvh.closest_point_batch_into(points, f64::INFINITY, closest);
-            classify_batch(&self.bvh, points, inside, |point, crossed| {
-                matches!(self.counted(point, crossed), Containment::Inside(_))
+            classify_batch(&self.bvh, points, inside, |rays, crossed, inside| {
+                self.count_boundary(rays, crossed);
+                for (inside, containment) in inside.iter_mut().zip(crossed) {
+                    *inside = matches!(containment, Containment::Inside(_));
+                }
             });
             for (i, distance) in distances.iter_mut().enumerate() {
                 let far = closest[i].distance;

@@ -3,13 +3,14 @@
 mod angle;
 mod boundary;
 mod classify;
+mod cluster;
 mod distance;
 mod edges;
 mod grid;
 mod grid_surface;
-mod parts;
 mod report;
 mod seen_corner;
+mod whole_turns;
 mod winding;
 
 use std::fmt;
@@ -150,7 +151,10 @@ impl<S: BvhScalar> Solid<S> {
     /// # Panics
     /// Panics if the slices differ in length.
     pub fn classify_batch_into(&self, points: &[[S; 3]], all: &mut [Containment]) {
-        classify_batch(&self.bvh, points, all, |point, crossed| self.counted(point, crossed));
+        classify_batch(&self.bvh, points, all, |rays, crossed, all| {
+            self.count_boundary(rays, crossed);
+            all.copy_from_slice(crossed);
+        });
     }
 
     /// Which of many points are inside or on the surface.
@@ -165,8 +169,11 @@ impl<S: BvhScalar> Solid<S> {
     /// # Panics
     /// Panics if the slices differ in length.
     pub fn contains_batch_into(&self, points: &[[S; 3]], contains: &mut [bool]) {
-        classify_batch(&self.bvh, points, contains, |point, crossed| {
-            self.counted(point, crossed) != Containment::Outside
+        classify_batch(&self.bvh, points, contains, |rays, crossed, contains| {
+            self.count_boundary(rays, crossed);
+            for (contains, containment) in contains.iter_mut().zip(crossed) {
+                *contains = *containment != Containment::Outside;
+            }
         });
     }
 }

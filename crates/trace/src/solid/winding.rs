@@ -1,17 +1,16 @@
 //! Winding numbers of any mesh: signed crossings of a ray, plus the solid angle of the boundary.
 
-use intertri::TriangleOf;
+use intertri::{RayOf, TriangleOf};
 
 use super::Solid;
-use super::angle::{rough_turns, turns};
+use super::angle::turns;
 use super::boundary::Boundary;
 use super::classify::{classify, classify_batch};
+use super::whole_turns::{POINTS, whole_turns};
 use crate::build::BuildError;
 use crate::containment::Containment;
 use crate::scalar::BvhScalar;
-
-/// A bound on the rounding of an approximate winding number, for a point that is not next to an open edge.
-const SURE: f64 = 1e-9;
+use crate::util::lane_ops::lanes_of;
 
 impl<S: BvhScalar> Solid<S> {
     /// Makes a solid from any mesh, which may be open, have holes, and have faces that are flipped,
@@ -99,7 +98,11 @@ impl<S: BvhScalar> Solid<S> {
     /// # Panics
     /// Panics if the slices differ in length.
     pub fn winding_number_batch_into(&self, points: &[[S; 3]], numbers: &mut [Option<f64>]) {
-        classify_batch(&self.bvh, points, numbers, |point, crossed| self.number(point, crossed));
+        classify_batch(&self.bvh, points, numbers, |rays, crossed, numbers| {
+            for ((number, ray), crossed) in numbers.iter_mut().zip(rays).zip(crossed) {
+                *number = self.number(ray.origin, *crossed);
+            }
+        });
     }
 
     /// The winding number of a point, given the containment from its crossings.
@@ -117,22 +120,40 @@ impl<S: BvhScalar> Solid<S> {
 
     /// The containment of a point, given the one from its crossings alone.
     pub(super) fn counted(&self, point: [S; 3], crossed: Containment) -> Containment {
+        let mut all = [crossed];
+        self.count_boundary(&[RayOf::new(point, [S::ONE; 3])], &mut all);
+        all[0]
+    }
+
+    /// Adds the boundary to the containments from the crossings of rays alone, of the points where they start.
+    pub(super) fn count_boundary(&self, rays: &[RayOf<S>], crossed: &mut [Containment]) {
         if self.boundary.edges() == 0 {
-            return crossed;
+            return;
         }
-        let times = match crossed {
-            Containment::Outside => 0.0,
-            Containment::Inside(times) => f64::from(times),
-            Containment::Surface => return crossed,
-        };
-        if !point.iter().all(|x| x.is_finite()) {
-            return crossed;
+        for (rays, crossed) in rays.chunks(POINTS).zip(crossed.chunks_mut(POINTS)) {
+            let mut asked = 0;
+            for (i, (ray, crossed)) in rays.iter().zip(&*crossed).enumerate() {
+                let is_finite = ray.origin.iter().all(|x| x.is_finite());
+                asked |= u32::from(is_finite && *crossed != Containment::Surface) << i;
+            }
+            if asked == 0 {
+                continue;
+            }
+            let (turns, sure) = whole_turns(&self.boundary, rays, asked);
+            for i in lanes_of(asked) {
+                crossed[i] = if sure >> i & 1 == 1 {
+                    crossed[i].wound(turns[i] as i32)
+                } else {
+                    self.rounded(rays[i].origin, crossed[i])
+                };
+            }
         }
-        // Small distant loops rarely matter.
-        let (some, off) = rough_turns(&self.boundary, point);
-        let rough = times + some;
-        let is_sure = 0.5 - (rough - rough.round()).abs() > off + SURE;
-        let number = if is_sure { rough } else { times + turns(&self.boundary, point) };
+    }
+
+    /// The containment of a point by its winding number, rounded to an integer.
+    #[cold]
+    fn rounded(&self, point: [S; 3], crossed: Containment) -> Containment {
+        let number = self.number(point, crossed).unwrap_or(0.0);
         // A half rounds to 0.
         match (number.abs() - 0.5).ceil().copysign(number) as i32 {
             0 => Containment::Outside,

@@ -1,0 +1,323 @@
+//! How many whole turns a boundary adds to the crossings of rays, for eight points at a time.
+//!
+//! ```text
+//!   clusters ──► far from all eight, and the rays miss the ball: a bound
+//!            └──► else those within it, down to a loop: a product of complex numbers, one an edge
+//!                                │
+//!   angle of the product ────────┴──► not near half a turn: the winding number is rounded without an angle
+//! ```
+//!
+//! Derivation and bound: `docs/numerics/winding.md`, section 5.
+
+use intertri::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
+use intertri::{RayOf, Scalar};
+
+use super::boundary::Boundary;
+use crate::util::lane_ops::lanes_of;
+
+/// Points at a time.
+pub(super) const POINTS: usize = 8;
+
+/// A cluster whose share of all directions is less is far: first, and where that leaves too much open.
+const FAR: [f64; 3] = [1.0 / 64.0, 1.0 / 4096.0, 0.0];
+
+/// Numbers of edges whose distance from the negative axis is less, squared and relative to the ends, are left to the exact
+/// side.
+const NEAR_AXIS: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// The smallest distance of a corner, squared, from which products of a loop cannot underflow.
+const NEAR_CORNER: f64 = 1.0 / (1_u64 << 32) as f64;
+
+/// More than the rounding of an edge's solid angle, over 4π.
+const EDGE_OFF: f64 = 1.0 / (1_u64 << 24) as f64;
+
+/// More than the relative rounding of a squared distance.
+const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// The whole turns that are nearest to what a boundary adds at the starts of some rays, at most eight, and for which of them
+/// they are certain. Only those that are `asked` for are found.
+pub(super) fn whole_turns<S: Scalar>(
+    boundary: &Boundary<S>,
+    rays: &[RayOf<S>],
+    asked: u32,
+) -> ([f64; POINTS], u32) {
+    let some = asked.trailing_zeros() as usize;
+    let mut points = [[0.0; POINTS]; 3];
+    for i in 0..POINTS {
+        // Lanes that are not asked for have the point of one that is.
+        let ray = &rays[if asked >> i & 1 == 1 { i } else { some }];
+        for (row, x) in points.iter_mut().zip(ray.origin) {
+            row[i] = x.into();
+        }
+    }
+    Level::best().run(WholeTurns { boundary, points, asked })
+}
+
+struct WholeTurns<'a, S> {
+    boundary: &'a Boundary<S>,
+    points: [[f64; POINTS]; 3],
+    asked: u32,
+}
+
+impl<S: Scalar> WithSimd for WholeTurns<'_, S> {
+    type Output = ([f64; POINTS], u32);
+
+    #[inline(always)]
+    fn run<L: Simd>(self) -> Self::Output {
+        let (mut all, mut sure) = ([0.0; POINTS], 0);
+        let points = Vec3::<L::F64x8>::load(&self.points);
+        for far in FAR {
+            let (turns, certain) = self.rounded::<L>(points, far);
+            let mut some = [0.0; POINTS];
+            turns.store(&mut some);
+            for i in lanes_of(certain) {
+                all[i] = some[i];
+            }
+            sure |= certain;
+            if sure & self.asked == self.asked {
+                break;
+            }
+        }
+        (all, sure)
+    }
+}
+
+impl<S: Scalar> WholeTurns<'_, S> {
+    /// The turns, rounded, and where that is certain.
+    #[inline(always)]
+    fn rounded<L: Simd>(&self, points: Vec3<L::F64x8>, far: f64) -> (L::F64x8, u32) {
+        let splat = L::F64x8::splat;
+        let clusters = &self.boundary.clusters;
+        let along = Vec3::splat(self.boundary.axes.0[0]);
+        let axes = self.boundary.axes.0.map(|axis| Vec3::splat(axis.map(|x| clusters.scale * x)));
+        let mut product = Product::<L>::new();
+        let (mut off, mut edges, mut i) = (splat(0.0), 0, 0);
+        while let Some(cluster) = clusters.clusters.get(i) {
+            let v = Vec3::splat(cluster.middle) - points;
+            let (along, away) = (v.dot_fused(along), v.dot_fused(v));
+            let radius = splat(cluster.radius);
+            let across = away * splat(1.0 - ROUNDING) - along * along;
+            let passes_by = along.lt(splat(0.0)) | across.gt(radius);
+            // The distance times that from the ball, at least.
+            let gap = away * splat(0.875) - (radius + radius);
+            // The share of all directions is at most the quotient, which is needed only if it is small.
+            let (num, den) = (splat(cluster.area) * away, gap * gap);
+            let is_far = passes_by & gap.gt(splat(0.0)) & num.lt(splat(far) * den);
+            if is_far.bits() == (1 << POINTS) - 1 {
+                off = off + num / den;
+                i = cluster.next;
+                continue;
+            }
+            if let Some([start, end]) = cluster.corners {
+                product.add_loop(&axes, points, &clusters.corners[start..end]);
+                edges += end - start;
+            }
+            i += 1;
+        }
+        let off = off + splat(EDGE_OFF * edges as f64);
+        (product.turns, product.is_certain(off).bits())
+    }
+}
+
+/// The product of numbers of edges, whose angle is half their solid angle but for whole turns, and these.
+struct Product<L: Simd> {
+    re: L::F64x8,
+    im: L::F64x8,
+    turns: L::F64x8,
+    /// The least distance, squared, of a number from the negative axis, beyond [`NEAR_AXIS`]; and of a corner.
+    beside: L::F64x8,
+    corner: L::F64x8,
+}
+
+/// A corner as it is seen from the points.
+#[derive(Clone, Copy)]
+struct Seen<L: Simd> {
+    across: [L::F64x8; 2],
+    excess: L::F64x8,
+    /// Its distance, squared.
+    far: L::F64x8,
+}
+
+impl<L: Simd> Seen<L> {
+    #[inline(always)]
+    fn new(axes: &[Vec3<L::F64x8>; 3], points: Vec3<L::F64x8>, corner: [f64; 3]) -> Self {
+        let v = Vec3::splat(corner) - points;
+        let (z, x, y) = (v.dot_fused(axes[0]), v.dot_fused(axes[1]), v.dot_fused(axes[2]));
+        let far = z.mul_add(z, x.mul_add(x, y * y));
+        Self { across: [x, y], excess: far.sqrt() - z, far }
+    }
+}
+
+impl<L: Simd> Product<L> {
+    #[inline(always)]
+    fn new() -> Self {
+        let splat = L::F64x8::splat;
+        let (zero, many) = (splat(0.0), splat(f64::INFINITY));
+        Self { re: splat(1.0), im: zero, turns: zero, beside: many, corner: many }
+    }
+
+    #[inline(always)]
+    fn add_loop(
+        &mut self,
+        axes: &[Vec3<L::F64x8>; 3],
+        points: Vec3<L::F64x8>,
+        corners: &[[f64; 3]],
+    ) {
+        let zero = L::F64x8::splat(0.0);
+        let mut from = Seen::<L>::new(axes, points, corners[0]);
+        for corner in &corners[1..] {
+            let to = Seen::<L>::new(axes, points, *corner);
+            let ([ax, ay], [bx, by]) = (from.across, to.across);
+            let x = from.excess.mul_add(to.excess, ax.mul_add(bx, ay * by));
+            let y = ay.mul_add(bx, -(ax * by));
+            let ahead = x.max(zero);
+            let beside = y.mul_add(y, ahead * ahead);
+            let least = (from.far * to.far) * L::F64x8::splat(NEAR_AXIS);
+            self.beside = self.beside.min(beside - least);
+            self.corner = self.corner.min(to.far);
+            self.multiply(x, y);
+            from = to;
+        }
+        // Products of a loop have exponents to spare; infinite ones become NaN here.
+        let inverse = L::F64x8::splat(1.0) / (self.re.abs() + self.im.abs());
+        self.re = self.re * inverse;
+        self.im = self.im * inverse;
+    }
+
+    #[inline(always)]
+    fn multiply(&mut self, x: L::F64x8, y: L::F64x8) {
+        let (zero, one) = (L::F64x8::splat(0.0), L::F64x8::splat(1.0));
+        let re = self.re.mul_add(x, -(self.im * y));
+        let im = self.re.mul_add(y, self.im * x);
+        // Two angles on one side of 0 whose sum is on the other have come round.
+        let (was, by, is) = (self.im.lt(zero), y.lt(zero), im.lt(zero));
+        let up = L::F64x8::select(!was & !by & is, one, zero);
+        self.turns = self.turns + L::F64x8::select(was & by & !is, -one, up);
+        (self.re, self.im) = (re, im);
+    }
+
+    /// Where the angle of the product is not half a turn, though it is off by a share of a whole one.
+    #[inline(always)]
+    fn is_certain(&self, off: L::F64x8) -> <L::F64x8 as Lanes>::Mask {
+        let splat = L::F64x8::splat;
+        // tan 2πx ≤ 8x up to 1/8.
+        let is_clear = self.im.abs().gt(-(self.re * off * splat(8.0))) & off.le(splat(0.125));
+        is_clear & self.beside.gt(splat(0.0)) & self.corner.gt(splat(NEAR_CORNER))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::simd::{Lanes, Level, Simd, Vec3, WithSimd};
+    use intertri::{Triangle64, TriangleOf};
+
+    use super::{FAR, POINTS, WholeTurns};
+    use crate::solid::angle::turns;
+    use crate::solid::boundary::Boundary;
+    use crate::solid::classify::WINDING_DIR;
+    use crate::util::test_numbers::random;
+
+    /// Only the first of the passes.
+    struct First<'a>(WholeTurns<'a, f64>);
+    impl WithSimd for First<'_> {
+        type Output = ([f64; POINTS], u32);
+        #[inline(always)]
+        fn run<L: Simd>(self) -> Self::Output {
+            let points = Vec3::load(&self.0.points);
+            let (turns, sure) = self.0.rounded::<L>(points, FAR[0]);
+            let mut all = [0.0; POINTS];
+            turns.store(&mut all);
+            (all, sure)
+        }
+    }
+
+    /// Fans with many edges, some of them side by side, of a size.
+    fn fans(count: usize, fans: usize, size: f64) -> Vec<Triangle64> {
+        let fan = |k: usize| {
+            let corner = move |i: usize| {
+                let angle = (i % count) as f64 / count as f64 * std::f64::consts::TAU;
+                let (x, z) = (angle.cos() + 2.5 * k as f64, angle.sin() + 0.4 * k as f64);
+                [x, 0.3 * (7.0 * angle).sin(), z].map(|x| x * size)
+            };
+            let middle = [0.1 + 2.5 * k as f64, 0.2, 0.4 * k as f64].map(|x| x * size);
+            (0..count).map(move |i| TriangleOf([middle, corner(i), corner(i + 1)]))
+        };
+        (0..fans).flat_map(fan).collect()
+    }
+
+    /// Points around fans, next to their corners and edges, with rays at them, and where the sum is nearly a half.
+    fn point(
+        fans: &[Triangle64],
+        boundary: &Boundary<f64>,
+        i: usize,
+        size: f64,
+        random: &mut impl FnMut() -> f64,
+    ) -> [f64; 3] {
+        let TriangleOf([_, a, b]) = fans[(random() * fans.len() as f64) as usize];
+        let at = |share: f64| [0, 1, 2].map(|k| a[k] + share * (b[k] - a[k]));
+        let mut anywhere = |reach: f64| [0; 3].map(|_| reach * size * (random() - 0.5));
+        let near = [1e-3, 1e-5, 1e-9][i / 5 % 3];
+        let beside = anywhere(near);
+        match i % 5 {
+            0 => anywhere([3.0, 8.0, 60.0][i / 5 % 3]),
+            1 => [0, 1, 2].map(|k| at(0.5)[k] + beside[k]),
+            2 => [0, 1, 2].map(|k| at(0.0)[k] + beside[k]),
+            3 => [0, 1, 2].map(|k| at(0.3)[k] - size * f64::from(WINDING_DIR[k]) + beside[k]),
+            _ => {
+                // Between two points of which the sum is on both sides of a half, nearer and nearer to it.
+                let (mut a, mut b) = (anywhere(3.0), anywhere(3.0));
+                let side = |point| turns(boundary, point).rem_euclid(1.0) < 0.5;
+                for _ in 0..2 + i / 5 % 16 {
+                    let middle = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+                    if side(middle) == side(a) { a = middle } else { b = middle }
+                }
+                a
+            }
+        }
+    }
+
+    /// Whole turns that are certain are those of the sum over all edges, at every level and of any size.
+    #[test]
+    fn certain_turns_are_those_of_the_sum() {
+        let mut numbers = random();
+        let mut random = || f64::from(numbers());
+        let (mut counts, mut first) = ([0; 2], [0; 2]);
+        for (count, side_by_side) in [(3, 1), (16, 1), (17, 1), (40, 3), (129, 1), (600, 2)] {
+            for size in [1e-90, 1e-50, 1.0, 1e50] {
+                let fans = fans(count, side_by_side, size);
+                let boundary = Boundary::of(&fans).unwrap();
+                assert_eq!(boundary.edges(), count * side_by_side);
+                for turn in 0..40 {
+                    let points: [[f64; 3]; POINTS] = std::array::from_fn(|i| {
+                        point(&fans, &boundary, POINTS * turn + i, size, &mut random)
+                    });
+                    let sums = points.map(|point| turns(&boundary, point));
+                    let by_axis = [0, 1, 2].map(|k| points.map(|point| point[k]));
+                    let of = || WholeTurns { boundary: &boundary, points: by_axis, asked: 0xff };
+                    for level in Level::all() {
+                        for (counts, (whole, sure)) in
+                            [(&mut first, level.run(First(of()))), (&mut counts, level.run(of()))]
+                        {
+                            for i in 0..POINTS {
+                                let is_sure = sure >> i & 1 == 1;
+                                counts[usize::from(is_sure)] += 1;
+                                let off = (sums[i] - whole[i]).abs();
+                                assert!(
+                                    !is_sure || off < 0.5,
+                                    "{count}: {} for {} at {:?}",
+                                    whole[i],
+                                    sums[i],
+                                    points[i]
+                                );
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        // Sizes that are extreme are not certain at all; of points next to edges and to a half, many are not, and some are
+        // by a later pass.
+        let [open, sure] = counts;
+        assert!(open > 1000 && sure > open && first[1] < sure - 20, "{first:?} {counts:?}");
+    }
+}
