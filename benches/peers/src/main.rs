@@ -13,6 +13,7 @@ mod engines;
 mod fixed;
 mod flush_to_zero;
 mod in_f64;
+mod instances;
 mod leaks;
 mod lists;
 mod measure;
@@ -64,6 +65,8 @@ enum Command {
     Lists(lists::Options),
     /// Compare scenes in f64 with the same in f32, and with other tracers in f64.
     F64(in_f64::Options),
+    /// Measure scenes of instances beside the same flattened, and beside Embree's instances.
+    Instances(instances::Options),
     #[cfg(feature = "chart")]
     /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
     Chart(ChartOptions),
@@ -152,6 +155,7 @@ fn main() -> ExitCode {
         Command::Leaks(options) => leaks::run(&options),
         Command::Lists(options) => lists::run(&options),
         Command::F64(options) => in_f64::run(&options),
+        Command::Instances(options) => instances::run(&options),
         #[cfg(feature = "chart")]
         Command::Chart(options) => chart_of_all(&options),
         Command::Distances(options) => distances::run(&options),

@@ -1,7 +1,7 @@
 //! The rays: from a camera, toward a light, diffuse, and aimed at edges and vertices.
 
 use intertri::{Mode, Ray, Ray64};
-use intertri_scene::{Scene, hit_point};
+use intertri_scene::{Camera, Scene, hit_point};
 use intertri_trace::Bvh;
 
 use crate::engine::Question;
@@ -83,18 +83,23 @@ pub fn widened(ray: &Ray) -> Ray64 {
     Ray64::new(ray.origin.map(f64::from), ray.dir.map(f64::from)).between(t_min, t_max)
 }
 
-/// The same rays before their directions are rounded to f32; those aimed at edges and vertices pass closer to
-/// them.
-pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
+/// The rays of a camera.
+pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     let pixel = |i: u32| match order {
         Order::Tiles => (every_other_bit(i), every_other_bit(i >> 1)),
         Order::Rows => (i % size, i / size),
     };
-    let camera = |i| {
+    let ray = |i| {
         let (x, y) = pixel(i);
-        scene.camera.ray(x, y, size, size)
+        camera.ray(x, y, size, size)
     };
-    let primary: Vec<Ray> = (0..size * size).map(camera).collect();
+    (0..size * size).map(ray).collect()
+}
+
+/// The same rays before their directions are rounded to f32; those aimed at edges and vertices pass closer to
+/// them.
+pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
+    let primary = primary(&scene.camera, size, order);
     if kind == Kind::Primary {
         return primary.iter().map(widened).collect();
     }
@@ -147,7 +152,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
 }
 
 /// A random direction of length 1, the same for the same `i`: a point of the unit ball, normalized.
-fn direction(i: u64) -> [f64; 3] {
+pub fn direction(i: u64) -> [f64; 3] {
     for k in 0.. {
         let p = [0, 1, 2].map(|axis| random([i, k, axis]));
         if (1e-4..=1.0).contains(&dot(p, p)) {
@@ -162,15 +167,15 @@ fn every_other_bit(i: u32) -> u32 {
     (0..16).fold(0, |sum, k| sum | (i >> (2 * k) & 1) << k)
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| a[k] - b[k])
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
@@ -178,7 +183,7 @@ fn length(a: [f64; 3]) -> f64 {
     dot(a, a).sqrt()
 }
 
-fn unit(a: [f64; 3]) -> [f64; 3] {
+pub fn unit(a: [f64; 3]) -> [f64; 3] {
     let length = length(a);
     a.map(|x| x / length)
 }

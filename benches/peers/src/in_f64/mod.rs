@@ -1,7 +1,7 @@
 //! Scenes in f64 compared with the same in f32, in place and moved far away, and with other tracers in f64.
 
 mod input;
-mod own;
+pub mod own;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -5,6 +5,9 @@
 //! structure that Embree reads and writes, and the result is copied out, no more than a renderer would do
 //! that fills the structure directly.
 
+mod collector;
+mod instances;
+
 use std::ffi::{CString, c_char, c_void};
 use std::mem::ManuallyDrop;
 use std::ops::Range;
@@ -18,7 +21,9 @@ use rayon::prelude::*;
 
 use crate::engine::{Answer, CHUNK, Engine, Question};
 use crate::flush_to_zero::with_flush_to_zero;
-use crate::lists::Found;
+pub use collector::Collector;
+use collector::collect;
+pub use instances::Instances;
 
 /// A device, a scene, a geometry, or any pointer.
 type Ptr = *mut c_void;
@@ -63,6 +68,8 @@ api! {
     update_buffer = "rtcUpdateGeometryBuffer": fn(Ptr, i32, u32);
     buffer_data = "rtcGetGeometryBufferData": fn(Ptr, i32, u32) -> Ptr;
     get_geometry = "rtcGetGeometry": fn(Ptr, u32) -> Ptr;
+    instanced_scene = "rtcSetGeometryInstancedScene": fn(Ptr, Ptr);
+    transform = "rtcSetGeometryTransform": fn(Ptr, u32, i32, *const f32);
     attach_geometry = "rtcAttachGeometry": fn(Ptr, Ptr) -> u32;
     intersect_1 = "rtcIntersect1": fn(Ptr, Ptr, Ptr);
     intersect_8 = "rtcIntersect8": fn(*const i32, Ptr, Ptr, Ptr);
@@ -143,17 +150,37 @@ unsafe impl Sync for Scene {}
 
 impl Scene {
     pub fn new(api: &Arc<Api>, mesh: &Mesh, build: Build) -> Result<Self, String> {
+        let scene = Self::empty(api, build)?;
+        scene.add(mesh, build.collect);
+        scene.checked("the mesh")
+    }
+
+    /// A scene without geometries.
+    fn empty(api: &Arc<Api>, build: Build) -> Result<Self, String> {
         // On server CPUs it would otherwise choose a narrow hierarchy.
         let isa = if build.avx2 { "isa=avx2," } else { "" };
         let config = format!("{isa}frequency_level=simd256,threads={}", build.threads);
         let config = CString::new(config).map_err(|e| e.to_string())?;
-        // SAFETY: calls in the order of the manual; the buffers have the sizes that are passed.
+        // SAFETY: calls in the order of the manual.
         unsafe {
             let device = (api.new_device)(config.as_ptr());
             if device.is_null() {
                 return Err("Embree makes no device".into());
             }
-            let geometry = (api.new_geometry)(device, TRIANGLES);
+            let scene = (api.new_scene)(device);
+            (api.scene_flags)(scene, if build.robust { ROBUST } else { 0 });
+            (api.scene_quality)(scene, if build.high { HIGH } else { MEDIUM });
+            let version = (api.device_property)(device, VERSION);
+            Ok(Self { api: api.clone(), device, scene, version })
+        }
+    }
+
+    /// Adds a mesh, whose hits may be collected.
+    fn add(&self, mesh: &Mesh, collects: bool) {
+        let Self { api, device, scene, .. } = self;
+        // SAFETY: calls in the order of the manual; the buffers have the sizes that are passed.
+        unsafe {
+            let geometry = (api.new_geometry)(*device, TRIANGLES);
             let fill = |kind, format, rows: &[[u32; 3]]| {
                 let to = (api.new_buffer)(geometry, kind, 0, format, 12, rows.len());
                 if !to.is_null() {
@@ -163,21 +190,21 @@ impl Scene {
             let bits: Vec<_> = mesh.positions.iter().map(|p| p.map(f32::to_bits)).collect();
             fill(VERTEX_BUFFER, FLOAT3, &bits);
             fill(INDEX_BUFFER, UINT3, &mesh.triangles);
-            if build.collect {
+            if collects {
                 (api.intersect_filter)(geometry, collect as *const () as Ptr);
             }
             (api.commit_geometry)(geometry);
-            let scene = (api.new_scene)(device);
-            (api.scene_flags)(scene, if build.robust { ROBUST } else { 0 });
-            (api.scene_quality)(scene, if build.high { HIGH } else { MEDIUM });
-            (api.attach_geometry)(scene, geometry);
+            (api.attach_geometry)(*scene, geometry);
             (api.release_geometry)(geometry);
-            let version = (api.device_property)(device, VERSION);
-            let made = Self { api: api.clone(), device, scene, version };
-            match (api.device_error)(device) {
-                0 => Ok(made),
-                error => Err(format!("Embree's error {error} while it takes the mesh")),
-            }
+        }
+    }
+
+    /// Itself, unless there was an error while it took something.
+    fn checked(self, what: &str) -> Result<Self, String> {
+        // SAFETY: the device is there.
+        match unsafe { (self.api.device_error)(self.device) } {
+            0 => Ok(self),
+            error => Err(format!("Embree's error {error} while it takes {what}")),
         }
     }
 
@@ -284,50 +311,6 @@ impl<const N: usize> RayHit<N> {
     /// Numbers each ray by its lane.
     pub fn numbered() -> Self {
         Self { id: std::array::from_fn(|lane| lane as u32), ..Self::NONE }
-    }
-}
-
-/// The hits that a filter collects, by ray.
-#[derive(Default)]
-pub struct Collector([Vec<Found>; 16]);
-
-impl Collector {
-    /// The hits of the first `rays` rays.
-    pub fn taken(&mut self, rays: usize) -> &mut [Vec<Found>] {
-        &mut self.0[..rays]
-    }
-}
-
-/// `RTCFilterFunctionNArguments`.
-#[repr(C)]
-struct FilterArguments {
-    valid: *mut i32,
-    user: Ptr,
-    context: *mut Context,
-    ray: *const u32,
-    hit: *const u32,
-    count: u32,
-}
-
-/// Collects hits and rejects them.
-unsafe extern "C" fn collect(arguments: *const FilterArguments) {
-    // SAFETY: the structures are those of Embree's manual, rows of `count` numbers each; the context is
-    // the caller's, whose collector lives as long as the call.
-    unsafe {
-        let FilterArguments { valid, context, ray, hit, count, .. } = *arguments;
-        let collector = &mut *(*context).collector.cast::<Collector>();
-        let count = count as usize;
-        for lane in 0..count {
-            if *valid.add(lane) != -1 {
-                continue;
-            }
-            let (ray, hit) = (ray.add(lane), hit.add(lane));
-            let [t, id] = [8, 10].map(|row| *ray.add(row * count));
-            let [u, v, triangle] = [3, 4, 5].map(|row| *hit.add(row * count));
-            let [t, u, v] = [t, u, v].map(f32::from_bits);
-            collector.0[id as usize % 16].push(Found { t, triangle, u, v });
-            *valid.add(lane) = 0;
-        }
     }
 }
 

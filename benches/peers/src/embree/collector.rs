@@ -1,0 +1,48 @@
+//! Every hit of a ray, by a filter that rejects each.
+
+use super::{Context, Ptr};
+use crate::lists::Found;
+
+/// The hits that a filter collects, by ray.
+#[derive(Default)]
+pub struct Collector([Vec<Found>; 16]);
+
+impl Collector {
+    /// The hits of the first `rays` rays.
+    pub fn taken(&mut self, rays: usize) -> &mut [Vec<Found>] {
+        &mut self.0[..rays]
+    }
+}
+
+/// `RTCFilterFunctionNArguments`.
+#[repr(C)]
+pub(super) struct FilterArguments {
+    valid: *mut i32,
+    user: Ptr,
+    context: *mut Context,
+    ray: *const u32,
+    hit: *const u32,
+    count: u32,
+}
+
+/// collects hits and rejects them.
+pub(super) unsafe extern "C" fn collect(arguments: *const FilterArguments) {
+    // SAFETY: the structures are those of Embree's manual, rows of `count` numbers each; the context is
+    // the caller's, whose collector lives as long as the call.
+    unsafe {
+        let FilterArguments { valid, context, ray, hit, count, .. } = *arguments;
+        let collector = &mut *(*context).collector.cast::<Collector>();
+        let count = count as usize;
+        for lane in 0..count {
+            if *valid.add(lane) != -1 {
+                continue;
+            }
+            let (ray, hit) = (ray.add(lane), hit.add(lane));
+            let [t, id] = [8, 10].map(|row| *ray.add(row * count));
+            let [u, v, triangle] = [3, 4, 5].map(|row| *hit.add(row * count));
+            let [t, u, v] = [t, u, v].map(f32::from_bits);
+            collector.0[id as usize % 16].push(Found { t, triangle, u, v });
+            *valid.add(lane) = 0;
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Embree's instances: scenes of a mesh each, placed by matrices.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use intertri::Ray;
+use intertri_scene::Mesh;
+use rayon::prelude::*;
+
+use super::{Api, Build, Caller, Embree, MEDIUM, Ptr, RayHit, Scene};
+use crate::engine::{Answer, CHUNK, Engine, Question};
+use crate::flush_to_zero::with_flush_to_zero;
+
+/// `RTC_GEOMETRY_TYPE_INSTANCE` and `RTC_FORMAT_FLOAT3X4_ROW_MAJOR`.
+const INSTANCE: i32 = 121;
+const ROWS_OF_FOUR: i32 = 0x9134;
+
+impl Scene {
+    /// A scene of instances: each has the number of its mesh, and a matrix.
+    pub fn of_instances(
+        api: &Arc<Api>,
+        meshes: &[Mesh],
+        placed: &[(usize, [f64; 12])],
+        build: Build,
+    ) -> Result<Self, String> {
+        let whole = Self::empty(api, build)?;
+        // SAFETY: calls in the order of the manual. Geometries keep the scenes that they are instances of.
+        unsafe {
+            let scenes: Vec<Ptr> = meshes.iter().map(|mesh| whole.part(mesh)).collect();
+            for &(mesh, matrix) in placed {
+                let geometry = (api.new_geometry)(whole.device, INSTANCE);
+                (api.instanced_scene)(geometry, scenes[mesh]);
+                let rounded = matrix.map(|x| x as f32);
+                (api.transform)(geometry, 0, ROWS_OF_FOUR, rounded.as_ptr());
+                (api.commit_geometry)(geometry);
+                (api.attach_geometry)(whole.scene, geometry);
+                (api.release_geometry)(geometry);
+            }
+            scenes.into_iter().for_each(|scene| (api.release_scene)(scene));
+        }
+        whole.commit();
+        whole.checked("the instances")
+    }
+
+    /// A committed scene of a mesh, on the same device.
+    unsafe fn part(&self, mesh: &Mesh) -> Ptr {
+        let Self { api, device, version, .. } = self;
+        // SAFETY: calls in the order of the manual; the device outlives the scene, which is not dropped here.
+        unsafe {
+            let scene = (api.new_scene)(*device);
+            (api.scene_quality)(scene, MEDIUM);
+            let part = Self { api: api.clone(), device: *device, scene, version: *version };
+            part.add(mesh, false);
+            part.commit();
+            std::mem::forget(part);
+            scene
+        }
+    }
+
+    /// Places all instances anew, and commits.
+    pub fn place(&self, matrices: &[[f64; 12]]) {
+        for (number, matrix) in (0..).zip(matrices) {
+            // SAFETY: the geometry is an instance, and nothing queries the scene meanwhile.
+            unsafe {
+                let geometry = (self.api.get_geometry)(self.scene, number);
+                let rounded = matrix.map(|x| x as f32);
+                (self.api.transform)(geometry, 0, ROWS_OF_FOUR, rounded.as_ptr());
+                (self.api.commit_geometry)(geometry);
+            }
+        }
+        self.commit();
+    }
+}
+
+/// A scene of instances queried by calls of N rays: 1, 8 or 16.
+pub struct Instances<const N: usize> {
+    embree: Embree<N>,
+    instances: Vec<[u32; N]>,
+    /// The number of each instance's first triangle.
+    firsts: Arc<[u32]>,
+}
+
+impl<const N: usize> Instances<N> {
+    pub fn new(scene: Arc<Scene>, firsts: Arc<[u32]>) -> Self {
+        Self { embree: Embree::new(scene), instances: vec![], firsts }
+    }
+}
+
+impl<const N: usize> Engine for Instances<N> {
+    fn load(&mut self, rays: &[Ray], question: Question) {
+        self.embree.load(rays, question);
+        self.instances = vec![[0; N]; self.embree.groups.len()];
+    }
+
+    fn trace(&mut self, part: Range<usize>) {
+        let Embree { scene, question, count, groups, triangles, t } = &mut self.embree;
+        let last = groups.len() - 1;
+        let tail = *count - last * N;
+        let part = part.start / N..part.end.div_ceil(N);
+        let chunks = (groups[part.clone()].par_chunks(CHUNK / N))
+            .zip(triangles[part.clone()].par_chunks_mut(CHUNK / N))
+            .zip(self.instances[part.clone()].par_chunks_mut(CHUNK / N))
+            .zip(t[part.clone()].par_chunks_mut(CHUNK / N));
+        chunks.enumerate().for_each(|(chunk, (((groups, triangles), instances), t))| {
+            let caller = Caller::new(scene, *question);
+            let mut hit = RayHit::NONE;
+            with_flush_to_zero(|| {
+                for (i, group) in groups.iter().enumerate() {
+                    let live = if part.start + chunk * (CHUNK / N) + i == last { tail } else { N };
+                    caller.ask(group, live, &mut hit);
+                    t[i] = hit.far;
+                    if !question.any {
+                        (triangles[i], instances[i]) = (hit.triangle, hit.instance[0]);
+                    }
+                }
+            });
+        });
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        let mut answers = self.embree.answers();
+        if !self.embree.question.any {
+            for (answer, instance) in answers.iter_mut().zip(self.instances.as_flattened()) {
+                if answer.is_hit() {
+                    answer.triangle += self.firsts[*instance as usize];
+                }
+            }
+        }
+        answers
+    }
+}
