@@ -116,7 +116,9 @@ pub use batch::{CrossingLists, HitLists, HitRecord, Lists};
 pub use build::BuildError;
 pub use bvh::{Bvh, IndexedMesh};
 pub use containment::Containment;
-pub use instances::{InstanceId, Scene, SceneError, SceneHit, SceneMesh, SceneSnapshot};
+pub use instances::{
+    InstanceId, Scene, SceneClosestPoint, SceneError, SceneHit, SceneMesh, SceneSnapshot,
+};
 pub use media::{Media, MediaError, MediumCrossing, Segment};
 pub use nearest::ClosestPoint;
 pub use query::Query;

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use intertri::{Hit, Mode, Ray, Ray64, Triangle, Triangle64};
-use intertri_trace::{Bvh, InstanceId, Scene, SceneHit, SceneSnapshot};
+use intertri_trace::{
+    Bvh, ClosestPoint, InstanceId, Scene, SceneClosestPoint, SceneHit, SceneSnapshot, Solid,
+};
 
 use super::input::Input;
 
@@ -89,6 +91,7 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
         let (instance, triangle) = names[hit.triangle as usize];
         (instance, triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
     };
+    let solid = Solid::assume_closed(&all).expect("few triangles");
     let found = |SceneHit { hit, instance, .. }: SceneHit| {
         (instance, hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
     };
@@ -108,5 +111,20 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
         let crossings = snapshot.crossings(&ray).into_iter();
         let hits: Vec<_> = crossings.map(|hit| (found(hit), hit.leaves)).collect();
         assert_eq!(hits, expected, "{ray:?} {placed:?}");
+
+        // Where the ray starts, a corner, and about where it hits.
+        let at = closest.map_or(1.0, |(.., [t, _, _])| f64::from_bits(t));
+        let hit = [0, 1, 2].map(|k| ray.origin[k] + at * ray.dir[k]);
+        for point in [ray.origin, all[0].0[0], hit] {
+            assert_eq!(snapshot.classify(point), solid.classify(point), "{point:?} {placed:?}");
+            for radius in [f64::INFINITY, 1.0] {
+                let expected = solid.bvh().closest_point(point, radius).map(|found| {
+                    let (instance, triangle) = names[found.triangle as usize];
+                    SceneClosestPoint { closest: ClosestPoint { triangle, ..found }, instance }
+                });
+                let found = snapshot.closest_point(point, radius);
+                assert_eq!(found, expected, "{point:?} {radius} {placed:?}");
+            }
+        }
     }
 }

@@ -25,6 +25,9 @@ pub(super) trait Collect {
     /// Whether hits farther than those collected are ignored.
     const SHORTENS: bool;
 
+    /// Whether hits count whatever the masks of geometries.
+    const ALL_GEOMETRIES: bool = false;
+
     /// Takes a hit. Returns false if no other hit counts.
     fn take(&mut self, hit: Candidate) -> bool;
 
@@ -37,6 +40,13 @@ pub(super) struct Closest<'a> {
     pub(super) ray: &'a Ray64,
     /// The closest hit so far, and its t, correctly rounded.
     pub(super) best: Option<(f64, Candidate)>,
+    far: f64,
+}
+
+impl<'a> Closest<'a> {
+    pub(super) fn of(ray: &'a Ray64) -> Self {
+        Self { ray, best: None, far: ray.t_max }
+    }
 }
 
 impl Collect for Closest<'_> {
@@ -55,17 +65,15 @@ impl Collect for Closest<'_> {
         });
         if is_closer {
             self.best = Some((t, hit));
+            // A competitor with the same rounded t is before the next number.
+            self.far = t.next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max);
         }
         true
     }
 
     #[inline(always)]
     fn far(&self) -> f64 {
-        match &self.best {
-            None => self.ray.t_max,
-            // A competitor with the same rounded t is before the next number.
-            Some((t, _)) => t.next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max),
-        }
+        self.far
     }
 }
 

@@ -27,7 +27,8 @@ pub(super) struct Placed {
     pub(super) matrix: Matrix,
     /// The number of its mesh, or [`NO_MESH`].
     pub(super) mesh: u32,
-    pub(super) is_visible: bool,
+    /// Queries see the instance if their masks share a bit with this one.
+    pub(super) mask: u32,
 }
 
 /// A mesh of a scene.
@@ -101,7 +102,7 @@ impl Frame {
     /// The frame of an instance and the box around it.
     fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> Looked {
         // An instance without a box is not in the tree, which is all that hiding and removing require.
-        let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.is_visible) else {
+        let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.mask != 0) else {
             return (Self::NONE, None);
         };
         if extent.is_empty() {

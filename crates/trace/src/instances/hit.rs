@@ -2,6 +2,8 @@
 
 use intertri::Hit;
 
+use crate::nearest::ClosestPoint;
+
 /// The number of an instance in its scene. The number of a removed instance is reused for one added later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct InstanceId(pub(super) u32);
@@ -40,5 +42,24 @@ impl SceneHit {
     #[inline]
     pub fn is_hit(&self) -> bool {
         self.hit.is_hit()
+    }
+}
+
+/// The point of a scene that is closest to a given one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneClosestPoint {
+    /// The point; its triangle and geometry are those of the mesh.
+    pub closest: ClosestPoint,
+    /// The instance; for [`SceneClosestPoint::NONE`], any.
+    pub instance: InstanceId,
+}
+
+impl SceneClosestPoint {
+    /// The result for a point without an answer, in a batch.
+    pub const NONE: Self = Self { closest: ClosestPoint::NONE, instance: InstanceId(u32::MAX) };
+
+    /// Itself, or `None` for [`SceneClosestPoint::NONE`].
+    pub fn some(self) -> Option<Self> {
+        self.closest.some().map(|_| self)
     }
 }

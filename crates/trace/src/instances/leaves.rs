@@ -1,5 +1,7 @@
 //! Tests the triangles of leaves at an instance's position in the world.
 
+use std::marker::PhantomData;
+
 use intertri::internal::RayLanes;
 use intertri::internal::exact::{self, decide};
 use intertri::simd::{Lanes, Mask, Simd};
@@ -16,7 +18,7 @@ use crate::walk::single::Visit;
 
 /// The numbers of a matrix, each in every lane.
 #[inline(always)]
-pub(super) fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
+fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
     // Not `map`, which is not always inlined.
     let mut rows = [Lanes::splat(0.0); 12];
     for (to, from) in rows.iter_mut().zip(m) {
@@ -26,21 +28,21 @@ pub(super) fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
 }
 
 /// Tests the triangles of leaves at an instance's position in the world.
-pub(super) struct VisitLeaves<'a, S: Simd, X: BvhScalar, C> {
+pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
     pub(super) bvh: &'a Bvh<X>,
     pub(super) matrix: &'a Matrix,
-    pub(super) rows: [S::F64x8; 12],
     pub(super) instance: u32,
     pub(super) ray: &'a Ray64,
-    /// The ray, up to the largest t that counts.
-    pub(super) lanes: RayLanes<S::F64x8>,
     pub(super) rule: Rule,
+    /// Geometries count whose masks share a bit with this one.
+    pub(super) mask: u32,
     /// Whether computing in lanes loses nothing except by rounding.
     pub(super) is_tame: bool,
     pub(super) collect: &'a mut C,
     /// The factor from a t of the ray to one in the units of the mesh's tree.
     pub(super) unit: f64,
     pub(super) go_on: bool,
+    pub(super) level: PhantomData<S>,
 }
 
 impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
@@ -49,8 +51,10 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
         let Bvh { tree, originals, .. } = self.bvh;
         // Eight triangles placed in the world by definition, and the first tier of the exact test, in lanes.
         let [a, b, c] = X::leaf_corners::<S>(tree, originals, leaf);
-        let rows = &self.rows;
-        let decided = decide([placed(rows, a), placed(rows, b), placed(rows, c)], &self.lanes);
+        // Most rays that enter an instance reach no leaf, so lanes are filled only here.
+        let (rows, far) = (&splat::<S>(self.matrix), Lanes::splat(self.collect.far()));
+        let ray = RayLanes::<S::F64x8>::of_ray(self.ray).until(far);
+        let decided = decide([placed(rows, a), placed(rows, b), placed(rows, c)], &ray);
         let sure = if self.rule == Rule::Closed { decided.closed } else { decided.inside };
         let (mut miss, mut sure) = (decided.miss.bits(), sure.bits());
         if !self.is_tame {
@@ -65,7 +69,6 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
             if !self.go_on {
                 return None;
             }
-            self.lanes = self.lanes.until(Lanes::splat(self.collect.far()));
         }
         Some(self.far())
     }
@@ -103,7 +106,8 @@ impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
             let position = self.bvh.tree.index_of(slot);
             let triangle = self.triangle(slot);
             let is_hit = sure >> lane & 1 != 0 || exact::hit(self.rule, self.ray, &triangle);
-            if is_hit && geometries.mask_of(position) != 0 {
+            let counts = C::ALL_GEOMETRIES || geometries.mask_of(position) & self.mask != 0;
+            if is_hit && counts {
                 let instance = self.instance;
                 let hit = Candidate { instance, position: position.0, triangle };
                 if !self.collect.take(hit) {

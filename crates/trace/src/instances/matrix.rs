@@ -24,14 +24,14 @@ const CORNER: f64 = 1.02 * W;
 const BOX: f64 = 20.0 * W;
 
 /// The errors of an origin and of a direction in mesh space are this fraction of the inverse's magnitude
-/// times their own.
+/// times their own; for a direction, also times that of the matrix.
 const ORIGIN: f64 = 5.0 * W;
-const DIR: f64 = 4.0 * W;
+const DIR: f64 = 4.1 * W;
 
-/// A bound of `ρ / (1 - ρ)` over ρ, for ρ up to [`DEFECT`].
+/// A bound of `ρ / (1 - ρ)` over ρ, for ρ up to [`DEFECT`], and more than rounding adds to it.
 const INVERSE: f64 = 1.01;
 
-/// The largest `‖I - N A‖` to accept: 2^-10. Also the largest relative error of a direction.
+/// The largest relative error of a direction to accept: 2^-10. `‖I - N A‖`, a part of it, is no larger.
 const DEFECT: f64 = 1.0 / 1024.0;
 
 /// The error of an entry of `I - N A` is this fraction of the magnitudes that it is the sum of.
@@ -100,10 +100,10 @@ pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inverse {
     rows: [[f64; 3]; 3],
-    /// A bound on `‖I - N A‖`; NaN or large if there is no useful inverse.
-    defect: f32,
-    /// The largest sum of magnitudes in a row of N.
-    size: f32,
+    /// The error of an origin is this fraction of its distance from the matrix's last column.
+    origin: f32,
+    /// The relative error of a direction; NaN or large if there is no useful inverse.
+    dir: f32,
     /// How far, along an axis of the mesh, a corner as defined may be from the given corner.
     corner: f32,
 }
@@ -120,7 +120,7 @@ pub(super) struct TreeRay {
 impl Inverse {
     /// No useful inverse.
     pub(super) const NONE: Self =
-        Self { rows: [[0.0; 3]; 3], defect: f32::NAN, size: 0.0, corner: 0.0 };
+        Self { rows: [[0.0; 3]; 3], origin: 0.0, dir: f32::NAN, corner: 0.0 };
 
     pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
@@ -138,8 +138,15 @@ impl Inverse {
             size = size.max(x + y + z);
             corner = corner.max(x * rounded[0] + y * rounded[1] + z * rounded[2]);
         }
-        let up = |x: f64| (x as f32).next_up();
-        Self { rows, defect: up(defect), size: up(size * UP), corner: up(CORNER * UP * corner) }
+        let row = |[x, y, z]: [f64; 3]| x.abs() + y.abs() + z.abs();
+        let forth = row(a[0]).max(row(a[1])).max(row(a[2]));
+        let up = |x: f64| (x * UP) as f32;
+        Self {
+            rows,
+            origin: up(size * (INVERSE * defect + ORIGIN)).next_up(),
+            dir: up(INVERSE * defect + DIR * size * forth).next_up(),
+            corner: up(CORNER * corner).next_up(),
+        }
     }
 
     /// A ray in the units of a mesh's tree, whose coordinates reach to ±`reach`. `None` if its error bounds
@@ -152,37 +159,40 @@ impl Inverse {
         extent: &Extent,
         reach: f32,
     ) -> Option<TreeRay> {
-        let (defect, size) = (f64::from(self.defect), f64::from(self.size));
-        let from = [ray.origin[0] - m[3], ray.origin[1] - m[7], ray.origin[2] - m[11]];
-        let (at, dir) = (times(&self.rows, from), times(&self.rows, ray.dir));
-        let length = largest(dir);
-        let off_origin = INVERSE * defect * largest(at) + ORIGIN * size * largest(from);
-        let off_dir = INVERSE * defect * length + DIR * size * largest(ray.dir);
-        // The condition is false for NaN.
-        if !(defect <= DEFECT && off_dir <= DEFECT * length) {
+        let (off_origin, off_dir) = (f64::from(self.origin), f64::from(self.dir));
+        if off_dir > DEFECT || off_dir.is_nan() {
             return None;
         }
+        let from = [ray.origin[0] - m[3], ray.origin[1] - m[7], ray.origin[2] - m[11]];
+        let (at, dir) = (times(&self.rows, from), times(&self.rows, ray.dir));
         let (scale, reach) = (extent.scale, f64::from(reach));
-        let origin = [0, 1, 2].map(|k| (at[k] - extent.centre[k]) * scale);
-        // (3) in the proof: the errors of the corners and the origin, and the error that the direction adds
-        // on the way to the far side of the mesh.
-        let near = (f64::from(self.corner) + off_origin) * scale;
-        let room = near + INVERSE * (off_dir / length) * (largest(origin) + reach + near);
+        let centre = &extent.centre;
+        let origin =
+            [(at[0] - centre[0]) * scale, (at[1] - centre[1]) * scale, (at[2] - centre[2]) * scale];
+        // (3) of the proof: what the corners and the origin are off by, and what the direction adds on the way to the far
+        // side of the mesh.
+        let near = (f64::from(self.corner) + off_origin * largest(from)) * scale;
+        let room = near + INVERSE * off_dir * (largest(origin) + reach + near);
         let room = room * UP;
-        // A hundredth of the mesh's size costs little; with much more, boxes in world space are better.
-        (room <= 0.25 * reach).then(|| TreeRay { origin, dir: dir.map(|x| x * scale), room })
+        // A hundredth of a mesh costs little; much more, and boxes in the world are better.
+        let dir = [dir[0] * scale, dir[1] * scale, dir[2] * scale];
+        (room <= 0.25 * reach).then_some(TreeRay { origin, dir, room })
     }
 }
 
-/// The largest magnitude of a coordinate.
+/// The largest size of a coordinate, or any number where one is NaN.
 #[inline(always)]
 pub(super) fn largest([x, y, z]: [f64; 3]) -> f64 {
-    x.abs().max(y.abs()).max(z.abs())
+    // `f64::max` takes three instructions.
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    larger(larger(x.abs(), y.abs()), z.abs())
 }
 
+/// A matrix of three rows times a vector. Written out: `map` is a call here, which takes longer than the products.
 #[inline(always)]
 fn times(rows: &[[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|i| rows[i][0] * x + rows[i][1] * y + rows[i][2] * z)
+    let [a, b, c] = rows;
+    [a[0] * x + a[1] * y + a[2] * z, b[0] * x + b[1] * y + b[2] * z, c[0] * x + c[1] * y + c[2] * z]
 }
 
 /// A matrix near the inverse, by elimination with the largest pivot of each column; arbitrary if there is

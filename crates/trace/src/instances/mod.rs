@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings
-//!                                           │
+//!                                           │                      └── closest_point, classify
 //!     tree of instances over boxes in the world, an inverse of each matrix with its bounds
 //! ```
 //!
@@ -16,6 +16,8 @@ mod hit;
 mod leaves;
 mod matrix;
 mod mesh;
+mod nearest;
+mod points;
 mod scene;
 mod snapshot;
 mod top;
@@ -24,7 +26,7 @@ mod tree_ray;
 mod world_walk;
 
 pub use error::SceneError;
-pub use hit::{InstanceId, SceneHit};
+pub use hit::{InstanceId, SceneClosestPoint, SceneHit};
 pub use mesh::SceneMesh;
 pub use scene::Scene;
 pub use snapshot::SceneSnapshot;

@@ -73,7 +73,7 @@ impl Scene {
     ) -> Result<InstanceId, SceneError> {
         check(&matrix)?;
         let mesh = self.number_of(mesh.into());
-        let placed = Placed { matrix, mesh, is_visible: true };
+        let placed = Placed { matrix, mesh, mask: u32::MAX };
         let all = Arc::make_mut(&mut self.placed);
         let id = if let Some(id) = self.free.pop() {
             all[id as usize] = placed;
@@ -119,12 +119,21 @@ impl Scene {
         Ok(())
     }
 
-    /// Shows an instance, or hides it from all queries.
+    /// Shows an instance to all queries, or hides it: sets its mask to `u32::MAX`, or to 0.
     ///
     /// # Errors
     /// Fails if there is no such instance.
     pub fn show(&mut self, id: InstanceId, is_visible: bool) -> Result<(), SceneError> {
-        self.instance(id)?.is_visible = is_visible;
+        self.set_mask(id, if is_visible { u32::MAX } else { 0 })
+    }
+
+    /// Sets the mask of an instance, which is `u32::MAX` at first: queries see it if their masks
+    /// ([`SceneSnapshot::mask`]) share a bit with it.
+    ///
+    /// # Errors
+    /// Fails if there is no such instance.
+    pub fn set_mask(&mut self, id: InstanceId, mask: u32) -> Result<(), SceneError> {
+        self.instance(id)?.mask = mask;
         Ok(())
     }
 

@@ -5,29 +5,30 @@ use std::sync::Arc;
 
 use intertri::internal::exact::{self, Side};
 use intertri::simd::Level;
-use intertri::{Hit, Ray64, Rule};
+use intertri::{Counts, Hit, Ray64, Rule};
 
 use super::collect::{All, Any, Candidate, Closest, Collect};
 use super::committed::Committed;
 use super::hit::{InstanceId, SceneHit};
 use super::trace::{SceneScratch, Trace};
-use crate::batch::Lists;
+use crate::batch::{Lists, chunks};
 use crate::util::memory::OutOfMemory;
 use crate::util::threads;
 
 /// A [`Scene`](crate::Scene) as it was committed. It never changes; clones share it.
 ///
-/// Answers are those of the mode `exact` on the corners in world space, as [`Scene`](crate::Scene) defines
-/// them: t, u and v are correctly rounded. If two hits have the same t, the lower instance wins, then the
-/// lower geometry, then the lower triangle. Hidden instances, and geometries whose mask is 0, are ignored.
+/// Answers are those of the mode `exact` on the corners in world space, which [`Scene`](crate::Scene) defines: t, u and v
+/// are correctly rounded. If two hits have the same t, the lower instance wins, then the lower geometry, then the lower
+/// triangle. Hidden instances, and geometries whose mask is 0, are ignored; [`SceneSnapshot::mask`] ignores others.
 #[derive(Clone, Debug)]
 pub struct SceneSnapshot {
-    committed: Arc<Committed>,
+    pub(super) committed: Arc<Committed>,
     level: Level,
+    pub(super) mask: u32,
 }
 
 /// The number of rays of a batch that a thread takes at a time.
-const PIECE: usize = 1 << 6;
+pub(super) const PIECE: usize = 1 << 6;
 
 thread_local! {
     /// The thread's stacks, which are kept between queries.
@@ -36,7 +37,7 @@ thread_local! {
 
 impl SceneSnapshot {
     pub(super) fn new(committed: Committed) -> Self {
-        Self { committed: Arc::new(committed), level: Level::best() }
+        Self { committed: Arc::new(committed), level: Level::best(), mask: u32::MAX }
     }
 
     /// Sets the level of CPU instructions. Answers do not depend on it.
@@ -44,12 +45,43 @@ impl SceneSnapshot {
         Self { level, ..self }
     }
 
+    /// The same for queries that see only some instances and geometries: those whose masks
+    /// ([`Scene::set_mask`](crate::Scene::set_mask), [`Bvh::set_mask`](crate::Bvh::set_mask)) share a bit with this one.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    /// use intertri_trace::{Bvh, Scene};
+    /// use intertri_trace::intertri::{Ray64, Triangle};
+    /// const GLASS: u32 = 0b01;
+    /// const WALLS: u32 = 0b10;
+    /// let pane = Arc::new(Bvh::new(&[Triangle::new([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0])])?);
+    /// let at = |z| [1.0, 0.0, 0.0, 0.0, /**/ 0.0, 1.0, 0.0, 0.0, /**/ 0.0, 0.0, 1.0, z];
+    /// let mut scene = Scene::new();
+    /// let window = scene.add(pane.clone(), at(3.0))?;
+    /// let wall = scene.add(pane, at(5.0))?;
+    /// scene.set_mask(window, GLASS)?;
+    /// scene.set_mask(wall, WALLS)?;
+    /// let ray = Ray64::new([0.0, 0.5, 0.0], [0.0, 0.0, 1.0]);
+    /// assert_eq!(scene.commit()?.mask(WALLS).closest(&ray).unwrap().instance, wall);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn mask(self, mask: u32) -> Self {
+        Self { mask, ..self }
+    }
+
     /// The closest hit.
     pub fn closest(&self, ray: &Ray64) -> Option<SceneHit> {
-        let mut closest = Closest { ray, best: None };
+        let found = self.closest_triangle(ray)?;
+        let mut hit = [Hit::MISS];
+        exact::hits64(self.level, &[(ray, &found.triangle, found.position)], &mut hit);
+        Some(self.named(ray, &found, hit[0]))
+    }
+
+    /// The triangle of the closest hit.
+    fn closest_triangle(&self, ray: &Ray64) -> Option<Candidate> {
+        let mut closest = Closest::of(ray);
         self.trace(ray, Rule::Closed, &mut closest);
-        let (_, best) = closest.best?;
-        self.hits(ray, &[best]).pop()
+        closest.best.map(|(_, best)| best)
     }
 
     /// Whether anything is hit.
@@ -91,23 +123,25 @@ impl SceneSnapshot {
         let pairs: Vec<_> = found.iter().map(|hit| (ray, &hit.triangle, hit.position)).collect();
         let mut hits = vec![Hit::MISS; found.len()];
         exact::hits64(self.level, &pairs, &mut hits);
-        let named = |(mut hit, found): (Hit, &Candidate)| {
-            if let Some(entry) = self.committed.mesh(found.instance as usize) {
-                entry.mesh.tree().geometries.rename([&mut hit]);
-            }
-            let leaves = exact::facing(ray, &found.triangle) == Some(Side::Leaves);
-            SceneHit { hit, instance: InstanceId(found.instance), leaves }
-        };
-        hits.into_iter().zip(found).map(named).collect()
+        hits.into_iter().zip(found).map(|(hit, found)| self.named(ray, found, hit)).collect()
     }
 
-    fn trace<C: Collect>(&self, ray: &Ray64, rule: Rule, collect: &mut C) {
-        let scene = &*self.committed;
+    /// A hit, its triangle named within its geometry.
+    fn named(&self, ray: &Ray64, found: &Candidate, mut hit: Hit) -> SceneHit {
+        if let Some(entry) = self.committed.mesh(found.instance as usize) {
+            entry.mesh.tree().geometries.rename([&mut hit]);
+        }
+        let leaves = exact::facing(ray, &found.triangle) == Some(Side::Leaves);
+        SceneHit { hit, instance: InstanceId(found.instance), leaves }
+    }
+
+    pub(super) fn trace<C: Collect>(&self, ray: &Ray64, rule: Rule, collect: &mut C) {
+        let (scene, mask) = (&*self.committed, self.mask);
         // Taken out while in use: a query within a query finds none, and creates its own.
         let kept = SCRATCH.try_with(Cell::take).ok().flatten();
         let mut scratch =
             kept.filter(|kept| kept.fits(scene)).unwrap_or_else(|| SceneScratch::new(scene));
-        self.level.run(Trace { scene, ray, rule, scratch: &mut scratch, collect });
+        self.level.run(Trace { scene, ray, rule, mask, scratch: &mut scratch, collect });
         // If the thread is about to end, it is not needed any more.
         let _ = SCRATCH.try_with(|last| last.set(Some(scratch)));
     }
@@ -118,16 +152,54 @@ impl SceneSnapshot {
     /// [`SceneSnapshot::closest`] for many rays; [`SceneHit::MISS`] for a ray that hits nothing.
     pub fn closest_batch(&self, rays: &[Ray64]) -> Vec<SceneHit> {
         let mut hits = vec![SceneHit::MISS; rays.len()];
-        let closest = |i: usize| self.closest(&rays[i]).unwrap_or(SceneHit::MISS);
-        threads::write(&mut hits, PIECE, closest);
+        self.closest_batch_into(rays, &mut hits);
         hits
+    }
+
+    /// [`SceneSnapshot::closest_batch`] into a slice.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_batch_into(&self, rays: &[Ray64], hits: &mut [SceneHit]) {
+        chunks(rays, hits, |rays, hits| {
+            for (rays, hits) in rays.chunks(PIECE).zip(hits.chunks_mut(PIECE)) {
+                self.closest_of(rays, hits);
+            }
+            Counts::default()
+        });
+    }
+
+    /// The closest hits of at most [`PIECE`] rays, on this thread.
+    fn closest_of(&self, rays: &[Ray64], hits: &mut [SceneHit]) {
+        let found = rays.iter().map(|ray| self.closest_triangle(ray));
+        let found: Vec<Option<Candidate>> = found.collect();
+        // t, u and v of several rays are computed side by side.
+        let rays_and_found = || rays.iter().zip(&found).filter_map(|(r, f)| Some((r, f.as_ref()?)));
+        let pairs: Vec<_> = rays_and_found().map(|(r, f)| (r, &f.triangle, f.position)).collect();
+        let mut numbers = [Hit::MISS; PIECE];
+        exact::hits64(self.level, &pairs, &mut numbers[..pairs.len()]);
+        let mut named = rays_and_found().zip(numbers).map(|((r, f), hit)| self.named(r, f, hit));
+        for (hit, found) in hits.iter_mut().zip(&found) {
+            *hit = found.and_then(|_| named.next()).unwrap_or(SceneHit::MISS);
+        }
     }
 
     /// [`SceneSnapshot::any`] for many rays.
     pub fn any_batch(&self, rays: &[Ray64]) -> Vec<bool> {
         let mut any = vec![false; rays.len()];
-        threads::write(&mut any, PIECE, |i| self.any(&rays[i]));
+        self.any_batch_into(rays, &mut any);
         any
+    }
+
+    /// [`SceneSnapshot::any_batch`] into a slice.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn any_batch_into(&self, rays: &[Ray64], any: &mut [bool]) {
+        chunks(rays, any, |rays, any| {
+            rays.iter().zip(any).for_each(|(ray, any)| *any = self.any(ray));
+            Counts::default()
+        });
     }
 
     /// [`SceneSnapshot::all`] for many rays, in compact arrays.

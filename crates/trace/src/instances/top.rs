@@ -83,6 +83,20 @@ impl Top {
         })
     }
 
+    /// The box of a node's child in the world, or a little more.
+    #[inline(always)]
+    pub(super) fn child_box(&self, node: &Node, slot: usize) -> [[f64; 3]; 2] {
+        let ((centre, _), scale) = (self.frame.centre_and_exponent(), self.frame.scale());
+        [false, true].map(|upper| {
+            [0, 1, 2].map(|axis| {
+                let side = f64::from(node.sides(axis, upper)[slot]) / scale;
+                // More than the sum is rounded by.
+                let room = f64::EPSILON * (side.abs() + centre[axis].abs()) + f64::MIN_POSITIVE;
+                side + centre[axis] + if upper { room } else { -room }
+            })
+        })
+    }
+
     /// A ray in the tree's units; `None` if its numbers are too extreme.
     #[inline(always)]
     pub(super) fn slabs<S: Simd>(&self, ray: &Ray64) -> Option<TreeSlabs> {

@@ -8,14 +8,13 @@
 
 use std::marker::PhantomData;
 
-use intertri::internal::RayLanes;
 use intertri::internal::exact;
-use intertri::simd::{Lanes, Simd, WithSimd};
+use intertri::simd::{Simd, WithSimd};
 use intertri::{Ray64, Rule, Triangle64};
 
 use super::collect::Collect;
 use super::committed::{Committed, MeshEntry};
-use super::leaves::{VisitLeaves, splat};
+use super::leaves::VisitLeaves;
 use super::matrix::sizes;
 use super::mesh::{Extent, SceneMesh};
 use super::tree_ray::{TreeSlabs, rounded_down, rounded_up};
@@ -49,6 +48,8 @@ pub(super) struct Trace<'a, C> {
     pub(super) scene: &'a Committed,
     pub(super) ray: &'a Ray64,
     pub(super) rule: Rule,
+    /// Instances and geometries count whose masks share a bit with this one.
+    pub(super) mask: u32,
     pub(super) scratch: &'a mut SceneScratch,
     pub(super) collect: &'a mut C,
 }
@@ -58,20 +59,21 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { scene, ray, rule, scratch, collect } = self;
+        let Self { scene, ray, rule, mask, scratch, collect } = self;
         let is_finite = ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite());
         // The condition is false for NaN.
         if !(is_finite && ray.t_min < ray.t_max) {
             return;
         }
-        let (top, SceneScratch { instances, mesh }) = (&scene.top, scratch);
+        let top = &scene.top;
         let is_tame = exact::is_plain(ray, &Triangle64([[0.0; 3]; 3]));
         let mut visitor = VisitInstances {
             scene,
             ray,
             rule,
+            mask,
             is_tame,
-            scratch: mesh,
+            scratch: &mut scratch.mesh,
             collect,
             unit: 1.0,
             level: PhantomData::<S>,
@@ -100,7 +102,7 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
             shortens: C::SHORTENS,
             closest: C::SHORTENS,
         };
-        walk.run::<S>(&SlabLanes::splat(&slabs, octant), instances, &mut visitor);
+        walk.run::<S>(&SlabLanes::splat(&slabs, octant), &mut scratch.instances, &mut visitor);
     }
 }
 
@@ -116,6 +118,7 @@ struct VisitInstances<'a, S, C> {
     scene: &'a Committed,
     ray: &'a Ray64,
     rule: Rule,
+    mask: u32,
     /// Whether computing with the ray in f64 lanes loses nothing except by rounding.
     is_tame: bool,
     scratch: &'a mut TraversalScratch,
@@ -128,7 +131,8 @@ struct VisitInstances<'a, S, C> {
 impl<S: Simd, C: Collect> Visit for VisitInstances<'_, S, C> {
     #[inline(always)]
     fn visit(&mut self, instance: usize) -> Option<f32> {
-        let Some(MeshEntry { mesh, extent }) = self.scene.mesh(instance) else {
+        let is_seen = self.scene.placed[instance].mask & self.mask != 0;
+        let Some(MeshEntry { mesh, extent }) = self.scene.mesh(instance).filter(|_| is_seen) else {
             return Some(rounded_up(self.collect.far(), self.unit));
         };
         // A separate function, which leaves registers to the traversal.
@@ -150,22 +154,21 @@ impl<S: Simd, C: Collect> VisitInstances<'_, S, C> {
     /// Traces the ray through the mesh of an instance. Returns false if no other hit counts.
     #[inline(always)]
     fn enter<X: BvhScalar>(&mut self, bvh: &Bvh<X>, extent: &Extent, instance: usize) -> bool {
-        let Self { scene, ray, rule, is_tame, scratch, collect, .. } = self;
+        let Self { scene, ray, rule, mask, is_tame, scratch, collect, .. } = self;
         let (tree, matrix) = (&bvh.tree, &scene.placed[instance].matrix);
         let frame = &scene.frames[instance];
-        let lanes = RayLanes::<S::F64x8>::of_ray(*ray);
         let mut leaves = VisitLeaves::<S, X, C> {
             bvh,
             matrix,
-            rows: splat::<S>(matrix),
             instance: instance as u32,
             ray,
-            lanes: lanes.until(Lanes::splat(collect.far())),
             rule: *rule,
+            mask: *mask,
             is_tame: *is_tame && frame.is_tame,
             collect: &mut **collect,
             unit: 1.0,
             go_on: true,
+            level: PhantomData,
         };
         let in_mesh = frame.inverse.tree_ray(matrix, ray, extent, tree.reach);
         let slabs = in_mesh.and_then(|ray| TreeSlabs::new::<S>(&ray, tree.reach));

@@ -26,18 +26,21 @@ impl TreeSlabs {
     #[inline(always)]
     pub(super) fn new<S: Simd>(ray: &TreeRay, reach: f32) -> Option<Self> {
         let length = largest(ray.dir);
-        let is_near = ray.origin.iter().all(|x| x.abs() < FAR);
-        let is_sane = ray.dir.iter().all(|x| x.abs() <= 1.0 / SHORT) && length >= SHORT;
-        if !(is_near && is_sane) {
+        let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.dir);
+        let is_near = (ox.abs() < FAR) & (oy.abs() < FAR) & (oz.abs() < FAR);
+        let most = 1.0 / SHORT;
+        let is_sane = (dx.abs() <= most) & (dy.abs() <= most) & (dz.abs() <= most);
+        if !(is_near && is_sane && length >= SHORT) {
             return None;
         }
         // The largest power of two that is not larger, and its inverse.
         let exponent = length.to_bits() >> 52;
         let (unit, over) =
             (f64::from_bits(exponent << 52), f64::from_bits((2046 - exponent) << 52));
-        // Scaled to a length between 1 and 2, because the bounds of the slab test exclude very long and very
-        // short directions. A power of two rounds nothing.
-        let (origin, dir) = (ray.origin.map(|x| x as f32), ray.dir.map(|x| (x * over) as f32));
+        // Scaled to a length between 1 and 2, because the bounds of the slab test exclude very long and very short
+        // directions. A power of two rounds nothing.
+        let origin = [ox as f32, oy as f32, oz as f32];
+        let dir = [(dx * over) as f32, (dy * over) as f32, (dz * over) as f32];
         let scaled = Ray::new(origin, dir);
         let room = (ray.room as f32).next_up();
         let slabs = Slabs::new::<S>(&scaled, &Margin::new(reach, Some(room)))?;

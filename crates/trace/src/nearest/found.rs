@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{Closest, Tier, closer, closest};
-use intertri::{LeafSlot, TriangleId};
+use intertri::{LeafSlot, Scalar, TriangleId, TriangleOf};
 
 use super::mesh::Mesh;
 
@@ -38,6 +38,20 @@ impl ClosestPoint {
         geometry: 0,
     };
 
+    /// The point of a finite triangle that is closest to a finite one, without a name for the triangle.
+    pub(crate) fn on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Self {
+        let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, triangle);
+        // Used only for the point: the distance and the weights are exact except for one rounding (nearest.md,
+        // section 6).
+        let first = (1.0 - u) - v;
+        let at = |axis: usize| {
+            let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());
+            // Rounding may leave the box, or the range of f64.
+            ((first * a + u * b) + v * c).clamp(a.min(b).min(c), a.max(b).max(c))
+        };
+        Self { distance, point: [at(0), at(1), at(2)], u, v, ..Self::NONE }
+    }
+
     /// This result, or `None` for [`ClosestPoint::NONE`].
     pub fn some(self) -> Option<Self> {
         (self.triangle != u32::MAX).then_some(self)
@@ -72,16 +86,6 @@ pub(super) fn closest_of<M: Mesh>(
     }
 
     let (slot, triangle) = best;
-    let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, &triangle);
-    // Used only for the point: the distance and the weights are exact except for one rounding (nearest.md,
-    // section 6).
-    let first = (1.0 - u) - v;
-    let at = |axis: usize| {
-        let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());
-        // Rounding may leave the box, or the range of f64.
-        ((first * a + u * b) + v * c).clamp(a.min(b).min(c), a.max(b).max(c))
-    };
-    let point = [at(0), at(1), at(2)];
-    let TriangleId(triangle) = mesh.tree().index_of(slot);
-    Some((slot, ClosestPoint { distance, point, u, v, triangle, geometry: 0 }))
+    let TriangleId(position) = mesh.tree().index_of(slot);
+    Some((slot, ClosestPoint { triangle: position, ..ClosestPoint::on(point, &triangle) }))
 }

@@ -2,243 +2,28 @@
 //!
 //! `INTERTRI_INSTANCE_RAYS` sets how many rays are compared; the default is 200,000.
 
+mod scenes;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode, Ray64, Triangle, Triangle64};
-use intertri_trace::{Bvh, InstanceId, Scene, SceneError, SceneHit, SceneMesh, SceneSnapshot};
-
-type Matrix = [f64; 12];
-
-/// Numbers that are the same on every run.
-struct Numbers(u64);
-
-impl Numbers {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ x >> 31
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        (self.bits() % end as u64) as usize
-    }
-
-    /// In -1..1.
-    fn number(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn point(&mut self) -> [f64; 3] {
-        [self.number(), self.number(), self.number()]
-    }
-
-    fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len())]
-    }
-}
-
-fn add(a: [f64; 3], b: [f64; 3], by: f64) -> [f64; 3] {
-    [0, 1, 2].map(|k| a[k] + by * b[k])
-}
-
-/// A sphere made of rings; its corners run counter-clockwise as seen from outside.
-fn globe(rings: usize) -> Vec<Triangle64> {
-    let corner = |ring: usize, i: usize| {
-        let (a, b) = (ring as f64 / rings as f64, (i % rings) as f64 / rings as f64);
-        let (a, b) = (a * std::f64::consts::PI, b * std::f64::consts::TAU);
-        let r = if ring == 0 || ring == rings { 0.0 } else { a.sin() };
-        [r * b.cos(), a.cos(), r * b.sin()]
-    };
-    let squares = (0..rings * rings).map(|i| (i / rings, i % rings));
-    let halves = squares.flat_map(|(ring, i)| {
-        let [a, b] = [corner(ring, i), corner(ring, i + 1)];
-        let [c, d] = [corner(ring + 1, i), corner(ring + 1, i + 1)];
-        [Triangle64([a, b, c]), Triangle64([d, c, b])]
-    });
-    halves.collect()
-}
-
-/// A cube of small squares with axis-aligned walls.
-fn cube(cells: i32) -> Vec<Triangle64> {
-    let mut all = Vec::new();
-    for side in 0..6 {
-        for i in 0..cells * cells {
-            let at = |i: i32, j: i32| {
-                let [a, b] = [i, j].map(|i| 2.0 * f64::from(i) / f64::from(cells) - 1.0);
-                let mut point = [if side % 2 == 0 { -1.0 } else { 1.0 }, a, b];
-                point.rotate_right(side as usize / 2);
-                point
-            };
-            let (i, j) = (i % cells, i / cells);
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
-            all.extend([Triangle64([a, b, c]), Triangle64([d, c, b])]);
-        }
-    }
-    all
-}
-
-/// Triangles of any shape and size, some without area or with a NaN.
-fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
-    let triangle = |numbers: &mut Numbers| {
-        let (a, size) = (numbers.point(), 0.5 * numbers.number().abs().powi(3));
-        let [mut b, mut c] = [0, 1].map(|_| add(a, numbers.point(), size));
-        match numbers.below(12) {
-            0 => c = b,
-            1 => c = add(a, [0, 1, 2].map(|k| b[k] - a[k]), 2.0),
-            2 => b[numbers.below(3)] = f64::NAN,
-            3 => (b, c) = (add(a, b, 1e-9), add(a, c, 1e-9)),
-            _ => {}
-        }
-        Triangle64([a, b, c])
-    };
-    (0..count).map(|_| triangle(numbers)).collect()
-}
-
-/// A mesh for instances, and its geometries for flattening.
-#[derive(Clone)]
-struct Mesh {
-    shared: SceneMesh,
-    geometries: Vec<Vec<Triangle64>>,
-}
-
-impl Mesh {
-    fn in_f64(geometries: Vec<Vec<Triangle64>>) -> Self {
-        let slices: Vec<&[Triangle64]> = geometries.iter().map(|mesh| &**mesh).collect();
-        Self { shared: Arc::new(Bvh::from_meshes(&slices).unwrap()).into(), geometries }
-    }
-
-    fn in_f32(geometries: &[Vec<Triangle64>]) -> Self {
-        let round = |t: &Triangle64| {
-            Triangle::new(
-                t.0[0].map(|x| x as f32),
-                t.0[1].map(|x| x as f32),
-                t.0[2].map(|x| x as f32),
-            )
-        };
-        let rounded: Vec<Vec<Triangle>> =
-            geometries.iter().map(|mesh| mesh.iter().map(round).collect()).collect();
-        let slices: Vec<&[Triangle]> = rounded.iter().map(|mesh| &**mesh).collect();
-        let exact = |t: &Triangle| Triangle64(t.0.map(|corner| corner.map(f64::from)));
-        let geometries = rounded.iter().map(|mesh| mesh.iter().map(exact).collect()).collect();
-        Self { shared: Arc::new(Bvh::from_meshes(&slices).unwrap()).into(), geometries }
-    }
-}
-
-fn meshes(numbers: &mut Numbers) -> Vec<Mesh> {
-    let moved = |by: f64| {
-        let all = globe(9).into_iter();
-        all.map(|t| Triangle64(t.0.map(|c| [c[0] + by, c[1] * 1e-3, c[2] + by]))).collect()
-    };
-    vec![
-        Mesh::in_f32(&[globe(12)]),
-        Mesh::in_f64(vec![globe(14)]),
-        Mesh::in_f32(&[cube(4)]),
-        Mesh::in_f64(vec![cube(3), Vec::new(), soup(numbers, 40)]),
-        Mesh::in_f32(&[soup(numbers, 200)]),
-        Mesh::in_f64(vec![soup(numbers, 120)]),
-        // Far from its own origin.
-        Mesh::in_f64(vec![moved(1e6)]),
-        Mesh::in_f32(&[moved(1e3)]),
-    ]
-}
-
-/// A rotation about some axis.
-fn rotation(numbers: &mut Numbers) -> [[f64; 3]; 3] {
-    let mut q = [numbers.number(), numbers.number(), numbers.number(), numbers.number()];
-    let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-    q = q.map(|x| x / length);
-    let [w, x, y, z] = q;
-    [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-    ]
-}
-
-/// `a · diagonal`, with a translation.
-fn matrix(a: [[f64; 3]; 3], diagonal: [f64; 3], at: [f64; 3]) -> Matrix {
-    let mut m = [0.0; 12];
-    for i in 0..3 {
-        for j in 0..3 {
-            m[4 * i + j] = a[i][j] * diagonal[j];
-        }
-        m[4 * i + 3] = at[i];
-    }
-    m
-}
-
-const ONE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-/// The kinds of placements: their size and position.
-const KINDS: usize = 14;
-
-fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
-    let near = numbers.point().map(|x| 3.0 * x);
-    let turned = rotation(numbers);
-    match kind {
-        // On a grid, so that walls coincide.
-        0 => matrix(ONE, [1.0; 3], near.map(f64::round)),
-        1 => matrix(turned, [1.0; 3], near),
-        2 => {
-            let sides = numbers.point().map(|x| (3.0 * x).exp2());
-            matrix(turned, sides, near)
-        }
-        3 => {
-            let signs = [0; 3].map(|_| numbers.one_of(&[-1.0, 1.0, -2.0]));
-            matrix(ONE, signs, near.map(f64::round))
-        }
-        4 => {
-            let sheared = [numbers.point(), numbers.point(), numbers.point()];
-            matrix(sheared, [2.0; 3], near)
-        }
-        // Tiny and far out: corners are rounded by a noticeable fraction of the mesh.
-        5 => matrix(turned, [1e-6; 3], add([1e7, -1e7, 3e6], near, 1e-6)),
-        6 => matrix(turned, [1e6; 3], near.map(|x| 1e6 * x)),
-        // Condition numbers up to 1e12.
-        7 => {
-            let sides = numbers.point().map(|x| 10_f64.powf(6.0 * x));
-            let other = rotation(numbers);
-            let first = matrix(turned, sides, [0.0; 3]);
-            let row =
-                |i: usize| [0, 1, 2].map(|j| (0..3).map(|k| first[4 * i + k] * other[k][j]).sum());
-            matrix([row(0), row(1), row(2)], [1.0; 3], near.map(|x| 10.0 * x))
-        }
-        8 => {
-            let mut sides = numbers.point();
-            sides[numbers.below(3)] = 0.0;
-            sides[numbers.below(3)] *= numbers.one_of(&[0.0, 1.0, 1e-30]);
-            matrix(if numbers.below(2) == 0 { ONE } else { turned }, sides, near)
-        }
-        9 => matrix(turned, [1.0; 3], add([1e7, 2e7, -3e7], near, 1.0)),
-        10 => matrix(turned, [1e-3, 1e-3, 1e-3], add([1e12, 0.0, 1e12], near, 1e-3)),
-        // Beyond the range of the lanes, and with corners that overflow.
-        11 => matrix(turned, [1e-150; 3], near.map(|x| 1e-150 * x)),
-        12 => matrix(turned, [numbers.one_of(&[1e120, 1e301, 1e308]); 3], near.map(|x| 1e120 * x)),
-        _ => {
-            let kind = numbers.below(5);
-            placement(numbers, kind)
-        }
-    }
-}
-
-/// A placed point, by definition.
-fn placed(m: &Matrix, [x, y, z]: [f64; 3]) -> [f64; 3] {
-    [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
-}
+use intertri_trace::{
+    Bvh, ClosestPoint, Containment, InstanceId, Scene, SceneClosestPoint, SceneError, SceneHit,
+    SceneSnapshot, Solid,
+};
+use scenes::{KINDS, Matrix, Mesh, Numbers, ONE, add, matrix, meshes, placed, placement};
 
 /// A scene, and its flattened triangles.
 struct Pair {
     scene: Scene,
-    placed: BTreeMap<InstanceId, (Mesh, Matrix, bool)>,
+    placed: BTreeMap<InstanceId, (Mesh, Matrix, u32)>,
 }
 
 /// A flattened scene: the instance and index of each geometry.
 struct Flat {
-    bvh: Bvh<f64>,
+    solid: Solid<f64>,
     names: Vec<(InstanceId, u32)>,
     triangles: Vec<Triangle64>,
 }
@@ -250,7 +35,7 @@ impl Pair {
 
     fn add(&mut self, mesh: &Mesh, matrix: Matrix) -> InstanceId {
         let id = self.scene.add(mesh.shared.clone(), matrix).unwrap();
-        assert!(self.placed.insert(id, (mesh.clone(), matrix, true)).is_none());
+        assert!(self.placed.insert(id, (mesh.clone(), matrix, u32::MAX)).is_none());
         id
     }
 
@@ -259,9 +44,9 @@ impl Pair {
         self.placed.get_mut(&id).unwrap().1 = matrix;
     }
 
-    fn show(&mut self, id: InstanceId, is_visible: bool) {
-        self.scene.show(id, is_visible).unwrap();
-        self.placed.get_mut(&id).unwrap().2 = is_visible;
+    fn set_mask(&mut self, id: InstanceId, mask: u32) {
+        self.scene.set_mask(id, mask).unwrap();
+        self.placed.get_mut(&id).unwrap().2 = mask;
     }
 
     fn remove(&mut self, id: InstanceId) {
@@ -269,25 +54,27 @@ impl Pair {
         self.placed.remove(&id).unwrap();
     }
 
-    fn flat(&self) -> Flat {
-        let (mut all, mut names) = (Vec::new(), Vec::new());
-        for (&id, (mesh, matrix, is_visible)) in &self.placed {
+    /// What queries with a mask see.
+    fn flat(&self, seen: u32) -> Flat {
+        let (mut all, mut names, mut masks) = (Vec::new(), Vec::new(), Vec::new());
+        for (&id, (mesh, matrix, mask)) in &self.placed {
             for (geometry, triangles) in mesh.geometries.iter().enumerate() {
                 let flat = |t: &Triangle64| Triangle64(t.0.map(|corner| placed(matrix, corner)));
-                if *is_visible {
+                if mask & seen != 0 {
                     all.push(triangles.iter().map(flat).collect::<Vec<_>>());
                     names.push((id, geometry as u32));
+                    masks.push(mesh.masks[geometry] & seen);
                 }
             }
         }
         let slices: Vec<&[Triangle64]> = all.iter().map(|mesh| &**mesh).collect();
-        let triangles =
-            all.iter().flatten().filter(|t| t.0.as_flattened().iter().all(|x| x.is_finite()));
-        Flat {
-            bvh: Bvh::from_meshes(&slices).unwrap(),
-            names,
-            triangles: triangles.copied().collect(),
-        }
+        let mut bvh = Bvh::from_meshes(&slices).unwrap();
+        (0..).zip(&masks).for_each(|(geometry, &mask)| bvh.set_mask(geometry, mask));
+        let seen = all.iter().zip(&masks).filter(|(_, mask)| **mask != 0);
+        let triangles = seen.flat_map(|(triangles, _)| triangles).copied();
+        let triangles = triangles.filter(|t| t.0.as_flattened().iter().all(|x| x.is_finite()));
+        let triangles = triangles.collect();
+        Flat { solid: Solid::assume_closed_bvh(bvh), names, triangles }
     }
 }
 
@@ -295,6 +82,11 @@ impl Flat {
     fn named(&self, hit: Hit) -> (InstanceId, [u64; 3], u32, u32) {
         let (instance, geometry) = self.names[hit.geometry as usize];
         (instance, [hit.t, hit.u, hit.v].map(f64::to_bits), geometry, hit.triangle)
+    }
+
+    fn named_point(&self, found: ClosestPoint) -> SceneClosestPoint {
+        let (instance, geometry) = self.names[found.geometry as usize];
+        SceneClosestPoint { closest: ClosestPoint { geometry, ..found }, instance }
     }
 }
 
@@ -341,33 +133,62 @@ fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     }
 }
 
-/// Compares every query for several rays. Returns how many hit.
+/// A point at a scene: a corner, on an edge or in a triangle, as far as rounding allows; near one, or far away.
+fn point(numbers: &mut Numbers, triangles: &[Triangle64]) -> [f64; 3] {
+    let [Triangle64([a, b, c]), Triangle64([d, ..])] = [0; 2].map(|_| numbers.one_of(triangles));
+    let size = (0..3).map(|k| (d[k] - a[k]).abs().max((b[k] - a[k]).abs())).fold(0.0, f64::max);
+    let half = [0, 1, 2].map(|k| 0.5 * a[k] + 0.5 * b[k]);
+    let inside = [0, 1, 2].map(|k| 0.25 * a[k] + 0.25 * b[k] + 0.5 * c[k]);
+    let near = numbers.one_of(&[a, half, inside]);
+    add(near, numbers.point(), size * numbers.one_of(&[0.0, 0.0, 1e-9, 0.1, 1.0, 1e3]))
+}
+
+/// Compares every verb for some rays and points, and returns how many rays hit.
 fn check(pair: &mut Pair, numbers: &mut Numbers, rays: usize, what: &str) -> usize {
-    let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat());
+    let seen = numbers.one_of(&[u32::MAX, u32::MAX, 0b01, 0b10]);
+    let (snapshot, flat) = (pair.scene.commit().unwrap().mask(seen), pair.flat(seen));
     if flat.triangles.is_empty() {
         return 0;
     }
+    let points: Vec<_> = (0..rays / 10).map(|_| point(numbers, &flat.triangles)).collect();
+    compare_points(&snapshot, &flat, &points, what);
     let rays: Vec<Ray64> = (0..rays).map(|_| ray(numbers, &flat.triangles)).collect();
     compare(&snapshot, &flat, &rays, what)
 }
 
+fn compare_points(snapshot: &SceneSnapshot, flat: &Flat, points: &[[f64; 3]], what: &str) {
+    let (solid, bvh) = (&flat.solid, flat.solid.bvh());
+    for radius in [f64::INFINITY, 0.3] {
+        let closest = snapshot.closest_point_batch(points, radius);
+        for (found, &point) in closest.iter().zip(points) {
+            let expected = bvh.closest_point(point, radius).map(|found| flat.named_point(found));
+            let what = format!("{what}: closest within {radius} of {point:?}");
+            assert_eq!(found.some(), expected, "{what}");
+        }
+    }
+    for (found, &point) in snapshot.classify_batch(points).into_iter().zip(points) {
+        assert_eq!(found, solid.classify(point), "{what}: classification of {point:?}");
+    }
+}
+
 fn compare(snapshot: &SceneSnapshot, flat: &Flat, rays: &[Ray64], what: &str) -> usize {
+    let bvh = flat.solid.bvh();
     let closest = snapshot.closest_batch(rays);
     let any = snapshot.any_batch(rays);
     let all = snapshot.all_batch(rays).unwrap();
     let crossings = snapshot.crossings_batch(rays).unwrap();
     let mut hits = 0;
     for (i, ray) in rays.iter().enumerate() {
-        let expected = flat.bvh.closest(ray).map(|hit| flat.named(hit));
+        let expected = bvh.closest(ray).map(|hit| flat.named(hit));
         let found = closest[i].is_hit().then(|| bits(&closest[i]));
         assert_eq!(found, expected, "{what}: closest of {ray:?}");
         assert_eq!(any[i], expected.is_some(), "{what}: any of {ray:?}");
         hits += usize::from(any[i]);
-        let expected: Vec<_> = flat.bvh.all(ray).into_iter().map(|hit| flat.named(hit)).collect();
+        let expected: Vec<_> = bvh.all(ray).into_iter().map(|hit| flat.named(hit)).collect();
         let found: Vec<_> = all.of(i).iter().map(bits).collect();
         assert_eq!(found, expected, "{what}: all of {ray:?}");
         let crossing = |c: intertri::Crossing| (flat.named(c.hit), c.leaves);
-        let expected: Vec<_> = flat.bvh.crossings(ray).into_iter().map(crossing).collect();
+        let expected: Vec<_> = bvh.crossings(ray).into_iter().map(crossing).collect();
         let found: Vec<_> = crossings.of(i).iter().map(|hit| (bits(hit), hit.leaves)).collect();
         assert_eq!(found, expected, "{what}: crossings of {ray:?}");
     }
@@ -405,7 +226,7 @@ fn answers_are_those_of_the_flattened_scene() {
         let ids: Vec<InstanceId> = pair.placed.keys().copied().collect();
         for id in ids {
             match numbers.below(5) {
-                0 => pair.show(id, false),
+                0 => pair.set_mask(id, numbers.one_of(&[0, 0b01, 0b10])),
                 1 => pair.remove(id),
                 2 | 3 => pair.place(id, placement(&mut numbers, kind)),
                 _ => {}
@@ -431,7 +252,7 @@ fn answers_do_not_depend_on_the_level() {
         for mesh in &meshes {
             pair.add(mesh, placement(&mut numbers, kind));
         }
-        let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat());
+        let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat(u32::MAX));
         let rays: Vec<Ray64> = (0..200).map(|_| ray(&mut numbers, &flat.triangles)).collect();
         for level in Level::all() {
             compare(&snapshot.clone().at(level), &flat, &rays, level.name());
@@ -443,7 +264,24 @@ fn answers_do_not_depend_on_the_level() {
     }
 }
 
-/// A snapshot keeps its state while the scene changes, and of equal hits the lower instance wins.
+/// They have points, but no inside and no surface that a ray could meet.
+#[test]
+fn triangles_without_an_area_are_near_points_alone() {
+    let segment = Triangle64([[3.0, 0.0, 0.0], [3.0, 2.0, 0.0], [3.0, 1.0, 0.0]]);
+    let corner = Triangle64([[0.0, 4.0, 0.0]; 3]);
+    let far = [Triangle64([[9.0; 3], [11.0, 9.0, 9.0], [9.0, 11.0, 9.0]])];
+    let mesh = Mesh::in_f64(vec![[&[segment, corner], &far[..]].concat()]);
+    let mut pair = Pair::new();
+    pair.add(&mesh, matrix(ONE, [1.0; 3], [0.0; 3]));
+    pair.add(&mesh, matrix(ONE, [-1.0, 2.0, 1.0], [1.0; 3]));
+    let points = [[3.0, 0.5, 0.0], [0.0, 4.0, 0.0], [3.0, 0.5, 1.0], [-2.0, 2.0, 1.0], [9.5; 3]];
+    let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat(u32::MAX));
+    compare_points(&snapshot, &flat, &points, "no area");
+    assert_eq!(snapshot.closest_point(points[0], 0.0).unwrap().closest.triangle, 0);
+    assert_eq!(snapshot.classify(points[0]), Containment::Outside);
+}
+
+/// A snapshot keeps its state while the scene goes on, and equal hits belong to the lower instance.
 #[test]
 fn a_snapshot_is_one_state() {
     let at = |z: f64| matrix(ONE, [1.0; 3], [0.0, 0.0, z]);
