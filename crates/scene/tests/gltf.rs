@@ -131,7 +131,7 @@ fn what_is_not_there_or_goes_round_is_refused() {
     );
     says(&with("\"byteLength\":48", "\"byteLength\":69"), "which has 68 bytes; is a file cut off?");
     says(&with("\"bufferView\":0", "\"bufferView\":9"), "there is no buffer view 9");
-    says(&with("\"bufferView\":0,", ""), "has no data of its own");
+    says(&with("\"bufferView\":0,", ""), "has no data; is the mesh compressed?");
     says(&with("\"buffer\":0", "\"buffer\":3"), "names buffer 3");
     says(&with("VEC3", "VEC2"), "has rows of type Vec2 and not Vec3");
     says(&with("\"indices\":2", "\"indices\":9"), "accessor 9, for indices, does not exist");

@@ -54,7 +54,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if refit.is_worn() {
             let anew = Bvh::new(&triangles)?;
             assert_eq!(anew.closest(&rays[99_000]), hits[99_000].some());
-            println!("         built anew");
+            println!("         rebuilt");
             bvh = anew;
         }
     }

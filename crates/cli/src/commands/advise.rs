@@ -190,14 +190,14 @@ fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNo
     Ok((scene, bvh, rounding, notes))
 }
 
-/// The error if no choice is sure enough.
+/// The error if no choice guarantees the tolerance.
 fn refuse_nothing(report: &AdviseReport) -> Result<()> {
     if report.take.is_some() {
         return Ok(());
     }
     let tolerance = report.tolerance;
     Err(Error::new(format!(
-        "no choice is sure to keep within {tolerance} wrong pixels; allow more by --tolerance"
+        "no choice guarantees at most {tolerance} wrong pixels; allow more with --tolerance"
     )))
 }
 

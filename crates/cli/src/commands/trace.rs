@@ -278,7 +278,7 @@ fn answer<T: Tracer>(
     if options.scalar.is_none() && !rounded.is_nothing() {
         let engine = options.engine;
         note(&format!(
-            "engine {engine} takes f32 alone: {rounded}; if that is meant, add --scalar f32"
+            "engine {engine} only takes f32: {rounded}; if that is intended, add --scalar f32"
         ));
     }
 

@@ -140,14 +140,14 @@ impl AdviseReport {
                     pixels => format!("at most {pixels} pixels can be wrong"),
                 };
                 let sure = match tolerance {
-                    0 => "of that".to_owned(),
-                    pixels => format!("to keep to the {pixels} that may be"),
+                    0 => "that".to_owned(),
+                    pixels => format!("at most {pixels}"),
                 };
-                writeln!(f, "\ntake {name}: {bound}, and nothing with fewer bits is sure {sure}")?;
+                writeln!(f, "\ntake {name}: {bound}; nothing with fewer bits guarantees {sure}")?;
             }
-            (None, 0) => writeln!(f, "\nno pixel may be wrong: nothing is sure to keep to that")?,
+            (None, 0) => writeln!(f, "\nno pixel may be wrong: no choice guarantees that")?,
             (None, pixels) => {
-                writeln!(f, "\n{pixels} pixels may be wrong: nothing is sure to keep to that")?;
+                writeln!(f, "\n{pixels} pixels may be wrong: no choice guarantees that")?;
             }
         }
         let needs = &self.needs;

@@ -137,7 +137,7 @@ impl fmt::Display for GridError {
             }
             Self::Outside(p) => write!(
                 f,
-                "the point {p:?} lies outside of the grid: make the grid around all points that it shall hold"
+                "the point {p:?} lies outside of the grid: make the grid around all points that it must hold"
             ),
             Self::Direction(d) => {
                 write!(

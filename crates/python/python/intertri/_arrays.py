@@ -318,7 +318,7 @@ def answers(
     if not (out.flags.c_contiguous and out.flags.aligned and out.flags.writeable):
         raise ValueError("out must be contiguous, aligned and writeable")
     if any(part is not None and np.may_share_memory(out, part) for part in asked):
-        raise ValueError("out shares memory with what is asked")
+        raise ValueError("out shares memory with the query; pass a separate array")
     return out
 
 

@@ -157,7 +157,7 @@ def _restore(*_: Any) -> Mesh:
     """Stands in for the function that pickles of older versions name."""
     raise ValueError(
         "an older version pickled this mesh, which did not bind its tree to its vertices: "
-        "make it anew by Mesh(vertices, faces)"
+        "build it again with Mesh(vertices, faces)"
     )
 
 

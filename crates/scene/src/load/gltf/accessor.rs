@@ -75,9 +75,7 @@ impl<'a> Tables<'a> {
             }
             None if accessor.sparse.is_some() => (&[][..], row),
             None => {
-                return fault(
-                    "has no data of its own; is the mesh compressed? export it without that",
-                );
+                return fault("has no data; is the mesh compressed? export it without compression");
             }
         };
         let replaced = match &accessor.sparse {

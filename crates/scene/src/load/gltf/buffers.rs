@@ -140,7 +140,7 @@ fn is_data(uri: &str) -> bool {
 fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf, Fault> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let Some(beside) = beside else {
-        let cause = "give the model as a file, with that beside it, or as GLB";
+        let cause = "give the model as a file next to that one, or as GLB";
         return fault(wrong(i, &name, cause));
     };
     let within = if uri.contains(':') { None } else { within(Path::new(&*name)) };
