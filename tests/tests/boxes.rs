@@ -216,3 +216,40 @@ fn wide_scenes_in_f64() {
     }
     assert!(hits > 1500, "{hits}");
 }
+
+/// Rays in f64 that start farther out than f32 goes. A few digits of a direction decide which of the triangles they meet,
+/// and the origin is far along some axes and less far along others.
+#[test]
+fn origins_beyond_f32() {
+    let mut rng = Rng::new(7);
+    let mut hits = 0;
+    for i in 0..16 {
+        let triangles: Vec<Triangle64> = cluster(&mut rng, 20, [0.0; 3], 4.0)
+            .iter()
+            .map(|t| TriangleOf(t.0.map(|p| p.map(f64::from))))
+            .collect();
+        // A line through a point near the middle along some axes, and through the middle along those in which it goes:
+        // there the origin is a power of two times the direction, so no digit of it is rounded.
+        let ray = |_| {
+            let steep = [(); 3].map(|()| if rng.one_in(3) { 0 } else { rng.below(70) as i32 });
+            let mut dir = steep.map(|e| (1.0 + 0.25 * rng.below(4) as f64) * f64::from(-e).exp2());
+            let widths = if rng.one_in(2) { 80 } else { 700 };
+            let out = f64::from(60 + rng.below(widths) as i32).exp2();
+            let mut origin = dir.map(|d| -out * d);
+            for axis in 0..3 {
+                if rng.one_in(3) {
+                    (origin[axis], dir[axis]) = (2.0 * rng.unit() - 1.0, 0.0);
+                } else if rng.one_in(2) {
+                    (origin[axis], dir[axis]) = (-origin[axis], -dir[axis]);
+                }
+            }
+            let t_max = if rng.one_in(4) { 2.0 * out } else { f64::INFINITY };
+            Ray64::new(origin, dir).between(0.0, t_max)
+        };
+        let rays: Vec<Ray64> = (0..32).map(ray).collect();
+        // As many of one origin, for bundles.
+        let rays: Vec<Ray64> = rays.iter().flat_map(|&ray| [ray; 2]).collect();
+        hits += check64(&format!("scene {i}"), &triangles, &rays);
+    }
+    assert!(hits > 300, "{hits}");
+}

@@ -211,7 +211,8 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
             if rays.is_empty() {
                 continue;
             }
-            let question = kind.question();
+            let mut question = kind.question();
+            question.coherent &= options.order != Order::Shuffled;
             let [truth, exact] =
                 [Mode::certified(), Mode::exact()].map(|mode| truth(&bvh, &rays, question, mode));
             let few = 2_000_000_000 / triangles.len();

@@ -24,6 +24,15 @@ pub enum Kind {
     Edges,
     /// From the camera toward a corner of each triangle that it sees.
     Vertices,
+    /// From an orthographic camera: the closest hit.
+    Parallel,
+    /// From the points that the camera sees toward the sun: any hit.
+    Sun,
+    /// From the points that the camera sees, sixteen rays a point about the normal, as far as a tenth of the
+    /// scene: any hit.
+    Occlusion,
+    /// From a point that moves: a scanner on a vehicle.
+    Lidar,
 }
 
 impl Kind {
@@ -36,13 +45,17 @@ impl Kind {
             Self::Surface => "surface",
             Self::Edges => "edges",
             Self::Vertices => "vertices",
+            Self::Parallel => "parallel",
+            Self::Sun => "sun",
+            Self::Occlusion => "occlusion",
+            Self::Lidar => "lidar",
         }
     }
 
     pub fn question(self) -> Question {
         Question {
-            any: matches!(self, Self::Shadow | Self::Light),
-            coherent: !matches!(self, Self::Diffuse | Self::Surface),
+            any: matches!(self, Self::Shadow | Self::Light | Self::Sun | Self::Occlusion),
+            coherent: !matches!(self, Self::Diffuse | Self::Surface | Self::Occlusion),
         }
     }
 }
@@ -54,6 +67,8 @@ pub enum Order {
     Tiles,
     /// Row by row.
     Rows,
+    /// At random.
+    Shuffled,
 }
 
 impl Order {
@@ -61,13 +76,21 @@ impl Order {
         match self {
             Self::Tiles => "tiles",
             Self::Rows => "rows",
+            Self::Shuffled => "shuffled",
         }
     }
 }
 
 /// All the rays of a kind, of a picture of `size * size` pixels. `size` is a power of two.
 pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray> {
-    lines(kind, scene, bvh, size, order).iter().map(rounded).collect()
+    let mut rays: Vec<Ray> = lines(kind, scene, bvh, size, order).iter().map(rounded).collect();
+    if order == Order::Shuffled {
+        for i in (1..rays.len()).rev() {
+            let share = 0.5 + 0.5 * random([i as u64, 7, 7]);
+            rays.swap(i, ((share * (i + 1) as f64) as usize).min(i));
+        }
+    }
+    rays
 }
 
 /// A ray in f32.
@@ -83,14 +106,18 @@ pub fn widened(ray: &Ray) -> Ray64 {
     Ray64::new(ray.origin.map(f64::from), ray.dir.map(f64::from)).between(t_min, t_max)
 }
 
+/// The column and row of a pixel.
+fn pixel(i: u32, size: u32, order: Order) -> (u32, u32) {
+    match order {
+        Order::Tiles => (every_other_bit(i), every_other_bit(i >> 1)),
+        Order::Rows | Order::Shuffled => (i % size, i / size),
+    }
+}
+
 /// The rays of a camera.
 pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
-    let pixel = |i: u32| match order {
-        Order::Tiles => (every_other_bit(i), every_other_bit(i >> 1)),
-        Order::Rows => (i % size, i / size),
-    };
     let ray = |i| {
-        let (x, y) = pixel(i);
+        let (x, y) = pixel(i, size, order);
         camera.ray(x, y, size, size)
     };
     (0..size * size).map(ray).collect()
@@ -100,16 +127,25 @@ pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
 /// them.
 pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let primary = primary(&scene.camera, size, order);
-    if kind == Kind::Primary {
-        return primary.iter().map(widened).collect();
+    match kind {
+        Kind::Primary => return primary.iter().map(widened).collect(),
+        Kind::Parallel => {
+            let parallel = parallel(scene, size);
+            return (0..size * size).map(|i| parallel(pixel(i, size, order))).collect();
+        }
+        Kind::Lidar => return (0..size * size).map(lidar(scene)).collect(),
+        _ => (),
     }
     let hits = bvh.query().mode(Mode::certified()).closest_batch(&primary);
 
     // Start a hundred-thousandth of the scene's size off the surface, so that a ray does not hit the triangle
     // it starts from.
-    let bounds = scene.mesh.bounds().map_or([0.0; 3], |b| [0, 1, 2].map(|k| b.max[k] - b.min[k]));
-    let away = 1e-5 * length(bounds.map(f64::from));
+    let size_of_scene = length(extent(scene));
+    let away = 1e-5 * size_of_scene;
     let seen = primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit());
+    // Sixteen rays of a point follow each other, from every sixteenth point.
+    let step = if kind == Kind::Occlusion { 16 } else { 1 };
+    let seen = seen.step_by(step).flat_map(|seen| std::iter::repeat_n(seen, step));
     seen.enumerate()
         .map(|(i, (ray, hit))| {
             let [c1, c2, c3] = scene.mesh.corners(hit.triangle as usize).map(|p| p.map(f64::from));
@@ -132,11 +168,22 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
                     at([0, 1, 2].map(|k| 0.5 * (corner[k] + next[k])))
                 }
                 Kind::Vertices => at(corner),
-                Kind::Primary | Kind::Diffuse | Kind::Surface => {
+                Kind::Sun => {
+                    let dir = unit([0.35, 0.8, 0.45]).map(|x| x as f32);
+                    widened(&Ray::new(origin, dir))
+                }
+                Kind::Primary
+                | Kind::Diffuse
+                | Kind::Surface
+                | Kind::Occlusion
+                | Kind::Parallel
+                | Kind::Lidar => {
+                    let far =
+                        if kind == Kind::Occlusion { 0.1 * size_of_scene } else { f64::INFINITY };
                     // A point on the unit sphere around the tip of the normal.
                     let d = direction(i as u64);
                     let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
-                    widened(&Ray::new(origin, dir.map(|x| x as f32)))
+                    widened(&Ray::new(origin, dir.map(|x| x as f32)).between(0.0, far as f32))
                 }
                 Kind::Shadow => {
                     let dir = [0, 1, 2].map(|k| light[k] - origin[k]);
@@ -151,7 +198,40 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
         .collect()
 }
 
-/// A random direction of length 1, the same for the same `i`: a point of the unit ball, normalized.
+/// How long the scene is along each axis.
+fn extent(scene: &Scene) -> [f64; 3] {
+    let bounds = scene.mesh.bounds();
+    bounds.map_or([0.0; 3], |b| [0, 1, 2].map(|k| f64::from(b.max[k] - b.min[k])))
+}
+
+/// The ray of an orthographic camera's pixel: from a plane through the camera, in the direction in which it looks.
+fn parallel(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
+    let middle = scene.camera.ray(0, 0, 1, 1);
+    let ahead = unit(middle.dir.map(f64::from));
+    let side = unit(cross(ahead, [0.31, 0.9, 0.3]));
+    let up = cross(side, ahead);
+    let pixel = 0.7 * length(extent(scene)) / f64::from(size);
+    move |(x, y)| {
+        let [a, b] = [x, y].map(|k| pixel * (f64::from(k) - 0.5 * f64::from(size)));
+        let from =
+            [0, 1, 2].map(|k| (f64::from(middle.origin[k]) + a * side[k] - b * up[k]) as f32);
+        widened(&Ray::new(from, ahead.map(|x| x as f32)))
+    }
+}
+
+/// A ray of a scanner: 64 one above the other, 1024 times a turn, in which it moves by a hundredth of the scene.
+fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
+    let (start, extent) = (scene.camera.ray(0, 0, 1, 1).origin, extent(scene));
+    move |i| {
+        let (beam, turns) = (f64::from(i % 64), f64::from(i / 64) / 1024.0);
+        let (sin, cos) = (std::f64::consts::TAU * turns).sin_cos();
+        let from = [0, 1, 2].map(|k| (f64::from(start[k]) + 0.01 * turns * extent[k]) as f32);
+        let dir = [cos, (beam / 64.0 - 0.7) * 0.6, sin];
+        widened(&Ray::new(from, dir.map(|x| x as f32)))
+    }
+}
+
+/// A random direction of length 1, the same for the same number: a point of the unit ball, pushed out.
 pub fn direction(i: u64) -> [f64; 3] {
     for k in 0.. {
         let p = [0, 1, 2].map(|axis| random([i, k, axis]));

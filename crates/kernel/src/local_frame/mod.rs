@@ -30,8 +30,9 @@ const SCALES: (i32, i32) = (-1000, 800);
 /// its own scale, which brings its length close to 1.
 const SAME: i32 = 30;
 
-/// Origins farther out are clamped to this (2^100), where f32 decides nothing.
-const FAR_OUT: f64 = (1_u128 << 100) as f64;
+/// Coordinates of origins are clamped to this. It is beyond the limits of the slab test and of the filter, so
+/// all triangles are tested in f64. Clamping to less would bend the line of a ray that the slab test accepts.
+const FAR_OUT: f64 = f32::MAX as f64;
 
 /// A ray that hits nothing.
 const DEAD: Ray = Ray { origin: [0.0; 3], t_min: 1.0, dir: [1.0, 0.0, 0.0], t_max: 0.0 };
@@ -192,8 +193,7 @@ impl LocalFrame {
         if !(has_interval(ray) && finite(&ray.origin) && finite(&ray.dir) && goes) {
             return DEAD;
         }
-        // A clamped origin stays finite in f32, and is so far out that the filter leaves its pairs to the
-        // resolver.
+        // A clamped origin stays finite in f32, and is so far out that no test in f32 depends on it.
         let at = |k: usize| self.place(ray.origin[k], k).clamp(-FAR_OUT, FAR_OUT) as f32;
         // Such a ray is so short or so long that its copy has its own scale, and t has other units.
         let times = self.exponent(ray);
