@@ -223,7 +223,7 @@ fn wide_scenes_in_f64() {
 fn origins_beyond_f32() {
     let mut rng = Rng::new(7);
     let mut hits = 0;
-    for i in 0..16 {
+    for i in 0..6 {
         let triangles: Vec<Triangle64> = cluster(&mut rng, 20, [0.0; 3], 4.0)
             .iter()
             .map(|t| TriangleOf(t.0.map(|p| p.map(f64::from))))
@@ -251,5 +251,5 @@ fn origins_beyond_f32() {
         let rays: Vec<Ray64> = rays.iter().flat_map(|&ray| [ray; 2]).collect();
         hits += check64(&format!("scene {i}"), &triangles, &rays);
     }
-    assert!(hits > 300, "{hits}");
+    assert!(hits > 100, "{hits}");
 }
