@@ -4,7 +4,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 use intertri::{Hit, Ray64};
-use intertri_trace::{InstanceId, Scene, SceneError, SceneHit, SceneMesh, SceneSnapshot};
+use intertri_trace::{
+    ClosestPoint, InstanceId, Scene, SceneClosestPoint, SceneError, SceneHit, SceneMesh,
+    SceneSnapshot,
+};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -12,11 +15,12 @@ use pyo3::prelude::*;
 use crate::batch::answers;
 use crate::lists::{Lists, lists};
 use crate::part::Part;
+use crate::points::{of_points, winding};
 use crate::pool::Workers;
 use crate::run::run;
 use crate::scalar::no_memory;
 use crate::source::{Arrays, Source};
-use crate::tree::{Threads, Tree32, Tree64, rows, small_or};
+use crate::tree::{Bytes, FEW, Threads, Tree32, Tree64, rows, small_or};
 
 /// A hit, as a row of numpy's array.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -30,6 +34,21 @@ struct SceneRow {
 impl From<SceneHit> for SceneRow {
     fn from(SceneHit { hit, instance, leaves }: SceneHit) -> Self {
         Self { hit, instance: instance.index() as u32, leaves: leaves.into() }
+    }
+}
+
+/// A closest point, as a row of numpy's array.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct PointRow {
+    closest: ClosestPoint,
+    instance: u32,
+    _unused: u32,
+}
+
+impl From<SceneClosestPoint> for PointRow {
+    fn from(SceneClosestPoint { closest, instance }: SceneClosestPoint) -> Self {
+        Self { closest, instance: instance.index() as u32, _unused: 0 }
     }
 }
 
@@ -51,8 +70,9 @@ impl NativeScene {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn snapshot(&self) -> SceneSnapshot {
-        self.state().snapshot.clone()
+    /// The scene as it was committed last, of which a query sees what shares a bit with its mask.
+    fn snapshot(&self, mask: u32) -> SceneSnapshot {
+        self.state().snapshot.clone().mask(mask)
     }
 }
 
@@ -118,9 +138,9 @@ impl NativeScene {
         self.state().scene.remove(InstanceId::from_index(instance)).map_err(refused)
     }
 
-    /// Shows or hides an instance.
-    fn show(&self, instance: u32, is_visible: bool) -> PyResult<()> {
-        self.state().scene.show(InstanceId::from_index(instance), is_visible).map_err(refused)
+    /// Sets the mask of an instance.
+    fn set_mask(&self, instance: u32, mask: u32) -> PyResult<()> {
+        self.state().scene.set_mask(InstanceId::from_index(instance), mask).map_err(refused)
     }
 
     /// Makes the changes take effect.
@@ -137,12 +157,13 @@ impl NativeScene {
         &self,
         py: Python<'_>,
         rays: Arrays<'_, f64>,
+        mask: u32,
         threads: Threads,
-        mut out: PyReadwriteArray1<'_, u8>,
+        mut out: Bytes<'_>,
     ) -> PyResult<()> {
         let rays = rays.source()?;
         let out: &mut [SceneRow] = rows(&mut out, rays.count)?;
-        let (scene, workers) = (self.snapshot(), small_or(threads, &rays)?);
+        let (scene, workers) = (self.snapshot(mask), small_or(threads, &rays)?);
         answers(py, &workers, &rays, 0, (out, SceneHit::MISS.into()), |rays, _, hits| {
             for (ray, hit) in rays.iter().zip(hits) {
                 *hit = scene.closest(ray).unwrap_or(SceneHit::MISS).into();
@@ -155,6 +176,7 @@ impl NativeScene {
         &self,
         py: Python<'_>,
         rays: Arrays<'_, f64>,
+        mask: u32,
         threads: Threads,
         mut out: PyReadwriteArray1<'_, bool>,
     ) -> PyResult<()> {
@@ -162,7 +184,7 @@ impl NativeScene {
         if out.len() != rays.count {
             return Err(PyValueError::new_err("out has another length"));
         }
-        let (scene, workers) = (self.snapshot(), small_or(threads, &rays)?);
+        let (scene, workers) = (self.snapshot(mask), small_or(threads, &rays)?);
         answers(py, &workers, &rays, 0, (out, false), |rays, _, any| {
             rays.iter().zip(any).for_each(|(ray, any)| *any = scene.any(ray));
         })
@@ -173,9 +195,10 @@ impl NativeScene {
         &self,
         py: Python<'py>,
         rays: Arrays<'_, f64>,
+        mask: u32,
         threads: Threads,
     ) -> PyResult<Lists<'py>> {
-        let scene = self.snapshot();
+        let scene = self.snapshot(mask);
         listed(py, &rays.source()?, threads, |ray| scene.all(ray))
     }
 
@@ -184,10 +207,52 @@ impl NativeScene {
         &self,
         py: Python<'py>,
         rays: Arrays<'_, f64>,
+        mask: u32,
         threads: Threads,
     ) -> PyResult<Lists<'py>> {
-        let scene = self.snapshot();
+        let scene = self.snapshot(mask);
         listed(py, &rays.source()?, threads, |ray| scene.crossings(ray))
+    }
+
+    /// Fills `out` with the closest points.
+    fn closest_point(
+        &self,
+        py: Python<'_>,
+        points: PyReadonlyArray1<'_, f64>,
+        radius: f64,
+        mask: u32,
+        threads: Threads,
+        mut out: Bytes<'_>,
+    ) -> PyResult<()> {
+        let points = points.as_slice()?;
+        let out: &mut [PointRow] = rows(&mut out, points.len() / 3)?;
+        let (scene, none) = (self.snapshot(mask), SceneClosestPoint::NONE);
+        let workers = Workers::new(threads, points.len() < FEW)?;
+        of_points(py, &workers, points, (out, none.into()), |points, out| {
+            for (point, out) in points.iter().zip(out) {
+                *out = scene.closest_point(*point, radius).unwrap_or(none).into();
+            }
+        })
+    }
+
+    /// Fills `out` with how often instances wind around points, `SURFACE` on an instance.
+    fn winding(
+        &self,
+        py: Python<'_>,
+        points: PyReadonlyArray1<'_, f64>,
+        mask: u32,
+        threads: Threads,
+        mut out: Bytes<'_>,
+    ) -> PyResult<()> {
+        let points = points.as_slice()?;
+        let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
+        let scene = self.snapshot(mask);
+        let workers = Workers::new(threads, points.len() < FEW)?;
+        of_points(py, &workers, points, (out, 0), |points, out| {
+            for (point, out) in points.iter().zip(out) {
+                *out = winding(scene.classify(*point));
+            }
+        })
     }
 }
 

@@ -55,6 +55,17 @@ def check(scene, instances, rng):
         same(found.hits, truth.hits)
         if "leaves" in truth.hits.dtype.names:
             assert (found.hits["leaves"] == truth.hits["leaves"]).all()
+    points = np.concatenate([origins[:500], rng.choice(flat.triangles.reshape(-1, 3), 200)])
+    for radius in (np.inf, 0.5):
+        near, truth = scene.closest_point(points, radius=radius), flat.closest_point(points, radius=radius)
+        found = truth["triangle"] >= 0
+        which = np.searchsorted(first, truth["triangle"], side="right") - 1
+        assert (near["instance"] == np.where(found, np.array(numbers)[which], -1)).all()
+        assert (near["triangle"] == np.where(found, truth["triangle"] - first[which], -1)).all()
+        for field in ("distance", "x", "y", "z", "u", "v"):
+            assert np.array_equal(near[field], truth[field], equal_nan=True)
+    assert (scene.winding_number(points) == flat.winding_number(points, assume_closed=True)).all()
+    assert (scene.contains(points) == flat.contains(points, assume_closed=True)).all()
     for threads in (1, 2):
         assert (scene.closest(origins, ways, threads=threads) == closest).all()
 
@@ -85,6 +96,35 @@ def test_a_scene_answers_as_the_mesh_of_its_triangles(rng):
     scene.show(8)
     scene.commit(threads=1)
     check(scene, instances | {8: hidden}, rng)
+
+
+def test_queries_see_what_shares_a_bit_with_their_mask(rng):
+    scene, mesh = intertri.Scene(), intertri.Mesh(*box())
+    placements = matrices(rng, 8)
+    instances = {scene.add(mesh, matrix): (mesh, matrix) for matrix in placements}
+    for number in instances:
+        scene.set_mask(number, 1 << number % 2)
+    scene.commit()
+    odd = intertri.Scene()
+    numbers = {odd.add(mesh, placements[number]): number for number in range(1, 8, 2)}
+    odd.commit()
+    origins, ways = rays(rng, np.concatenate([placed(*pair) for pair in instances.values()]), 1000)
+    seen, alone = scene.closest(origins, ways, mask=0b10), odd.closest(origins, ways)
+    assert (seen["t"] == alone["t"]).all() and (seen["triangle"] >= 0).sum() > 50
+    renamed = np.array([numbers.get(number, -1) for number in range(-1, 4)])
+    assert (seen["instance"] == renamed[alone["instance"] + 1]).all()
+    assert (scene.any(origins, ways, mask=0b10) == odd.any(origins, ways)).all()
+    assert (scene.all(origins, ways, mask=0b10).offsets == odd.all(origins, ways).offsets).all()
+    assert (scene.crossings(origins, ways, mask=0b10).offsets == odd.crossings(origins, ways).offsets).all()
+    near, truth = scene.closest_point(origins, mask=0b10), odd.closest_point(origins)
+    assert (near["distance"] == truth["distance"]).all()
+    assert (scene.contains(origins, mask=0b10) == odd.contains(origins)).all()
+    assert not scene.any(origins, ways, mask=0b100).any() and not scene.any(origins, ways, mask=0).any()
+    for wrong, error in [(-1, ValueError), (1 << 32, ValueError), (1.0, TypeError), (True, TypeError)]:
+        with pytest.raises(error, match="mask"):
+            scene.any(origins, ways, mask=wrong)
+        with pytest.raises(error, match="mask"):
+            scene.set_mask(0, wrong)
 
 
 def test_shapes_are_as_of_a_mesh():

@@ -10,7 +10,18 @@ with a material. `intertri.trimesh` makes a trimesh mesh answer exactly, `intert
 scenes, `intertri.pyvista` has pyvista's ray traces and interior points, and `intertri.dask` runs on a cluster.
 """
 
-from ._dtypes import CROSSING, CROSSINGS, HIT, MEDIUM_CROSSING, NEAREST, SCENE_HIT, SEGMENT, HitLists, SegmentLists
+from ._dtypes import (
+    CROSSING,
+    CROSSINGS,
+    HIT,
+    MEDIUM_CROSSING,
+    NEAREST,
+    SCENE_HIT,
+    SCENE_NEAREST,
+    SEGMENT,
+    HitLists,
+    SegmentLists,
+)
 from ._intertri import __version__
 from ._media import Media
 from ._mesh import Mesh, load
@@ -23,6 +34,7 @@ __all__ = [
     "MEDIUM_CROSSING",
     "NEAREST",
     "SCENE_HIT",
+    "SCENE_NEAREST",
     "SEGMENT",
     "HitLists",
     "Media",

@@ -46,6 +46,16 @@ NEAREST = np.dtype(
 -1 where there is none: the distance is infinite and x, y and z are not numbers. ``mesh.hit_points`` has the points as
 rows (..., 3)."""
 
+SCENE_NEAREST = np.dtype(
+    {
+        "names": [*(NEAREST.names or ()), "instance"],
+        "formats": [*(NEAREST[name] for name in NEAREST.names or ()), "<i4"],
+        "offsets": [*range(0, 48, 8), 48, 52, 56],
+        "itemsize": 64,
+    }
+)
+"""The point of a scene nearest to another, 64 bytes: as `NEAREST`, and the instance, -1 where there is none."""
+
 SEGMENT = np.dtype(
     {
         "names": ["start", "end", "u", "v", "triangle", "geometry", "medium"],

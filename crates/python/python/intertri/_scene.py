@@ -10,9 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _inputs
 from ._arrays import F64
-from ._dtypes import SCENE_HIT, HitLists
-from ._intertri import NativeScene
+from ._dtypes import SCENE_HIT, SCENE_NEAREST, HitLists
+from ._intertri import SURFACE, NativeScene
 from ._mesh import Mesh
+
+ALL = 0xFFFFFFFF
+"""The mask of all bits."""
 
 
 class Scene:
@@ -100,12 +103,27 @@ class Scene:
         self._native.remove(_number(instance))
 
     def show(self, instance: int, visible: bool = True) -> None:
-        """Shows an instance, or hides it from queries."""
-        self._native.show(_number(instance), bool(visible))
+        """Shows an instance to all queries, or hides it: sets its mask to all bits, or to 0."""
+        self.set_mask(instance, ALL if visible else 0)
 
     def hide(self, instance: int) -> None:
         """Hides an instance from queries."""
         self.show(instance, False)
+
+    def set_mask(self, instance: int, mask: int) -> None:
+        """Sets the mask of an instance, 32 bits, all set at first: a query sees it if their masks share a bit.
+
+        >>> import numpy as np, intertri
+        >>> pane, at = intertri.Mesh([[0, 0, 3], [1, 0, 3], [0, 1, 3]], [[0, 1, 2]]), np.eye(4)
+        >>> scene = intertri.Scene()
+        >>> glass, wall = scene.add(pane), scene.add(pane, at)
+        >>> scene.set_mask(glass, 0b01)
+        >>> scene.set_mask(wall, 0b10)
+        >>> scene.commit()
+        >>> int(scene.closest([0.2, 0.2, 0], [0, 0, 1], mask=0b10)["instance"]) == wall
+        True
+        """
+        self._native.set_mask(_number(instance), _mask(mask))
 
     def commit(self, *, threads: int | None = None) -> None:
         """Makes all changes take effect for the queries that start from now on."""
@@ -118,10 +136,13 @@ class Scene:
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        mask: int = ALL,
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
         """The closest hit of each ray. Arguments are those of `Mesh.closest`.
+
+        Only instances whose masks share a bit with ``mask`` are seen.
 
         At equal t the lower instance wins, then the lower triangle.
 
@@ -133,7 +154,7 @@ class Scene:
         """
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         hits = _arrays.answers(rays.shape, SCENE_HIT, out, *rays.parts)
-        self._native.closest(rays, _arrays.threads_of(threads), _arrays.as_bytes(hits))
+        self._native.closest(rays, _mask(mask), _arrays.threads_of(threads), _arrays.as_bytes(hits))
         return hits if rays.shape or out is not None else hits[()]
 
     def any(
@@ -143,13 +164,14 @@ class Scene:
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        mask: int = ALL,
         threads: int | None = None,
         out: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
         """Whether each ray hits anything: (...) bool."""
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         found = _arrays.answers(rays.shape, np.dtype(bool), out, *rays.parts)
-        self._native.any(rays, _arrays.threads_of(threads), found.reshape(-1))
+        self._native.any(rays, _mask(mask), _arrays.threads_of(threads), found.reshape(-1))
         return found if rays.shape or out is not None else found[()]
 
     def all(
@@ -159,11 +181,12 @@ class Scene:
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        mask: int = ALL,
         threads: int | None = None,
     ) -> HitLists:
         """Every hit of each ray, in order of t: `HitLists` of `SCENE_HIT`."""
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
-        offsets, hits = self._native.all(rays, _arrays.threads_of(threads))
+        offsets, hits = self._native.all(rays, _mask(mask), _arrays.threads_of(threads))
         return HitLists(offsets, hits.view(SCENE_HIT))
 
     def crossings(
@@ -173,12 +196,87 @@ class Scene:
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        mask: int = ALL,
         threads: int | None = None,
     ) -> HitLists:
         """Where each ray crosses a mesh, in order of t, as for `Mesh.crossings`: `HitLists` of `SCENE_HIT`."""
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
-        offsets, hits = self._native.crossings(rays, _arrays.threads_of(threads))
+        offsets, hits = self._native.crossings(rays, _mask(mask), _arrays.threads_of(threads))
         return HitLists(offsets, hits.view(SCENE_HIT))
+
+    def closest_point(
+        self,
+        points: ArrayLike,
+        *,
+        radius: float = math.inf,
+        mask: int = ALL,
+        threads: int | None = None,
+        out: NDArray[np.void] | None = None,
+    ) -> NDArray[np.void]:
+        """The point of all instances that is nearest to each point. Arguments are those of `Mesh.closest_point`.
+
+        If several triangles are exactly as near, the lower instance wins, then the lower triangle.
+
+        Returns
+        -------
+        (...) `SCENE_NEAREST`
+            The fields of `NEAREST`, and instance, -1 where there is none.
+
+        Examples
+        --------
+        >>> import numpy as np, intertri
+        >>> floor, up = intertri.Mesh([[-9, 0, -9], [9, 0, -9], [0, 0, 9]], [[0, 1, 2]]), np.eye(4)
+        >>> up[1, 3] = 4
+        >>> scene = intertri.Scene()
+        >>> lower, upper = scene.add(floor), scene.add(floor, up)
+        >>> scene.commit()
+        >>> near = scene.closest_point([0, 3, 0])
+        >>> int(near["instance"]) == upper, float(near["distance"])
+        (True, 1.0)
+        """
+        at = _arrays.points(points).astype(F64)
+        if np.ndim(radius) != 0:
+            raise TypeError("radius must be one number for all points; to have one a point, compare the distances")
+        if not radius >= 0:
+            raise ValueError(f"radius is {radius}; it must not be negative")
+        nearest, threads = _arrays.answers(at.shape[:-1], SCENE_NEAREST, out, at), _arrays.threads_of(threads)
+        flat, mask = _arrays.flat(at, F64), _mask(mask)
+        self._native.closest_point(flat, float(radius), mask, threads, _arrays.as_bytes(nearest))
+        return nearest if at.ndim > 1 or out is not None else nearest[()]
+
+    def winding_number(
+        self, points: ArrayLike, *, mask: int = ALL, threads: int | None = None
+    ) -> NDArray[np.int32]:
+        """How often all instances together wind around points, as if each were closed: (...) int32 for points of shape
+        (..., 3), 0 on an instance.
+
+        Two instances that overlap count twice, and a mirrored one counts as -1.
+        """
+        numbers = self._winding(points, mask, threads)
+        return np.where(numbers == SURFACE, np.int32(0), numbers)[()]
+
+    def contains(self, points: ArrayLike, *, mask: int = ALL, threads: int | None = None) -> NDArray[np.bool_]:
+        """Whether points are on an instance, or where the `winding_number` is not 0: (...) bool for points of shape
+        (..., 3)."""
+        inside: NDArray[np.bool_] = self._winding(points, mask, threads) != 0
+        return inside
+
+    def _winding(self, points: ArrayLike, mask: int, threads: int | None) -> NDArray[np.int32]:
+        """Winding numbers, `SURFACE` on an instance."""
+        at = _arrays.points(points).astype(F64)
+        numbers = np.empty(at.shape[:-1], np.int32)
+        threads = _arrays.threads_of(threads)
+        self._native.winding(_arrays.flat(at, F64), _mask(mask), threads, _arrays.as_bytes(numbers))
+        return numbers
+
+
+def _mask(mask: int) -> int:
+    """The 32 bits of a mask."""
+    if not isinstance(mask, (int, np.integer)) or isinstance(mask, bool):
+        raise TypeError(f"mask must be an integer, not {type(mask).__name__}")
+    if not 0 <= mask <= ALL:
+        raise ValueError(f"mask is {mask}; it must have at most 32 bits")
+    return int(mask)
 
 
 def _number(instance: int) -> int:
