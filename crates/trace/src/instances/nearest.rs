@@ -36,7 +36,7 @@ pub(super) struct Search<'a> {
     scene: &'a Committed,
     mask: u32,
     point: [f64; 3],
-    /// What is farther does not count.
+    /// Farther triangles do not count.
     far: f64,
     /// The triangles that may be the closest, and their distances.
     found: Vec<(f64, Candidate)>,
