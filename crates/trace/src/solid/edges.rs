@@ -80,6 +80,12 @@ impl<S: Scalar> SharedEdge<'_, S> {
             (triangle, ends.map(of_corner::<S>))
         })
     }
+
+    /// The two triangles that alone have it, and whether each runs from its lower end.
+    pub(super) fn pair(&self) -> Option<[(usize, bool); 2]> {
+        let triangle = |&(_, _, up, triangle): &DirectedEdge<S>| (triangle, up);
+        if let [a, b] = self.0 { Some([triangle(a), triangle(b)]) } else { None }
+    }
 }
 
 /// Whether all coordinates of a triangle are finite.

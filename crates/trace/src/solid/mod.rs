@@ -8,6 +8,7 @@ mod distance;
 mod edges;
 mod grid;
 mod grid_surface;
+mod orient;
 mod report;
 mod seen_corner;
 mod whole_turns;
@@ -28,6 +29,7 @@ pub use classify::WINDING_DIR;
 pub(crate) use classify::classify;
 use classify::classify_batch;
 use edges::{Edges, is_finite};
+pub use orient::Orientation;
 pub use report::{EdgeDefect, MeshReport, TriangleDefect};
 
 /// A mesh with its hierarchy, which distinguishes inside from outside.
