@@ -217,8 +217,19 @@ fn wide_scenes_in_f64() {
     assert!(hits > 1500, "{hits}");
 }
 
-/// Rays in f64 that start farther out than f32 goes. A few digits of a direction decide which of the triangles they meet,
-/// and the origin is far along some axes and less far along others.
+/// Found by hand: clamped along one axis alone, the origin was on another line, which misses.
+#[test]
+fn a_ray_from_beyond_f32_keeps_its_line() {
+    let triangle = TriangleOf([[0.0, -1.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 2.0]]);
+    let power = |e: i32| 2.0_f64.powi(e);
+    let ray = |e: i32, steep: i32| {
+        Ray64::new([power(e), -power(e - steep), 0.1], [-1.0, power(-steep), 0.0])
+    };
+    let rays: Vec<Ray64> = (90..200).step_by(5).flat_map(|e| [ray(e, 40), ray(e, 65)]).collect();
+    assert_eq!(check64("from beyond f32", &[triangle], &rays), rays.len());
+}
+
+/// Rays in f64 from beyond the range of f32: far along some axes, and less far along others.
 #[test]
 fn origins_beyond_f32() {
     let mut rng = Rng::new(7);
@@ -228,8 +239,8 @@ fn origins_beyond_f32() {
             .iter()
             .map(|t| TriangleOf(t.0.map(|p| p.map(f64::from))))
             .collect();
-        // A line through a point near the middle along some axes, and through the middle along those in which it goes:
-        // there the origin is a power of two times the direction, so no digit of it is rounded.
+        // Along some axes the ray is level, near the middle. Along the others its line goes through the
+        // middle exactly, because the origin is a power of two times the direction.
         let ray = |_| {
             let steep = [(); 3].map(|()| if rng.one_in(3) { 0 } else { rng.below(70) as i32 });
             let mut dir = steep.map(|e| (1.0 + 0.25 * rng.below(4) as f64) * f64::from(-e).exp2());
