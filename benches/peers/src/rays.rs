@@ -31,7 +31,7 @@ pub enum Kind {
     /// From the points that the camera sees, sixteen rays a point about the normal, as far as a tenth of the
     /// scene: any hit.
     Occlusion,
-    /// From a point that moves: a scanner on a vehicle.
+    /// From the moving origin of a scanner on a vehicle.
     Lidar,
 }
 
@@ -143,7 +143,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
     let size_of_scene = length(extent(scene));
     let away = 1e-5 * size_of_scene;
     let seen = primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit());
-    // Sixteen rays of a point follow each other, from every sixteenth point.
+    // Every sixteenth point sends sixteen consecutive rays.
     let step = if kind == Kind::Occlusion { 16 } else { 1 };
     let seen = seen.step_by(step).flat_map(|seen| std::iter::repeat_n(seen, step));
     seen.enumerate()
@@ -198,7 +198,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
         .collect()
 }
 
-/// How long the scene is along each axis.
+/// The size of the scene along each axis.
 fn extent(scene: &Scene) -> [f64; 3] {
     let bounds = scene.mesh.bounds();
     bounds.map_or([0.0; 3], |b| [0, 1, 2].map(|k| f64::from(b.max[k] - b.min[k])))
@@ -231,7 +231,7 @@ fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
     }
 }
 
-/// A random direction of length 1, the same for the same number: a point of the unit ball, pushed out.
+/// A random direction of length 1, the same for the same `i`: a point of the unit ball, normalized.
 pub fn direction(i: u64) -> [f64; 3] {
     for k in 0.. {
         let p = [0, 1, 2].map(|axis| random([i, k, axis]));

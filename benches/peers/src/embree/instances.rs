@@ -5,11 +5,9 @@ use std::sync::Arc;
 
 use intertri::Ray;
 use intertri_scene::Mesh;
-use rayon::prelude::*;
 
-use super::{Api, Build, Caller, Embree, MEDIUM, Ptr, RayHit, Scene};
-use crate::engine::{Answer, CHUNK, Engine, Question};
-use crate::flush_to_zero::with_flush_to_zero;
+use super::{Api, Build, Embree, MEDIUM, Ptr, RayHit, Scene};
+use crate::engine::{Answer, Engine, Question};
 
 /// `RTC_GEOMETRY_TYPE_INSTANCE` and `RTC_FORMAT_FLOAT3X4_ROW_MAJOR`.
 const INSTANCE: i32 = 121;
@@ -57,7 +55,7 @@ impl Scene {
         }
     }
 
-    /// Places all instances anew, and commits.
+    /// Moves all instances, and commits.
     pub fn place(&self, matrices: &[[f64; 12]]) {
         for (number, matrix) in (0..).zip(matrices) {
             // SAFETY: the geometry is an instance, and nothing queries the scene meanwhile.
@@ -93,28 +91,8 @@ impl<const N: usize> Engine for Instances<N> {
     }
 
     fn trace(&mut self, part: Range<usize>) {
-        let Embree { scene, question, count, groups, triangles, t } = &mut self.embree;
-        let last = groups.len() - 1;
-        let tail = *count - last * N;
-        let part = part.start / N..part.end.div_ceil(N);
-        let chunks = (groups[part.clone()].par_chunks(CHUNK / N))
-            .zip(triangles[part.clone()].par_chunks_mut(CHUNK / N))
-            .zip(self.instances[part.clone()].par_chunks_mut(CHUNK / N))
-            .zip(t[part.clone()].par_chunks_mut(CHUNK / N));
-        chunks.enumerate().for_each(|(chunk, (((groups, triangles), instances), t))| {
-            let caller = Caller::new(scene, *question);
-            let mut hit = RayHit::NONE;
-            with_flush_to_zero(|| {
-                for (i, group) in groups.iter().enumerate() {
-                    let live = if part.start + chunk * (CHUNK / N) + i == last { tail } else { N };
-                    caller.ask(group, live, &mut hit);
-                    t[i] = hit.far;
-                    if !question.any {
-                        (triangles[i], instances[i]) = (hit.triangle, hit.instance[0]);
-                    }
-                }
-            });
-        });
+        let keep = |instances: &mut _, hit: &RayHit<N>| *instances = hit.instance[0];
+        self.embree.trace_keeping(part, &mut self.instances, keep);
     }
 
     fn answers(&self) -> Vec<Answer> {

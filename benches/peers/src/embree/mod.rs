@@ -350,6 +350,39 @@ impl<const N: usize> Embree<N> {
         let question = Question { any: false, coherent: false };
         Self { scene, question, count: 0, groups: vec![], triangles: vec![], t: vec![] }
     }
+
+    /// Traces rays, and keeps more of each group's hits than triangles and t.
+    #[inline(always)]
+    fn trace_keeping<K: Send>(
+        &mut self,
+        part: Range<usize>,
+        kept: &mut [K],
+        keep: impl Fn(&mut K, &RayHit<N>) + Sync,
+    ) {
+        let Self { scene, question, count, groups, triangles, t } = self;
+        let last = groups.len() - 1;
+        let tail = *count - last * N;
+        let part = part.start / N..part.end.div_ceil(N);
+        let chunks = (groups[part.clone()].par_chunks(CHUNK / N))
+            .zip(triangles[part.clone()].par_chunks_mut(CHUNK / N))
+            .zip(kept[part.clone()].par_chunks_mut(CHUNK / N))
+            .zip(t[part.clone()].par_chunks_mut(CHUNK / N));
+        chunks.enumerate().for_each(|(chunk, (((groups, triangles), kept), t))| {
+            let caller = Caller::new(scene, *question);
+            let mut hit = RayHit::NONE;
+            with_flush_to_zero(|| {
+                for (i, group) in groups.iter().enumerate() {
+                    let live = if part.start + chunk * (CHUNK / N) + i == last { tail } else { N };
+                    caller.ask(group, live, &mut hit);
+                    t[i] = hit.far;
+                    if !question.any {
+                        triangles[i] = hit.triangle;
+                        keep(&mut kept[i], &hit);
+                    }
+                }
+            });
+        });
+    }
 }
 
 impl<const N: usize> Engine for Embree<N> {
@@ -361,27 +394,8 @@ impl<const N: usize> Engine for Embree<N> {
     }
 
     fn trace(&mut self, part: Range<usize>) {
-        let Self { scene, question, count, groups, triangles, t } = self;
-        let last = groups.len() - 1;
-        let part = part.start / N..part.end.div_ceil(N);
-        let chunks = (groups[part.clone()].par_chunks(CHUNK / N))
-            .zip(triangles[part.clone()].par_chunks_mut(CHUNK / N))
-            .zip(t[part.clone()].par_chunks_mut(CHUNK / N));
-        let tail = *count - last * N;
-        chunks.enumerate().for_each(|(chunk, ((groups, triangles), t))| {
-            let caller = Caller::new(scene, *question);
-            let mut hit = RayHit::NONE;
-            with_flush_to_zero(|| {
-                for (i, group) in groups.iter().enumerate() {
-                    let live = if part.start + chunk * (CHUNK / N) + i == last { tail } else { N };
-                    caller.ask(group, live, &mut hit);
-                    t[i] = hit.far;
-                    if !question.any {
-                        triangles[i] = hit.triangle;
-                    }
-                }
-            });
-        });
+        let mut nothing = vec![(); self.groups.len()];
+        self.trace_keeping(part, &mut nothing, |(), _| ());
     }
 
     fn answers(&self) -> Vec<Answer> {
