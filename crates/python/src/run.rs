@@ -66,7 +66,7 @@ pub(crate) fn run<T: Send>(
         let stop = stop.clone();
         Arc::new(move || stop.is_set())
     });
-    // A query or a build that is told to stop unwinds.
+    // Stopping a query or a build unwinds its thread.
     let work = || catch_unwind(AssertUnwindSafe(|| token.run(|| work(&stop))));
     let result = match workers {
         Workers::Caller => py.detach(|| Some(on_this_thread(work))),

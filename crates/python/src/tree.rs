@@ -60,7 +60,7 @@ pub(crate) fn rows<'a, A: bytemuck::Pod>(
 /// Faces gathered between two checks for signals.
 const STEP: usize = 1 << 16;
 
-/// Gathers the triangles of faces. Stops early if it is told to.
+/// Gathers the triangles of faces. Can be stopped.
 pub(crate) fn gather<S: Scalar>(
     vertices: &[S],
     faces: &[u32],

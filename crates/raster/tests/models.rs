@@ -8,7 +8,7 @@ use intertri_raster::{
 use intertri_scene::{Light as Lamp, Scene, hit_point, load, shade};
 use intertri_trace::Bvh;
 
-/// Draws and traces a scene, and checks that only excused differences occur, and that there are almost none;
+/// Draws and traces a scene, and checks that there are few differences and that each has a known reason;
 /// otherwise the rule might hide something.
 fn check(name: &str, scene: &Scene) {
     let (width, height) = (1024, 768);

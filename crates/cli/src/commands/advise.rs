@@ -40,8 +40,8 @@ const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 /// Find the lowest precision that is enough for a model: the coarsest grid, or exact answers
 ///
 /// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, and checks the
-/// bounds on a sample with exact arithmetic. Of the choices within the tolerance, it recommends the one with
-/// the fewest bits per vertex. A pixel is wrong if it shows a different triangle from the one it would show
+/// bounds on a sample with exact arithmetic. Recommends the choice with the fewest bits per vertex that stays
+/// within the tolerance. A pixel is wrong if it shows a different triangle from the one it would show
 /// without any rounding or snapping. Plain f32, which no engine offers, is listed for comparison. Coordinates
 /// that are not exact in f32 are rounded first and counted in the report.
 #[derive(Args)]

@@ -1,4 +1,4 @@
-//! Exact arithmetic: right on the coordinates as given, whatever they are.
+//! Exact arithmetic: answers are correct for the coordinates as given, for all finite numbers.
 //!
 //! ```text
 //!   A, B, C  the corners from the origin      closed   U, V, W each 0 or of T's sign

@@ -206,7 +206,7 @@ mod tests {
     use super::{Orientation, Solid};
     use crate::util::test_numbers::random;
 
-    /// A globe of some rings around a point.
+    /// A globe with the given centre.
     fn globe(at: [f32; 3]) -> Vec<Triangle> {
         let corner = |ring: usize, i: usize| {
             let (a, b) = (ring as f32 / 6.0, (i % 12) as f32 / 12.0);
