@@ -127,7 +127,7 @@ fn field(mesh: &[Triangle], side: usize, is_flattened: bool) {
             of(&shadow, one_by_one(&shadow, true)),
             of(&diffuse, one_by_one(&diffuse, false)),
         ];
-        row("flattened, a ray a call", primary.len(), single, "");
+        row("flattened, one ray per call", primary.len(), single, "");
         let batch = [
             seconds(|| drop(black_box(flat.closest_batch(&primary)))),
             of(&shadow, seconds(|| drop(black_box(flat.any_batch(&shadow))))),

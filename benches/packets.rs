@@ -259,8 +259,8 @@ fn bench(criterion: &mut Criterion) {
     compare("packets, a camera's: one origin", tests, turns, &mut one.packets());
     compare("one ray against blocks of triangles", tests, turns, &mut strewn.blocks());
     let [mut closest, mut any] = slices(&strewn);
-    compare("closest of a slice, a ray a call", tests, turns, &mut closest);
-    compare("any of a slice, a ray a call", tests, turns, &mut any);
+    compare("closest of a slice, one ray per call", tests, turns, &mut closest);
+    compare("any of a slice, one ray per call", tests, turns, &mut any);
 
     let forms = [
         ("packets in all directions", strewn.packets()),

@@ -1,6 +1,6 @@
-//! The truth about a ray and a triangle, in integers of any size: by Cramer's rule for
-//! `c1 + u (c2 - c1) + v (c3 - c1)` where the kernel uses three volumes, and by really moving the direction
-//! where the kernel has a tie rule.
+//! The truth about a ray and a triangle, in integers of any size. It takes another route than the kernel:
+//! where the kernel uses three volumes, this applies Cramer's rule to `c1 + u (c2 - c1) + v (c3 - c1)`, and
+//! where the kernel has a tie rule, this actually moves the direction.
 
 use std::cmp::Ordering;
 
@@ -15,7 +15,7 @@ pub struct Truth {
     t: Ratio,
     u: Ratio,
     v: Ratio,
-    /// Whether the ray runs with the normal.
+    /// Whether the ray crosses in the direction of the normal.
     leaves: bool,
 }
 
@@ -48,7 +48,7 @@ fn vector<S: Scalar, I: Integer>(v: [S; 3], low: i64) -> Vector<I> {
     })
 }
 
-/// Numbers are multiples of `2^low` below `2^(low + bits)`.
+/// A range that numbers fit in: all are multiples of `2^low` below `2^(low + bits)`.
 struct Scale {
     low: i64,
     bits: i64,
@@ -130,7 +130,7 @@ impl<I: Integer> IntegerPair<I> {
         Self { p, q, s, n }
     }
 
-    /// For a given direction.
+    /// Solves for a given direction.
     fn along(&self, dir: &Vector<I>) -> Cramer<I> {
         let (Self { p, q, s, n }, zero) = (self, I::of(0, 0));
         let across = cross(dir, s);
@@ -140,7 +140,7 @@ impl<I: Integer> IntegerPair<I> {
 }
 
 impl<I: Integer> Cramer<I> {
-    /// The intersection, if t is a multiple of `2^exponent`.
+    /// The intersection, where t is a multiple of `2^exponent`; `None` if the determinant is 0.
     fn truth(self, exponent: i64) -> Option<Truth> {
         let [t, u, v, det] = [self.t, self.u, self.v, self.det].map(Integer::big);
         if det == IBig::ZERO {
@@ -163,7 +163,7 @@ fn scales<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Scale, Scale)
 }
 
 /// Whether 128 bits hold everything that [`IntegerPair`] computes: with points below `2^b`, differences are
-/// below `2^(b + 1)` and t below `2^(3b + 6)`; with a direction below `2^d`, all the rest is below
+/// below `2^(b + 1)` and t below `2^(3b + 6)`; with a direction below `2^d`, everything else is below
 /// `2^(2b + d + 7)`.
 fn are_small(points: &Scale, dir: &Scale) -> bool {
     points.bits <= 40 && dir.bits <= 39
@@ -233,7 +233,8 @@ impl Truth {
 
     /// An f64 near t.
     pub fn t_f64(&self) -> f64 {
-        // Twice the needed digits, then a power of two that may be beyond any f32.
+        // Divide with more digits than an f64 has, then scale in two steps: the power of two may exceed any
+        // f64.
         let up = self.t.den.bit_len() as i64 - self.t.num.bit_len() as i64 + 60;
         let q = shifted(self.t.num.clone(), up.max(0)) / shifted(self.t.den.clone(), (-up).max(0));
         let (q, e) = (i64::try_from(q).unwrap() as f64, (self.t.exponent - up) as i32);
@@ -270,7 +271,8 @@ impl Ratio {
     /// Whether `x` is the nearest number of the format, the even one if two are equally near.
     fn is_rounded(&self, x: f64, &Format { digits, last, top }: &Format) -> bool {
         let (m, e) = parts(x);
-        // Zero: up to half the smallest number. Infinity: from half a unit above the largest.
+        // Numbers up to half the smallest one round to zero, those from half a unit above the largest to
+        // infinity.
         if m == 0 {
             return self.cmp_parts(1, last - 1).is_le() && self.cmp_parts(-1, last - 1).is_ge();
         }
@@ -282,7 +284,8 @@ impl Ratio {
         if x.is_nan() {
             return false;
         }
-        // Halfway to the neighbours, toward 0 and away from it; below a power of two the spacing is halved.
+        // Compare with the points halfway to both neighbours, `inner` toward 0 and `outer` away from it.
+        // Below a power of two the spacing is halved.
         let length = i64::from(64 - m.abs().leading_zeros());
         let exponent = (e + length - i64::from(digits)).max(last);
         let (sign, size) = (m.signum(), m.abs() >> (exponent - e));
@@ -297,13 +300,14 @@ impl Ratio {
     }
 }
 
-/// The step from one power of ε to the next, in bits: more than the difference in length of any N and X.
+/// The bits from one power of ε to the next: more than the difference in length between any two terms.
 const STEP: usize = 600;
-/// The same for f64.
+/// [`STEP`] for f64.
 const STEP_64: usize = 6500;
 
-/// Whether a ray crosses a triangle by the once rule: leaves it, enters it or neither. The direction is moved
-/// by (ε, ε², ε³), with an ε smaller than any difference of two terms.
+/// How a ray crosses a triangle by the once rule: `Some(true)` if it leaves, `Some(false)` if it enters,
+/// `None` if neither. The direction is moved by (ε, ε², ε³), with an ε smaller than any difference between
+/// two terms.
 pub fn once<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -329,7 +333,7 @@ pub fn once<S: Scalar>(
     once_moved(ray, triangle, (points, dir))
 }
 
-/// The same, with a direction that is really moved.
+/// [`once`] by actually moving the direction.
 fn once_moved<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -351,8 +355,8 @@ fn once_moved<S: Scalar>(
     Some(moved.leaves)
 }
 
-/// Everything linear in the direction is a polynomial in ε; its sign is that of the first nonzero
-/// coefficient.
+/// [`once`] by polynomials: everything that is linear in the direction is a polynomial in ε, whose sign is
+/// that of its first nonzero coefficient.
 fn once_by_powers<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -367,7 +371,7 @@ fn once_by_powers<S: Scalar>(
     (leaves.is_ne() && inside == [leaves; 4]).then(|| leaves.is_gt())
 }
 
-/// The integers that the rule is computed in.
+/// The integers to compute in.
 trait Integer: Sized {
     /// `m * 2^by`, which is an integer.
     fn of(m: i64, by: i64) -> Self;
@@ -421,7 +425,7 @@ mod tests {
 
     use super::*;
 
-    /// Compares 128 bits with integers of any size, and powers of ε with a direction that is moved.
+    /// Compares 128-bit integers with integers of any size, and powers of ε with a moved direction.
     #[test]
     fn both_routes_agree() {
         let (mut rng, mut small, mut crossed) = (Rng::new(5), 0, 0);

@@ -66,7 +66,7 @@ fn every_family_seen_from_one_origin() {
 }
 
 #[test]
-#[ignore = "the long test: some minutes"]
+#[ignore = "slow: takes several minutes"]
 fn every_family_seen_from_one_origin_at_length() {
     scenes(1000, 8);
 }

@@ -35,7 +35,7 @@ fn every_family_in_scenes_of_all_sizes() {
 }
 
 #[test]
-#[ignore = "the long test: some minutes"]
+#[ignore = "slow: takes several minutes"]
 fn every_family_in_many_scenes_of_all_sizes() {
     scenes(2000, 4);
 }

@@ -1,4 +1,4 @@
-//! Every mode, level, width and form of the kernel against the reference, over every family.
+//! Compares every mode, level, width and form of the kernel with the reference, over every family.
 
 use crate::common;
 use intertri_lab::families::{FAMILIES, Family};
@@ -27,7 +27,7 @@ fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
     (done, hits)
 }
 
-/// Prints a line when a family is done, so that a long run that is cut off leaves a record.
+/// Prints a line after each family, so that a long run leaves a record even if it is cut off.
 fn all_families(pairs: usize, seed: u64) {
     let each = pairs.div_ceil(FAMILIES.len());
     let (mut tests, mut hits) = (0, 0);
@@ -48,7 +48,7 @@ fn five_million_pairs_agree_with_the_reference() {
 }
 
 #[test]
-#[ignore = "the long test: some minutes"]
+#[ignore = "slow: takes several minutes"]
 fn a_hundred_million_pairs_agree_with_the_reference() {
     all_families(100_000_000, 2);
 }

@@ -25,9 +25,9 @@
 //! | a hierarchy of your own | [`Mode::packet`] and [`Mode::block`]: 4, 8 or 16 rays or triangles side by side; in loops of your own, [`Filter`] |
 //! | coordinates on an integer grid | [`fixed`] |
 //!
-//! | mode | right about |
+//! | mode | agrees exactly with |
 //! | --- | --- |
-//! | [`Mode::exact`], the default | the coordinates as given; edges belong to both triangles, so there are no gaps |
+//! | [`Mode::exact`], the default | the true answer for the coordinates as given; edges belong to both triangles, so there are no gaps |
 //! | [`Mode::once`] | the same, but each edge belongs to one triangle, so crossings can be counted |
 //! | [`Mode::certified`] | a plain loop over a scalar f64 reference, bit for bit |
 //!
@@ -38,17 +38,17 @@
 //! - `std` (default): chooses the CPU's best instructions at run time. Without it the crate is `no_std`, with
 //!   `alloc`, and uses the instructions that it was compiled for.
 //!
-//! Vectors of glam, and of every library that supports mint, convert: `Ray::new(origin, dir)` and
-//! `Triangle::new(a, b, c)` take anything that converts into `[f32; 3]`. There is no serde feature, because
-//! most rays end at infinity, which JSON cannot represent. Rays and triangles have public fields that you can
-//! serialize in any format.
+//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` take anything that converts into `[f32; 3]`, such as
+//! the vectors of glam and of every library that supports mint. There is no serde feature, because most rays
+//! end at infinity, which JSON cannot represent. Rays and triangles have public fields that you can serialize
+//! in any format.
 //!
 //! # Limits
 //!
 //! A triangle with a NaN or infinite coordinate is never hit, and a ray with one hits nothing. A slice has
 //! at most 2^32 - 1 triangles.
 //!
-//! # Building it fast
+//! # Building for speed
 //!
 //! Build in release mode. In debug builds every SIMD operation is a function call. If your own crate must
 //! stay unoptimized, optimize only this one, in your workspace's `Cargo.toml`:

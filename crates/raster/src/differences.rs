@@ -54,7 +54,7 @@ pub fn differences(
 ) -> Vec<Verdict> {
     let width = view.width() as usize;
     let pixels = width * view.height() as usize;
-    assert!(one.len() == pixels && other.len() == pixels, "one hit a pixel");
+    assert!(one.len() == pixels && other.len() == pixels, "one hit per pixel");
     let mut verdicts = vec![Verdict::Same; pixels];
     threads::parts(&mut verdicts, width, |y, row, (): &mut ()| {
         for (x, verdict) in row.iter_mut().enumerate() {

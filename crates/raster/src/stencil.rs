@@ -39,7 +39,7 @@ use crate::z_buffer::{centres, plane};
 /// Panics if `hits` does not have one entry per pixel.
 pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
     let width = view.width() as usize;
-    assert_eq!(hits.len(), width * view.height() as usize, "one hit a pixel");
+    assert_eq!(hits.len(), width * view.height() as usize, "one hit per pixel");
     let directions = view.pixel_directions();
     let seen = depths(view, &directions, hits, volume);
 

@@ -30,7 +30,7 @@ pub fn wire(
     edges: impl IntoIterator<Item = [u32; 2]>,
 ) -> Vec<bool> {
     let (width, height) = (view.width() as usize, view.height() as usize);
-    assert_eq!(hits.len(), width * height, "one hit a pixel");
+    assert_eq!(hits.len(), width * height, "one hit per pixel");
     let directions = view.pixel_directions();
     let mut drawn = vec![false; hits.len()];
     for ends in edges {

@@ -72,7 +72,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// The filter's numbers for a ray and a triangle, at a level of instructions.
+    /// The filter's numbers for a ray and a triangle, at a SIMD level.
     ///
     /// ```
     /// use intertri::internal::Evidence;

@@ -106,7 +106,7 @@ impl Mode {
         rays: &[RayOf<S>],
         hits: &mut [Hit],
     ) {
-        assert_eq!(rays.len(), hits.len(), "one hit a ray");
+        assert_eq!(rays.len(), hits.len(), "one hit per ray");
         S::closest_batch(self, triangles, rays, hits);
     }
 }

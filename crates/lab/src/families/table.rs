@@ -10,8 +10,8 @@ pub fn find(name: &str) -> Option<&'static Family> {
     FAMILIES.iter().find(|family| family.name == name)
 }
 
-/// The adversarial mix: every second case is rounding sensitive and otherwise harmless; the others come from
-/// all families equally.
+/// The adversarial mix: half of the cases are sensitive to rounding but otherwise harmless; the others come
+/// from all families equally.
 pub fn adversarial(rng: &mut Rng) -> Case {
     if rng.one_in(2) {
         let scene = shapes::random(rng, 1.0, 1, 1);
@@ -41,7 +41,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "edge-steps",
-        what: "rays at a point of an edge, moved by up to that many f32 steps",
+        what: "rays at a point on an edge, moved by up to the given number of f32 steps",
         param: Some(Param { name: "steps", from: 1_048_576.0, to: 1.0 }),
         make: shapes::edge_steps,
     },
@@ -83,13 +83,13 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "cap",
-        what: "one corner on the middle of the far side, but for the ratio",
+        what: "one corner almost at the middle of the opposite side",
         param: Some(Param { name: "ratio", from: 1.0, to: 1e-12 }),
         make: shapes::cap,
     },
     Family {
         name: "sliver",
-        what: "one corner near the line of the far side, wherever",
+        what: "one corner near the line through the opposite side",
         param: Some(Param { name: "ratio", from: 1.0, to: 1e-12 }),
         make: shapes::sliver,
     },
@@ -107,7 +107,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "coplanar",
-        what: "rays in the plane of the triangle, exactly or but for rounding",
+        what: "rays in the plane of the triangle, exactly or up to rounding",
         param: None,
         make: shapes::coplanar,
     },
@@ -119,7 +119,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "tiny",
-        what: "small triangles near the distance 1 from the origin of the axes",
+        what: "small triangles at a distance of about 1 from the origin",
         param: Some(Param { name: "size", from: 1.0, to: 1e-7 }),
         make: shapes::tiny,
     },
@@ -131,7 +131,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "stack",
-        what: "the same triangle again and again, equal or a few f32 steps apart",
+        what: "copies of one triangle, equal or a few f32 steps apart",
         param: None,
         make: shapes::stack,
     },
@@ -179,13 +179,13 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "offset",
-        what: "everything moved away from the origin of the axes, triangles of size 1",
+        what: "everything moved away from the origin, triangles of size 1",
         param: Some(Param { name: "offset", from: 1.0, to: 1e9 }),
         make: ranges::offset,
     },
     Family {
         name: "offset-large",
-        what: "everything moved away, triangles of a ten-thousandth of the offset",
+        what: "everything moved away, triangles as large as a ten-thousandth of the offset",
         param: Some(Param { name: "offset", from: 1.0, to: 1e9 }),
         make: ranges::offset_large,
     },
@@ -209,11 +209,11 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "zeros",
-        what: "plus and minus zeros among few other numbers",
+        what: "plus and minus zeros among a few other numbers",
         param: None,
         make: ranges::zeros,
     },
-    Family { name: "bits", what: "any finite f32 in any place", param: None, make: ranges::bits },
+    Family { name: "bits", what: "any finite f32 as any input", param: None, make: ranges::bits },
     Family {
         name: "not-finite",
         what: "NaN and infinities in one to three of the 15 inputs, or in the interval",

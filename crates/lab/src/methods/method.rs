@@ -24,8 +24,8 @@ pub struct Method {
 impl Method {
     /// Tests ray `i` against triangle `i`, eight pairs at a time, in the lanes of a level.
     ///
-    /// `threshold` is document A's, finite and at least 0; methods without one ignore it. The rays' intervals
-    /// are ignored.
+    /// `threshold` is that of document A, finite and at least 0; methods without a threshold ignore it. The
+    /// rays' intervals are ignored.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -37,15 +37,15 @@ impl Method {
         rays: &[Ray],
         to: &mut [Answer],
     ) {
-        assert!(triangles.len() == rays.len() && rays.len() == to.len(), "as many of each");
+        assert!(triangles.len() == rays.len() && rays.len() == to.len(), "slices of equal length");
         (self.pairs)(level, threshold, triangles, rays, to);
     }
 
-    /// Finds the closest hit of each ray in its batch, batch by batch. Returns the seconds that it took,
-    /// without the values computed once per triangle. Returns `None`, and leaves `nearest` as it was or
-    /// empty, if the method does not have the layout: one lane for the kernel's modes, which is the
-    /// reference; rays that do not share an origin for the form that needs one; and 16 lanes for f64, or
-    /// where they do not fit one register.
+    /// Finds the closest hit of each ray in its batch, batch by batch. Returns the seconds that it took, not
+    /// counting the values computed once per triangle. Returns `None`, and leaves `nearest` unchanged or
+    /// empty, if the method does not support the layout: one lane for the kernel's modes, because that is the
+    /// reference; rays without a common origin for the form that needs one; and 16 lanes for f64, or where
+    /// they do not fit one register.
     ///
     /// `t_min` is 0 and `t_max` infinite for every ray.
     pub fn closest(

@@ -36,7 +36,7 @@ impl Onset {
     }
 }
 
-/// A value of the parameter is shown if at least this many of the cases are clear.
+/// A value of the parameter is kept only if at least this many cases are clear.
 const ENOUGH: u64 = 100;
 
 /// Runs all sweeps: `points` values on a logarithmic scale, about `cases` cases each. The counts depend only

@@ -15,7 +15,7 @@ from ._arrays import F32
 from ._intertri import Tree32, Tree64
 
 
-# Bytes that are hashed at a time.
+# How many bytes to hash at a time.
 _PIECE = 1 << 24
 
 
@@ -60,7 +60,7 @@ class Triangles:
         self._at, self._faces, self._moving = Position(corners), rows, threading.Lock()
 
     def _tree(self, dtype: np.dtype[Any], threads: int | None) -> Tree32 | Tree64:
-        """The hierarchy in a scalar type, built on first use."""
+        """The hierarchy for a scalar type, built on first use."""
         at = self._at
         tree = at.trees.get(dtype)
         if tree is None:
@@ -81,7 +81,7 @@ class Triangles:
 
     @property
     def faces(self) -> NDArray[np.uint32]:
-        """Rows of `vertices`, (m, 3), read-only."""
+        """Indices into `vertices`, (m, 3), read-only."""
         return self._faces
 
     @property
@@ -138,9 +138,9 @@ class Triangles:
         """Moves the vertices: new positions (n, 3) of the same faces, or (m, 3, 3) of a mesh made of triangles. With
         ``indices``, moves only these rows of `vertices`.
 
-        It is many times faster than a new mesh. Answers are those of a new mesh, but the more the faces move relative to
-        each other, the longer queries take. A query that runs meanwhile in another thread answers either for the old
-        positions or for the new ones.
+        This is many times faster than building a new mesh. The answers are the same as a new mesh's, but the more the
+        faces move relative to each other, the longer queries take. A query that runs in another thread meanwhile
+        answers for either the old positions or the new ones.
 
         Parameters
         ----------
@@ -154,16 +154,17 @@ class Triangles:
         Returns
         -------
         float
-            About how many times as long rays take as in a freshly built tree. Above 1.5 it is time for a new mesh.
+            Roughly how much longer rays take than in a freshly built tree, as a factor. Above 1.5 it is time for a new
+            mesh.
 
         Raises
         ------
         ValueError
-            If the number of vertices differs, or a vertex of a face is not finite. Nothing changes then.
+            If the number of vertices differs, or a vertex of a face is not finite. The mesh is unchanged then.
         IndexError
-            If ``indices`` name a vertex that does not exist. Nothing changes then.
+            If ``indices`` name a vertex that does not exist. The mesh is unchanged then.
         MemoryError, KeyboardInterrupt
-            The vertices are where they were, and the next query rebuilds the hierarchy.
+            The vertices keep their old positions, and the next query rebuilds the hierarchy.
 
         Examples
         --------
@@ -239,5 +240,5 @@ class Triangles:
 
 
 def native(dtype: np.dtype[Any]) -> type[Tree32] | type[Tree64]:
-    """The class of hierarchies over a scalar type."""
+    """The hierarchy class for a scalar type."""
     return Tree32 if dtype == F32 else Tree64

@@ -226,7 +226,7 @@ impl WithSimd for Small<'_> {
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
 
-        // A recursive function is not inlined, so each call enters its level of instructions anew.
+        // A recursive function is not inlined, so each call enters its SIMD level anew.
         let (level, depth) = (builder.level, depth + 1);
         let a = level.run(Small { builder, refs: lr, inner: li, centres: &ca, depth });
         let b = level.run(Small { builder, refs: rr, inner: ri, centres: &cb, depth });

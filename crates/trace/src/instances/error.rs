@@ -9,7 +9,7 @@ use crate::util::memory::NoMemory;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// An entry of a matrix is NaN or infinite, at this position.
+    /// The entry of a matrix at this position is NaN or infinite.
     NotFinite {
         /// The row, from 0.
         row: usize,

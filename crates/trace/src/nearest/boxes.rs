@@ -4,21 +4,21 @@ use intertri::simd::{Lanes, Vec3};
 
 use crate::tree::Node;
 
-/// The largest relative excess of a computed square over the exact one: `2^-20`.
+/// A bound on the relative excess of a computed square over the exact one: `2^-20`.
 const SHARE: f64 = 1.0 / (1_u64 << 20) as f64;
 
 /// A bound on the effect of underflow, and of subnormal numbers read as 0, on a square: `2^-120`.
 const TINY: f64 = f64::from_bits((1023 - 120) << 52);
 
-/// The largest square, as computed by [`squares`], of a box that may contain something nearer than the root
-/// of `most`.
+/// The largest squared distance, as computed by [`squares`], of a box that may contain a point at a squared
+/// distance below `most`.
 #[inline(always)]
 pub(super) fn far_for(most: f64) -> f32 {
     ((most * (1.0 + SHARE) + TINY) as f32).next_up()
 }
 
-/// Which boxes may contain a point whose squared distance is within `far`, and their squares. The query point
-/// is between two given points.
+/// Which boxes may contain a point whose squared distance is at most `far`, and the squared distance of each
+/// box. The two points of `within` enclose the query point.
 #[inline(always)]
 pub(super) fn squares<F: Lanes<Scalar = f32>>(
     node: &Node,
@@ -52,7 +52,7 @@ pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
     to_boxes(lo, hi, within).le(F::splat(far))
 }
 
-/// The squares of the distances to boxes.
+/// The squared distances to boxes.
 #[inline(always)]
 fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, [from, to]: [Vec3<F>; 2]) -> F {
     let none = F::splat(0.0);

@@ -55,7 +55,7 @@ impl Grid {
         snapped: &mut [Ray],
         otherwise: impl FnMut(usize, GridError) -> Ray,
     ) {
-        assert_eq!(rays.len(), snapped.len(), "one snapped ray a ray");
+        assert_eq!(rays.len(), snapped.len(), "one snapped ray per ray");
         dispatch(Snap { grid: self, rays, snapped, otherwise });
     }
 

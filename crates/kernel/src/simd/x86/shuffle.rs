@@ -15,16 +15,17 @@ pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
     _mm256_permutevar8x32_ps(lanes, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
 }
 
-/// The lane of the smallest number in a mask: the minimum of keys whose last three bits are the lane.
+/// The lane of the smallest number in a mask. Writes each lane's index over the last three bits of its number
+/// and takes the minimum.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
     let numbers = _mm256_and_si256(_mm256_castps_si256(lanes), _mm256_set1_epi32(!7));
     let keys = _mm256_or_si256(numbers, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
-    // All ones in lanes outside the mask, which gives them the largest key.
+    // Lanes outside the mask become all ones, the largest key.
     let others = _mm256_xor_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
     let keys = _mm256_or_si256(keys, others);
-    // Halving: eight keys to four, two and one.
+    // Halve the number of keys: eight, four, two, one.
     let four = _mm_min_epu32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys));
     let two = _mm_min_epu32(four, _mm_shuffle_epi32::<0b01_00_11_10>(four));
     let one = _mm_min_epu32(two, _mm_shuffle_epi32::<0b10_11_00_01>(two));
@@ -47,7 +48,8 @@ pub(super) fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
     cpu!(columns!(_mm_unpacklo_ps _mm_unpackhi_ps, a.0, b.0, c.0, d.0))
 }
 
-/// Transposes eight rows of four: row i next to row i + 4, so that their numbers need not cross.
+/// Transposes eight rows of four: row i next to row i + 4, so that no number has to move between 128-bit
+/// halves.
 #[inline(always)]
 pub(super) fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
     macro_rules! beside {
@@ -87,7 +89,7 @@ pub(super) fn transpose_f64([a, b, c, d]: [Reg<__m256d>; 4]) -> [Reg<__m256d>; 4
     [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
 }
 
-/// The first of four lanes, followed by the last.
+/// The first of four lanes, then three copies of the last.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn first_and_last(lanes: __m256d) -> __m256d {
