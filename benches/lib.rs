@@ -124,7 +124,7 @@ pub fn compare(title: &str, tests: usize, turns: usize, contenders: &mut [Conten
             }
         }
     }
-    println!("\n{title}: {tests} tests a turn, {} hits, {turns} turns in alternation", truth.hits);
+    println!("\n{title}: {tests} tests per turn, {} hits, {turns} alternating turns", truth.hits);
     println!("{:36} {:>10} {:>28}", "", "ns a test", "times the first");
     for (contender, own) in contenders.iter().zip(&times) {
         let mut ratios: Vec<f64> = times[0].iter().zip(own).map(|(a, b)| a / b).collect();

@@ -1,8 +1,9 @@
 //! Scalar code against SIMD lanes: packets of rays against one triangle after another, one ray against
 //! blocks.
 //!
-//! `cargo bench -p intertri-benches --bench packets` first prints, for each form, a table of all contenders measured in
-//! alternation, after comparing every answer with the scalar reference's; then criterion measures each one alone.
+//! `cargo bench -p intertri-benches --bench packets` first prints, for each form, a table of all contenders,
+//! which take turns, after comparing every answer with the scalar reference's; then criterion measures each
+//! one alone.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};

@@ -17,7 +17,7 @@ use crate::commands::{advise, bench, build, chart, crossover, inspect, render, s
 
 /// Ray/triangle intersection: trace in f32, answer in f64, or exactly.
 ///
-/// The default engine, exact, is right on the coordinates as given; oracle computes the same with a plain
+/// The default engine, exact, is right for the coordinates as given; oracle computes the same with a plain
 /// loop in rationals. The engines certified and reference return the answers of the scalar f64 reference, bit
 /// for bit, and differ only in speed. The engine fixed snaps the scene to a grid and is exact there; the
 /// engine raster draws without rays.

@@ -59,7 +59,7 @@ fn a_truncated_binary_ply() {
     for end in [whole - 1, whole - 10, whole - 20] {
         bad_model("cut.ply", &ply[..end], &["cut.ply: "]);
     }
-    // A count that the file does not keep.
+    // A count that the rest of the file does not match.
     let text =
         String::from_utf8_lossy(&ply[..whole - 49]).replace("vertex 3", "vertex 99999999999");
     bad_model("big.ply", text.as_bytes(), &["big.ply: "]);

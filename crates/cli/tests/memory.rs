@@ -1,4 +1,4 @@
-//! Too little memory leads to one line and exit code 1, wherever it runs out.
+//! Running out of memory leads to one line and exit code 1, wherever it happens.
 #![cfg(target_os = "linux")]
 
 use crate::common;

@@ -79,7 +79,7 @@ def test_batches_are_single_rays(rng):
 def test_what_is_no_media_is_refused():
     vertices, faces = box()
     closed, is_open = intertri.Mesh(vertices, faces), intertri.Mesh(vertices, faces[:-1])
-    with pytest.raises(ValueError, match=r"mesh 1 is no solid: the mesh is not closed: 3 edges"):
+    with pytest.raises(ValueError, match=r"mesh 1 is not a solid: the mesh is not closed: 3 edges"):
         intertri.Media([closed, is_open])
     with pytest.raises(TypeError, match="pass \\[mesh\\]"):
         intertri.Media(closed)

@@ -137,7 +137,8 @@ def test_spawned_rays_leave_the_surface(dtype, rng, moved):
         assert (rays[..., 3:] == ways).all() and np.isnan(rays[~is_hit][:, :3]).all()
         again = mesh.closest(rays)
         assert (again["triangle"] != hits["triangle"])[is_hit].all() and (again["triangle"][~is_hit] == -1).all()
-        # Outward there is nothing except near an edge; inward there is the other side. Far away it is no sphere any more.
+        # Outward there is nothing except near an edge; inward there is the other side. Far away it is not a sphere any
+        # more.
         assert moved or (sign < 0) == ((again["triangle"] >= 0)[is_hit].mean() > 0.99)
         corners = mesh.triangles[hits["triangle"][is_hit]].astype(np.float64)
         u, v = hits["u"][is_hit][:, None], hits["v"][is_hit][:, None]

@@ -50,7 +50,7 @@ pub fn shadow_differences(
 ) -> Vec<Verdict> {
     let width = view.width() as usize;
     let pixels = width * view.height() as usize;
-    assert!([hits.len(), one.len(), other.len()] == [pixels; 3], "one entry a pixel");
+    assert!([hits.len(), one.len(), other.len()] == [pixels; 3], "one entry per pixel");
     let mut verdicts = vec![Verdict::Same; pixels];
     threads::parts(&mut verdicts, width, |y, row, (): &mut ()| {
         for (x, verdict) in row.iter_mut().enumerate() {

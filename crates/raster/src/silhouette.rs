@@ -86,7 +86,7 @@ pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
 /// # Panics
 /// If `facing` does not have one entry for each face.
 pub fn silhouette(adjacency: &Adjacency, facing: &[i8]) -> Vec<Outline> {
-    assert_eq!(facing.len(), adjacency.faces().len(), "one entry a face");
+    assert_eq!(facing.len(), adjacency.faces().len(), "one entry per face");
     let edges = adjacency.edges().filter_map(|edge| {
         let along = edge.sides.iter().map(|side| {
             let facing = i32::from(facing[side.face as usize]);

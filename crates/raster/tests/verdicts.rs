@@ -81,7 +81,7 @@ fn an_edge_at_the_distance_to_the_last_bit() {
         }
     }
     assert!(excused > tried / 3 && excused < tried * 2 / 3, "{excused} of {tried}");
-    assert!(wrong_in_f64 > 20, "{wrong_in_f64} of {tried}: this attack was none");
+    assert!(wrong_in_f64 > 20, "{wrong_in_f64} of {tried}: this attack finds too little");
 }
 
 #[test]

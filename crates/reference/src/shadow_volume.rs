@@ -88,7 +88,7 @@ pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec
 /// # Panics
 /// Panics if `faces`, `adj` and `front` differ in length, or a neighbour is missing.
 pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usize; 2]> {
-    assert!(faces.len() == adj.len() && faces.len() == front.len(), "one entry a face");
+    assert!(faces.len() == adj.len() && faces.len() == front.len(), "one entry per face");
     let mut edges = Vec::new();
     for face in (0..faces.len()).filter(|&face| front[face]) {
         let [index1, index2, index3] = faces[face];

@@ -142,7 +142,7 @@ fn main() -> io::Result<()> {
             return Ok(());
         }
         [folder] => Path::new(folder),
-        _ => return Err(io::Error::other("give a folder for the files, some 1 GB each")),
+        _ => return Err(io::Error::other("give a folder for the files, about 1 GB each")),
     };
     println!(
         "| file | size | processor time | peak memory | what is said |\n| --- | --- | --- | --- | --- |"

@@ -42,7 +42,7 @@ fn main() -> Result<(), SolidError> {
     let exact = TAU / 2.0 * 0.75 * 0.75 * TAU * 2.0;
     println!("{} triangles, {} points, {inside} inside", mesh.len(), points.len());
     println!("{:.1} million points a second", points.len() as f64 * 1e-6 / seconds);
-    println!("a volume of {volume:.2}, of a true torus {exact:.2}");
+    println!("volume {volume:.2}; a true torus has {exact:.2}");
     assert!((volume / exact - 1.0).abs() < 0.01);
 
     // The test is exact: a vertex lies on the surface, and one step of f32 away from the axis is outside.

@@ -6,7 +6,7 @@ use std::time::Instant;
 use intertri::{Ray64, Triangle};
 use intertri_trace::{Bvh, Scene};
 
-/// A torus of some thousand triangles.
+/// A torus of a few thousand triangles.
 fn torus() -> Vec<Triangle> {
     let (around, across) = (64, 32);
     let corner = |i: usize, j: usize| {

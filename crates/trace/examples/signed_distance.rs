@@ -35,7 +35,7 @@ fn main() -> Result<(), SolidError> {
     println!("{} triangles, {} points, {inside} inside", torus.len(), points.len());
     println!("{:.2} million points a second", points.len() as f64 / seconds * 1e-6);
     let cell = 30.0_f64.powi(-3);
-    println!("volume {:.3}, of the round torus {:.3}", inside as f64 * cell, 2.0 * 9.8696 * 0.16);
+    println!("volume {:.3}; the round torus has {:.3}", inside as f64 * cell, 2.0 * 9.8696 * 0.16);
 
     // The closest point, and its triangle.
     let closest = solid.bvh().closest_point([0.0, 3.0, 0.0], f64::INFINITY);

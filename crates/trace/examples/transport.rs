@@ -22,7 +22,7 @@ const ABSORBED: f64 = 0.5;
 /// A corner of the site, in metres.
 const SITE: [f64; 3] = [500_123.0, 4_649_776.0, 311.0];
 
-/// More than the rounding of coordinates.
+/// Points closer to a wall than this may be rounded to its other side: more than the rounding of coordinates.
 const BESIDE: f64 = 1e-8;
 
 /// A number in `0..1`.
@@ -34,7 +34,7 @@ fn random(state: &mut u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A number whose differences are exact.
+/// A number rounded to a grid, so that differences are exact.
 fn on_grid(x: f64) -> f64 {
     (x * 1024.0).round() / 1024.0
 }

@@ -71,7 +71,7 @@ fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
         let is_done = on_this_thread(&mut call);
         LEFT.set(-1);
         if !HAS_FAILED.get() {
-            assert!(is_done, "{name} fails for no reason");
+            assert!(is_done, "{name} fails although memory suffices");
             return allocation as usize;
         }
     }
@@ -235,7 +235,7 @@ macro_rules! calls {
             Err(_) => false,
         });
 
-        // These have no error: if there is too little memory, they make do with less.
+        // These have no error: if memory runs out, they make do with less.
         check("classify_batch_into", &mut || {
             let mut all = without_failing(|| vec![Containment::Outside; points.len()]);
             solid.classify_batch_into(&points, &mut all);

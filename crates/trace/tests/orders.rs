@@ -174,7 +174,7 @@ fn rows_that_end_early_get_what_each_ray_gets_alone() {
     rays.drain(20 * 129 + 40..20 * 129 + 60);
     rays.drain(12 * 129 + 100..13 * 129);
     check("cut", &rays);
-    check("cut at the begin", &rays[57..]);
+    check("cut at the start", &rays[57..]);
 }
 
 #[test]

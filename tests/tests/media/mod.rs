@@ -221,7 +221,9 @@ fn bad_input_is_refused_or_outside() {
         .collect();
     let error = Media::new(&[(1, &closed[..]), (2, &closed[1..])]).unwrap_err();
     assert!(matches!(error, MediaError::Mesh { mesh: 1, error: SolidError::Open(_) }), "{error:?}");
-    assert!(error.to_string().starts_with("mesh 1 is no solid: the mesh is not closed: 3 edges"));
+    assert!(
+        error.to_string().starts_with("mesh 1 is not a solid: the mesh is not closed: 3 edges")
+    );
 
     let media = Media::new(&[(1, &closed[..])]).unwrap();
     let from = closed[0].0[0];

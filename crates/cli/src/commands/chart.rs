@@ -85,7 +85,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let named = options.model.as_ref().and_then(|path| path.file_name());
     let named = named.map_or("a sphere and a torus".into(), |name| name.to_string_lossy());
     let what = format!(
-        "model: {named}, {} triangles; {rays} rays or pairs a panel; {turns} turns; seed {seed}",
+        "model: {named}, {} triangles; {rays} rays or pairs per panel; {turns} turns; seed {seed}",
         model.len()
     );
     let caption = format!("{}\n{what}", charts.machine);
@@ -158,7 +158,7 @@ impl fmt::Display for Report {
                 } else {
                     write!(f, "wrong {}", of(verdict.wrong))?;
                 }
-                writeln!(f, "; not as the reference {}", of(verdict.not_reference))?;
+                writeln!(f, "; unlike the reference {}", of(verdict.not_reference))?;
             }
             for (baseline, name) in
                 [(Baseline::Oracle, "oracle"), (Baseline::Reference, "reference")]

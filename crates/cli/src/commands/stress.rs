@@ -50,10 +50,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let offsets = sweep_offsets(options.seed, points, rays, &in_f64);
     drop(bar);
 
-    let what = format!("up to {cases} cases a value; seed {}", options.seed);
+    let what = format!("up to {cases} cases per value; seed {}", options.seed);
     let caption = format!("{}; {what}", charts.machine);
     let (curves, heat) = (draw::onsets(&onsets, &caption), draw::heat(&onsets, &caption));
-    let rays = format!("{}; {rays} rays a distance; seed {}", charts.machine, options.seed);
+    let rays = format!("{}; {rays} rays per distance; seed {}", charts.machine, options.seed);
     let walls = draw::offsets(&offsets, &rays);
     let maps = draw::edge_maps(&charts.machine.to_string());
     charts.picture("onsets", &curves)?;

@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum EngineName {
-    /// SIMD lanes in f32 within a proven bound, exact arithmetic for the rest: right on the coordinates as
+    /// SIMD lanes in f32 within a proven bound, exact arithmetic for the rest: right for the coordinates as
     /// given; uses a hierarchy
     Exact,
     /// SIMD lanes in f32 within a proven bound, f64 for the rest; uses a hierarchy
@@ -27,9 +27,9 @@ pub(crate) enum EngineName {
 
 impl EngineName {
     /// The error for tracing rays with the rasterizer.
-    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures and answers no rays; choose exact, certified, fixed, reference or oracle";
+    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster only draws pictures and traces no rays; choose exact, certified, fixed, reference or oracle";
 
-    /// Whether it is right on the coordinates as given.
+    /// Whether it is right for the coordinates as given.
     pub(crate) fn is_exact(self) -> bool {
         matches!(self, Self::Exact | Self::Oracle)
     }

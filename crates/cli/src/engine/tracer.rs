@@ -19,7 +19,7 @@ pub(crate) trait Tracer: Sync {
         64 * self.chunk_size()
     }
 
-    /// Whether its answers are right on the coordinates as given.
+    /// Whether its answers are right for the coordinates as given.
     fn is_exact(&self) -> bool;
 
     /// The position of a point for this engine: `fixed` snaps it to its grid.

@@ -179,7 +179,7 @@ mod tests {
             Ok(left > 0)
         };
         let work = |number: &mut u32| {
-            assert_ne!(*number, 700, "is not to be liked");
+            assert_ne!(*number, 700, "a worker that panics");
             Ok(())
         };
         let whole = AssertUnwindSafe(|| run([0; 8], read, work, |_| Ok(())));

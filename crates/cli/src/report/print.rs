@@ -22,6 +22,6 @@ pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Res
 
 /// Prints a warning on standard error.
 pub(crate) fn tell(note: &str) {
-    // If standard error is closed, nobody reads this.
+    // If standard error is closed, there is nowhere to print it.
     let _ = writeln!(io::stderr(), "intertri: {note}");
 }

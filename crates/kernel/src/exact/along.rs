@@ -1,4 +1,5 @@
-//! Where along a ray a triangle is that it is known to meet: t, the weights, and which of two comes first.
+//! Where a ray meets a triangle that it is known to hit: t, the weights, and which of two triangles comes
+//! first.
 
 use core::cmp::Ordering;
 
@@ -127,7 +128,8 @@ pub fn order_from<S: Scalar>(
     at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
-/// The same when some of the three are known already; on an edge, a weight is 0, which no bound proves.
+/// t, u and v in integers, except those that are known already. On an edge a weight is 0, which no bound
+/// proves, so it is computed here.
 #[inline(never)]
 fn attributes_by_integers<S: Scalar>(
     from: Tier,

@@ -88,8 +88,8 @@ fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 /// Two-part numbers do not decide this.
 struct Undecided;
 
-/// Decides with two-part numbers. They leave open edges that are met, ends of the interval, and whatever they
-/// cannot prove.
+/// Decides with two-part numbers. Rays that meet an edge or an end of the interval stay undecided, as does
+/// whatever these numbers cannot prove.
 #[inline(never)]
 fn in_two_parts<S: Scalar>(
     ray: &RayOf<S>,
@@ -100,8 +100,8 @@ fn in_two_parts<S: Scalar>(
     if signs.contains(&1) && signs.contains(&-1) {
         return Ok(None);
     }
-    // Inside all edges, unless a sign is 0: then it is not proven, because an edge is met, or nearly. Then
-    // the interval: rounding preserves order, so the rounded t may be compared.
+    // The point is inside all edges, unless a sign is 0: then it is not proven, because an edge is met, or
+    // nearly. Then the interval: rounding preserves order, so the rounded t may be compared.
     if signs.contains(&0) || met.sure & 1 == 0 {
         return Err(Undecided);
     }

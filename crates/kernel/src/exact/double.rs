@@ -56,7 +56,8 @@ pub(super) fn dot<D: Lanes>([x, y, z]: &[Double<D>; 3], v: Vec3<D>) -> Double<D>
     let (px, py, pz) = (product(x.high, v.x), product(y.high, v.y), product(z.high, v.z));
     let xy = sum(px.high, py.high);
     let all = sum(xy.high, pz.high);
-    // All first parts are summed without loss. Their errors are `w` of them, and may be summed with rounding.
+    // All first parts are summed without loss. Their errors are at most `w` times as large, and may be summed
+    // with rounding.
     let low = (xy.low + all.low) + ((px.low + py.low) + pz.low);
     let lows = Vec3 { x: x.low, y: y.low, z: z.low };
     sum(all.high, lows.dot_add(v, low))

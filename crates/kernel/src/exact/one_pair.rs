@@ -6,8 +6,8 @@
 //! ```
 //!
 //! It is called out of line, so it enters an instruction level itself; without a fused operation, the error
-//! of a product takes sixteen others. Edges of f32 triangles are exact in f64, those of f64 triangles in two
-//! parts.
+//! of a product takes sixteen other operations. Edges of f32 triangles are exact in f64, those of f64
+//! triangles in two parts.
 
 use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};
@@ -47,8 +47,8 @@ fn sign(x: f64, err: f64) -> i8 {
     i8::from(x > err) - i8::from(x < -err)
 }
 
-/// Where a ray meets a triangle. No number may be subnormal; f64 numbers may not be so large or so small that
-/// a product is.
+/// Where a ray meets a triangle. No number may be subnormal, and no f64 number so large or so small that a
+/// product overflows or underflows.
 pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Intersection {
     // The work fits four lanes.
     Level::avx2().unwrap_or(Level::PORTABLE).run(Meet { ray, triangle })

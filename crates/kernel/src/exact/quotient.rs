@@ -68,8 +68,8 @@ impl Quotient {
         Self { first, more: rest.iter().any(|&limb| limb != 0), exponent }
     }
 
-    /// Correctly rounded to the nearest f64, ties to even; infinite if that is nearer to the number after the
-    /// largest.
+    /// Correctly rounded to the nearest f64, ties to even; infinite if it is nearer to the number that would
+    /// follow the largest.
     #[inline(always)]
     pub(super) fn to_f64(self) -> f64 {
         // Eleven bits more than an f64 has: the rest can be folded into the last of them.
@@ -103,7 +103,7 @@ impl Quotient {
     /// the result is subnormal. Never 0; infinite beyond the largest f64.
     #[inline(always)]
     pub(super) fn to_sqrt(self) -> f64 {
-        // An even exponent can be halved exactly; the odd rest goes into the mantissa.
+        // An even exponent can be halved exactly; if it is odd, a factor of 2 goes into the mantissa.
         let odd = self.exponent & 1;
         let size = (self.first | u64::from(self.more)) as f64 * f64::from(1 + odd);
         let root = Lanes::sqrt(size);

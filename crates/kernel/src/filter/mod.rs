@@ -84,7 +84,7 @@ impl<'a> Filter<'a> {
         Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: &Room::NONE }
     }
 
-    /// A filter for any rays and triangles, right on their coordinates (`docs/numerics/exact.md`).
+    /// A filter for any rays and triangles, right for their coordinates (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(rule: Rule, level: Level) -> Self {
         let resolver = Resolver::Exact(rule);

@@ -84,7 +84,8 @@ pub trait Lanes:
     fn min(self, other: Self) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
-    /// The largest power of two that is not larger, for a positive normal number; arbitrary for others.
+    /// The largest power of two that does not exceed the number, if that is positive and normal; otherwise
+    /// arbitrary.
     fn power(self) -> Self;
     /// The number with its sign flipped where `of` has the sign bit set.
     fn flip(self, of: Self) -> Self;

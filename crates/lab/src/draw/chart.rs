@@ -13,7 +13,7 @@ const WIDTH: f64 = 704.0;
 const TOP: f64 = 66.0;
 
 /// Four panels with all methods, each at the width at which it is fastest: how many times faster than the
-/// scalar f64 reference, and how often wrong. Methods without a seen error have a row each. `caption` is
+/// scalar f64 reference, and how often wrong. Methods without observed errors have a row each. `caption` is
 /// printed below.
 pub fn chart(times: &[Time], error_counts: &[ErrorCounts], caption: &str) -> Svg {
     let points = Workload::ALL.map(|workload| points(workload, times, error_counts));

@@ -123,7 +123,7 @@ fn axes(svg: &mut Svg, [ox, oy]: [f64; 2], panel: usize, x: &Log, y: &Log) {
     let font = Font::new(12.0, Anchor::Middle);
     svg.text([f64::midpoint(left, right), bottom + 34.0], "triangles", font);
     let middle = f64::midpoint(top, bottom);
-    svg.text([ox + 18.0, middle], "milliseconds a picture", font.upright());
+    svg.text([ox + 18.0, middle], "milliseconds per picture", font.upright());
     svg.line([left, bottom], [right, bottom], INK, 1.2);
     svg.line([left, top], [left, bottom], INK, 1.2);
 }

@@ -146,7 +146,7 @@ pub fn edge_maps(caption: &str) -> Svg {
         x += 50.0 + width(text, 12.5);
     }
     let numbers =
-        "above the edge, below it the vertex; under each: leaks / counted twice, of 1,089 rays";
+        "top: the edge; bottom: the vertex; under each: leaks / counted twice, of 1,089 rays";
     svg.text([x, 55.0], numbers, Font::new(12.5, Anchor::Start).fill(GREY));
 
     for (k, (name, edge, vertex)) in columns.iter().enumerate() {

@@ -24,7 +24,7 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     let rows = ASKED.len() as f64;
     let bottom = TOP + 2.0 * HEADING + rows * ROW;
     let mut svg = Svg::new(LEFT + WIDE + RIGHT, bottom + 82.0);
-    let title = "Walls far from zero: answers on the coordinates as given, and rounded to f32";
+    let title = "Walls far from zero: answers for the coordinates as given, and rounded to f32";
     svg.text([16.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
     let trials = errors.iter().map(|errors| errors.trials).max().unwrap_or(1).max(10);
     let least = (0.7 / trials as f64).log10().floor().max(-5.0);
@@ -37,7 +37,7 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
         &*first,
         "from a wall of 4 by 3 m, and go to it or away; a quarter passes the diagonal where its two triangles \
          meet.",
-        "What is true, rationals say, of the coordinates in f64.",
+        "Rationals decide what is true for the coordinates in f64.",
     ];
     for (k, note) in notes.into_iter().enumerate() {
         let font = Font::new(12.0, Anchor::Start).fill(GREY);

@@ -15,7 +15,7 @@ const TOP: f64 = 46.0;
 const BREAK: f64 = 350.0;
 /// The space to the right of the fastest method, for its name.
 const ROOM: f64 = 138.0;
-/// The height of a row for a method without a seen error.
+/// The height of a row for a method without observed errors.
 const ROW: f64 = 15.0;
 /// The font size of names.
 const SIZE: f64 = 11.5;
@@ -41,7 +41,7 @@ fn bottom(rows: usize) -> f64 {
     BREAK + ROW * rows as f64 + 24.0
 }
 
-/// The number of methods without a seen error.
+/// The number of methods without observed errors.
 pub(super) fn rows(points: &[Point]) -> usize {
     points.iter().filter(|p| p.share == 0.0).count()
 }
@@ -142,7 +142,7 @@ fn grid(svg: &mut Svg, axes: &Axes<'_>) {
         svg.line([left, at], [right, at], FAINT, 0.7);
         svg.text([left - 6.0, at + 4.0], &power(k), Font::new(11.0, Anchor::End));
     }
-    let faster = "times faster than the scalar f64 reference, each method as wide as suits it";
+    let faster = "times faster than the scalar f64 reference, each method at its best width";
     svg.text([f64::midpoint(left, right), bottom + 31.0], faster, Font::new(12.0, Anchor::Middle));
     svg.line([x.at(1.0), top], [x.at(1.0), bottom], INK, 1.2);
 }
@@ -170,7 +170,7 @@ fn not_timed(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
     let absent = in_order().into_iter().filter(|method| !is_there(method));
     let absent: Vec<_> = absent.map(|method| method.name).collect();
     if !absent.is_empty() {
-        let text = format!("without a time here: {}", absent.join("; "));
+        let text = format!("not timed here: {}", absent.join("; "));
         let at = [axes.left + 8.0, axes.bottom - 6.0];
         svg.text(at, &text, Font::new(10.0, Anchor::Start).fill(GREY));
     }

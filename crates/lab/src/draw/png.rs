@@ -18,7 +18,7 @@ pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     let mut fonts = fontdb::Database::new();
     fonts.load_system_fonts();
     if fonts.is_empty() {
-        return Err("no fonts are installed: a PNG would lack its text; the SVG has all".into());
+        return Err("no fonts are installed: a PNG would lack its text; use the SVG".into());
     }
     // If the picture's fonts are missing, use any installed sans serif.
     let any = ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "Liberation Sans", "Noto Sans"];

@@ -22,7 +22,7 @@ fn renamed(answer: OracleAnswer, order: [usize; 3]) -> OracleAnswer {
 
 #[test]
 fn two_routes_agree_on_every_family() {
-    // Inputs whose differences fit f64 and inputs whose do not, and every position.
+    // Counts inputs whose differences fit f64, inputs whose differences do not, and every position.
     let (mut adaptive, mut fallback) = (0, 0);
     let mut places = [0_u32; 8];
     for family in FAMILIES {

@@ -1,7 +1,7 @@
 """A mesh as arrays in a file or a pickle, tied together by a checksum.
 
 ``binding`` is an XXH64 of the other members. It detects damage, and a tree built for other vertices or faces. It does
-not tell who wrote the file: sign it if you need authenticity.
+not show who wrote the file: sign it if you need authenticity.
 """
 
 from __future__ import annotations

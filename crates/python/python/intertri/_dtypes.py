@@ -42,9 +42,9 @@ CROSSINGS = np.dtype([("signed", "<i8"), ("unsigned", "<i8")])
 NEAREST = np.dtype(
     [(name, "<f8") for name in ("distance", "x", "y", "z", "u", "v")] + [("triangle", "<i4"), ("geometry", "<u4")]
 )
-"""The point of a mesh nearest to another, 56 bytes: how far it is, where, its weights as in `HIT`, and the triangle,
--1 where there is none: the distance is infinite and x, y and z are not numbers. ``mesh.hit_points`` has the points as
-rows (..., 3)."""
+"""The point of a mesh nearest to another, 56 bytes: its distance, its position, its weights as in `HIT`, and its
+triangle. If there is none, the triangle is -1, the distance is infinite, and x, y and z are NaN. ``mesh.hit_points``
+has the points as rows (..., 3)."""
 
 SCENE_NEAREST = np.dtype(
     {
@@ -65,9 +65,9 @@ SEGMENT = np.dtype(
 )
 """A part of a ray in one medium, 48 bytes.
 
-``start``, ``end``: from which t to which, in multiples of the length of the direction. ``medium``: -1 outside. ``triangle``,
-``geometry``, ``u``, ``v``: the wall at its end, a face of the mesh with the number ``geometry``, as in `HIT`; -1 where the
-ray ends.
+``start``, ``end``: the t where it starts and ends, in multiples of the length of the direction. ``medium``: -1 outside.
+``triangle``, ``geometry``, ``u``, ``v``: the wall at its end, a face of the mesh with the number ``geometry``, as in
+`HIT`; -1 where the ray ends.
 """
 
 MEDIUM_CROSSING = np.dtype([*((name, HIT[name]) for name in HIT.names or ()), ("left", "<i4"), ("entered", "<i4")])

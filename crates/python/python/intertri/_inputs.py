@@ -55,7 +55,7 @@ def mesh_arrays(mesh: Any) -> tuple[Any, Any] | None:
         return array(mesh.points, "vertices"), _meshio_faces(mesh.cells_dict)
     if hasattr(mesh, "points") and hasattr(mesh, "is_all_triangles"):
         if not mesh.is_all_triangles:
-            raise ValueError("the mesh has faces that are no triangles; pass mesh.triangulate()")
+            raise ValueError("the mesh has faces that are not triangles; pass mesh.triangulate()")
         return array(mesh.points, "vertices"), array(mesh.faces, "faces").reshape(-1, 4)[:, 1:]
     if hasattr(mesh, "geometry") and hasattr(mesh, "to_mesh"):
         raise TypeError("Mesh takes one mesh, not a scene; pass scene.to_mesh()")
@@ -69,5 +69,5 @@ def _meshio_faces(cells: dict[str, Any]) -> Any:
     flat = {"vertex", "line", "triangle"}
     others = sorted(set(cells) - flat)
     if others:
-        raise ValueError(f"the mesh has cells that are no triangles ({', '.join(others)}); pass its triangles alone")
+        raise ValueError(f"the mesh has cells that are not triangles ({', '.join(others)}); pass its triangles alone")
     return cells.get("triangle", np.zeros((0, 3), np.int64))

@@ -29,7 +29,7 @@ class Media:
         Each is a `Mesh`, or anything that `Mesh` takes. If all are float32, so are the media; otherwise float64.
     media : (n,) integer, optional
         The number of the medium that fills each mesh, 0 or above. Meshes with the same number are one medium. By default
-        each mesh is its own medium, numbered by its place in ``meshes``.
+        each mesh is its own medium, numbered by its position in ``meshes``.
     threads : int, optional
         Number of threads for the build, all by default.
 

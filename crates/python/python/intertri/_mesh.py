@@ -89,7 +89,7 @@ class Mesh(PointQueries):
         OSError
             If the file cannot be opened.
         ValueError
-            If the file holds no such model or is damaged; the message names the line.
+            If the file is not such a model or is damaged; the message names the line.
         MemoryError
             If it needs more memory than is available.
 

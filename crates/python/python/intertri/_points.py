@@ -83,8 +83,8 @@ class PointQueries(RayQueries):
         """How often the mesh winds around points: (...) for points of shape (..., 3).
 
         For a closed mesh, or if ``assume_closed`` is true, the numbers are int32, exact, and 0 on the mesh itself. For any
-        other mesh they are float64, the sum of the solid angles of the faces over 4 pi to some 14 digits, and NaN on the
-        mesh.
+        other mesh they are float64, the sum of the solid angles of the faces over 4 pi to about 14 digits, and NaN on
+        the mesh.
 
         Parameters are those of `contains`.
 
@@ -130,8 +130,8 @@ class PointQueries(RayQueries):
 
         The centre of a voxel decides: ``voxels(...) != 0`` is what `contains` returns for the centres. A voxel that the
         surface cuts without touching its centre is simply inside or outside. In a closed mesh, one ray classifies a whole
-        column of voxels along the last axis, which is many times faster; in any other mesh, each centre is classified by
-        itself.
+        column of voxels along the last axis, which is many times faster; in any other mesh, each centre is classified
+        on its own.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class PointQueries(RayQueries):
         """
         at = self._points(points)
         if np.ndim(radius) != 0:
-            raise TypeError("radius must be one number for all points; to have one a point, compare the distances")
+            raise TypeError("radius must be one number for all points; for one per point, compare the distances")
         if not radius >= 0:
             raise ValueError(f"radius is {radius}; it must not be negative")
         nearest, threads = _arrays.answers(at.shape[:-1], NEAREST, out, at), _arrays.threads_of(threads)

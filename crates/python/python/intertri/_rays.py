@@ -109,7 +109,7 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.int32] | None = None,
     ) -> NDArray[np.int32]:
-        """The triangles of `closest` alone, which is faster: (...) int32, -1 for a miss.
+        """Only the triangles of `closest`, which is faster: (...) int32, -1 for a miss.
 
         Parameters are those of `closest`.
 
@@ -252,8 +252,8 @@ class RayQueries(Triangles):
     def thickness(self, hits: NDArray[np.void], *, threads: int | None = None) -> NDArray[np.float64]:
         """How thick a solid is where it is hit: the distance from the hit to the next triangle, straight into the solid.
 
-        Into the solid is against the normal (see `hit_normals`), so corners must run counter-clockwise as seen from
-        outside. The triangle of the hit does not count.
+        The way into the solid is against the normal (see `hit_normals`), so corners must run counter-clockwise as seen
+        from outside. The triangle of the hit does not count.
 
         Parameters
         ----------
@@ -290,7 +290,7 @@ class RayQueries(Triangles):
         mode: Mode = "exact",
         threads: int | None = None,
     ) -> HitLists:
-        """Every hit of each ray, in order of t, and at equal t in order of the triangle.
+        """Every hit of each ray, in order of t; at equal t, in order of the triangle.
 
         A hit on an edge is a hit of each triangle that shares the edge. To count surfaces, use `crossings`.
 

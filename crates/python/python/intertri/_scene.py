@@ -215,7 +215,7 @@ class Scene:
     ) -> NDArray[np.void]:
         """The point of all instances that is nearest to each point. Arguments are those of `Mesh.closest_point`.
 
-        If several triangles are exactly as near, the lower instance wins, then the lower triangle.
+        If several triangles are equally near, the lower instance wins, then the lower triangle.
 
         Returns
         -------
@@ -236,7 +236,7 @@ class Scene:
         """
         at = _arrays.points(points).astype(F64)
         if np.ndim(radius) != 0:
-            raise TypeError("radius must be one number for all points; to have one a point, compare the distances")
+            raise TypeError("radius must be one number for all points; for one per point, compare the distances")
         if not radius >= 0:
             raise ValueError(f"radius is {radius}; it must not be negative")
         nearest, threads = _arrays.answers(at.shape[:-1], SCENE_NEAREST, out, at), _arrays.threads_of(threads)

@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// With at least this many triangles, two sides are built in parallel, and progress is reported.
 const MANY: usize = 1 << 12;
 
-/// Boxes binned or measured at a time by one thread.
+/// How many boxes one thread bins or measures at a time.
 const CHUNK: usize = 1 << 15;
 
 /// Added to the area of every box, so that for boxes without area the tree with fewer nodes wins.
@@ -403,7 +403,7 @@ mod tests {
         };
         let needed = triangles.len().ilog2() as usize;
         let free = depth_from(0);
-        assert!(free > needed, "{free} levels are no test");
+        assert!(free > needed, "only {free} levels to test with");
         for start in 0..=MAX_DEPTH - needed {
             assert!(depth_from(start) <= MAX_DEPTH, "from {start} to {}", depth_from(start));
         }

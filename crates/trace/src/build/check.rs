@@ -31,7 +31,7 @@ impl Layout {
             }
         }
         if walk.blocks.iter().chain(&walk.nodes).any(|&n| n != 1) {
-            return Err("a node or block has not one parent".into());
+            return Err("a node or block does not have exactly one parent".into());
         }
         if walk.depth != self.depth || self.depth > MAX_DEPTH {
             return Err(format!("depth {} is stored as {}", walk.depth, self.depth));

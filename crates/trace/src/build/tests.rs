@@ -64,7 +64,7 @@ fn every_unit() {
     for exponent in [-149, -140, -126, -120, -70, 70, 120, 127] {
         let triangles = soup(5000, 0.1, (exponent as f32).exp2());
         let tree = checked(&triangles);
-        // The tree is equally good in every unit in which the numbers keep their digits.
+        // The tree is equally good in any unit in which the numbers keep all their digits.
         if exponent > -126 {
             assert!((tree.cost() / plain - 1.0).abs() < 0.01, "{exponent}: {}", tree.cost());
         }

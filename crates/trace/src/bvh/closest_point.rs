@@ -12,8 +12,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// [`distance`](ClosestPoint::distance) exceeds `radius`, which may be infinite. There is none if the
     /// radius is negative or NaN. Masks of geometries have no effect.
     ///
-    /// The triangle is truly the closest; if several are exactly as close, as neighbours often are, the
-    /// lowest index wins. A triangle without area is the segment or the point that its corners span; one with
+    /// The triangle is truly the closest; if several are equally close, as neighbours often are, the lowest
+    /// index wins. A triangle without area counts as the segment or the point that its corners span; one with
     /// a corner that is not finite is ignored. A point that is not finite has no closest point.
     ///
     /// ```

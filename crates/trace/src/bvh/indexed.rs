@@ -80,7 +80,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// [`Bvh::refit`] to vertices that have moved.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds or the number of triangles differs; nothing has changed then. Also
+    /// Fails if an index is out of bounds or the number of triangles differs; then nothing has changed. Also
     /// fails if there is too little memory; the hierarchy is then empty.
     pub fn refit_indexed(
         &mut self,

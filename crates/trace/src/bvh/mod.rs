@@ -36,9 +36,9 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 /// ```
 ///
 /// Over [`Triangle64`](type@intertri::Triangle64) it is a `Bvh<f64>`, takes [`Ray64`](intertri::Ray64), and
-/// is right on these coordinates. Traversal uses f32 copies relative to the scene's centre. The originals
-/// decide where the copies cannot, and determine t, u and v. They take 72 more bytes per triangle. Hits are
-/// always decided exactly.
+/// its answers are right for these coordinates. Traversal uses f32 copies relative to the scene's centre. The
+/// originals decide where the copies cannot, and determine t, u and v. They take 72 more bytes per triangle.
+/// Hits are always decided exactly.
 ///
 /// ```
 /// use intertri_trace::Bvh;

@@ -15,7 +15,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// how worn the tree is. Triangles may lose their area or stop being finite, and recover later.
     ///
     /// # Errors
-    /// Fails if the number of triangles differs; nothing has changed then. Also fails if there is too little
+    /// Fails if the number of triangles differs; then nothing has changed. Also fails if there is too little
     /// memory; the hierarchy is then empty.
     ///
     /// ```

@@ -11,7 +11,8 @@ use crate::save::{LoadError, Slice, Stream};
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
-    /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes for every CPU and number of threads.
+    /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes on every CPU and for any number of
+    /// threads.
     ///
     /// They contain the finite triangles, their numbers, and the tree: 60 to 90 bytes per triangle in f32.
     ///
@@ -56,9 +57,9 @@ impl<S: BvhScalar> Bvh<S> {
     /// query miss a stored one. The checksums detect damage; they are not a signature.
     ///
     /// # Errors
-    /// Fails if the bytes are not a saved hierarchy, are damaged, truncated or followed by others, were
-    /// written by a later version, are too large for the memory, or are over the other scalar
-    /// ([`LoadError::Scalar`]).
+    /// Fails if the bytes are not a saved hierarchy, are damaged, truncated or followed by more bytes, were
+    /// written by a later version, need more memory than is available, or have coordinates of the other
+    /// scalar ([`LoadError::Scalar`]).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
         let (tree, originals) = S::read(&mut input)?;
@@ -76,7 +77,7 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// [`Bvh::from_bytes`] of a file.
+    /// [`Bvh::from_bytes`] from a file.
     ///
     /// # Errors
     /// As for [`Bvh::from_bytes`]; also fails if the file cannot be read.

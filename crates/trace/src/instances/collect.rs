@@ -25,10 +25,10 @@ pub(super) trait Collect {
     /// Whether hits farther than those collected are ignored.
     const SHORTENS: bool;
 
-    /// Whether hits count whatever the masks of geometries.
+    /// Whether hits count regardless of the masks of geometries.
     const ALL_GEOMETRIES: bool = false;
 
-    /// Takes a hit. Returns false if no other hit counts.
+    /// Takes a hit. Returns false if no further hit can count.
     fn take(&mut self, hit: Candidate) -> bool;
 
     /// Hits at a larger t are ignored; a hit at exactly this t may be.
@@ -65,7 +65,7 @@ impl Collect for Closest<'_> {
         });
         if is_closer {
             self.best = Some((t, hit));
-            // A competitor with the same rounded t is before the next number.
+            // A competitor with the same rounded t is still in front of the next number.
             self.far = t.next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max);
         }
         true

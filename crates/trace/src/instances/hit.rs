@@ -29,8 +29,8 @@ pub struct SceneHit {
     pub hit: Hit,
     /// The instance; arbitrary if the hit is a miss.
     pub instance: InstanceId,
-    /// Whether the ray runs with the normal of the triangle in world space, and so leaves a closed mesh. A
-    /// matrix that mirrors a mesh flips its triangles.
+    /// Whether the ray runs in the direction of the triangle's normal in world space, and so leaves a closed
+    /// mesh. A matrix that mirrors a mesh flips its triangles.
     pub leaves: bool,
 }
 
@@ -50,7 +50,7 @@ impl SceneHit {
 pub struct SceneClosestPoint {
     /// The point; its triangle and geometry are those of the mesh.
     pub closest: ClosestPoint,
-    /// The instance; for [`SceneClosestPoint::NONE`], any.
+    /// The instance; arbitrary for [`SceneClosestPoint::NONE`].
     pub instance: InstanceId,
 }
 

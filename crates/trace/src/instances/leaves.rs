@@ -96,8 +96,8 @@ impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
         (0..8).filter(is_plain).map(|lane| 1 << lane).sum()
     }
 
-    /// Takes the hits among some lanes of a leaf; those in `sure` are certain. Returns false if no other hit
-    /// counts.
+    /// Takes the hits among some lanes of a leaf; those in `sure` are certain. Returns false if no further
+    /// hit can count.
     #[inline(never)]
     fn settle(&mut self, leaf: usize, lanes: u32, sure: u32) -> bool {
         let Tree { geometries, .. } = &self.bvh.tree;

@@ -28,13 +28,13 @@ const BOX: f64 = 20.0 * W;
 const ORIGIN: f64 = 5.0 * W;
 const DIR: f64 = 4.1 * W;
 
-/// A bound of `ρ / (1 - ρ)` over ρ, for ρ up to [`DEFECT`], and more than rounding adds to it.
+/// `ρ / (1 - ρ)` is at most this times ρ for ρ up to [`DEFECT`], with room for what rounding adds.
 const INVERSE: f64 = 1.01;
 
 /// The largest relative error of a direction to accept: 2^-10. `‖I - N A‖`, a part of it, is no larger.
 const DEFECT: f64 = 1.0 / 1024.0;
 
-/// The error of an entry of `I - N A` is this fraction of the magnitudes that it is the sum of.
+/// The error of an entry of `I - N A` is this fraction of the sum of its terms' magnitudes.
 const PRODUCT: f64 = 5.0 * W;
 
 /// More than the effect of underflow, once it is multiplied by one of the fractions above.

@@ -19,10 +19,10 @@ use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, LEAF, Node};
 use crate::util::lane_ops::lanes_of;
 
-/// Distances that differ by no more than this share may be equal: each is within an ulp.
+/// Distances that differ by at most this fraction may be equal: each is within an ulp.
 const DOUBT: f64 = 4.0 * f64::EPSILON;
 
-/// And by this, where they are subnormal.
+/// The same as an absolute difference, for subnormal distances.
 const STEPS: f64 = f64::from_bits(4);
 
 /// Squares of lengths between this (2^-400) and one over it neither overflow nor underflow.
@@ -69,7 +69,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Whether a triangle that has an area and may be near is of some kind.
+    /// Whether any triangle that has an area and may be near satisfies a predicate.
     pub(super) fn any(&mut self, is: impl Fn(&Triangle64) -> bool) -> bool {
         let found = self.walk(&mut |_, Candidate { triangle, .. }| {
             let is_it = is(&triangle) && has_area(&triangle);
@@ -122,7 +122,7 @@ impl<'a> Search<'a> {
     ) -> ControlFlow<()> {
         let (tree, matrix) = (&bvh.tree, &self.scene.placed[instance].matrix);
         let sizes = sizes(matrix, extent);
-        // Leaves outside of the main tree are few.
+        // Only a few leaves are outside the main tree.
         for leaf in tree.boxed..tree.leaves.len() {
             self.leaf(bvh, matrix, leaf, instance, visit)?;
         }
@@ -184,7 +184,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The largest distance that may be one that rounds to this.
+/// The largest distance that may round to this one.
 fn doubtful(distance: f64) -> f64 {
     distance * (1.0 + DOUBT) + STEPS
 }
@@ -197,7 +197,7 @@ fn around(Triangle64([a, b, c]): &Triangle64) -> [[f64; 3]; 2] {
 /// A lower bound of the distance from a point to a box; 0 where a number is NaN.
 #[inline(always)]
 fn lower_bound(point: [f64; 3], [lo, hi]: &[[f64; 3]; 2]) -> f64 {
-    // The gap along an axis; `max` leaves out a NaN.
+    // The gap along an axis; `max` ignores a NaN.
     let gap = [0, 1, 2].map(|k| (lo[k] - point[k]).max(point[k] - hi[k]).max(0.0));
     let most = gap[0].max(gap[1]).max(gap[2]);
     // The largest gap is a lower bound as well.

@@ -1,4 +1,5 @@
-//! What a committed scene says about points: the closest point of its instances, and what winds around it.
+//! Point queries of a committed scene: the closest point of its instances, and how often they wind around a
+//! point.
 
 use intertri::internal::exact::{Side, facing, is_on};
 use intertri::{Ray64, Rule, TriangleId};
@@ -12,12 +13,13 @@ use crate::nearest::ClosestPoint;
 use crate::solid::WINDING_DIR;
 use crate::util::threads;
 
-/// Points. The masks of geometries do not matter for them, as in [`Bvh::closest_point`](crate::Bvh::closest_point) and
-/// [`Solid`](crate::Solid); those of instances do.
+/// Point queries. The masks of geometries do not affect them, as in
+/// [`Bvh::closest_point`](crate::Bvh::closest_point) and [`Solid`](crate::Solid); those of instances do.
 impl SceneSnapshot {
     /// The point of all instances that is closest to a given one, within a radius: as
-    /// [`Bvh::closest_point`](crate::Bvh::closest_point) finds it among the triangles in the world. If several triangles
-    /// are exactly as close, the lower instance wins, then the lower geometry, then the lower triangle.
+    /// [`Bvh::closest_point`](crate::Bvh::closest_point) finds it among the triangles in the world. If
+    /// several triangles are equally close, the lower instance wins, then the lower geometry, then the lower
+    /// triangle.
     ///
     /// ```
     /// use std::sync::Arc;

@@ -62,7 +62,8 @@ impl Top {
         let (mut reach, mut scaled) = (0.0_f32, room(finite.len())?);
         for one in &finite {
             let [lo, hi] = one.bounds;
-            // The frame rounds the boxes of triangles outward; a box is that of two of its corners.
+            // The frame rounds the boxes of triangles outward, so pass a degenerate triangle over two
+            // opposite corners.
             let Some([lo, hi]) = frame.bounds(&TriangleOf([lo, hi, lo])) else {
                 everywhere.try_reserve(1)?;
                 everywhere.push(one.instance);
@@ -90,7 +91,7 @@ impl Top {
         [false, true].map(|upper| {
             [0, 1, 2].map(|axis| {
                 let side = f64::from(node.sides(axis, upper)[slot]) / scale;
-                // More than the sum is rounded by.
+                // More than the rounding of the sum.
                 let room = f64::EPSILON * (side.abs() + centre[axis].abs()) + f64::MIN_POSITIVE;
                 side + centre[axis] + if upper { room } else { -room }
             })

@@ -151,7 +151,7 @@ impl<S: Simd, C: Collect> Visit for VisitInstances<'_, S, C> {
 }
 
 impl<S: Simd, C: Collect> VisitInstances<'_, S, C> {
-    /// Traces the ray through the mesh of an instance. Returns false if no other hit counts.
+    /// Traces the ray through the mesh of an instance. Returns false if no further hit can count.
     #[inline(always)]
     fn enter<X: BvhScalar>(&mut self, bvh: &Bvh<X>, extent: &Extent, instance: usize) -> bool {
         let Self { scene, ray, rule, mask, is_tame, scratch, collect, .. } = self;

@@ -157,7 +157,7 @@ pub enum MediaError<S = f32> {
 impl<S: Scalar> fmt::Display for MediaError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Mesh { mesh, error } => write!(f, "mesh {mesh} is no solid: {error}"),
+            Self::Mesh { mesh, error } => write!(f, "mesh {mesh} is not a solid: {error}"),
             Self::Build(error) => error.fmt(f),
         }
     }

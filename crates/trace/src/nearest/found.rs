@@ -21,7 +21,7 @@ pub struct ClosestPoint {
     pub u: f64,
     /// The weight of the third corner, rounded once.
     pub v: f64,
-    /// The triangle. It is truly the closest; if several are exactly as close, the lowest index wins.
+    /// The triangle. It is truly the closest; if several are equally close, the lowest index wins.
     pub triangle: u32,
     /// The index of its mesh, if there are several; otherwise 0.
     pub geometry: u32,
@@ -65,7 +65,7 @@ pub(super) struct Candidate {
     pub(super) least: f64,
 }
 
-/// The closest of several candidates; if several are exactly as close, the lowest index wins.
+/// The closest of several candidates; if several are equally close, the lowest index wins.
 pub(super) fn closest_of<M: Mesh>(
     mesh: M,
     point: [M::Scalar; 3],

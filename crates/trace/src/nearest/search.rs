@@ -34,7 +34,7 @@ impl<M: Mesh> Search<'_, M> {
         if let Some(leaf) = likely {
             self.leaf::<S>(leaf as usize);
         }
-        // Leaves outside of the main tree are few, and are all tested.
+        // Only a few leaves are outside the main tree, so all of them are tested.
         for leaf in bvh.boxed..bvh.leaves.len() {
             self.leaf::<S>(leaf);
         }

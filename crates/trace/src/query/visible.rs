@@ -71,10 +71,10 @@ impl<S: BvhScalar> Query<'_, S> {
         self.visible_within(segments, (S::DIGITS - 1) as u32, visible);
     }
 
-    /// The same for points that were rounded to `bits` bits after the first.
+    /// [`Query::visible_batch_into`] for points that were rounded to `bits` bits after the first.
     #[doc(hidden)]
     pub fn visible_within(&self, segments: &[[[S; 3]; 2]], bits: u32, visible: &mut [bool]) {
-        assert_eq!(segments.len(), visible.len(), "one answer a segment");
+        assert_eq!(segments.len(), visible.len(), "one answer per segment");
         let (skip, reach) = (self.selection.skip, UNITS / (1_u64 << bits) as f64);
         let lists = skip.len();
         let fits = lists == 0 || lists == segments.len();
@@ -86,7 +86,7 @@ impl<S: BvhScalar> Query<'_, S> {
         }
     }
 
-    /// The same for a number of segments that can be copied.
+    /// Answers at most [`PIECE`] segments.
     fn visible_piece(
         &self,
         segments: &[[[S; 3]; 2]],

@@ -31,7 +31,7 @@ impl fmt::Display for RefitError {
         match self {
             Self::Count { expected, found } => write!(
                 f,
-                "a hierarchy of {expected} triangles is refitted to as many, not to {found}; build another"
+                "a hierarchy of {expected} triangles cannot be refitted to {found}; build another"
             ),
             Self::BadIndex { triangle, index, vertices } => {
                 write!(

@@ -13,7 +13,7 @@ use crate::util::threads;
 /// parent.
 pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
     let (mut depths, mut leaves) = (zeros::<u8>(nodes.len())?, zeros::<bool>(boxed)?);
-    let wrong = LoadError::damaged("its nodes are no tree");
+    let wrong = LoadError::damaged("its nodes do not form a tree");
     if let Some(root) = depths.first_mut() {
         *root = 1;
     }
@@ -50,7 +50,7 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
 pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometries, LoadError> {
     let counts = all.iter().map(|&(count, _)| count as usize);
     if counts.clone().map(|count| count as u64).sum::<u64>() != triangles {
-        return LoadError::damaged("its geometries are not of its triangles");
+        return LoadError::damaged("its geometries do not match its triangles");
     }
     let mut geometries = match all {
         [_] => Geometries::one(),
@@ -95,7 +95,7 @@ pub(super) fn numbers(
     left_out: &[u32],
     triangles: usize,
 ) -> Result<(), LoadError> {
-    let wrong = LoadError::damaged("the numbers of its triangles make no sense");
+    let wrong = LoadError::damaged("the numbers of its triangles are invalid");
     let (tree, unboxed) = leaves.split_at(boxed);
     // One bit for each triangle that occurs.
     let mut seen = zeros::<u64>(triangles.div_ceil(64))?;

@@ -134,7 +134,7 @@ pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
         return Err(LoadError::Older);
     }
     if version == 0 || sections > SECTIONS {
-        return LoadError::damaged("the header makes no sense");
+        return LoadError::damaged("the header is invalid");
     }
     Ok(sections as usize * ENTRY)
 }
@@ -142,7 +142,7 @@ pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
 /// Parses header and table, if they are valid.
 pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     if u64_at(front, SUM) != sum_of(front) {
-        return LoadError::damaged("the checksum of its header differs");
+        return LoadError::damaged("the checksum of its header does not match");
     }
     let header = Header {
         triangles: u64_at(front, 16),
@@ -158,7 +158,7 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
         // No number from the table sizes an allocation or indexes memory before it has passed these checks.
         let sane = (1..=RECORD as u32).contains(record) && size % u64::from(*record) == 0;
         if !sane || *place != end.next_multiple_of(ALIGN as u64) || *size > u64::MAX / 4 {
-            return LoadError::damaged("its table of sections makes no sense");
+            return LoadError::damaged("its table of sections is invalid");
         }
         let known = match *kind {
             NODES => *record == NODE as u32,
@@ -173,12 +173,12 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
         };
         // Records are numbered with 31 bits.
         if !known || u64::from(*record) * u64::from(LEAF) < *size {
-            return LoadError::damaged("its table of sections makes no sense");
+            return LoadError::damaged("its table of sections is invalid");
         }
         end = place + size;
     }
     if end != header.size || header.triangles >= u64::from(LEAF) {
-        return LoadError::damaged("the header makes no sense");
+        return LoadError::damaged("the header is invalid");
     }
     Ok((header, entries))
 }

@@ -49,7 +49,7 @@ pub(crate) fn read64(
     let (centre, up) = frame.centre_and_exponent();
     let frame = LocalFrame::of(centre, up, [far(0), far(1), far(2)]);
     let Some(frame) = frame.filter(|frame| frame.reach().is_finite()) else {
-        return LoadError::damaged("its frame makes no sense");
+        return LoadError::damaged("its frame is invalid");
     };
     Ok((parts.tree(&header)?, frame, originals))
 }

@@ -142,5 +142,5 @@ impl Input for Pieces {
 }
 
 fn more() -> Result<(), LoadError> {
-    LoadError::damaged("something follows it")
+    LoadError::damaged("it is followed by more bytes")
 }

@@ -71,7 +71,7 @@ pub(super) fn read_parts(
         let gap = input.take((entry.place - end) as usize)?;
         // No checksum covers the padding, so it has to be zero.
         if gap.iter().any(|&byte| byte != 0) {
-            return LoadError::damaged("there is something between its sections");
+            return LoadError::damaged("there are bytes between its sections");
         }
         parts.read(input, entry, &header)?;
         end = entry.place + entry.size;
@@ -146,7 +146,7 @@ impl Parts {
                 false
             }
         };
-        if again { LoadError::damaged("it has a section twice") } else { Ok(()) }
+        if again { LoadError::damaged("it has the same section twice") } else { Ok(()) }
     }
 
     /// Builds the tree, if its parts are consistent.
@@ -159,7 +159,7 @@ impl Parts {
             return Err(LoadError::OutOfMemory);
         }
         if header.boxed > leaves.len() as u64 {
-            return LoadError::damaged("the header makes no sense");
+            return LoadError::damaged("the header is invalid");
         }
         let boxed = header.boxed as usize;
         // Check the boxes only once this is known to be a tree, because the check follows its children.
@@ -202,7 +202,7 @@ fn read_nodes(input: &mut dyn Input, entry: &Entry) -> Result<Vec<Node>, LoadErr
         let count = batch.len() / NODE;
         let size = threads::piece_of(count, LEAST);
         let pieces = batch.chunks(size * NODE).zip(nodes.next(count)?.chunks_mut(size));
-        all_sound(pieces, "a node makes no sense", |(bytes, nodes)| {
+        all_sound(pieces, "a node is invalid", |(bytes, nodes)| {
             bytes.chunks_exact(NODE).zip(nodes).all(|(from, to)| read_node(from, to))
         })
     })?;
@@ -221,7 +221,7 @@ fn read_leaves(input: &mut dyn Input, entry: &Entry, triangles: u32) -> Result<L
         let pieces = (batch.chunks(size * LEAF_SIZE))
             .zip(leaves.next(count)?.chunks_mut(size))
             .zip(bounds.next(count)?.chunks_mut(size));
-        all_sound(pieces, "a leaf makes no sense", |((bytes, leaves), bounds)| {
+        all_sound(pieces, "a leaf is invalid", |((bytes, leaves), bounds)| {
             level.run(ReadLeaves { bytes, triangles, leaves, bounds })
         })
     })?;
@@ -244,7 +244,7 @@ fn read_leaves64(
             .zip(leaves.next(count)?.chunks_mut(size))
             .zip(bounds.next(count)?.chunks_mut(size))
             .zip(originals.next(count)?.chunks_mut(size));
-        all_sound(pieces, "a leaf makes no sense", |(((bytes, leaves), bounds), originals)| {
+        all_sound(pieces, "a leaf is invalid", |(((bytes, leaves), bounds), originals)| {
             level.run(ReadLeaves64 { bytes, triangles, frame, leaves, bounds, originals })
         })
     })?;
@@ -277,7 +277,7 @@ fn in_batches(
     if checksum_of_blocks(&sums) == entry.checksum {
         Ok(())
     } else {
-        LoadError::damaged("the checksum of a section differs")
+        LoadError::damaged("the checksum of a section does not match")
     }
 }
 

@@ -53,7 +53,7 @@ pub(super) fn read_frame(bytes: &[u8]) -> Result<LocalFrame, LoadError> {
     let (centre, up) = ([0, 8, 16].map(|at| f64_at(bytes, at)), u32_at(bytes, 24) as i32);
     match LocalFrame::of(centre, up, [0.0; 3]) {
         Some(frame) if u32_at(bytes, 28) == 0 => Ok(frame),
-        _ => LoadError::damaged("its frame makes no sense"),
+        _ => LoadError::damaged("its frame is invalid"),
     }
 }
 

@@ -144,7 +144,7 @@ fn every_cut_and_every_damage_is_told() {
     let mut damaged = bytes.clone();
     for bit in 0..8 * bytes.len() {
         damaged[bit / 8] ^= 1 << (bit % 8);
-        let error = Bvh::<f32>::from_bytes(&damaged).expect_err("a bit is another").to_string();
+        let error = Bvh::<f32>::from_bytes(&damaged).expect_err("a bit is flipped").to_string();
         assert!(error.len() < 120 && !error.contains('\n'), "{error}");
         damaged[bit / 8] = bytes[bit / 8];
     }
@@ -200,7 +200,7 @@ fn other_versions_are_told() {
     let kind = HEADER + 2 * ENTRY;
     assert!(text(&changed(&bytes, kind, &7_u32.to_le_bytes())).contains("kind 7"));
     let optional = changed(&bytes, kind, &(7 | OPTIONAL).to_le_bytes());
-    assert!(text(&optional).contains("numbers"), "nobody was left out");
+    assert!(text(&optional).contains("numbers"), "no triangle was left out");
     let none_left_out = Bvh::new(&soup(1)[..0]).unwrap().to_bytes();
     assert!(
         Bvh::<f32>::from_bytes(&changed(&none_left_out, kind, &(7 | OPTIONAL).to_le_bytes()))

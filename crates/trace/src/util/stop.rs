@@ -51,7 +51,7 @@ impl StopToken {
                 CURRENT.set(std::mem::take(&mut self.0));
             }
         }
-        // Dropping it restores the caller's token, also when the work unwinds.
+        // Dropping it restores the caller's token, even when the work unwinds.
         let _before = Before(CURRENT.replace(self.clone()));
         work()
     }

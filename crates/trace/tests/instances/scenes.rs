@@ -94,12 +94,12 @@ pub(crate) fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     (0..count).map(|_| triangle(numbers)).collect()
 }
 
-/// A mesh as instances have it, and its geometries as they are flattened.
+/// A mesh for instances to share, and its geometries for the flattened scene.
 #[derive(Clone)]
 pub(crate) struct Mesh {
     pub(crate) shared: SceneMesh,
     pub(crate) geometries: Vec<Vec<Triangle64>>,
-    /// Of each geometry.
+    /// The mask of each geometry.
     pub(crate) masks: Vec<u32>,
 }
 
@@ -131,7 +131,7 @@ impl Mesh {
     }
 }
 
-/// Masks of geometries: of one that all queries see, unless there are several.
+/// The masks of geometries. A single one is visible to all queries.
 pub(crate) fn masks(count: usize) -> Vec<u32> {
     let of = |geometry: usize| if count == 1 { u32::MAX } else { [0b10, 0b11, 0b01][geometry % 3] };
     (0..count).map(of).collect()
