@@ -1,4 +1,4 @@
-//! The scalar reference itself, against rationals with a direction that is really moved; also its t.
+//! The scalar reference itself, against rationals with a direction that is actually moved; also its t.
 
 use dashu_ratio::RBig;
 use intertri::fixed::{Bits, Grid, Ray, Triangle, scalar};

@@ -2,8 +2,8 @@
 //! resolver, which depends on the mode.
 //!
 //! ```text
-//!   rays, triangles ──► filter (f32, 8 lanes) ──► surely a miss   nearly all, by their edges
-//!                                            ├──► surely a hit    t lies in an f32 interval; its f64
+//!   rays, triangles ──► filter (f32, 8 lanes) ──► certain miss    nearly all, by their edges
+//!                                            ├──► certain hit     t lies in an f32 interval; its f64
 //!                                            │                    bits are computed where they are needed
 //!                                            └──► undecided       about 1 in 10,000: to the resolver
 //! ```

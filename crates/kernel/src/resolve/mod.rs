@@ -1,8 +1,8 @@
 //! Settles the pairs of a ray and a triangle that the f32 filter leaves undecided.
 //!
 //! ```text
-//!   filter (f32 lanes) ──► surely a miss      nearly all
-//!                     ├──► surely a hit       its t lies in an f32 interval
+//!   filter (f32 lanes) ──► certain miss       nearly all
+//!                     ├──► certain hit        its t lies in an f32 interval
 //!                     └──► undecided ──► Resolver ──► document   the f64 operations of document A
 //!                                                ├──► exact      f64 under a bound, or integers
 //!                                                └──► originals  the same, of coordinates given in f64

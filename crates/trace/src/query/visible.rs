@@ -1,7 +1,7 @@
 //! Whether two points see each other: segments, and the surfaces on which their ends lie.
 //!
 //! ```text
-//!            light                  a segment ends on surfaces but for rounding: just before, on or
+//!            light                  a segment ends on surfaces up to rounding: just before, on or
 //!           ╱                       behind them. These do not count, so nothing shades itself
 //!     ────●╱────  surface           by accident; all others do, exactly
 //! ```
