@@ -44,14 +44,14 @@ struct Shares([f64; 14]);
 
 /// The columns of the table:
 ///
-/// - the errors of V, W, U, D and T over their bounds, the rounding of the last sum left out where only
-///   the sign is asked for;
+/// - the errors of V, W, U, D and T over their bounds, the rounding of the last sum left out where only the
+///   sign matters;
 /// - how far from the middle of its enclosure the reference's t lies, in halves of the enclosure;
 /// - *box*: the same for the quotients T/D that the bounds of T and D allow;
 /// - *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
-/// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last try;
-/// - *sharp T* and *sharp t*: the error of T over the bound of the last try, and where the reference's t
-///   lies in the enclosure that this leaves;
+/// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last attempt;
+/// - *sharp T* and *sharp t*: the error of T over the bound of the last attempt, and where the reference's t
+///   lies in the enclosure that remains;
 /// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound;
 /// - *precheck* and *precheck D*: the errors of V, W and U, and of D, over the bound of the precheck.
 const NAMES: [&str; 14] = [
@@ -339,7 +339,7 @@ fn start(rng: &mut Rng) -> [f32; 15] {
 
 /// Where earlier searches ended: the column, the constants that this input needs, and its numbers.
 #[rustfmt::skip]
-#[expect(clippy::unreadable_literal, reason = "nobody reads them")]
+#[expect(clippy::unreadable_literal, reason = "they are data")]
 const FOUND: [(usize, &str, [f32; 15]); 11] = [
     (0, "EDGE", [
         -0.015973011, 2.0034714, 0.0063019227, 5.794106e-5, -0.0045461035,

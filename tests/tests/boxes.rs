@@ -190,7 +190,7 @@ fn needles_have_boxes() {
     assert!(hits > 1500, "{hits}");
 }
 
-/// The same in f64, also where f32 loses all digits of the detail.
+/// Wide scenes in f64, even where f32 loses all digits of the detail.
 #[test]
 fn wide_scenes_in_f64() {
     let mut rng = Rng::new(6);

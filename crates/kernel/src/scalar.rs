@@ -65,7 +65,7 @@ pub trait Bits: Copy {
     /// Whether it is neither NaN nor infinite.
     fn is_finite(self) -> bool;
 
-    /// Whether its sign bit is set, also for a zero or a NaN.
+    /// Whether its sign bit is set, even for a zero or a NaN.
     fn is_negative(self) -> bool;
 
     /// An integer that orders floats by magnitude: 0 for zero, [`Bits::ENDLESS`] for infinity, larger for

@@ -35,7 +35,7 @@ pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
     })
 }
 
-/// The same for a picture whose rows have `width` pixels.
+/// [`answers`] for a picture whose rows have `width` pixels.
 fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
     rays: &Source<'_, S>,
     width: usize,

@@ -14,7 +14,7 @@ use crate::skip::{Skip, without};
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
-    /// The same with its boundary, found on first use.
+    /// The solid with its boundary, found on first use.
     soup: OnceLock<Solid<S>>,
 }
 

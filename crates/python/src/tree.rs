@@ -31,7 +31,7 @@ pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 /// For up to this many rays or triangles, one thread finishes before others would wake up.
 pub(crate) const SMALL: usize = 4096;
 
-/// The same for the coordinates of points.
+/// [`SMALL`] for the coordinates of points.
 pub(crate) const FEW: usize = 3 * 32;
 
 /// The threads that trace these rays.

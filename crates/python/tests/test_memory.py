@@ -1,5 +1,5 @@
-"""Too little memory raises MemoryError and never aborts: each call is repeated, and each time another of its allocations
-fails."""
+"""Running out of memory raises MemoryError and never aborts: each call is repeated, and each time another of its
+allocations fails."""
 
 import os
 import shutil

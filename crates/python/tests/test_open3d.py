@@ -85,7 +85,7 @@ def test_results_have_the_methods_that_scripts_call(scene, rng):
     t = ans["t_hit"]
     hit = t.isfinite()
     assert type(hit) is type(t) is Tensor and (hit.numpy() == np.isfinite(t.numpy())).all()
-    # As in the tutorial: the places of hits.
+    # As in the tutorial: the locations of hits.
     points = ask[hit][:, :3] + ask[hit][:, 3:] * t[hit].reshape((-1, 1))
     assert points.shape == (hit.numpy().sum(), 3) and t[hit].isfinite().all().item()
     assert t[0].numpy().shape == (40,) and t[0][0].numpy() == math.inf and t[0, 0].item() == math.inf

@@ -7,7 +7,7 @@
 //!   eye  o--(-----)---------P---------->    volumes that P is in: 0 is lit.
 //! ```
 //!
-//! Counting behind P ("z-fail") instead of in front of it is right wherever the eye is, also in a shadow,
+//! Counting behind P ("z-fail") instead of in front of it is right wherever the eye is, even in a shadow,
 //! because every volume is closed: the far caps at infinity are behind every P. Outlines are drawn with the
 //! same exact spans as facets. Their winding number is the +1 or -1, so anything closed in space is closed at
 //! every pixel.

@@ -32,7 +32,7 @@ const MAX_FACETS: usize = i32::MAX as usize;
 ///   `threshold` is that of the rays; the smallest `t` owns the pixel, and if several are equal, the lowest
 ///   facet.
 /// - `u` and `v` are the weights of the second and third corner: a point of the facet's plane is
-///   `c1 + u (c2 - c1) + v (c3 - c1)`, also for a facet with more corners.
+///   `c1 + u (c2 - c1) + v (c3 - c1)`, even for a facet with more corners.
 ///
 /// A facet is invisible if it has fewer than three corners, a NaN or an infinity, no area (the sum of its
 /// corners' cross products is 0), or is in one plane with the eye. The plane of an outline that is not flat
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn a_closed_surface_is_crossed_as_often_one_way_as_the_other() {
-        // Tetrahedra anywhere, also around the eye and across its plane: at every pixel the windings of the
+        // Tetrahedra anywhere, even around the eye and across its plane: at every pixel the windings of the
         // four faces, clipped and snapped, add up to the same number: 0, or -1 (the eye is inside and only
         // sees back faces), or +1 if the tetrahedron is inside out.
         let view = ahead(40, 40);

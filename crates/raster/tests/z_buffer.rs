@@ -236,7 +236,7 @@ fn a_facet_of_a_thousand_corners_and_its_weights() {
 
 #[test]
 fn a_concave_facet_is_drawn_as_it_is() {
-    // A comb with three teeth, also clipped by the picture's left and right walls.
+    // A comb with three teeth, whole and clipped by the picture's left and right walls.
     let comb: [[f32; 2]; 12] = [
         [-3.01, -1.01],
         [3.01, -1.01],

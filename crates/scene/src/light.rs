@@ -75,7 +75,7 @@ impl<S: Coordinate> Light<S> {
         Self::shadow_ray_from(self.origin(point), point)
     }
 
-    /// The same from a different origin, for instance one that was snapped to a grid.
+    /// [`Light::shadow_ray`] from a different origin, for instance one that was snapped to a grid.
     pub fn shadow_ray_from(origin: [S; 3], point: [f64; 3]) -> RayOf<S> {
         let dir = DVec3::from(point) - double(origin);
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))

@@ -63,19 +63,19 @@ pub fn shade<S: Coordinate>(
 /// The values that all hits of a triangle share. Neighbouring pixels mostly show the same triangle.
 struct Face<'a> {
     triangle: u32,
-    /// The first corner, and the ways from there to the other two.
+    /// The first corner, and the vectors from there to the other two.
     corner: DVec3,
     sides: [DVec3; 2],
     /// The normal, of unit length, on the side of the eye.
     normal: DVec3,
     ambient: f32,
     tint: Vec3,
-    /// What covers it, and where: the first corner's place in the texture, and the ways from there.
+    /// What covers it, and where: the texture coordinates of the first corner, and the vectors from there.
     cover: Option<(&'a Texture, [DVec2; 3])>,
 }
 
 impl<'a> Face<'a> {
-    /// The face of a hit: the last one, where it is the same.
+    /// The face of a hit; reuses the last one if it is the same.
     fn at<'b, S: Coordinate>(
         scene: &'a Scene<S>,
         hit: &Hit,
@@ -101,8 +101,8 @@ impl<'a> Face<'a> {
         Self { triangle, corner: a, sides, normal, ambient, tint, cover }
     }
 
-    /// The albedo as it is the same for all hits: the part's tint, and the texture where there is one. A mesh without
-    /// parts has the texture alone, or clay.
+    /// The part of the albedo that all hits share: the part's tint, and the texture if there is one. A mesh
+    /// without parts has only the texture, or clay.
     fn albedo<S: Coordinate>(
         scene: &'a Scene<S>,
         triangle: u32,
@@ -119,7 +119,7 @@ impl<'a> Face<'a> {
     /// The radiance, linear, that a hit reflects toward the eye.
     #[inline]
     fn radiance<S: Coordinate>(&self, scene: &Scene<S>, hit: &Hit, lit: bool) -> Vec3 {
-        // A light behind the surface, as the camera sees it, gives nothing: hence the `max`.
+        // A light behind the surface, as seen by the camera, contributes nothing: hence the `max`.
         let direct = if lit {
             let point = self.corner + self.sides[0] * hit.u + self.sides[1] * hit.v;
             self.normal.dot(scene.light.direction(point)).max(0.0) as f32
@@ -204,7 +204,7 @@ mod tests {
         scene.texture = Some(Texture::Image(image));
         // No texture coordinates.
         assert_eq!(look(&scene, HIT, false), look(&floor(7.0), HIT, false));
-        // The whole triangle has one place, then u leads to the other.
+        // First the whole triangle has one place in the texture, then u leads to another.
         scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);
         let white = look(&scene, HIT, false);
         assert_eq!(white, encode(Vec3::splat(AMBIENT[1])));

@@ -20,8 +20,8 @@ pub(crate) trait Sink {
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
     pub(crate) triangles: &'a [Triangle],
-    /// Whether to find each ray's closest hit with its t, or only the pairs that hit. A method asked for
-    /// closest hits may report all hits, in the order of the triangles.
+    /// Whether to find each ray's closest hit with its t, or only the pairs that hit. When closest hits are
+    /// requested, a method may report all hits, in the order of the triangles.
     pub(crate) closest: bool,
 }
 

@@ -18,7 +18,7 @@ const MAX_SIZE: usize = 2048;
 pub struct Model {
     /// The triangles as read from the file.
     original: Vec<Triangle>,
-    /// The same, moved by the offset and rounded.
+    /// The triangles moved by the offset and rounded.
     triangles: Vec<Triangle>,
     offset: [f64; 3],
     bvh: Bvh,

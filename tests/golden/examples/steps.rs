@@ -119,7 +119,7 @@ fn batches(mode: Mode, rays: &[Ray], times: u64) {
     }
 }
 
-/// The same, one ray per call.
+/// [`batches`] with one ray per call.
 fn one_by_one(mode: Mode, rays: &[Ray], times: u64) {
     let bvh = sphere();
     for _ in 0..times {
@@ -129,7 +129,7 @@ fn one_by_one(mode: Mode, rays: &[Ray], times: u64) {
     }
 }
 
-/// The same, but only whether there is a hit.
+/// [`one_by_one`], but only whether there is a hit.
 fn any(mode: Mode, rays: &[Ray], times: u64) {
     let bvh = sphere();
     for _ in 0..times {

@@ -272,7 +272,7 @@ fn answer<T: Tracer>(
     let done = answer_all(options, &question, &mut rays, &mut output, &mut seconds)?;
     output.finish()?;
     if done.outside > 0 {
-        note(&format!("rays that start outside of the grid and so hit nothing: {}", done.outside));
+        note(&format!("rays that start outside the grid and so hit nothing: {}", done.outside));
     }
     let rounded = Rounded { model: scene.rounding, rays: rays.rounding() };
     if options.scalar.is_none() && !rounded.is_nothing() {
@@ -359,7 +359,7 @@ fn answer_all<T: Tracer>(
 /// A ray that does not fit the grid.
 fn outside<S: Coordinate>(options: &Options, number: u64, ray: &RayOf<S>) -> Error {
     let cause = format!(
-        "ray {number} starts at {:?}, outside of the grid; make room by --grid-bounds, or let such rays miss \
+        "ray {number} starts at {:?}, outside the grid; extend it with --grid-bounds, or let such rays miss \
          by --skip-outside",
         ray.origin
     );

@@ -87,7 +87,7 @@ mod tests {
     use crate::exact::{Tier, order_from};
     use crate::{Ray64, TriangleOf};
 
-    /// Triangles that coincide up to a few roundings, also with sizes at which products of four numbers
+    /// Triangles that coincide up to a few roundings, even with sizes at which products of four numbers
     /// underflow or overflow.
     #[test]
     fn what_is_sure_of_f64_is_what_integers_say() {

@@ -88,8 +88,8 @@ impl Evidence {
         level.run(BlockEvidence { threshold, ray, triangle, block: &block, room })
     }
 
-    /// The same for copies of f64 originals. `reach` bounds the sum of the coordinates of every corner. The
-    /// precheck's numbers are meaningless here.
+    /// [`Evidence::of`] for copies of f64 originals. `reach` bounds the sum of the coordinates of every
+    /// corner. The precheck's numbers are meaningless here.
     pub fn of_copies(ray: &Ray, copy: &Copy32, reach: f32, level: Level) -> Self {
         let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
         let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));

@@ -137,7 +137,7 @@ impl fmt::Display for GridError {
             }
             Self::Outside(p) => write!(
                 f,
-                "the point {p:?} lies outside of the grid: make the grid around all points that it must hold"
+                "the point {p:?} lies outside the grid: make the grid around all points that it must hold"
             ),
             Self::Direction(d) => {
                 write!(
@@ -146,10 +146,7 @@ impl fmt::Display for GridError {
                 )
             }
             Self::Integers(i) => {
-                write!(
-                    f,
-                    "the integers {i:?} are outside of the grid's bits, or a direction is zero"
-                )
+                write!(f, "the integers {i:?} are outside the grid's bits, or a direction is zero")
             }
         }
     }

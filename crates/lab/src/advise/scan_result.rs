@@ -5,7 +5,7 @@
 pub struct ScanResult {
     /// For each arithmetic, the number of doubtful pixels.
     pub doubtful: Vec<u64>,
-    /// The same on the sample.
+    /// For each arithmetic, the number of doubtful pixels in the sample.
     pub doubtful_in_sample: Vec<u64>,
     /// For each arithmetic, a bound on how far the visible surface moves, in pixels.
     pub shift: Vec<f64>,

@@ -72,7 +72,7 @@ impl Square {
         Self::new(by, (0..6).map(triangle).collect(), middle)
     }
 
-    /// For each ray, the set of triangles that it hits, as bits.
+    /// For each ray, the set of triangles that it hits according to the oracle, as bits.
     fn by_oracle(&self) -> Vec<u32> {
         let hit = |ray: &Ray| {
             let bit = |(k, t): (usize, &Triangle)| u32::from(oracle::answer(t, ray).is_hit()) << k;
@@ -81,7 +81,8 @@ impl Square {
         self.rays.iter().map(hit).collect()
     }
 
-    /// The same according to a method. `fixed` snaps everything to one grid.
+    /// For each ray, the set of triangles that it hits according to a method. `fixed` snaps everything to one
+    /// grid.
     fn by(&self, method: &Method) -> Vec<u32> {
         let mut sets = vec![0; self.rays.len()];
         for (k, triangle) in self.triangles.iter().enumerate() {

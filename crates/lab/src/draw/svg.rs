@@ -46,19 +46,19 @@ impl<'a> Font<'a> {
     pub fn new(size: f64, anchor: Anchor) -> Self {
         Self { size, anchor, bold: false, fill: INK, upright: false, halo: false }
     }
-    /// The same in bold.
+    /// This text in bold.
     pub fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
-    /// The same in a colour.
+    /// This text in a colour.
     pub fn fill(self, fill: &'a str) -> Self {
         Self { fill, ..self }
     }
-    /// The same, rotated a quarter turn counter-clockwise.
+    /// This text, rotated a quarter turn counter-clockwise.
     pub fn upright(self) -> Self {
         Self { upright: true, ..self }
     }
-    /// The same with a white border.
+    /// This text with a white border.
     pub fn halo(self) -> Self {
         Self { halo: true, ..self }
     }

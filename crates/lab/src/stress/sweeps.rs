@@ -13,7 +13,7 @@ pub struct Sweep {
     pub from: f64,
     /// The other end.
     pub to: f64,
-    /// Whether only cases count that pass clear of the sides. False if closeness is the parameter.
+    /// Whether to count only cases that pass clear of the sides. False if closeness is the parameter.
     pub clear: bool,
 }
 
@@ -51,13 +51,13 @@ const fn sweep(
     Sweep { name, axis, family, from, to, clear: true }
 }
 
-/// The value at a share of the range, computed only with roots so that it has the same bits everywhere:
-/// sixteen bisections.
+/// The value at a share of the sweep's range, on a logarithmic scale.
 pub(super) fn parameter(sweep: &Sweep, share: f64) -> f64 {
     between(sweep.from, sweep.to, share)
 }
 
-/// The same between any two positive numbers.
+/// The number at a share of the way between two positive numbers, on a logarithmic scale. Bisects the range
+/// sixteen times by square roots, so that the result has the same bits everywhere.
 pub(super) fn between(mut from: f64, mut to: f64, share: f64) -> f64 {
     let (mut lo, mut hi) = (0.0, 1.0);
     for _ in 0..16 {

@@ -34,12 +34,12 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    /// The same, with this line.
+    /// The fault, with this line.
     pub(super) fn at(self, line: u64) -> Self {
         Self { line: Some(line), ..self }
     }
 
-    /// The same, with this file.
+    /// The error for this file.
     pub(super) fn of(self, path: &Path) -> LoadError {
         LoadError { path: path.into(), line: self.line, cause: self.cause }
     }

@@ -1,4 +1,4 @@
-//! Model files: Wavefront OBJ, PLY, STL and glTF, also compressed with gzip.
+//! Model files: Wavefront OBJ, PLY, STL and glTF, optionally compressed with gzip.
 
 mod builder;
 mod cut;

@@ -82,7 +82,7 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
     let mut from = 0;
     loop {
-        // Trailing blanks are removed, also those before blank lines.
+        // Trailing blanks are removed, including those before blank lines.
         let piece = lines.bytes().get(from..).unwrap_or_default();
         if !piece.ends_with(b"\\") || comment(piece).is_some() {
             return Ok(());

@@ -18,7 +18,7 @@ pub enum RaysFormat {
     Csv,
     /// Eight little-endian f32 per ray: origin x y z, `t_min`, dir x y z, `t_max`.
     Raw,
-    /// The same in f64.
+    /// [`RaysFormat::Raw`] in f64.
     Raw64,
 }
 

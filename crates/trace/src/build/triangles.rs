@@ -14,8 +14,8 @@ pub(crate) trait Triangles: Sync {
     fn hit_bounds(&self, i: usize) -> HitBounds;
     /// The triangles of a leaf, side by side.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
-    /// The same after a refit, with dead lanes for triangles that cannot be hit in a box; and the box around
-    /// all others and those without area, which keep their corners.
+    /// The triangles of a leaf after a refit, with dead lanes for those that cannot be hit in a box; and the
+    /// box around all others and those without area, which keep their corners.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 

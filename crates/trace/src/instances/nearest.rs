@@ -22,7 +22,7 @@ use crate::util::lane_ops::lanes_of;
 /// Distances that differ by at most this fraction may be equal: each is within an ulp.
 const DOUBT: f64 = 4.0 * f64::EPSILON;
 
-/// The same as an absolute difference, for subnormal distances.
+/// [`DOUBT`] as an absolute difference, for subnormal distances.
 const STEPS: f64 = f64::from_bits(4);
 
 /// Squares of lengths between this (2^-400) and one over it neither overflow nor underflow.

@@ -45,8 +45,9 @@ impl SceneSnapshot {
         Self { level, ..self }
     }
 
-    /// The same for queries that see only some instances and geometries: those whose masks
-    /// ([`Scene::set_mask`](crate::Scene::set_mask), [`Bvh::set_mask`](crate::Bvh::set_mask)) share a bit with this one.
+    /// This snapshot for queries that see only some instances and geometries: those whose masks
+    /// ([`Scene::set_mask`](crate::Scene::set_mask), [`Bvh::set_mask`](crate::Bvh::set_mask)) share a bit
+    /// with this one.
     ///
     /// ```
     /// use std::sync::Arc;

@@ -36,7 +36,7 @@ pub(crate) trait Mesh: Copy {
 pub(crate) struct QueryPoint {
     /// Two points that certainly enclose it.
     pub(crate) within: [[f32; 3]; 2],
-    /// The same, widened by the error of [`Mesh::near_corners`].
+    /// [`Self::within`], widened by the error of [`Mesh::near_corners`].
     pub(crate) in_leaves: [[f32; 3]; 2],
     /// The point itself, exact except for underflow.
     pub(crate) point: [f64; 3],

@@ -2,7 +2,7 @@
 //! triangle without area is never hit, but is in the tree for closest points.
 //!
 //! The reference computes the normal in f64, with an error relative to the product of two edges. The thinner the
-//! triangle, the further that normal can lean, and the further outside of the triangle it accepts points.
+//! triangle, the further that normal can lean, and the further outside the triangle it accepts points.
 //! `docs/numerics/hierarchy.md` bounds how far.
 
 use intertri::Triangle;

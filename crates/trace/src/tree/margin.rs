@@ -20,7 +20,8 @@ pub(crate) struct Margin {
 }
 
 impl Margin {
-    /// For a tree whose coordinates reach to ±`reach`; with `lean`, for hits that may lie that far outside of boxes.
+    /// For a tree whose coordinates reach to ±`reach`; with `lean`, for hits that may lie that far outside
+    /// boxes.
     #[inline(always)]
     pub(crate) fn new(reach: f32, lean: Option<f32>) -> Self {
         // Exact hits lie on their triangles, so their boxes need no margin.

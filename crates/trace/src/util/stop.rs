@@ -66,7 +66,7 @@ pub(crate) fn check() {
     }
 }
 
-/// The same for inner loops: checks only occasionally.
+/// [`check()`] for inner loops: it checks only occasionally.
 #[inline]
 pub(crate) fn heed() {
     // A counter of the thread's own: cheap enough for inner loops.

@@ -33,9 +33,9 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     pub(super) engine: EngineName,
 
-    /// The scalar to trace in; f64 works with the engines exact and oracle, also in --check. Without a model,
-    /// f64 draws a house at UTM coordinates. f32 rounds coordinates, which hardly shows in a picture; the
-    /// report counts them [default: that of a saved hierarchy, else f32]
+    /// The scalar to trace in; f64 works with the engines exact and oracle, including for --check. Without a
+    /// model, f64 draws a house at UTM coordinates. f32 rounds coordinates, which hardly shows in a picture;
+    /// the report counts them [default: that of a saved hierarchy, else f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 

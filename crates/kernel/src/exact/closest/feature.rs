@@ -40,7 +40,7 @@ pub fn feature<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     feature_from(Tier::Float, point, triangle)
 }
 
-/// The same, computed by the given tier or a later one.
+/// [`feature()`], computed by the given tier or a later one.
 pub fn feature_from<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     if from == Tier::Float
         && is_tame(point, triangle)

@@ -14,7 +14,7 @@ pub fn closer<S: Scalar>(point: [S; 3], one: &TriangleOf<S>, other: &TriangleOf<
     closer_from(Tier::Float, point, one, other)
 }
 
-/// The same, computed by the given tier or a later one.
+/// [`closer()`], computed by the given tier or a later one.
 pub fn closer_from<S: Scalar>(
     from: Tier,
     point: [S; 3],

@@ -51,7 +51,7 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         }
     }
 
-    /// The same as inverse depths.
+    /// The starts as inverse depths.
     #[inline(always)]
     pub fn ranges(&self) -> Ranges<F> {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));

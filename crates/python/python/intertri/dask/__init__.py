@@ -6,9 +6,9 @@
 >>> intertri.dask.closest(mesh, rays).compute()["triangle"]
 array([ 0, -1], dtype=int32)
 
-The mesh goes to each worker once, and each worker process builds the hierarchy once. Each block of rays is one task; about
-a million rays a block is best. Answers do not depend on blocks, workers or CPUs; `digest` hashes them for comparison. If a
-worker dies, dask reruns its tasks.
+The mesh goes to each worker once, and each worker process builds the hierarchy once. Each block of rays is one task;
+about a million rays per block is best. Answers do not depend on blocks, workers or CPUs; `digest` hashes them for
+comparison. If a worker dies, dask reruns its tasks.
 """
 
 # dask's type annotations differ from version to version.

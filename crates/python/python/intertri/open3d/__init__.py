@@ -311,8 +311,8 @@ class RaycastingScene:
         """1 for points (..., 3) inside the scene or on it, else 0: (...).
 
         If the meshes together are closed and their faces consistently oriented, a point is inside if they wind around it.
-        So parts may overlap; Open3D takes a point inside an even number of parts for outside. In any other scene a point
-        is inside if a ray from it crosses an odd number of faces, as in Open3D.
+        So parts may overlap; Open3D counts a point inside an even number of parts as outside. In any other scene a
+        point is inside if a ray from it crosses an odd number of faces, as in Open3D.
         """
         _odd(nsamples)
         points, wrap = self._query(query_points, 3, "query_points")

@@ -166,7 +166,7 @@ class RayMeshIntersector:
         max_hits: int = 100,
         return_locations: bool = False,
     ) -> tuple[Any, ...]:
-        """Which faces rays meet: faces (m,), the ray of each (m,), and with ``return_locations`` the places (m, 3).
+        """Which faces rays meet: faces (m,), the ray of each (m,), and with ``return_locations`` the locations (m, 3).
 
         Parameters
         ----------

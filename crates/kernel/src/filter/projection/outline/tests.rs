@@ -18,7 +18,7 @@ struct Case {
     block: TriangleBlock<8>,
     /// The possible errors of the numbers of the block, and of the origin.
     off: [f64; 9],
-    /// The same as vectors: A, h4 and h5.
+    /// The vectors A, h4 and h5 of the block, relative to the origin.
     a: [f64; 3],
     edges: [[f64; 3]; 2],
 }
