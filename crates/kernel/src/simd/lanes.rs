@@ -11,13 +11,17 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// ```
 /// use intertri::simd::{Lanes, Mask};
 ///
-/// /// How far numbers are outside an interval. fn outside<L: Lanes<Scalar = f32>>(x: L, lo: L, hi: L) -> L {
-/// let out = x.lt(lo) | x.gt(hi); L::select(out, (lo - x).max(x - hi), L::splat(0.0)) } // One f32 is a lane,
-/// too; f32 has methods of the same names, so the trait's are named here.
+/// /// How far numbers are outside an interval.
+/// fn outside<L: Lanes<Scalar = f32>>(x: L, lo: L, hi: L) -> L {
+///     let out = x.lt(lo) | x.gt(hi);
+///     L::select(out, (lo - x).max(x - hi), L::splat(0.0))
+/// }
+/// // One f32 is a lane, too; f32 has methods of the same names, so the trait's are named here.
 /// assert_eq!([3.0_f32, -1.0, 9.0].map(|x| outside(x, 0.0, 5.0)), [0.0, 1.0, 4.0]);
 /// assert_eq!((Lanes::min(1.0_f32, 2.0), Lanes::max(1.0_f32, 2.0)), (1.0, 2.0));
-/// assert_eq!((Lanes::abs(-3.0_f32), Lanes::sqrt(9.0_f64)), (3.0, 3.0)); let (third, one) = (1.0 / 3.0,
-/// 1.0_f64); assert_eq!(Lanes::mul_error(third, 3.0, one), (third - 0.25) * 3.0 - 0.25);
+/// assert_eq!((Lanes::abs(-3.0_f32), Lanes::sqrt(9.0_f64)), (3.0, 3.0));
+/// let (third, one) = (1.0 / 3.0, 1.0_f64);
+/// assert_eq!(Lanes::mul_error(third, 3.0, one), (third - 0.25) * 3.0 - 0.25);
 /// assert_eq!((Lanes::mul_add(2.0_f64, 3.0, 4.0), Lanes::power(10.0_f64)), (10.0, 8.0));
 /// assert!(Lanes::le(1.0_f32, 1.0) && Lanes::ge(1.0_f32, 1.0) && !Lanes::ge(f32::NAN, 1.0));
 ///
