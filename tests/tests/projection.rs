@@ -79,7 +79,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
         return None;
     }
 
-    // The same in f64, in the frame's axes.
+    // The same values in f64, in the frame's axes.
     let Case { triangle, ray, axes, off } = *case;
     let into = |v: V| axes.map(|axis| dot(to_f64(axis), v));
     let [c1, c2, c3] = triangle.0.map(to_f64);

@@ -9,7 +9,7 @@ use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, Image
 
 use crate::PartialFile;
 
-/// The most pixels that an image may have: 8192 times 8192. Its visibility buffer alone is 2 GiB.
+/// The maximum number of pixels in an image: 8192 times 8192. Its visibility buffer alone is 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// An image: rows from the top, three bytes of sRGB per pixel.

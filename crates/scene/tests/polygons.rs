@@ -1,4 +1,4 @@
-//! Polygons become triangles that cover exactly them.
+//! Polygons become triangles that cover exactly the same area.
 
 use std::collections::HashMap;
 use std::fmt::Write;

@@ -99,7 +99,7 @@ fn what_f64_rounds_to_half_way_is_rounded_once() {
     }
 }
 
-/// In bundles and streams, even for numbers so large or small that t, u or v leave the range of f32.
+/// Bundles and streams round once, even for numbers so large or small that t, u or v leave the range of f32.
 #[test]
 fn batches_round_once_to_f32() {
     let mut rng = Rng::new(5);

@@ -101,7 +101,7 @@ pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 
 
 #[test]
 fn it_has_thirty_digits() {
-    // An eighth of all directions; and the angle with tangent 1/3, whose sine and cosine are known.
+    // The angle with tangent 1/3, whose cosine is three times its sine; and an eighth of all directions.
     let Wide(high, low) = Wide::angle(Wide(1.0, 0.0), Wide(3.0, 0.0));
     let [sin, cos] = Wide(high, low).sin_cos();
     let three = cos.over(sin).minus(Wide(3.0, 0.0));

@@ -4,7 +4,7 @@
 //!            ╱ dir                 the hit, rounded to its scalar, may lie on either side of the triangle's
 //!      ●    ╱                      plane. Where it is on the wrong one for dir, it is moved along the
 //!   ───┼───╱──────── plane         axis nearest to the normal by a few units of its last place, until
-//!      ○                           it surely is not
+//!      ○                           it certainly is not
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the derivation.

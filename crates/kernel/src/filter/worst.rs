@@ -10,7 +10,8 @@
 //! bound that covers even that case holds by its derivation, not by luck. Products and sums are rounded
 //! separately, as on a level without fused operations.
 //!
-//! Rump, Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, has the idea and more.
+//! Rump, Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describes the idea and
+//! more.
 
 use core::cell::{Cell, RefCell};
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -20,7 +21,7 @@ use std::thread_local;
 use super::bound;
 use crate::simd::{Ints, Lanes, Level, Simd, Vec3};
 
-/// The most roundings of a case.
+/// The maximum number of roundings in a case.
 const SHARES: usize = 320;
 
 thread_local! {

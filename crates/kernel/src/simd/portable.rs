@@ -78,7 +78,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn from_bits(bits: u32) -> Self {
-                // `wide` has no mask from bits; a comparison of 0 with 0 or 1 makes one.
+                // `wide` cannot make a mask from bits; comparing 0 with 0 or 1 does.
                 let lane = |i: usize| if bits >> i & 1 != 0 { 1.0 } else { 0.0 };
                 Self(<$t>::splat(0.0).simd_lt(<$t>::new(core::array::from_fn(lane))))
             }
@@ -117,7 +117,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Two to half the number of digits, rounded up, plus one.
+                // Two to the power of half the digits, rounded up, plus one.
                 const SPLIT: $scalar =
                     ((1 << <$scalar>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $scalar;
                 mul_error(self, b, product, Self::splat(SPLIT))

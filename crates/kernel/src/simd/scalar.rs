@@ -48,7 +48,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Two to half the number of digits, rounded up, plus one.
+                // Two to the power of half the digits, rounded up, plus one.
                 const SPLIT: $t = ((1 << <$t>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $t;
                 mul_error(self, b, product, SPLIT)
             }

@@ -1,4 +1,4 @@
-//! Families about the range of numbers: scale, offset, zeros, subnormals, overflow, NaN.
+//! Families that vary the range of numbers: scale, offset, zeros, subnormals, overflow, NaN.
 
 use intertri::{Ray, Triangle};
 

@@ -1,4 +1,4 @@
-//! Families about the shape of the triangle and the direction of the ray.
+//! Families that vary the shape of the triangle and the direction of the ray.
 
 use intertri::{Ray, Triangle};
 
@@ -9,7 +9,7 @@ use super::aim::{
 use super::scene::Scene;
 use crate::rng::{Rng, step};
 
-/// Three points of a cube with side 2.
+/// Three points in a cube with side 2.
 pub(super) fn triangle(rng: &mut Rng, place: Point) -> Triangle {
     Triangle([0; 3].map(|_| round(add(rng.cube(), place, 1.0))))
 }
@@ -42,8 +42,8 @@ pub(super) fn edge_steps(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -
     })
 }
 
-/// A triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of them are rotated and moved;
-/// half stay in a coordinate plane at the origin, where any ratio survives rounding.
+/// A triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of these triangles are rotated
+/// and moved; half stay in a coordinate plane at the origin, where any ratio survives rounding.
 fn flat(rng: &mut Rng, place: Point, x: f64, y: f64) -> Triangle {
     let mut corners = if rng.one_in(2) {
         let turn = Turn::random(rng);
@@ -105,7 +105,7 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
     })
 }
 
-/// The directions of two sides of a triangle from its first corner, and its unit normal, or zeros.
+/// The two edges from a triangle's first corner, as vectors, and its unit normal, zeros if it has none.
 fn frame(triangle: &Triangle) -> [Point; 3] {
     let [a, b, c] = triangle.0.map(wide);
     let (p, q) = (add(b, a, -1.0), add(c, a, -1.0));

@@ -17,7 +17,7 @@ use glam::{DVec2, DVec3};
 
 use super::error::Fault;
 
-/// The most corners of a polygon that is cut; the crate's time may grow with their square.
+/// The maximum number of corners of a polygon that is cut; the crate's time may grow with its square.
 const MOST: usize = 1 << 14;
 
 /// A bound on the error of a sum of a few products, relative to their sizes.

@@ -7,7 +7,7 @@ use {
     crate::tree::{Aabb, EMPTY, LEAF},
 };
 
-/// The most nodes on a path from the root, for any triangles.
+/// The maximum number of nodes on a path from the root, for any triangles.
 pub(crate) const MAX_DEPTH: usize = 64;
 
 /// The hierarchy over a slice of triangles; it keeps their indices, not the triangles.

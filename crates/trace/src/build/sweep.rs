@@ -10,7 +10,7 @@ use super::simd_aabb::SimdAabb;
 use crate::util::lane_ops::smallest;
 use intertri::simd::{Lanes, Mask, Simd};
 
-/// The most boxes in a row.
+/// The maximum number of boxes in a row.
 pub(super) const ROW: usize = 16;
 
 /// The costs of all cuts along all axes.

@@ -1,7 +1,7 @@
 //! The point of the mesh that is closest to a given one.
 //!
 //! ```text
-//!   boxes      lower bounds in f32 lanes: boxes that are surely farther than a triangle found so far are skipped
+//!   boxes      lower bounds in f32 lanes: boxes that are certainly farther than a triangle found so far are skipped
 //!   triangles  lower and upper bounds in f64 lanes: nearly always one remains, or neighbours that share the point
 //!   the rest   exact signs and integers: the closest triangle, its distance and point
 //! ```

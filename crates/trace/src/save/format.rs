@@ -37,7 +37,7 @@ pub(super) const ENTRY: usize = 32;
 /// Sections begin at multiples of this, so that they are aligned if a file is mapped into memory.
 pub(super) const ALIGN: usize = 64;
 
-/// The most sections a file may have.
+/// The maximum number of sections in a file.
 const SECTIONS: u32 = 64;
 
 /// Records with one checksum.

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   to the plane  <=  to the triangle  <=  to the nearest edge       always
-//!   to the plane   =  to the triangle                                where the point is surely above it
-//!                     to the triangle   =  to the nearest edge       where it surely is not
+//!   to the plane   =  to the triangle                                where the point is certainly above it
+//!                     to the triangle   =  to the nearest edge       where it certainly is not
 //! ```
 
 use crate::simd::{Lanes, Vec3};

@@ -143,7 +143,7 @@ macro_rules! lanes {
                     // format, so this is exact.
                     return self.mul_add(b, -product);
                 }
-                // Two to half of the digits, rounded up, and one.
+                // Two to the power of half the digits, rounded up, plus one.
                 const HALF: u32 = <cpu::$cpu::Scalar>::MANTISSA_DIGITS.div_ceil(2);
                 // WebAssembly has none, so the factors are split into halves whose products are exact
                 // (Dekker).

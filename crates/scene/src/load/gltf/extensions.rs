@@ -51,7 +51,7 @@ const COMPRESSIONS: [(&str, &str); 3] = [
 const INSTANCES: &str = "EXT_mesh_gpu_instancing";
 const VISIBILITY: &str = "KHR_node_visibility";
 
-/// The most names in a note.
+/// The maximum number of names in a note.
 const NAMED: usize = 4;
 
 /// Refuses unknown extensions that the file requires, and counts unknown ones that it only uses.
