@@ -24,7 +24,7 @@ fn defects_are_counted_and_named() {
 
     let turned = text(&place, "f 2 3 1\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
     let line = "3 edges between triangles that are turned against each other: \
-                the first from [0.0, 4.0, 0.0] to [0.0, 0.0, 0.0], in triangle 0\n";
+                the first from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0], in triangle 0\n";
     assert!(turned.contains(line), "{turned}");
 
     let doubled = text(&place, "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 3 2 1\n");
@@ -67,6 +67,31 @@ fn the_numbers_are_those_of_the_file() {
     assert!(!place.ok("build m.obj -o m.itri --json").is_empty());
     let saved = String::from_utf8(place.ok("inspect m.itri")).unwrap();
     assert!(saved.contains("4 open edges"), "{saved}");
+}
+
+/// The text names the first edge and triangle of each kind, JSON lists all, in the order of the triangles.
+#[test]
+fn json_lists_every_defect() {
+    let place = TestFolder::new();
+    // The slanted face is missing, the second face is flipped, and the first comes three times.
+    let faces = "f 1 3 2\nf 2 1 4\nf 1 4 3\nf 3 2 1\nf 1 2 3\n";
+    place.put("m.obj", format!("{CORNERS}{faces}"));
+    let report: serde_json::Value =
+        serde_json::from_slice(&place.ok("inspect m.obj --json")).unwrap();
+    let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    let edge = |triangle: usize, from: [f64; 3], to: [f64; 3]| serde_json::json!({ "triangle": triangle, "from": from, "to": to });
+    let expected = [
+        ("open", vec![edge(1, z, x), edge(2, z, y)]),
+        ("turned", vec![edge(1, o, z)]),
+        ("uneven", vec![edge(0, y, x), edge(0, x, o)]),
+    ];
+    for (defect, edges) in expected {
+        assert_eq!(report[defect]["count"], edges.len(), "{defect}: {report}");
+        assert_eq!(report[defect]["edges"], serde_json::json!(edges), "{defect}");
+    }
+    let repeats = |triangle: usize| serde_json::json!([{ "triangle": triangle, "repeats": 0 }]);
+    assert_eq!(report["doubled"]["triangles"], repeats(3), "{report}");
+    assert_eq!(report["opposed"]["triangles"], repeats(4), "{report}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! calls `intertri-trace` on all threads.
 
 mod batch;
+mod defects;
 mod joined;
 mod lists;
 mod media;

@@ -6,13 +6,14 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use intertri::{Crossings, Hit, Mode, RayOf, TriangleOf};
-use intertri_trace::{ClosestPoint, Containment, MeshReport, Solid, SolidError};
-use numpy::{PyReadonlyArray1, PyReadwriteArray1};
+use intertri_trace::{ClosestPoint, Containment, Solid, SolidError};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::batch::answers;
+use crate::defects::{Numbers, defects, turned};
 use crate::lists::{Lists, lists};
 use crate::mesh::Mesh;
 use crate::picture::tiled;
@@ -129,25 +130,31 @@ macro_rules! tree {
                 })?
             }
 
-            /// What is wrong with a mesh, in words, and the numbers of edges that are open, turned or uneven, and
-            /// of triangles that are doubled or opposed.
+            /// Describes the defects of a mesh, and lists them as rows of two numbers.
             #[staticmethod]
-            fn inspect(
-                py: Python<'_>,
+            fn inspect<'py>(
+                py: Python<'py>,
                 vertices: PyReadonlyArray1<'_, $scalar>,
                 faces: PyReadonlyArray1<'_, u32>,
-            ) -> PyResult<(String, [usize; 5])> {
+            ) -> PyResult<(String, [Numbers<'py>; 5])> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
                 let workers = Workers::new(None, faces.len() < 3 * SMALL)?;
-                run(py, &workers, |stop| {
-                    let triangles = gather::<$scalar>(vertices, faces, stop)?;
-                    let report = Solid::inspect(&triangles).map_err(no_memory)?;
-                    let MeshReport { open, turned, uneven, doubled, opposed } = report;
-                    let edges = [open, turned, uneven].map(|edges| edges.count);
-                    let [open, turned, uneven] = edges;
-                    let counts = [open, turned, uneven, doubled.count, opposed.count];
-                    Ok((report.to_string(), counts))
-                })?
+                let work = |stop: &Stop| defects(&gather::<$scalar>(vertices, faces, stop)?);
+                let (text, lists) = run(py, &workers, work)??;
+                Ok((text, lists.map(|list| PyArray1::from_vec(py, list))))
+            }
+
+            /// The faces to turn so that each connected piece is oriented consistently and outward.
+            #[staticmethod]
+            fn orient<'py>(
+                py: Python<'py>,
+                vertices: PyReadonlyArray1<'_, $scalar>,
+                faces: PyReadonlyArray1<'_, u32>,
+            ) -> PyResult<Numbers<'py>> {
+                let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
+                let workers = Workers::new(None, faces.len() < 3 * SMALL)?;
+                let work = |stop: &Stop| turned(&gather::<$scalar>(vertices, faces, stop)?);
+                Ok(PyArray1::from_vec(py, run(py, &workers, work)??))
             }
 
             /// Fills `out` with the closest hits.

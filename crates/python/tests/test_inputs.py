@@ -147,6 +147,51 @@ def test_what_is_wrong_with_a_mesh_is_told():
     assert intertri.Mesh(VERTICES, FACES).inspect()["text"] == "closed"
 
 
+def test_defects_are_listed(dtype):
+    """Edges as vertices in the direction of the first face, sorted by face; repeated faces with the earlier one."""
+    # The slanted face is missing, the second face is flipped, and the first comes three times.
+    faces = [[0, 2, 1], [1, 0, 3], [0, 3, 2], [2, 1, 0], [0, 1, 2]]
+    mesh = intertri.Mesh(np.array(VERTICES, dtype)[:4], faces)
+    defects, report = mesh.defects(), mesh.inspect()
+    assert {defect: rows.tolist() for defect, rows in defects.items()} == {
+        "open": [[3, 1], [3, 2]],
+        "turned": [[0, 3]],
+        "uneven": [[2, 1], [1, 0]],
+        "doubled": [[3, 0]],
+        "opposed": [[4, 0]],
+    }
+    for defect, rows in defects.items():
+        assert rows.shape == (report[defect], 2) and rows.dtype == np.int64
+    for rows in intertri.Mesh(np.array(VERTICES, dtype), FACES).defects().values():
+        assert rows.shape == (0, 2) and rows.dtype == np.int64
+
+
+def test_turned_faces_are_turned_back(dtype):
+    """Whichever faces of a globe are turned, orient turns them back, also if the globe has a hole."""
+    vertices, faces = icosphere(2)
+    damaged = faces.copy()
+    turned = np.random.default_rng(5).permutation(len(faces))[:40]
+    damaged[turned] = damaged[turned][:, [0, 2, 1]]
+
+    class Named(intertri.Mesh):
+        """A subclass with its own constructor."""
+
+        def __init__(self, name, faces):
+            self.name = name
+            super().__init__(vertices.astype(dtype), faces)
+
+    mesh = Named("globe", damaged)
+    assert mesh.inspect()["turned"] > 0 and not mesh.is_closed
+    mended = mesh.orient(threads=1)
+    assert type(mended) is Named and mended.dtype == dtype and mended.is_closed
+    assert np.array_equal(mended.faces, faces) and np.array_equal(mesh.faces, damaged)
+    assert mended.winding_number([0, 0, 0]) == 1
+    hole = Named("hole", damaged[1:]).orient()
+    assert np.array_equal(hole.faces, faces[1:]) and hole.inspect()["turned"] == 0
+    assert len(hole.defects()["open"]) == 3
+    assert len(intertri.Mesh(np.zeros((1, 3)), np.zeros((0, 3), int)).orient()) == 0
+
+
 def test_repr():
     assert repr(intertri.Mesh(np.zeros((1, 3)), np.zeros((0, 3), int))) == "Mesh(0 faces, 1 vertex, float64)"
 

@@ -126,7 +126,7 @@ pub use refit::{Refit, RefitError};
 pub use save::{LoadError, SAVED_MAGIC};
 pub use scalar::BvhScalar;
 pub use selection::Faces;
-pub use solid::{EdgeDefect, MeshReport, Orientation, Solid, SolidError, TriangleDefect};
+pub use solid::{DefectiveEdge, DuplicateTriangle, MeshReport, Orientation, Solid, SolidError};
 pub use tree::MeshTriangle;
 pub use util::memory::OutOfMemory;
 

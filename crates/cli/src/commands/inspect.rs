@@ -18,7 +18,8 @@ use crate::report::print::print;
 ///
 /// A model has an inside if it is closed: if its triangles traverse every edge equally often in both
 /// directions. The report counts the edges where they do not, and the triangles that repeat others, and names
-/// the first of each kind. Corners are the same if the model gives them the same coordinates.
+/// the first of each kind. With --json it lists all. Corners are the same if the model gives them the same
+/// coordinates.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build

@@ -5,38 +5,41 @@ use std::path::{Path, PathBuf};
 
 use intertri::Scalar;
 use intertri_lab::tables::grouped;
-use intertri_trace::{EdgeDefect, MeshReport, TriangleDefect};
-use serde::Serialize;
+use intertri_trace::{DefectiveEdge, DuplicateTriangle, MeshReport};
+use serde::{Serialize, Serializer};
 
 use crate::engine::model::ModelNotes;
 use crate::engine::scalar_name::ScalarName;
 
 /// The report of `inspect`.
 #[derive(Serialize)]
-pub(crate) struct InspectReport {
+#[serde(bound = "")]
+pub(crate) struct InspectReport<S: Scalar> {
     model: PathBuf,
     triangles: usize,
     scalar: ScalarName,
     /// Things in the model that were left out, repaired or guessed.
     notes: ModelNotes,
     is_closed: bool,
-    open: Edges,
-    turned: Edges,
-    uneven: Edges,
+    open: Edges<S>,
+    turned: Edges<S>,
+    uneven: Edges<S>,
     doubled: Triangles,
     opposed: Triangles,
 }
 
 /// Edges with the same defect.
 #[derive(Serialize)]
-struct Edges {
+#[serde(bound = "")]
+struct Edges<S: Scalar> {
     count: usize,
-    first: Option<FirstEdge>,
+    #[serde(serialize_with = "edge_list")]
+    edges: Vec<DefectiveEdge<S>>,
 }
 
-/// The first edge with a defect.
+/// An edge with a defect, in the direction of its first triangle.
 #[derive(Serialize)]
-struct FirstEdge {
+struct Edge {
     triangle: usize,
     from: [f64; 3],
     to: [f64; 3],
@@ -46,35 +49,28 @@ struct FirstEdge {
 #[derive(Serialize)]
 struct Triangles {
     count: usize,
-    first: Option<FirstTriangle>,
+    #[serde(serialize_with = "triangle_list")]
+    triangles: Vec<DuplicateTriangle>,
 }
 
-/// The first triangle that repeats another.
+/// A triangle that repeats another.
 #[derive(Serialize)]
-struct FirstTriangle {
+struct Triangle {
     triangle: usize,
     repeats: usize,
 }
 
-impl InspectReport {
-    pub(crate) fn new<S: Scalar>(
+impl<S: Scalar> InspectReport<S> {
+    pub(crate) fn new(
         model: &Path,
         triangles: usize,
         scalar: ScalarName,
         notes: ModelNotes,
         report: MeshReport<S>,
     ) -> Self {
-        let edges = |EdgeDefect { count, first }: EdgeDefect<S>| {
-            let first = first.map(|(triangle, ends)| {
-                let [from, to] = ends.map(|end| end.map(Into::into));
-                FirstEdge { triangle, from, to }
-            });
-            Edges { count, first }
-        };
-        let repeated = |TriangleDefect { count, first }: TriangleDefect| {
-            let first = first.map(|(triangle, repeats)| FirstTriangle { triangle, repeats });
-            Triangles { count, first }
-        };
+        let edges = |edges: Vec<DefectiveEdge<S>>| Edges { count: edges.len(), edges };
+        let repeated =
+            |triangles: Vec<DuplicateTriangle>| Triangles { count: triangles.len(), triangles };
         Self {
             model: model.to_owned(),
             triangles,
@@ -90,17 +86,36 @@ impl InspectReport {
     }
 }
 
-impl fmt::Display for InspectReport {
+impl Edge {
+    fn new<S: Scalar>(edge: &DefectiveEdge<S>) -> Self {
+        let [from, to] = edge.ends.map(|end| end.map(Into::into));
+        Self { triangle: edge.triangle, from, to }
+    }
+}
+
+fn edge_list<S: Scalar, W: Serializer>(
+    edges: &[DefectiveEdge<S>],
+    to: W,
+) -> Result<W::Ok, W::Error> {
+    to.collect_seq(edges.iter().map(Edge::new))
+}
+
+fn triangle_list<W: Serializer>(triangles: &[DuplicateTriangle], to: W) -> Result<W::Ok, W::Error> {
+    let repeats = |&DuplicateTriangle { triangle, of }| Triangle { triangle, repeats: of };
+    to.collect_seq(triangles.iter().map(repeats))
+}
+
+impl<S: Scalar> fmt::Display for InspectReport<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let triangles = grouped(self.triangles as u64);
         let scalar = self.scalar.mention();
         writeln!(f, "{triangles:>12} triangles of {}{scalar}", self.model.display())?;
-        for (Edges { count, first }, what) in [
+        for (Edges { count, edges }, what) in [
             (&self.open, "open edges, which belong to one triangle alone"),
             (&self.turned, "edges between triangles that are turned against each other"),
             (&self.uneven, "edges of three triangles or more, which do not pair up"),
         ] {
-            if let Some(FirstEdge { triangle, from, to }) = first {
+            if let Some(Edge { triangle, from, to }) = edges.first().map(Edge::new) {
                 let count = grouped(*count as u64);
                 writeln!(
                     f,
@@ -108,14 +123,14 @@ impl fmt::Display for InspectReport {
                 )?;
             }
         }
-        for (Triangles { count, first }, way) in
+        for (Triangles { count, triangles }, way) in
             [(&self.doubled, "the same way round"), (&self.opposed, "the other way round")]
         {
-            if let Some(FirstTriangle { triangle, repeats }) = first {
+            if let Some(DuplicateTriangle { triangle, of }) = triangles.first() {
                 let count = grouped(*count as u64);
                 writeln!(
                     f,
-                    "{count:>12} triangles that repeat others {way}: the first is {triangle}, which repeats {repeats}"
+                    "{count:>12} triangles that repeat others {way}: the first is {triangle}, which repeats {of}"
                 )?;
             }
         }

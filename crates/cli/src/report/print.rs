@@ -1,7 +1,7 @@
 //! Prints reports to standard output.
 
 use std::fmt;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 
 use serde::Serialize;
 
@@ -10,12 +10,13 @@ use crate::io::standard_output;
 
 /// Prints a report on standard output: a few lines of text, or only JSON.
 pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<()> {
-    let text = if json {
-        serde_json::to_string_pretty(report).map_err(|error| Error::at("report", error))?
+    let mut out = BufWriter::new(io::stdout().lock());
+    let written = if json {
+        serde_json::to_writer_pretty(&mut out, report).map_err(io::Error::from)
     } else {
-        report.to_string()
+        write!(out, "{report}")
     };
-    writeln!(io::stdout(), "{text}").map_err(|cause| {
+    written.and_then(|()| writeln!(out)).and_then(|()| out.flush()).map_err(|cause| {
         Error::at(standard_output::NAME, format!("cannot write the report: {cause}"))
     })
 }

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 from . import _archive
 from ._intertri import read_model
 from ._points import PointQueries
+from ._triangles import native
 
 
 AnyMesh = TypeVar("AnyMesh", bound="Mesh")
@@ -127,6 +128,34 @@ class Mesh(PointQueries):
     def _state(self) -> _archive.Saved:
         vertices, faces, tree = self._saved()
         return vertices, faces, tree, _archive.binding(vertices, faces, tree)
+
+    def orient(self: AnyMesh, *, threads: int | None = None) -> AnyMesh:
+        """A copy of the mesh with faces turned so that each connected piece is oriented consistently, and outward.
+
+        Pieces are connected by edges of two faces. Each piece turns outward on its own, even the wall of a cavity. An open
+        piece turns outward as seen from the middle of its bounding box. A piece with one side, such as a Möbius strip,
+        stays as it is: `inspect` still counts ``turned`` edges. To turn a face, its last two corners change places.
+
+        Parameters
+        ----------
+        threads : int, optional
+            Number of threads for the build, all by default.
+
+        Examples
+        --------
+        >>> import intertri
+        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
+        >>> mesh = intertri.Mesh(corners, [[1, 2, 0], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).orient()
+        >>> mesh.is_closed, mesh.faces[0].tolist()
+        (True, [1, 0, 2])
+        """
+        vertices, faces = self._at.vertices, self._faces.copy()
+        turned = native(vertices.dtype).orient(vertices.reshape(-1), faces.reshape(-1))
+        faces[turned] = faces[turned][:, [0, 2, 1]]
+        mesh = type(self).__new__(type(self))
+        mesh._keep(vertices, faces)
+        mesh._tree(mesh.dtype, threads)
+        return mesh
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes vertices, faces and hierarchy to a file for `intertri.load`. The file is the same on every machine.

@@ -231,12 +231,43 @@ class Triangles:
         >>> import intertri
         >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
         >>> print(intertri.Mesh(corners, [[1, 2, 0], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).inspect()["text"])
-        3 edges lie between triangles that are turned against each other, the first at triangle 0 from [0.0, 4.0, 0.0] to [0.0, 0.0, 0.0]
+        3 edges lie between triangles that are turned against each other, the first at triangle 0 from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0]
         """  # noqa: E501
-        at = self._at
-        text, counts = native(at.vertices.dtype).inspect(at.vertices.reshape(-1), self._faces.reshape(-1))
-        report: dict[str, int | str] = dict(zip(("open", "turned", "uneven", "doubled", "opposed"), counts))
+        text, rows = self._defects()
+        report: dict[str, int | str] = {defect: len(rows[defect]) for defect in rows}
         return report | {"text": text}
+
+    def defects(self) -> dict[str, NDArray[np.int64]]:
+        """All edges and faces that `inspect` counts.
+
+        Returns
+        -------
+        dict
+            ``open``, ``turned`` and ``uneven``: edges as rows of two vertices, (n, 2), in the direction of the first face
+            that has them. ``doubled`` and ``opposed``: rows of a face and the earlier one that it repeats, (n, 2).
+
+        Examples
+        --------
+        >>> import intertri
+        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
+        >>> intertri.Mesh(corners, [[0, 1, 3], [0, 3, 2], [1, 2, 3]]).defects()["open"]
+        array([[0, 1],
+               [2, 0],
+               [1, 2]])
+        """
+        faces, (_, defects) = self._faces, self._defects()
+        for defect in ("open", "turned", "uneven"):
+            face, corner = defects[defect].T
+            ends = np.stack([faces[face, corner], faces[face, (corner + 1) % 3]], axis=1)
+            defects[defect] = ends.astype(np.int64)
+        return defects
+
+    def _defects(self) -> tuple[str, dict[str, NDArray[np.int64]]]:
+        """The defects in words, and rows of two numbers: edges as faces and corners, and repeated faces."""
+        at = self._at
+        text, lists = native(at.vertices.dtype).inspect(at.vertices.reshape(-1), self._faces.reshape(-1))
+        names = ("open", "turned", "uneven", "doubled", "opposed")
+        return text, {name: rows.reshape(-1, 2) for name, rows in zip(names, lists)}
 
 
 def native(dtype: np.dtype[Any]) -> type[Tree32] | type[Tree64]:

@@ -10,8 +10,8 @@ use crate::util::stop;
 /// A corner as bits; both zeros are equal.
 pub(super) type Corner<S> = [<S as Bits>::Key; 3];
 
-/// An edge from its lower end to its higher one, whether its triangle traverses it in that direction, and the
-/// triangle.
+/// An edge from its lower end to its higher one, whether its triangle traverses it in that direction, and its number:
+/// three times the triangle, plus the corner where it starts.
 type DirectedEdge<S> = (Corner<S>, Corner<S>, bool, usize);
 
 /// The edges of all triangles, with equal ones adjacent.
@@ -26,7 +26,7 @@ impl<S: Scalar> Edges<S> {
     pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
         let edges = |(i, t): (usize, &TriangleOf<S>)| {
             let [a, b, c] = t.0.map(corner::<S>);
-            [(a, b, i), (b, c, i), (c, a, i)]
+            [(a, b, 3 * i), (b, c, 3 * i + 1), (c, a, 3 * i + 2)]
         };
         let mut all = room(3 * triangles.len())?;
         let finite = triangles.iter().enumerate().filter(|(_, triangle)| is_finite(triangle));
@@ -72,18 +72,18 @@ impl<S: Scalar> SharedEdge<'_, S> {
         (from, to, up.abs_diff(down))
     }
 
-    /// The first triangle with this edge, and the edge's start and end in that triangle.
-    pub(super) fn first(&self) -> Option<(usize, [[S; 3]; 2])> {
-        let first = self.0.iter().min_by_key(|(.., triangle)| *triangle);
-        first.map(|&(lo, hi, up, triangle)| {
+    /// This edge of the first triangle that has it: the triangle, the corner where it starts, and both ends.
+    pub(super) fn first(&self) -> Option<(usize, usize, [[S; 3]; 2])> {
+        let first = self.0.iter().min_by_key(|(.., number)| *number);
+        first.map(|&(lo, hi, up, number)| {
             let ends = if up { [lo, hi] } else { [hi, lo] };
-            (triangle, ends.map(of_corner::<S>))
+            (number / 3, number % 3, ends.map(of_corner::<S>))
         })
     }
 
     /// The two triangles that alone have it, and whether each runs from its lower end.
     pub(super) fn pair(&self) -> Option<[(usize, bool); 2]> {
-        let triangle = |&(_, _, up, triangle): &DirectedEdge<S>| (triangle, up);
+        let triangle = |&(_, _, up, number): &DirectedEdge<S>| (number / 3, up);
         if let [a, b] = self.0 { Some([triangle(a), triangle(b)]) } else { None }
     }
 }

@@ -30,7 +30,7 @@ pub(crate) use classify::classify;
 use classify::classify_batch;
 use edges::{Edges, is_finite};
 pub use orient::Orientation;
-pub use report::{EdgeDefect, MeshReport, TriangleDefect};
+pub use report::{DefectiveEdge, DuplicateTriangle, MeshReport};
 
 /// A mesh with its hierarchy, which distinguishes inside from outside.
 ///

@@ -4,70 +4,77 @@ use std::fmt;
 
 use intertri::{Scalar, TriangleOf};
 
-use super::edges::{Corner, Edges, SharedEdge, corner, is_finite};
+use super::edges::{Corner, Edges, corner, is_finite};
 use crate::util::memory::{NoMemory, room};
 use crate::util::stop;
 
-/// Edges of a mesh that have the same defect.
+/// An edge of a mesh that has a defect.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EdgeDefect<S> {
-    /// Their number.
-    pub count: usize,
-    /// The first triangle with such an edge, and the two ends of the edge in that triangle's direction.
-    pub first: Option<(usize, [[S; 3]; 2])>,
+pub struct DefectiveEdge<S> {
+    /// The first triangle with this edge.
+    pub triangle: usize,
+    /// The corner of that triangle where the edge starts. It ends at the next corner.
+    pub corner: usize,
+    /// Where the edge starts and ends.
+    pub ends: [[S; 3]; 2],
 }
 
-/// Triangles of a mesh that have the same defect.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct TriangleDefect {
-    /// Their number.
-    pub count: usize,
-    /// The first of them, and the triangle that it duplicates.
-    pub first: Option<(usize, usize)>,
+/// A triangle of a mesh with the corners of an earlier one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct DuplicateTriangle {
+    /// The triangle.
+    pub triangle: usize,
+    /// The earlier triangle.
+    pub of: usize,
 }
 
 /// The open edges, and the flipped and duplicate triangles, of a mesh, as found by
 /// [`Solid::inspect`](super::Solid::inspect). Edges and triangles are the same if the coordinates of their
-/// corners are.
+/// corners are. Each list is sorted by triangle, and its length is the number of such edges or triangles.
 ///
 /// ```
 /// use intertri_trace::{Solid, intertri::Triangle};
 /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
 /// let faces = [[x, y, o], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
 /// let report = Solid::inspect(&faces)?;
-/// assert!(!report.is_closed() && report.open.count == 0 && report.turned.count == 3);
+/// assert!(!report.is_closed() && report.open.is_empty() && report.turned.len() == 3);
 /// assert_eq!(
 ///     report.to_string(),
 ///     "3 edges lie between triangles that are turned against each other, the first at triangle 0 \
-///      from [0.0, 4.0, 0.0] to [0.0, 0.0, 0.0]"
+///      from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0]"
 /// );
 /// # Ok::<(), intertri_trace::BuildError>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MeshReport<S = f32> {
     /// Edges of only one triangle.
-    pub open: EdgeDefect<S>,
+    pub open: Vec<DefectiveEdge<S>>,
     /// Edges that two triangles traverse in the same direction: one of the two is flipped.
-    pub turned: EdgeDefect<S>,
+    pub turned: Vec<DefectiveEdge<S>>,
     /// Edges of three triangles or more that are traversed more often in one direction than in the other.
-    pub uneven: EdgeDefect<S>,
+    pub uneven: Vec<DefectiveEdge<S>>,
     /// Triangles with the corners of an earlier one, in the same orientation.
-    pub doubled: TriangleDefect,
+    pub doubled: Vec<DuplicateTriangle>,
     /// Triangles with the corners of an earlier one, in the opposite orientation: the two cancel.
-    pub opposed: TriangleDefect,
+    pub opposed: Vec<DuplicateTriangle>,
 }
 
 impl<S: Scalar> MeshReport<S> {
     /// Inspects triangles; those that are not finite are left out.
     pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
-        let none = EdgeDefect { count: 0, first: None };
-        let (mut open, mut turned, mut uneven) = (none, none, none);
+        let (mut open, mut turned, mut uneven) = (Vec::new(), Vec::new(), Vec::new());
         for edge in Edges::of(triangles)?.shared().filter(|edge| !edge.is_closed()) {
-            match edge.counts() {
-                [1, 0] | [0, 1] => open.add(&edge),
-                [2, 0] | [0, 2] => turned.add(&edge),
-                _ => uneven.add(&edge),
+            let list = match edge.counts() {
+                [1, 0] | [0, 1] => &mut open,
+                [2, 0] | [0, 2] => &mut turned,
+                _ => &mut uneven,
+            };
+            if let Some((triangle, corner, ends)) = edge.first() {
+                push(list, DefectiveEdge { triangle, corner, ends })?;
             }
+        }
+        for list in [&mut open, &mut turned, &mut uneven] {
+            list.sort_unstable_by_key(|edge| (edge.triangle, edge.corner));
         }
         let [doubled, opposed] = repeated(triangles)?;
         Ok(Self { open, turned, uneven, doubled, opposed })
@@ -76,26 +83,21 @@ impl<S: Scalar> MeshReport<S> {
     /// Whether every edge is traversed equally often in both directions, so that winding numbers are
     /// integers.
     pub fn is_closed(&self) -> bool {
-        self.open.count + self.turned.count + self.uneven.count == 0
+        self.open.is_empty() && self.turned.is_empty() && self.uneven.is_empty()
     }
 }
 
-impl<S: Scalar> EdgeDefect<S> {
-    fn add(&mut self, edge: &SharedEdge<'_, S>) {
-        self.count += 1;
-        self.first = [self.first, edge.first()].into_iter().flatten().min_by_key(|first| first.0);
-    }
-}
-
-impl TriangleDefect {
-    fn add(&mut self, triangle: usize, earlier: usize) {
-        self.count += 1;
-        self.first = self.first.into_iter().chain([(triangle, earlier)]).min();
-    }
+/// Adds an item to a list, if there is memory for it.
+fn push<T>(list: &mut Vec<T>, item: T) -> Result<(), NoMemory> {
+    list.try_reserve(1).map_err(|_| NoMemory)?;
+    list.push(item);
+    Ok(())
 }
 
 /// Triangles that duplicate others, in the same orientation and in the opposite one.
-fn repeated<S: Scalar>(triangles: &[TriangleOf<S>]) -> Result<[TriangleDefect; 2], NoMemory> {
+fn repeated<S: Scalar>(
+    triangles: &[TriangleOf<S>],
+) -> Result<[Vec<DuplicateTriangle>; 2], NoMemory> {
     // The sorted corners, and whether sorting took an odd number of swaps.
     type Key<S> = ([Corner<S>; 3], usize, bool);
     let key = |(i, triangle): (usize, &TriangleOf<S>)| -> Key<S> {
@@ -120,12 +122,16 @@ fn repeated<S: Scalar>(triangles: &[TriangleOf<S>]) -> Result<[TriangleDefect; 2
         stop::heed();
         a.cmp(b)
     });
-    let mut found = [TriangleDefect::default(); 2];
+    let mut found = [Vec::new(), Vec::new()];
     for same in keys.chunk_by(|a, b| a.0 == b.0) {
-        let (_, first, is_odd) = same[0];
+        let (_, of, is_odd) = same[0];
         for &(_, triangle, other) in &same[1..] {
-            found[usize::from(other != is_odd)].add(triangle, first);
+            let list = &mut found[usize::from(other != is_odd)];
+            push(list, DuplicateTriangle { triangle, of })?;
         }
+    }
+    for list in &mut found {
+        list.sort_unstable();
     }
     Ok(found)
 }
@@ -146,10 +152,11 @@ impl<S: Scalar> fmt::Display for MeshReport<S> {
                 "have three triangles or more, which do not pair up",
             ),
         ];
-        for (EdgeDefect { count, first }, one, many) in edges {
-            if let Some((triangle, [from, to])) = first {
-                let (noun, says) = if *count == 1 { ("edge", one) } else { ("edges", many) };
-                let which = if *count == 1 { "" } else { "the first " };
+        for (edges, one, many) in edges {
+            if let Some(DefectiveEdge { triangle, ends: [from, to], .. }) = edges.first() {
+                let count = edges.len();
+                let (noun, says) = if count == 1 { ("edge", one) } else { ("edges", many) };
+                let which = if count == 1 { "" } else { "the first " };
                 write!(
                     f,
                     "{between}{count} {noun} {says}, {which}at triangle {triangle} from {from:?} to {to:?}"
@@ -157,19 +164,17 @@ impl<S: Scalar> fmt::Display for MeshReport<S> {
                 between = "; ";
             }
         }
-        for (TriangleDefect { count, first }, way) in
+        for (duplicates, way) in
             [(&self.doubled, "the same way round"), (&self.opposed, "the other way round")]
         {
-            if let Some((triangle, earlier)) = first {
-                let noun = if *count == 1 {
-                    "triangle repeats another"
-                } else {
-                    "triangles repeat others"
-                };
-                let which = if *count == 1 { "" } else { "the first " };
+            if let Some(DuplicateTriangle { triangle, of }) = duplicates.first() {
+                let count = duplicates.len();
+                let noun =
+                    if count == 1 { "triangle repeats another" } else { "triangles repeat others" };
+                let which = if count == 1 { "" } else { "the first " };
                 write!(
                     f,
-                    "{between}{count} {noun} {way}, {which}triangle {triangle} that of {earlier}"
+                    "{between}{count} {noun} {way}, {which}triangle {triangle} that of {of}"
                 )?;
                 between = "; ";
             }
@@ -182,7 +187,7 @@ impl<S: Scalar> fmt::Display for MeshReport<S> {
 mod tests {
     use intertri::{Triangle, TriangleOf};
 
-    use super::MeshReport;
+    use super::{DefectiveEdge, DuplicateTriangle, MeshReport};
 
     const O: [f32; 3] = [0.0; 3];
     const X: [f32; 3] = [1.0, 0.0, 0.0];
@@ -201,7 +206,7 @@ mod tests {
         let whole = report(&CORNER);
         assert!(whole.is_closed() && whole.to_string() == "closed");
         let open = report(&CORNER[1..]);
-        assert_eq!((open.open.count, open.open.first.map(|first| first.0)), (3, Some(0)));
+        assert_eq!((open.open.len(), open.open[0].triangle), (3, 0));
         assert!(
             open.to_string()
                 .starts_with("3 edges belong to one triangle alone, the first at triangle 0 from ")
@@ -210,8 +215,8 @@ mod tests {
         // A duplicated face: its edges have three triangles, two of them in the same direction.
         let doubled = report(&[&CORNER[..], &[[Y, X, O]]].concat());
         assert_eq!(
-            (doubled.uneven.count, doubled.doubled.first, doubled.opposed.count),
-            (3, Some((4, 0)), 0)
+            (doubled.uneven.len(), doubled.doubled.as_slice(), doubled.opposed.len()),
+            (3, [DuplicateTriangle { triangle: 4, of: 0 }].as_slice(), 0)
         );
         assert!(
             doubled
@@ -219,11 +224,23 @@ mod tests {
                 .ends_with("; 1 triangle repeats another the same way round, triangle 4 that of 0")
         );
 
+        // Each edge in the direction of its first triangle, in the order of the triangles.
+        let edges = |list: &[DefectiveEdge<f32>]| {
+            list.iter().map(|edge| (edge.triangle, edge.corner, edge.ends)).collect::<Vec<_>>()
+        };
+        assert_eq!(edges(&open.open), [(0, 0, [O, X]), (1, 2, [Y, O]), (2, 0, [X, Y])]);
+        let turned = report(&[CORNER[0], [X, O, Z], CORNER[2], CORNER[3]]);
+        assert_eq!(edges(&turned.turned), [(0, 2, [X, O]), (1, 1, [O, Z]), (1, 2, [Z, X])]);
+        assert_eq!(edges(&doubled.uneven), [(0, 0, [O, Y]), (0, 1, [Y, X]), (0, 2, [X, O])]);
+
         // A face and its opposite cancel: the mesh is closed, but this is worth reporting.
         let opposed = report(&[&CORNER[..], &[[X, Y, O], [O, Y, X]]].concat());
         assert!(opposed.is_closed());
-        assert_eq!((opposed.doubled.first, opposed.opposed.first), (Some((5, 0)), Some((4, 0))));
+        let of = |list: &[DuplicateTriangle]| {
+            list.iter().map(|t| (t.triangle, t.of)).collect::<Vec<_>>()
+        };
+        assert_eq!((of(&opposed.doubled), of(&opposed.opposed)), (vec![(5, 0)], vec![(4, 0)]));
         assert!(report(&[]).is_closed());
-        assert_eq!(report(&[[O, O, X], [O, O, X]]).doubled.count, 0);
+        assert_eq!(report(&[[O, O, X], [O, O, X]]).doubled.len(), 0);
     }
 }
