@@ -78,8 +78,9 @@ impl Clusters {
         let middle = bounds.middle();
         let far = pieces.iter().flat_map(corners).map(|corner| size(apart(corner, middle)));
         let radius = ROOM * far.fold(0.0, f64::max) + least;
-        let area = pieces.iter().map(|piece| fan(corners(piece), least)).sum::<f64>();
-        let (at, radius, area) = (self.clusters.len(), radius * radius, ROOM * area / (2.0 * TAU));
+        let double_area = pieces.iter().map(|piece| fan(corners(piece), least)).sum::<f64>();
+        let area = ROOM * double_area / (4.0 * TAU);
+        let (at, radius) = (self.clusters.len(), radius * radius);
         let loop_corners = if let [piece] = *pieces { Some(piece) } else { None };
         self.clusters.push(Cluster { middle, radius, area, next: 0, corners: loop_corners });
         if pieces.len() > 1 {
@@ -187,4 +188,90 @@ fn apart(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 fn size(v: [f64; 3]) -> f64 {
     (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::{Cluster, Clusters, apart, size};
+
+    /// A flat, convex loop of many edges, with its first corner at its end.
+    fn circle(count: usize) -> Vec<[f64; 3]> {
+        let corner = |i: usize| {
+            let angle = (i % count) as f64 / count as f64 * TAU;
+            [angle.cos(), angle.sin(), 0.25 * angle.cos()]
+        };
+        (0..=count).map(corner).collect()
+    }
+
+    fn clusters(loops: &[Vec<[f64; 3]>]) -> Clusters {
+        Clusters::of(loops.iter().map(Vec::as_slice)).unwrap()
+    }
+
+    /// The corners of the loops within a cluster.
+    fn loops<'a>(tree: &'a Clusters, at: usize) -> impl Iterator<Item = &'a [[f64; 3]]> + Clone {
+        let within = tree.clusters[at..tree.clusters[at].next].iter();
+        within.filter_map(|cluster| cluster.corners).map(|[start, end]| &tree.corners[start..end])
+    }
+
+    /// Twice the area that a flat loop encloses.
+    fn enclosed(corners: &[[f64; 3]]) -> f64 {
+        let mut sum = [0.0; 3];
+        for edge in corners.windows(2) {
+            let ([ax, ay, az], [bx, by, bz]) = (edge[0], edge[1]);
+            let cross = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
+            sum = [0, 1, 2].map(|k| sum[k] + cross[k]);
+        }
+        size(sum)
+    }
+
+    /// Chords cancel, so that the small loops together run along each edge as often as the boundary.
+    #[test]
+    fn small_loops_are_the_boundary() {
+        for count in [3, 8, 16, 17, 18, 129, 130, 1000] {
+            let tree = clusters(&[circle(count), circle(5)]);
+            let mut edges: Vec<[[f64; 3]; 2]> = Vec::new();
+            for edge in loops(&tree, 0).flat_map(|corners| corners.windows(2)) {
+                let [from, to] = [edge[0], edge[1]];
+                match edges.iter().position(|edge| *edge == [to, from]) {
+                    Some(reverse) => drop(edges.swap_remove(reverse)),
+                    None => edges.push([from, to]),
+                }
+            }
+            let boundary = [circle(count), circle(5)];
+            let boundary = boundary.iter().flat_map(|corners| corners.windows(2));
+            let mut boundary: Vec<_> = boundary.map(|edge| [edge[0], edge[1]]).collect();
+            let key = |edge: &[[f64; 3]; 2]| {
+                edge.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+            };
+            edges.sort_unstable_by_key(key);
+            boundary.sort_unstable_by_key(key);
+            assert_eq!(edges, boundary, "{count}");
+        }
+    }
+
+    /// Balls contain their loops, and areas are those of the loops: no less, and in a flat and convex loop no more.
+    #[test]
+    fn balls_and_areas_are_bounds() {
+        for count in [3, 17, 200, 1000] {
+            let far = circle(9).iter().map(|corner| corner.map(|x| x + 9.0)).collect();
+            let tree = clusters(&[circle(count), far]);
+            for (at, Cluster { middle, radius, area, .. }) in tree.clusters.iter().enumerate() {
+                for corner in loops(&tree, at).flatten() {
+                    let away = size(apart(*corner, *middle));
+                    assert!(away * away <= *radius, "{count}: {corner:?} is outside of ball {at}");
+                }
+                let enclosed = loops(&tree, at).map(enclosed).sum::<f64>() / (2.0 * TAU) / 2.0;
+                assert!(
+                    (enclosed..1.001 * enclosed + 1e-12).contains(&area),
+                    "{count}: {area} for {enclosed}"
+                );
+            }
+            // A triangle without area still has room for the rounding of its corners.
+            let x = 1.0 / count as f64;
+            let line = clusters(&[vec![[x; 3], [x + 1.0; 3], [x; 3]]]);
+            assert!(line.clusters[0].area > 0.0 && line.clusters[0].radius > 0.75);
+        }
+    }
 }
