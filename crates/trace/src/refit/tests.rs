@@ -148,7 +148,7 @@ fn the_number_of_triangles_stays() {
     let (expected, found) = (triangles.len(), 5);
     let error = bvh.refit(&triangles[..5]).unwrap_err();
     assert_eq!(error, RefitError::Count { expected, found });
-    assert!(error.to_string().contains("not to 5"));
+    assert!(error.to_string().contains("cannot be refitted to 5"));
     assert_as_new(&bvh, &triangles);
     assert!(Bvh::<f32>::new(&[]).unwrap().refit(&[]).unwrap().ratio() == 1.0);
 }
