@@ -210,7 +210,7 @@ mod tests {
     }
 
     /// The corners of the loops within a cluster.
-    fn loops<'a>(tree: &'a Clusters, at: usize) -> impl Iterator<Item = &'a [[f64; 3]]> + Clone {
+    fn loops(tree: &Clusters, at: usize) -> impl Iterator<Item = &[[f64; 3]]> + Clone {
         let within = tree.clusters[at..tree.clusters[at].next].iter();
         within.filter_map(|cluster| cluster.corners).map(|[start, end]| &tree.corners[start..end])
     }
@@ -264,7 +264,7 @@ mod tests {
                 }
                 let enclosed = loops(&tree, at).map(enclosed).sum::<f64>() / (2.0 * TAU) / 2.0;
                 assert!(
-                    (enclosed..1.001 * enclosed + 1e-12).contains(&area),
+                    (enclosed..1.001 * enclosed + 1e-12).contains(area),
                     "{count}: {area} for {enclosed}"
                 );
             }
