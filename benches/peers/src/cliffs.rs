@@ -1,7 +1,7 @@
 //! Cliffs: how many times longer the same rays take if a scene contains something that slows tracers down.
 //!
-//! A stray triangle far away, a far origin, needles at the poles of a sphere: each engine traces each case
-//! and its plain counterpart. A tracer whose time depends on what the rays meet has ratios near 1.
+//! A stray triangle, far origins, thin triangles, rays aimed at edges: each engine traces each case and its plain
+//! counterpart. A tracer whose time depends only on what the rays meet has ratios near 1.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -10,19 +10,92 @@ use clap::Args;
 use intertri::{Hit, Mode, Ray};
 use intertri_scene::{Mesh, Scene, hit_point};
 use intertri_trace::Bvh;
+use rayon::ThreadPool;
 
+use crate::embree::Api;
 use crate::engine::{Answer, Engine, Question};
 use crate::engines;
 use crate::measure::{self, Row, Truth};
 use crate::ours::Batch;
 use crate::rays::{self, Kind, Order};
-use crate::{embree, pool, report, scenes};
+use crate::{embree, pool, report, scenes, write_rows};
+
+/// What makes a scene hostile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Cause {
+    /// One more triangle, ever further away.
+    Stray,
+    /// The same for diffuse rays.
+    StrayDiffuse,
+    /// Origins ever further away, toward what the camera sees.
+    Origin,
+    /// Ever thinner triangles: a wavy plate of as many.
+    Thin,
+    /// An ever larger share of rays aimed at edges.
+    Edges,
+    /// The same for rays aimed at vertices.
+    Vertices,
+    /// A globe with quads at its poles, half of which are needles.
+    Poles,
+}
+
+impl Cause {
+    /// Its name in the figures.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stray => "stray",
+            Self::StrayDiffuse => "stray-diffuse",
+            Self::Origin => "origin",
+            Self::Thin => "thin",
+            Self::Edges => "edges",
+            Self::Vertices => "vertices",
+            Self::Poles => "poles",
+        }
+    }
+
+    /// How hostile its cases are. The first is plain.
+    fn amounts(self) -> &'static [f64] {
+        match self {
+            Self::Stray => &[0.0, 1e2, 1e4, 1e6, 1e8],
+            Self::StrayDiffuse => &[0.0, 1e6],
+            Self::Origin => &[0.0, 1e1, 1e2, 1e3, 1e4, 1e5],
+            Self::Thin => &[1.0, 16.0, 256.0, 4096.0, 65536.0],
+            Self::Edges | Self::Vertices => &[0.0, 0.01, 0.1, 0.5, 1.0],
+            Self::Poles => &[0.0, 1.0],
+        }
+    }
+
+    /// Whether the scene is generated rather than one of those chosen.
+    fn has_its_own_scene(self) -> bool {
+        matches!(self, Self::Thin | Self::Poles)
+    }
+
+    fn what(self, amount: f64) -> String {
+        match self {
+            Self::Thin => format!("triangles {amount} times as long as wide"),
+            _ if amount == 0.0 => "plain".into(),
+            Self::Stray | Self::StrayDiffuse => format!("a stray triangle {amount} sizes away"),
+            Self::Origin => format!("origins {amount} sizes away"),
+            Self::Edges => format!("{} % of the rays aimed at edges", 100.0 * amount),
+            Self::Vertices => format!("{} % of the rays aimed at vertices", 100.0 * amount),
+            Self::Poles => "quads at the poles".into(),
+        }
+    }
+}
 
 #[derive(Args)]
 pub struct Options {
     /// Scenes, as for `rays`.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
+    /// What makes them hostile.
+    #[arg(
+        long,
+        value_enum,
+        value_delimiter = ',',
+        default_value = "stray,stray-diffuse,origin,thin,edges,vertices,poles"
+    )]
+    cause: Vec<Cause>,
     /// Engines, as for `rays`.
     #[arg(
         long,
@@ -36,6 +109,12 @@ pub struct Options {
     /// Pixels along a side of the picture, a power of two.
     #[arg(long, default_value_t = 256)]
     size: u32,
+    /// The order of the pixels.
+    #[arg(long, value_enum, default_value_t = Order::Rows)]
+    order: Order,
+    /// Where to write the figures as JSON, for the chart among others.
+    #[arg(long)]
+    json: Option<PathBuf>,
     /// Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
@@ -43,7 +122,6 @@ pub struct Options {
 
 /// A scene and rays at it.
 struct Case {
-    what: String,
     scene: Scene,
     rays: Vec<Ray>,
     question: Question,
@@ -52,64 +130,95 @@ struct Case {
 pub fn run(options: &Options) -> Result<(), String> {
     let (api, pool) = (embree(options.embree.clone()), pool(1)?);
     println!("{}; one thread, {1} x {1} pixels", report::cpu(), options.size);
-    for plain_and_hostile in groups(options)? {
-        let mut plain: Vec<Row> = Vec::new();
-        for case in plain_and_hostile {
-            let triangles = case.scene.mesh.to_triangles();
-            let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
-            let wanted = &options.engine;
-            let mut named = engines::engines(wanted, &case.scene, &triangles, &bvh, api.as_ref());
-            let mut exact = Batch::new(bvh.clone(), Mode::exact());
-            exact.load(&case.rays, case.question);
-            exact.trace(0..case.rays.len());
-            let truth: Vec<Answer> = exact.answers();
-            let (truth, none): (Truth<'_>, measure::Beside) = (&|_| &truth[..], |_, _| None);
-            let (rays, seconds) = (&case.rays, options.seconds);
-            let rows =
-                measure::measure(&mut named, rays, case.question, truth, seconds, &pool, none);
-            report::cliff(&case.what, &rows, &plain);
-            if plain.is_empty() {
-                plain = rows;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Plain cases, each followed by its hostile variants.
-fn groups(options: &Options) -> Result<Vec<Vec<Case>>, String> {
-    let mut groups = Vec::new();
-    for name in &options.scene {
-        let scene = scenes::scene(name)?;
-        let bvh = Bvh::new(&scene.mesh.to_triangles()).map_err(|e| e.to_string())?;
-        for kind in [Kind::Primary, Kind::Diffuse] {
-            let rays = rays::rays(kind, &scene, &bvh, options.size, Order::Tiles);
-            let case = |what: &str, scene: Scene, rays: Vec<Ray>| Case {
-                what: format!("{name}, {}: {what}", kind.name()),
-                scene,
-                rays,
-                question: kind.question(),
-            };
-            let mut group = vec![case("plain", scene.clone(), rays.clone())];
-            group.push(case("a stray triangle 10^6 sizes away", strayed(&scene), rays.clone()));
-            if kind == Kind::Primary {
-                for far in [1e3, 1e4] {
-                    let rays = from_afar(&scene, &bvh, &rays, far);
-                    group.push(case(&format!("origins {far} sizes away"), scene.clone(), rays));
+    let mut all = Vec::new();
+    for &cause in &options.cause {
+        let generated = [cause.name().to_owned()];
+        let names = if cause.has_its_own_scene() { &generated[..] } else { &options.scene[..] };
+        for name in names {
+            let mut plain: Vec<Row> = Vec::new();
+            for &amount in cause.amounts() {
+                let case = case(options, name, cause, amount)?;
+                let rows = measured(options, &case, api.as_ref(), &pool)?;
+                let rows: Vec<Row> = rows
+                    .into_iter()
+                    .map(|row| Row {
+                        scene: name.clone(),
+                        triangles: case.scene.mesh.triangles.len(),
+                        kind: cause.name().into(),
+                        order: options.order.name().into(),
+                        threads: 1,
+                        amount,
+                        ..row
+                    })
+                    .collect();
+                report::cliff(&format!("{name}: {}", cause.what(amount)), &rows, &plain);
+                all.extend(rows.iter().cloned());
+                if plain.is_empty() {
+                    plain = rows;
                 }
             }
-            groups.push(group);
         }
     }
-    groups.push(poles(options)?);
-    Ok(groups)
+    options.json.as_ref().map_or(Ok(()), |path| write_rows(path, &all))
 }
 
-/// The scene with one more triangle, a million times its size away.
-fn strayed(scene: &Scene) -> Scene {
+/// The rows of a case, without the fields that describe it.
+fn measured(
+    options: &Options,
+    case: &Case,
+    api: Option<&Arc<Api>>,
+    pool: &ThreadPool,
+) -> Result<Vec<Row>, String> {
+    let triangles = case.scene.mesh.to_triangles();
+    let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
+    let mut named = engines::engines(&options.engine, &case.scene, &triangles, &bvh, api);
+    let mut exact = Batch::new(bvh.clone(), Mode::exact());
+    exact.load(&case.rays, case.question);
+    exact.trace(0..case.rays.len());
+    let truth: Vec<Answer> = exact.answers();
+    let (truth, none): (Truth<'_>, measure::Beside) = (&|_| &truth[..], |_, _| None);
+    let (rays, seconds) = (&case.rays, options.seconds);
+    Ok(measure::measure(&mut named, rays, case.question, truth, seconds, pool, none))
+}
+
+fn case(options: &Options, name: &str, cause: Cause, amount: f64) -> Result<Case, String> {
+    let (size, order) = (options.size, options.order);
+    let generated = |mesh| Scene::of(mesh, 1.0).map_err(|e| e.to_string());
+    let scene = match cause {
+        Cause::Thin => generated(plate(amount.sqrt() as u32))?,
+        Cause::Poles => generated(globe(256, 128, amount > 0.0))?,
+        _ => scenes::scene(name)?,
+    };
+    let bvh = Bvh::new(&scene.mesh.to_triangles()).map_err(|e| e.to_string())?;
+    let kind = if cause == Cause::StrayDiffuse { Kind::Diffuse } else { Kind::Primary };
+    let mut rays = rays::rays(kind, &scene, &bvh, size, order);
+    match cause {
+        Cause::Origin if amount > 0.0 => rays = from_afar(&scene, &bvh, &rays, amount as f32),
+        Cause::Edges | Cause::Vertices => {
+            let target = if cause == Cause::Edges { Kind::Edges } else { Kind::Vertices };
+            let aimed = rays::rays(target, &scene, &bvh, size, order);
+            // The camera's rays that hit, each of which has one that is aimed.
+            let hits = bvh.query().mode(Mode::certified()).closest_batch(&rays);
+            rays =
+                rays.into_iter().zip(&hits).filter(|(_, hit)| hit.is_hit()).map(|x| x.0).collect();
+            for (i, (ray, aimed)) in rays.iter_mut().zip(aimed).enumerate() {
+                if scenes::random([i as u64, 3, 5]) < 2.0 * amount - 1.0 {
+                    *ray = aimed;
+                }
+            }
+        }
+        _ => {}
+    }
+    let strays = matches!(cause, Cause::Stray | Cause::StrayDiffuse) && amount > 0.0;
+    let scene = if strays { strayed(&scene, amount as f32) } else { scene };
+    Ok(Case { scene, rays, question: kind.question() })
+}
+
+/// The scene with one more triangle, `away` times its size away.
+fn strayed(scene: &Scene, away: f32) -> Scene {
     let mut scene = scene.clone();
     let first = scene.mesh.positions.len() as u32;
-    let (far, size) = (1e6 * size(&scene.mesh), size(&scene.mesh));
+    let (far, size) = (away * size(&scene.mesh), size(&scene.mesh));
     let corners = [[far, 0.0, 0.0], [far + size, 0.0, 0.0], [far, size, 0.0]];
     scene.mesh.positions.extend(corners);
     scene.mesh.triangles.push([first, first + 1, first + 2]);
@@ -136,19 +245,24 @@ fn from_afar(scene: &Scene, bvh: &Bvh, rays: &[Ray], far: f32) -> Vec<Ray> {
     .collect()
 }
 
-/// A globe whose poles are triangles, and one whose poles are quads, half of which are needles.
-fn poles(options: &Options) -> Result<Vec<Case>, String> {
-    let mut cases = Vec::new();
-    for (what, quads) in [("plain", false), ("quads at the poles", true)] {
-        let scene = Scene::of(globe(256, 128, quads), 1.0).map_err(|e| e.to_string())?;
-        let rays = |i: u32| {
-            scene.camera.ray(i % options.size, i / options.size, options.size, options.size)
-        };
-        let rays = (0..options.size * options.size).map(rays).collect();
-        let (what, question) = (format!("globe, primary: {what}"), Kind::Primary.question());
-        cases.push(Case { what, scene, rays, question });
+/// A wavy plate of 2^17 triangles, all of them `length^2` times as long as wide.
+fn plate(length: u32) -> Mesh {
+    let (across, along) = (256 * length, 256 / length);
+    let mut mesh = Mesh::default();
+    for j in 0..=along {
+        for i in 0..=across {
+            let [x, y] = [i as f32 / across as f32, j as f32 / along as f32];
+            mesh.positions.push([x, y, 0.05 * (20.0 * x).sin()]);
+        }
     }
-    Ok(cases)
+    for j in 0..along {
+        for i in 0..across {
+            let a = i + j * (across + 1);
+            let above = a + across + 1;
+            mesh.triangles.extend([[a, a + 1, above + 1], [a, above + 1, above]]);
+        }
+    }
+    mesh
 }
 
 /// A sphere of meridians and parallels, computed in f32 as most programs do it.

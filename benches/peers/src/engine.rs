@@ -110,3 +110,22 @@ impl<R: Send + Sync> Singles<R> {
         self.answers.clone()
     }
 }
+
+/// Lets a tracer of unknown type be wrapped.
+impl<R> Engine<R> for Box<dyn Engine<R>> {
+    fn load(&mut self, rays: &[R], question: Question) {
+        self.as_mut().load(rays, question);
+    }
+
+    fn trace(&mut self, part: Range<usize>) {
+        self.as_mut().trace(part);
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        self.as_ref().answers()
+    }
+
+    fn exact(&self) -> bool {
+        self.as_ref().exact()
+    }
+}

@@ -4,11 +4,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use intertri::simd::Level;
-use intertri::{Mode, Threshold, Triangle};
+use intertri::{Mode, Threshold, Triangle, Triangle64, TriangleOf};
 use intertri_trace::Bvh;
 use obvhs::BvhBuildParams;
 
 use crate::bvh::TwoWay;
+use crate::doubles::{self, Widened};
 use crate::embree::{Api, Build, Embree, Scene};
 use crate::engine::Engine;
 use crate::fixed::Fixed;
@@ -18,7 +19,7 @@ use crate::ours::{Batch, InF32, Kept, Single, Triangles};
 use crate::parry::Parry;
 
 /// All engines, with a one-line description.
-pub const ENGINES: [(&str, &str); 40] = [
+pub const ENGINES: [(&str, &str); 46] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-f32", "batch calls with t, u, v in f32"),
     ("certified-f32-avx2", ""),
@@ -58,7 +59,13 @@ pub const ENGINES: [(&str, &str); 40] = [
     ("obvhs-8", "compressed eight-way hierarchy, slow build"),
     ("tinybvh", "BVH8_CPU, a call a ray; only with the feature `tinybvh`"),
     ("bvh", "two-way hierarchy"),
+    ("bvh-f64", "the same in f64, with the scene and the rays widened"),
     ("parry", "triangle mesh"),
+    ("parry-f64", "the same in f64"),
+    ("tinybvh-f64", "BVH_Double; this and those below are programs that `programs/build` makes"),
+    ("libigl", "its tree in f64, through Python, one call for all rays"),
+    ("cgal", "its tree, with exact constructions"),
+    ("cgal-inexact", "its tree, with exact predicates and rounded constructions"),
 ];
 
 /// Whether one of the filters selects a name: it is the name itself, or its beginning up to a dash. No
@@ -111,6 +118,11 @@ fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     }
 }
 
+/// A triangle in f64.
+pub fn in_f64(triangle: &Triangle) -> Triangle64 {
+    TriangleOf(triangle.0.map(|corner| corner.map(f64::from)))
+}
+
 /// The instruction level that a name specifies, if this CPU supports it.
 fn level(name: &str) -> Option<Level> {
     if name.ends_with("avx2") { Level::avx2() } else { Some(Level::best()) }
@@ -151,6 +163,10 @@ pub fn engines(
             "bvh" => Some(Box::new(TwoWay::new(triangles))),
             "parry" => made(name, Parry::new(&mesh.positions, &mesh.triangles)),
             "fixed" => made(name, Fixed::new(scene)),
+            name if doubles::is(name) => {
+                let triangles: Vec<Triangle64> = triangles.iter().map(in_f64).collect();
+                doubles::engine(name, &triangles).map(|engine| Box::new(Widened(engine)) as _)
+            }
             _ => api.and_then(|api| {
                 let build = Build {
                     robust: has("robust"),

@@ -7,11 +7,14 @@ mod chart;
 mod cliffs;
 mod clock;
 mod distances;
+mod doubles;
 mod embree;
 mod engine;
 mod engines;
 mod fixed;
 mod flush_to_zero;
+#[cfg(feature = "chart")]
+mod fronts;
 mod in_f64;
 mod instances;
 mod leaks;
@@ -21,13 +24,17 @@ mod moves;
 mod obvhs;
 mod ours;
 mod parry;
+mod programs;
 mod rays;
 mod reference;
 mod report;
 mod scenes;
 mod solids;
+#[cfg(feature = "chart")]
+mod stability;
 #[cfg(feature = "tinybvh")]
 mod tinybvh;
+mod utm;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -65,6 +72,8 @@ enum Command {
     Lists(lists::Options),
     /// Compare scenes in f64 with the same in f32, and with other tracers in f64.
     F64(in_f64::Options),
+    /// Measure scenes a kilometre across at the coordinates of a map, in f64.
+    Utm(utm::Options),
     /// Measure scenes of instances beside the same flattened, and beside Embree's instances.
     Instances(instances::Options),
     #[cfg(feature = "chart")]
@@ -140,9 +149,12 @@ struct ChartOptions {
     /// Speed against triangles instead of bars.
     #[arg(long)]
     growth: bool,
-    /// Speed against wrong answers, all scenes together, instead of bars.
+    /// Speed and wrong answers, all scenes together, instead of bars; also printed as a table.
+    #[arg(long, conflicts_with_all = ["growth", "stability"])]
+    fronts: bool,
+    /// What `cliffs --json` wrote: time against what makes a scene hostile.
     #[arg(long, conflicts_with = "growth")]
-    scatter: bool,
+    stability: bool,
     /// The name of the pictures, without extension.
     #[arg(short, long)]
     output: PathBuf,
@@ -155,6 +167,7 @@ fn main() -> ExitCode {
         Command::Leaks(options) => leaks::run(&options),
         Command::Lists(options) => lists::run(&options),
         Command::F64(options) => in_f64::run(&options),
+        Command::Utm(options) => utm::run(&options),
         Command::Instances(options) => instances::run(&options),
         #[cfg(feature = "chart")]
         Command::Chart(options) => chart_of_all(&options),
@@ -227,7 +240,15 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
                 measure::measure(&mut engines, &rays, question, truth, seconds, &pool, beside);
             let measured: Vec<Row> = measured
                 .into_iter()
-                .map(|row| Row {
+                .zip(&engines)
+                .map(|(row, (_, engine))| Row {
+                    // Those that promise every bit also promise which of two triangles they name.
+                    wrong_triangles: row.wrong_triangles
+                        - if engine.exact() || question.any {
+                            0
+                        } else {
+                            reference::ties(&triangles, &rays, &engine.answers(), of(&row.engine))
+                        },
                     scene: name.clone(),
                     triangles: triangles.len(),
                     kind: kind.name().into(),
@@ -242,11 +263,7 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
             rows.extend(measured);
         }
     }
-    if let Some(path) = &options.json {
-        let text = serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?;
-        write(path, text.as_bytes())?;
-    }
-    Ok(())
+    options.json.as_ref().map_or(Ok(()), |path| write_rows(path, &rows))
 }
 
 fn builds_of_all(options: &BuildOptions) -> Result<(), String> {
@@ -273,8 +290,11 @@ fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
     let s = if first.threads == 1 { "" } else { "s" };
     let lines = match () {
         () if options.growth => "",
-        () if options.scatter => {
-            "; the geometric mean of all scenes; hollow: no wrong answer was seen"
+        () if options.fronts => {
+            "; numbers: times as fast as Embree's fast mode (grey line), and wrong answers"
+        }
+        () if options.stability => {
+            "; × the last time over the first; filled: a wrong answer was seen, hollow: none"
         }
         () => "; the line in a bar: eight of ten repeats",
     };
@@ -286,7 +306,11 @@ fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
     );
     let svg = match () {
         () if options.growth => chart::growth(&rows, &caption),
-        () if options.scatter => chart::scatter(&rows, &caption),
+        () if options.fronts => {
+            print!("{}", fronts::table(&rows));
+            fronts::chart(&rows, &caption)
+        }
+        () if options.stability => stability::chart(&rows, &caption),
         () => chart::bars(&rows, &caption),
     };
     write(&options.output.with_extension("svg"), svg.to_string().as_bytes())?;
@@ -300,6 +324,12 @@ fn embree(path: Option<PathBuf>) -> Option<Arc<Api>> {
 
 fn pool(threads: usize) -> Result<ThreadPool, String> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| e.to_string())
+}
+
+/// Writes the figures of a run as JSON, for the charts.
+fn write_rows(path: &Path, rows: &[Row]) -> Result<(), String> {
+    let text = serde_json::to_string_pretty(rows).map_err(|e| e.to_string())?;
+    write(path, text.as_bytes())
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {

@@ -19,6 +19,9 @@ pub struct Row {
     pub scene: String,
     pub triangles: usize,
     pub kind: String,
+    /// How hostile the scene is, for `cliffs`.
+    #[serde(default)]
+    pub amount: f64,
     pub order: String,
     pub threads: usize,
     pub engine: String,
@@ -33,7 +36,7 @@ pub struct Row {
     pub base: String,
     pub ratio: Option<[f64; 3]>,
     /// Rays with hit and miss confused, and rays with a hit on another triangle (or with another t, if every
-    /// bit of it is promised).
+    /// bit of it is promised). In `rays`, a triangle at the same exact t is right.
     pub wrong_hits: usize,
     pub wrong_triangles: usize,
     /// Rays whose truth was compared with the plain loop of the reference, and how many differed.

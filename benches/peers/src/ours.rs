@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use intertri::{Hit, Hit32, Mode, Ray, RayOf};
+use intertri::{Hit, Hit32, Mode, RayOf};
 use intertri_trace::{Bvh, BvhScalar, MeshTriangle, Query};
 
 use crate::engine::{Answer, Engine, Question, Singles};
@@ -186,34 +186,37 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Single<S> {
 }
 
 /// Single-ray calls through a query that each chunk of rays creates and reuses.
-pub struct Kept {
-    single: Single,
+pub struct Kept<S: PeerScalar = f32> {
+    single: Single<S>,
     /// Whether only the triangle is returned.
     triangle: bool,
 }
 
-impl Kept {
-    pub fn new(bvh: Arc<Bvh>, mode: Mode, triangle: bool) -> Self {
+impl<S: PeerScalar> Kept<S> {
+    pub fn new(bvh: Arc<Bvh<S>>, mode: Mode, triangle: bool) -> Self {
         Self { single: Single::new(bvh, mode), triangle }
     }
 }
 
-impl Engine for Kept {
-    fn load(&mut self, rays: &[Ray], question: Question) {
+impl<S: PeerScalar> Engine<RayOf<S>> for Kept<S> {
+    fn load(&mut self, rays: &[RayOf<S>], question: Question) {
         self.single.load(rays, question);
     }
 
     fn trace(&mut self, part: Range<usize>) {
         let (Single { bvh, mode, rays }, triangle) = (&mut self.single, self.triangle);
-        let (make, any) = (|| bvh.query().mode(*mode), |one: &mut Query<'_>, ray: &_| one.any(ray));
+        let make = || S::query(bvh, *mode);
+        let any = |one: &mut Query<'_, S>, ray: &_| one.any(ray);
         if triangle {
             let of = |triangle| triangle_alone(&triangle);
-            let closest =
-                |one: &mut Query<'_>, ray: &_| one.closest_triangle(ray).map_or(Answer::MISS, of);
+            let closest = |one: &mut Query<'_, S>, ray: &_| {
+                one.closest_triangle(ray).map_or(Answer::MISS, of)
+            };
             rays.trace_with(part, make, closest, any);
         } else {
             let of = |hit| answer(&hit);
-            let closest = |one: &mut Query<'_>, ray: &_| one.closest(ray).map_or(Answer::MISS, of);
+            let closest =
+                |one: &mut Query<'_, S>, ray: &_| one.closest(ray).map_or(Answer::MISS, of);
             rays.trace_with(part, make, closest, any);
         }
     }

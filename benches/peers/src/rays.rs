@@ -33,6 +33,8 @@ pub enum Kind {
     Occlusion,
     /// From the moving origin of a scanner on a vehicle.
     Lidar,
+    /// From beside the scene along an axis, in the planes of walls across it: the closest hit.
+    Walls,
 }
 
 impl Kind {
@@ -49,6 +51,7 @@ impl Kind {
             Self::Sun => "sun",
             Self::Occlusion => "occlusion",
             Self::Lidar => "lidar",
+            Self::Walls => "walls",
         }
     }
 
@@ -134,6 +137,10 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
             return (0..size * size).map(|i| parallel(pixel(i, size, order))).collect();
         }
         Kind::Lidar => return (0..size * size).map(lidar(scene)).collect(),
+        Kind::Walls => {
+            let walls = walls(scene, size);
+            return (0..size * size).map(|i| walls(pixel(i, size, order))).collect();
+        }
         _ => (),
     }
     let hits = bvh.query().mode(Mode::certified()).closest_batch(&primary);
@@ -177,7 +184,8 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
                 | Kind::Surface
                 | Kind::Occlusion
                 | Kind::Parallel
-                | Kind::Lidar => {
+                | Kind::Lidar
+                | Kind::Walls => {
                     let far =
                         if kind == Kind::Occlusion { 0.1 * size_of_scene } else { f64::INFINITY };
                     // A point on the unit sphere around the tip of the normal.
@@ -228,6 +236,22 @@ fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
         let from = [0, 1, 2].map(|k| (f64::from(start[k]) + 0.01 * turns * extent[k]) as f32);
         let dir = [cos, (beam / 64.0 - 0.7) * 0.6, sin];
         widened(&Ray::new(from, dir.map(|x| x as f32)))
+    }
+}
+
+/// A ray along z, from before the scene. A pixel's column picks an x of a vertex, so that the ray runs in the plane
+/// of a wall there; its height is its own.
+fn walls(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
+    let mut across: Vec<f32> = scene.mesh.positions.iter().map(|p| p[0]).collect();
+    across.sort_by(f32::total_cmp);
+    across.dedup();
+    let (extent, low) = (extent(scene), scene.mesh.bounds().map_or([0.0; 3], |b| b.min));
+    move |(x, y)| {
+        let [column, row] = [x, y].map(|k| f64::from(k) / f64::from(size));
+        let wall = across.get((column * across.len() as f64) as usize).copied().unwrap_or(0.0);
+        let up = f64::from(low[1]) + extent[1] * (row + (column + 0.37) / f64::from(size));
+        let before = low[2] - extent[2] as f32;
+        widened(&Ray::new([wall, up as f32, before], [0.0, 0.0, 1.0]))
     }
 }
 

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use crate::solids::solid;
 
 /// The default scenes.
-pub const SCENES: [&str; 10] = [
+pub const SCENES: [&str; 11] = [
     "bunny", "kitchen", "sphere", "fandisk", "spot", "suzanne", "teapot", "built-in", "box",
-    "terrain",
+    "boxes", "terrain",
 ];
 
 /// Closed generated scenes.
@@ -35,6 +35,7 @@ pub fn scene(name: &str) -> Result<Scene, String> {
     match name {
         "built-in" => Ok(Scene::built_in()),
         "box" => cornell_box(),
+        "boxes" => of(boxes(12)),
         "sphere" => of(displaced_sphere(SPHERE)),
         "terrain" => terrain(),
         _ if count.is_some() => {
@@ -124,6 +125,26 @@ fn cornell_box() -> Result<Scene, String> {
     let camera = Camera::new([0.0, 0.0, 3.6], [0.0; 3], Camera::UP, 42.0);
     let camera = camera.map_err(|e| e.to_string())?;
     Ok(Scene { mesh, camera, light: Light::Point { position: [0.0, 0.9, 0.0] }, texture: None })
+}
+
+/// `n` boxes along each axis, with gaps as wide as the boxes, like the blocks of a town.
+fn boxes(n: u32) -> Mesh {
+    // A face at each end of each axis, counter-clockwise from outside; a corner's number has a bit for each axis.
+    const FACES: [[u32; 4]; 6] =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let mut mesh = Mesh::default();
+    for i in 0..n.pow(3) {
+        let first = mesh.positions.len() as u32;
+        let cell = [i % n, i / n % n, i / n / n];
+        let corner =
+            |corner: u32| [0, 1, 2].map(|k| cell[k] as f32 + 0.5 * (corner >> k & 1) as f32);
+        mesh.positions.extend((0..8).map(corner));
+        for face in FACES {
+            let [a, b, c, d] = face.map(|corner| first + corner);
+            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    mesh
 }
 
 /// A sphere with bumps: each face of an octahedron is divided into `n * n` triangles, `8 * n * n` in all.

@@ -96,11 +96,7 @@ pub fn run(options: &Options) -> Result<(), String> {
             rows.extend(measured);
         }
     }
-    if let Some(path) = &options.json {
-        let text = serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?;
-        crate::write(path, text.as_bytes())?;
-    }
-    Ok(())
+    options.json.as_ref().map_or(Ok(()), |path| crate::write_rows(path, &rows))
 }
 
 /// One scene and one kind of ray.

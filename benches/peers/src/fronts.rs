@@ -1,0 +1,249 @@
+//! The chart of speed and wrong answers: whole scenes, a column for each kind of ray and a row for each tracer.
+
+use intertri_lab::draw::{Anchor, Font, Svg};
+
+use crate::chart::{FAINT, GREY, INK, distinct, fastest};
+use crate::measure::Row;
+use crate::report::grouped;
+
+/// The tracers: a prefix of engine names, of which the fastest counts, and a label.
+const TRACERS: [(&str, &str); 13] = [
+    ("exact", "intertri exact, batches"),
+    ("exact-query", "intertri, ray by ray"),
+    ("embree-fast", "Embree, fast, f32"),
+    ("embree-robust", "Embree, robust, f32"),
+    ("tinybvh", "tinybvh, f32"),
+    ("tinybvh-f64", "tinybvh, f64"),
+    ("obvhs", "obvhs, f32"),
+    ("bvh", "bvh, f32"),
+    ("parry", "parry3d, f32"),
+    ("parry-f64", "parry3d, f64"),
+    ("libigl", "libigl, f64"),
+    ("cgal-inexact", "CGAL, rounded points"),
+    ("cgal", "CGAL, exact points"),
+];
+
+/// The colour of a share of wrong answers below a limit, and its label.
+const SHARES: [(f64, &str, &str); 5] = [
+    (0.0, "#0072B2", "never wrong"),
+    (1e-5, "#F3DE8A", "up to 1 in 100,000"),
+    (1e-4, "#F0B038", "up to 1 in 10,000"),
+    (1e-2, "#DE7026", "up to 1 in 100"),
+    (1.0, "#A3201D", "more often"),
+];
+
+const ACROSS: usize = 4;
+const LABELS: f64 = 166.0;
+const CELL: [f64; 2] = [196.0, 19.0];
+/// The part of a cell that bars fill.
+const BARS: f64 = 78.0;
+const TOP: f64 = 84.0;
+const HEADING: f64 = 30.0;
+
+/// A tracer's figures for one kind of ray, over all scenes.
+pub struct Figures {
+    pub name: &'static str,
+    /// The geometric mean over the scenes of the speed as a multiple of that of Embree's fast mode.
+    pub speed: f64,
+    pub wrong: usize,
+    pub rays: usize,
+    /// Whether no other tracer is as fast and as right, and better at one of the two.
+    pub is_on_front: bool,
+}
+
+impl Figures {
+    fn share(&self) -> f64 {
+        self.wrong as f64 / self.rays.max(1) as f64
+    }
+
+    /// The speed in as many digits as it deserves.
+    pub fn speed(&self) -> String {
+        let digits = if self.speed < 0.01 {
+            4
+        } else if self.speed < 0.1 {
+            3
+        } else {
+            2
+        };
+        format!("{:.digits$}", self.speed)
+    }
+
+    /// The wrong answers as people count them. `most` is the number of rays of the other tracers.
+    pub fn how_wrong(&self, most: usize) -> String {
+        match self.wrong {
+            0 if self.rays < most => format!("none in {}", grouped(self.rays)),
+            0 => "none".into(),
+            wrong => {
+                let one_in = self.rays as f64 / wrong as f64;
+                let digits = 10_f64.powf((one_in.log10().floor() - 1.0).max(0.0));
+                let rounded = (one_in / digits).round() * digits;
+                match one_in {
+                    ..10.0 => format!("{:.0} %", 100.0 * self.share()),
+                    _ => format!("1 in {}", grouped(rounded as usize)),
+                }
+            }
+        }
+    }
+}
+
+/// The kinds and orders of rays, in order of appearance.
+pub fn kinds(rows: &[Row]) -> Vec<(&str, &str)> {
+    distinct(rows, |row| (row.kind.as_str(), row.order.as_str()))
+}
+
+/// What a kind of ray is called.
+pub fn called(kind: &str) -> &str {
+    match kind {
+        "primary" => "Camera, row by row",
+        "parallel" => "Parallel, row by row",
+        "shadow" => "Shadow rays",
+        "diffuse" => "Diffuse rays",
+        "edges" => "Aimed at edges",
+        "vertices" => "Aimed at vertices",
+        "walls" => "In the planes of walls",
+        "utm" => "Map coordinates (UTM)",
+        other => other,
+    }
+}
+
+/// The figures of each tracer for one kind and order of rays.
+pub fn figures(rows: &[Row], (kind, order): (&str, &str)) -> Vec<Figures> {
+    let rows: Vec<&Row> =
+        rows.iter().filter(|row| row.kind == kind && row.order == order).collect();
+    let scenes = distinct(rows.iter().copied(), |row| row.scene.as_str());
+    // Neighbours share the point that these rays aim at, so either triangle is right.
+    let shared = matches!(kind, "edges" | "vertices" | "walls");
+    let of = |(group, name): (&str, &'static str)| {
+        let (mut logs, mut wrong, mut rays) = (Vec::new(), 0, 0);
+        for scene in &scenes {
+            let cell: Vec<&Row> = rows.iter().filter(|row| row.scene == *scene).copied().collect();
+            let (row, base) = beside_embree(&cell, group)?;
+            logs.push((row.speed[1] / base.speed[1]).ln());
+            wrong += row.wrong_hits + if shared { 0 } else { row.wrong_triangles };
+            rays += row.rays;
+        }
+        let speed = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
+        Some(Figures { name, speed, wrong, rays, is_on_front: false })
+    };
+    let mut all: Vec<Figures> = TRACERS.into_iter().filter_map(of).collect();
+    for i in 0..all.len() {
+        let (speed, share) = (all[i].speed, all[i].share());
+        let better = |other: &Figures| {
+            let (faster, righter) = (other.speed - speed, share - other.share());
+            faster >= 0.0 && righter >= 0.0 && faster + righter > 0.0
+        };
+        all[i].is_on_front = !all.iter().any(better);
+    }
+    all
+}
+
+/// A tracer's row of a scene, and that of Embree's fast mode in the same run: a slow tracer may have had a run of
+/// its own, with fewer rays.
+fn beside_embree<'a>(cell: &[&'a Row], group: &str) -> Option<(&'a Row, &'a Row)> {
+    let mut counts: Vec<usize> = cell.iter().map(|row| row.rays).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    counts.into_iter().rev().find_map(|count| {
+        let run: Vec<&Row> = cell.iter().filter(|row| row.rays == count).copied().collect();
+        Some((fastest(&run, group)?, fastest(&run, "embree-fast")?))
+    })
+}
+
+/// Speed and wrong answers: a bar for each tracer and kind of ray, coloured by how often it is wrong.
+pub fn chart(rows: &[Row], caption: &str) -> Svg {
+    let columns: Vec<_> = kinds(rows).iter().map(|&kind| (kind, figures(rows, kind))).collect();
+    let across = columns.len().min(ACROSS);
+    let block = HEADING + CELL[1] * TRACERS.len() as f64 + 12.0;
+    let down = columns.len().div_ceil(ACROSS).max(1) as f64;
+    let mut svg = Svg::new(36.0 + LABELS + CELL[0] * across as f64, TOP + block * down + 14.0);
+    let title = "Speed and wrong answers of whole scenes: longer is faster, blue is never wrong";
+    svg.text([24.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
+    svg.text([24.0, 50.0], caption, Font::new(11.0, Anchor::Start).fill(GREY));
+    legend(&mut svg);
+    let speeds = columns.iter().flat_map(|(_, figures)| figures.iter().map(|f| f.speed));
+    let scale = BARS / speeds.fold(1.0, f64::max);
+    for (i, ((kind, _), figures)) in columns.iter().enumerate() {
+        let top = TOP + block * (i / ACROSS) as f64;
+        if i % ACROSS == 0 {
+            labels(&mut svg, top);
+        }
+        let left = 24.0 + LABELS + CELL[0] * (i % ACROSS) as f64;
+        svg.text([left, top + 20.0], called(kind), Font::new(12.5, Anchor::Start).bold());
+        let embree = left + scale;
+        svg.line([embree, top + HEADING - 2.0], [embree, top + block - 12.0], GREY, 0.8);
+        column(&mut svg, [left, top + HEADING], scale, figures);
+    }
+    svg
+}
+
+fn legend(svg: &mut Svg) {
+    let mut x = 24.0;
+    for (_, fill, label) in SHARES {
+        svg.rect([x, 62.0], [12.0, 12.0], fill);
+        svg.text([x + 17.0, 72.0], label, Font::new(11.0, Anchor::Start));
+        x += 32.0 + 6.4 * label.len() as f64;
+    }
+    let front = "★ no other tracer is both faster and more often right";
+    svg.text([x + 4.0, 72.0], front, Font::new(11.0, Anchor::Start));
+}
+
+/// The names of the tracers, left of a block.
+fn labels(svg: &mut Svg, top: f64) {
+    for (i, (group, name)) in TRACERS.iter().enumerate() {
+        let y = top + HEADING + CELL[1] * i as f64;
+        let font = Font::new(11.5, Anchor::End);
+        let font = if group.starts_with("exact") { font.bold() } else { font };
+        svg.text([24.0 + LABELS - 14.0, y + 12.0], name, font);
+    }
+}
+
+fn column(svg: &mut Svg, [left, top]: [f64; 2], scale: f64, all: &[Figures]) {
+    let most = all.iter().map(|figures| figures.rays).max().unwrap_or(0);
+    for (i, (_, name)) in TRACERS.iter().enumerate() {
+        let y = top + CELL[1] * i as f64;
+        svg.line([left, y + 16.5], [left + CELL[0] - 14.0, y + 16.5], FAINT, 0.6);
+        let Some(figures) = all.iter().find(|figures| figures.name == *name) else {
+            svg.text([left + 4.0, y + 12.0], "–", Font::new(10.5, Anchor::Start).fill(GREY));
+            continue;
+        };
+        let share = figures.share();
+        let colour = SHARES.iter().find(|(limit, ..)| share <= *limit);
+        let wide = (figures.speed * scale).max(1.0);
+        svg.rect([left, y + 2.0], [wide, 12.0], colour.map_or(INK, |(_, fill, _)| *fill));
+        let after = left + wide + 4.0;
+        svg.text([after, y + 12.0], &figures.speed(), Font::new(10.5, Anchor::Start).halo());
+        let wrong = figures.how_wrong(most);
+        let font = Font::new(10.5, Anchor::End);
+        let font = if figures.wrong == 0 { font.fill("#0072B2") } else { font.fill(GREY) };
+        svg.text([left + CELL[0] - 16.0, y + 12.0], &wrong, font.halo());
+        if figures.is_on_front {
+            svg.text([left - 6.5, y + 12.5], "★", Font::new(11.0, Anchor::Middle));
+        }
+    }
+}
+
+/// The same as a table in Markdown: a line for each tracer, its speed and its wrong answers for each kind.
+pub fn table(rows: &[Row]) -> String {
+    let kinds = kinds(rows);
+    let columns: Vec<_> = kinds.iter().map(|&kind| figures(rows, kind)).collect();
+    let line = |head: &str, cells: &[String]| format!("| {head} | {} |\n", cells.join(" | "));
+    let heads: Vec<String> = kinds.iter().map(|(kind, _)| called(kind).to_owned()).collect();
+    let mut table = line("", &heads) + &line("---", &vec!["---".to_owned(); heads.len()]);
+    for (_, name) in TRACERS {
+        let cell = |column: &Vec<Figures>| {
+            let figures = column.iter().find(|figures| figures.name == name)?;
+            let star = if figures.is_on_front { "★ " } else { "" };
+            let wrong = match figures.wrong {
+                0 => "none".into(),
+                wrong => grouped(wrong),
+            };
+            Some(format!("{star}{}, {wrong} of {}", figures.speed(), grouped(figures.rays)))
+        };
+        let cells: Vec<String> =
+            columns.iter().map(|column| cell(column).unwrap_or_default()).collect();
+        if cells.iter().any(|cell| !cell.is_empty()) {
+            table += &line(name, &cells);
+        }
+    }
+    table
+}

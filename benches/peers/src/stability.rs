@@ -1,0 +1,159 @@
+//! The chart of how stable times are: nanoseconds per ray against what makes a scene hostile.
+
+use intertri_lab::draw::{Anchor, Font, Log, Svg, power};
+
+use crate::chart::{FAINT, GREY, INK, distinct, fastest};
+use crate::measure::Row;
+use crate::report::grouped;
+
+/// The tracers: a prefix of engine names, of which the fastest counts, a label, and a colour of the palette of
+/// M. Okabe and K. Ito.
+const TRACERS: [(&str, &str, &str); 8] = [
+    ("exact", "exact", "#D55E00"),
+    ("exact-query", "exact, single rays", "#E69F00"),
+    ("embree-fast", "Embree, fast", "#0072B2"),
+    ("embree-robust", "Embree, robust", "#56B4E9"),
+    ("tinybvh", "tinybvh", "#222222"),
+    ("obvhs", "obvhs", "#009E73"),
+    ("parry", "parry3d", "#999999"),
+    ("bvh", "bvh", "#CC79A7"),
+];
+
+const PANEL: [f64; 2] = [590.0, 360.0];
+const ACROSS: usize = 2;
+
+/// A panel's title, the label of its axis, and that of an amount.
+fn described(kind: &str) -> (&str, &str, fn(f64) -> String) {
+    match kind {
+        "stray" => ("A stray triangle", "its distance, in sizes of the scene", distance),
+        "stray-diffuse" => {
+            ("A stray triangle, diffuse rays", "its distance, in sizes of the scene", distance)
+        }
+        "origin" => ("Far origins", "their distance, in sizes of the scene", distance),
+        "thin" => {
+            ("Thin triangles", "length of a triangle over its width", |x| grouped(x as usize))
+        }
+        "edges" => ("Rays aimed at edges", "share of the rays", share),
+        "vertices" => ("Rays aimed at vertices", "share of the rays", share),
+        other => (other, "", |x| x.to_string()),
+    }
+}
+
+fn distance(x: f64) -> String {
+    if x == 0.0 { "plain".into() } else { power(x.log10().round() as i32) }
+}
+
+fn share(x: f64) -> String {
+    format!("{} %", 100.0 * x)
+}
+
+/// How many times as long, in two or three digits.
+fn factor(x: f64) -> String {
+    if x < 10.0 { format!("{x:.1}") } else { format!("{x:.0}") }
+}
+
+/// A tracer's point: nanoseconds per ray, the geometric mean over the scenes, and whether an answer was wrong.
+fn point(rows: &[&Row], group: &str) -> Option<(f64, bool)> {
+    let (mut logs, mut wrong) = (Vec::new(), false);
+    for scene in distinct(rows.iter().copied(), |row| row.scene.as_str()) {
+        let cell: Vec<&Row> = rows.iter().filter(|row| row.scene == scene).copied().collect();
+        let row = fastest(&cell, group)?;
+        logs.push((1e3 / row.speed[1]).ln());
+        // Neighbours share the points that these rays aim at, so either triangle is right.
+        let shared = matches!(row.kind.as_str(), "edges" | "vertices");
+        wrong |= row.wrong_hits + if shared { 0 } else { row.wrong_triangles } > 0;
+    }
+    let mean = logs.iter().sum::<f64>() / logs.len().max(1) as f64;
+    (!logs.is_empty()).then(|| (mean.exp(), wrong))
+}
+
+/// One panel for each cause, one line for each tracer.
+pub fn chart(rows: &[Row], caption: &str) -> Svg {
+    let kinds = distinct(rows, |row| row.kind.as_str());
+    let across = kinds.len().clamp(1, ACROSS);
+    let down = kinds.len().div_ceil(ACROSS);
+    let mut svg = Svg::new(24.0 + PANEL[0] * across as f64, 64.0 + PANEL[1] * down as f64);
+    let title = "Stability of time: nanoseconds per ray while the scene grows hostile";
+    svg.text([24.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
+    svg.text([24.0, 50.0], caption, Font::new(11.0, Anchor::Start).fill(GREY));
+    for (i, kind) in kinds.iter().enumerate() {
+        let of: Vec<&Row> = rows.iter().filter(|row| row.kind == *kind).collect();
+        let at = [24.0 + PANEL[0] * (i % ACROSS) as f64, 58.0 + PANEL[1] * (i / ACROSS) as f64];
+        panel(&mut svg, at, kind, &of);
+    }
+    svg
+}
+
+fn panel(svg: &mut Svg, [x, y]: [f64; 2], kind: &str, rows: &[&Row]) {
+    let (left, right, top, bottom) =
+        (x + 44.0, x + PANEL[0] - 172.0, y + 32.0, y + PANEL[1] - 46.0);
+    let (title, axis, label) = described(kind);
+    svg.text([left, y + 20.0], title, Font::new(13.5, Anchor::Start).bold());
+    let amounts = distinct(rows.iter().copied(), |row| row.amount);
+    let step = (right - left - 24.0) / (amounts.len().max(2) - 1) as f64;
+    let along = |i: usize| left + 12.0 + step * i as f64;
+    let up = Log::new(20.0, 50_000.0, [bottom, top]);
+    for tick in [20.0, 50.0, 100.0, 200.0, 500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4] {
+        svg.line([left, up.at(tick)], [right, up.at(tick)], FAINT, 0.7);
+        let text = if tick < 1e3 { format!("{tick} ns") } else { format!("{} µs", tick / 1e3) };
+        svg.text([left - 5.0, up.at(tick) + 4.0], &text, Font::new(10.0, Anchor::End));
+    }
+    for (i, amount) in amounts.iter().enumerate() {
+        let font = Font::new(10.5, Anchor::Middle);
+        svg.text([along(i), bottom + 15.0], &label(*amount), font);
+    }
+    let middle = f64::midpoint(left, right);
+    svg.text([middle, bottom + 32.0], axis, Font::new(11.0, Anchor::Middle));
+    svg.line([left, top], [left, bottom], INK, 1.2);
+    svg.line([left, bottom], [right, bottom], INK, 1.2);
+
+    let mut ends = Vec::new();
+    // Draw ours last, on top of the others.
+    for &(group, name, stroke) in TRACERS.iter().rev() {
+        let at = |amount: f64| rows.iter().filter(move |row| row.amount == amount).copied();
+        let points: Vec<_> = amounts
+            .iter()
+            .enumerate()
+            .filter_map(|(i, &amount)| {
+                let (time, wrong) = point(&at(amount).collect::<Vec<_>>(), group)?;
+                Some(([along(i), up.at(time.clamp(20.0, 50_000.0))], time, wrong))
+            })
+            .collect();
+        let (Some(first), Some(last)) = (points.first(), points.last()) else { continue };
+        let line: Vec<_> = points.iter().map(|(at, ..)| *at).collect();
+        let is_ours = group.starts_with("exact");
+        svg.path(&line, stroke, if is_ours { 2.8 } else { 1.6 }, "");
+        for &(at, _, wrong) in &points {
+            svg.circle(at, 3.6, if wrong { stroke } else { "white" }, stroke);
+        }
+        ends.push((last.0[1], format!("{name} ×{}", factor(last.1 / first.1)), stroke, is_ours));
+    }
+    labels(svg, right, [top, bottom], ends);
+}
+
+/// The names at the ends of the lines, apart from one another.
+fn labels(
+    svg: &mut Svg,
+    right: f64,
+    [top, bottom]: [f64; 2],
+    mut ends: Vec<(f64, String, &str, bool)>,
+) {
+    const APART: f64 = 14.0;
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut places: Vec<f64> = ends.iter().map(|end| end.0).collect();
+    // Push down what is too close, then up what is beyond the axis.
+    for i in 1..places.len() {
+        places[i] = places[i].max(places[i - 1] + APART);
+    }
+    let mut limit = bottom;
+    for place in places.iter_mut().rev() {
+        *place = place.min(limit).max(top);
+        limit = *place - APART;
+    }
+    for ((end, name, stroke, is_ours), place) in ends.iter().zip(places) {
+        svg.line([right - 8.0, *end], [right + 8.0, place], stroke, 0.8);
+        let font = Font::new(11.0, Anchor::Start);
+        let font = if *is_ours { font.bold() } else { font };
+        svg.text([right + 11.0, place + 4.0], name, font);
+    }
+}

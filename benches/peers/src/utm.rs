@@ -1,0 +1,168 @@
+//! Scenes as maps have them: a kilometre across, in f64, half a million metres east and four and a half million
+//! north. Tracers in f32 get the same scene rounded.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use intertri::{Mode, Ray, Ray64, Triangle64, TriangleOf};
+use intertri_scene::{Mesh, Scene};
+use intertri_trace::Bvh;
+
+use crate::clock::Clock;
+use crate::engine::{Answer, Engine};
+use crate::in_f64::own::Own;
+use crate::measure::{self, Named, Row};
+use crate::ours::{Batch, Kept};
+use crate::rays::{Order, primary, rounded};
+use crate::{doubles, engines, report, scenes};
+
+#[derive(clap::Args)]
+pub struct Options {
+    /// Scenes, as for `rays`.
+    #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
+    scene: Vec<String>,
+    /// Engines, as for `rays`; `exact` and `exact-query` are in f64.
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "exact,exact-query,embree-fast,embree-robust,tinybvh,obvhs,bvh,parry,parry-f64"
+    )]
+    engine: Vec<String>,
+    /// The size of the scenes in metres.
+    #[arg(long, default_value_t = 1000.0)]
+    extent: f64,
+    /// How far the scenes are moved along each axis.
+    #[arg(long, value_delimiter = ',', default_values_t = [5e5, 4.5e6, 0.0])]
+    moved: Vec<f64>,
+    /// Seconds for each engine and scene.
+    #[arg(long, default_value_t = 1.0)]
+    seconds: f64,
+    /// Pixels along a side of the picture, a power of two.
+    #[arg(long, default_value_t = 512)]
+    size: u32,
+    /// Where to write the figures as JSON.
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// Embree's shared library, as for `rays`.
+    #[arg(long, env = "EMBREE")]
+    embree: Option<PathBuf>,
+}
+
+/// A scene in place and as a map has it.
+struct Town {
+    triangles: Vec<Triangle64>,
+    rays: Arc<[Ray64]>,
+    /// The scene rounded to f32.
+    rounded: Scene,
+}
+
+impl Town {
+    fn new(name: &str, options: &Options) -> Result<Self, String> {
+        let [east, north, up] = options.moved[..] else {
+            return Err("--moved: three numbers, as 500000,4500000,0".into());
+        };
+        let scene = scenes::scene(name)?;
+        let bounds = scene.mesh.bounds().ok_or_else(|| format!("{name}: no triangles"))?;
+        let size = (0..3).map(|k| f64::from(bounds.max[k] - bounds.min[k])).fold(0.0, f64::max);
+        let scale = options.extent / size;
+        // The models have y up; maps have z up.
+        let turned = |[x, y, z]: [f64; 3]| [x, -z, y].map(|x| x * scale);
+        let moved = |[x, y, z]: [f64; 3]| [x + east, y + north, z + up];
+        let at = |p: [f32; 3]| moved(turned(p.map(f64::from)));
+        let triangle = |&[a, b, c]: &[u32; 3]| {
+            TriangleOf([a, b, c].map(|i| at(scene.mesh.positions[i as usize])))
+        };
+        let triangles = scene.mesh.triangles.iter().map(triangle).collect();
+        let ray = |ray: &Ray| Ray64::new(at(ray.origin), turned(ray.dir.map(f64::from)));
+        let rays = primary(&scene.camera, options.size, Order::Rows).iter().map(ray).collect();
+        let positions = scene.mesh.positions.iter().map(|&p| at(p).map(|x| x as f32)).collect();
+        let mesh = Mesh { positions, ..scene.mesh.clone() };
+        Ok(Self { triangles, rays, rounded: Scene { mesh, ..scene } })
+    }
+
+    /// The engines, each with the rays in its own precision.
+    fn engines(
+        &self,
+        options: &Options,
+        api: Option<&Arc<crate::embree::Api>>,
+    ) -> Result<Vec<Named>, String> {
+        let failed = |e: intertri_trace::BuildError| e.to_string();
+        let wanted = |name: &str| engines::wanted(name, &options.engine);
+        let bvh = Arc::new(Bvh::<f64>::new(&self.triangles).map_err(failed)?);
+        let mut all: Vec<Named> = Vec::new();
+        let mut add = |name: &str, engine: Box<dyn Engine<Ray64>>| {
+            all.push((name.to_owned(), Box::new(Own::new(engine, &self.rays))));
+        };
+        for (name, _) in engines::ENGINES.iter().filter(|(name, _)| wanted(name)) {
+            match *name {
+                "exact" => add(name, Box::new(Batch::new(bvh.clone(), Mode::exact()))),
+                "exact-query" => add(name, Box::new(Kept::new(bvh.clone(), Mode::exact(), false))),
+                name if doubles::is(name) => {
+                    if let Some(engine) = doubles::engine(name, &self.triangles) {
+                        add(name, engine);
+                    }
+                }
+                _ => {}
+            }
+        }
+        let rays: Arc<[Ray]> = self.rays.iter().map(rounded).collect();
+        let triangles = self.rounded.mesh.to_triangles();
+        let bvh = Arc::new(Bvh::new(&triangles).map_err(failed)?);
+        let in_f32: Vec<String> = (engines::ENGINES.iter().map(|(name, _)| (*name).to_owned()))
+            .filter(|name| wanted(name) && !name.starts_with("exact") && !doubles::is(name))
+            .collect();
+        if !in_f32.is_empty() {
+            let engines = engines::engines(&in_f32, &self.rounded, &triangles, &bvh, api);
+            all.extend(
+                engines
+                    .into_iter()
+                    .map(|(name, engine)| -> Named { (name, Box::new(Own::new(engine, &rays))) }),
+            );
+        }
+        Ok(all)
+    }
+
+    /// What is true for the scene in f64.
+    fn truth(&self) -> Result<Vec<Answer>, String> {
+        let bvh = Bvh::<f64>::new(&self.triangles).map_err(|e| e.to_string())?;
+        let answer = |ray| {
+            let hit = bvh.closest(ray);
+            hit.map_or(Answer::MISS, |hit| Answer { triangle: hit.triangle, t: hit.t })
+        };
+        Ok(self.rays.iter().map(answer).collect())
+    }
+}
+
+pub fn run(options: &Options) -> Result<(), String> {
+    if !options.size.is_power_of_two() || options.size > 1 << 14 {
+        return Err("--size: a power of two, at most 16384".into());
+    }
+    let (api, pool) = (crate::embree(options.embree.clone()), crate::pool(1)?);
+    report::header(pool.install(Clock::fastest), 1, options.size);
+    let mut rows: Vec<Row> = Vec::new();
+    for name in &options.scene {
+        let town = Town::new(name, options)?;
+        let truth = town.truth()?;
+        let mut engines = town.engines(options, api.as_ref())?;
+        // Each engine has rays of its own; only their number counts.
+        let rays: Vec<Ray> = town.rays.iter().map(rounded).collect();
+        let question = crate::rays::Kind::Primary.question();
+        let (truth, beside): (measure::Truth<'_>, measure::Beside) =
+            (&|_| &truth[..], measure::embree);
+        let seconds = options.seconds;
+        let measured =
+            measure::measure(&mut engines, &rays, question, truth, seconds, &pool, beside);
+        let measured = measured.into_iter().map(|row| Row {
+            scene: name.clone(),
+            triangles: town.triangles.len(),
+            kind: "utm".into(),
+            order: Order::Rows.name().into(),
+            threads: 1,
+            ..row
+        });
+        let measured: Vec<Row> = measured.collect();
+        report::table(&measured);
+        rows.extend(measured);
+    }
+    options.json.as_ref().map_or(Ok(()), |path| crate::write_rows(path, &rows))
+}
