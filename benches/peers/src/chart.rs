@@ -12,12 +12,17 @@ pub const INK: &str = "#222222";
 pub const GREY: &str = "#666666";
 pub const FAINT: &str = "#dddddd";
 
-/// The groups in the charts: a prefix of engine names, of which the fastest is drawn, a label, and a colour
-/// from the palette of M. Okabe and K. Ito, which colour-blind people can tell apart.
-pub const GROUPS: [(&str, &str, &str); 9] = [
+/// A group in a chart: a prefix of engine names, of which the fastest is drawn, a label, and a colour from the
+/// palette of M. Okabe and K. Ito, which colour-blind people can tell apart.
+pub type Group = (&'static str, &'static str, &'static str);
+
+/// Our modes, and the other tracers.
+const GROUPS: [Group; 3] = [
     ("certified", "certified", "#D55E00"),
     ("exact", "exact", "#E69F00"),
     ("fixed", "fixed", "#F0E442"),
+];
+pub const OTHERS: [Group; 6] = [
     ("embree-fast", "Embree, fast", "#0072B2"),
     ("embree-robust", "Embree, robust", "#56B4E9"),
     ("tinybvh", "tinybvh", "#222222"),
@@ -26,12 +31,24 @@ pub const GROUPS: [(&str, &str, &str); 9] = [
     ("bvh", "bvh", "#CC79A7"),
 ];
 
+fn groups() -> impl Iterator<Item = Group> {
+    GROUPS.into_iter().chain(OTHERS)
+}
+
+/// An empty chart with its title and caption, which take 60 units of its height.
+pub fn titled([width, height]: [f64; 2], title: &str, caption: &str) -> Svg {
+    let mut svg = Svg::new(width, height);
+    svg.text([24.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
+    svg.text([24.0, 50.0], caption, Font::new(11.0, Anchor::Start).fill(GREY));
+    svg
+}
+
 /// The row that stands for a group in a cell.
 pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     let of = |row: &&&Row| match row.engine.strip_prefix(group) {
-        // Our single calls and lower instruction sets are not the group's fastest form.
         // The same library in another precision is another tracer.
         Some(rest) if rest.ends_with("-f64") || rest == "-inexact" => false,
+        // Our single calls and lower instruction sets are not the group's fastest form.
         Some(rest) => group != "certified" || rest.is_empty(),
         // A better build still counts as the fast mode.
         None => group == "embree-fast" && row.engine.starts_with("embree-high"),
@@ -62,10 +79,8 @@ pub fn bars(rows: &[Row], caption: &str) -> Svg {
     let [w, h] = PANEL;
     let (left, top) = (24.0, 60.0);
     let height = top + h * scenes.len() as f64 + 30.0;
-    let mut svg = Svg::new(left + w * kinds.len() as f64 + 20.0, height);
     let title = "Million rays a second, and of a million rays those answered wrongly";
-    svg.text([left, 30.0], title, Font::new(18.0, Anchor::Start).bold());
-    svg.text([left, 50.0], caption, Font::new(11.0, Anchor::Start).fill(GREY));
+    let mut svg = titled([left + w * kinds.len() as f64 + 20.0, height], title, caption);
     for (i, (scene, triangles)) in scenes.iter().enumerate() {
         for (j, kind) in kinds.iter().enumerate() {
             let cell: Vec<&Row> =
@@ -91,7 +106,7 @@ fn panel(
     let count = format!("{} triangles", grouped(triangles));
     svg.text([x + w, y + 18.0], &count, Font::new(10.0, Anchor::End).fill(GREY));
     let drawn =
-        GROUPS.iter().filter_map(|&(group, name, fill)| Some((fastest(cell, group)?, name, fill)));
+        groups().filter_map(|(group, name, fill)| Some((fastest(cell, group)?, name, fill)));
     let drawn: Vec<_> = drawn.collect();
     let most = drawn.iter().fold(0.0, |most: f64, (row, ..)| most.max(row.speed[2]));
     let scale = (w - NAMES - 100.0) / most.max(1e-9);
@@ -121,10 +136,8 @@ fn panel(
 pub fn growth(rows: &[Row], caption: &str) -> Svg {
     let kinds = distinct(rows, |row| row.kind.as_str());
     let (w, h) = (430.0, 380.0);
-    let mut svg = Svg::new(24.0 + w * kinds.len() as f64, h + 74.0);
     let title = "Million rays a second against triangles: a sphere with bumps, ever finer";
-    svg.text([24.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
-    svg.text([24.0, 50.0], caption, Font::new(11.0, Anchor::Start).fill(GREY));
+    let mut svg = titled([24.0 + w * kinds.len() as f64, h + 74.0], title, caption);
     let counts: BTreeSet<usize> = rows.iter().map(|row| row.triangles).collect();
     let (Some(&few), Some(&many)) = (counts.first(), counts.last()) else { return svg };
     for (k, kind) in kinds.iter().enumerate() {
@@ -148,7 +161,7 @@ pub fn growth(rows: &[Row], caption: &str) -> Svg {
         }
         let middle = f64::midpoint(left, right);
         svg.text([middle, bottom + 31.0], "triangles", Font::new(11.0, Anchor::Middle));
-        for (i, (group, name, stroke)) in GROUPS.into_iter().enumerate() {
+        for (i, (group, name, stroke)) in groups().enumerate() {
             let point = |&triangles: &usize| {
                 let cell: Vec<&Row> = rows
                     .iter()

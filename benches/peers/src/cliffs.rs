@@ -141,14 +141,9 @@ pub fn run(options: &Options) -> Result<(), String> {
                 let rows = measured(options, &case, api.as_ref(), &pool)?;
                 let rows: Vec<Row> = rows
                     .into_iter()
-                    .map(|row| Row {
-                        scene: name.clone(),
-                        triangles: case.scene.mesh.triangles.len(),
-                        kind: cause.name().into(),
-                        order: options.order.name().into(),
-                        threads: 1,
-                        amount,
-                        ..row
+                    .map(|row| {
+                        let triangles = case.scene.mesh.triangles.len();
+                        Row { amount, ..row.of(name, triangles, cause.name(), options.order) }
                     })
                     .collect();
                 report::cliff(&format!("{name}: {}", cause.what(amount)), &rows, &plain);

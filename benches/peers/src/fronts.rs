@@ -2,7 +2,7 @@
 
 use intertri_lab::draw::{Anchor, Font, Svg};
 
-use crate::chart::{FAINT, GREY, INK, distinct, fastest};
+use crate::chart::{FAINT, GREY, INK, distinct, fastest, titled};
 use crate::measure::Row;
 use crate::report::grouped;
 
@@ -155,10 +155,9 @@ pub fn chart(rows: &[Row], caption: &str) -> Svg {
     let across = columns.len().min(ACROSS);
     let block = HEADING + CELL[1] * TRACERS.len() as f64 + 12.0;
     let down = columns.len().div_ceil(ACROSS).max(1) as f64;
-    let mut svg = Svg::new(36.0 + LABELS + CELL[0] * across as f64, TOP + block * down + 14.0);
     let title = "Speed and wrong answers of whole scenes: longer is faster, blue is never wrong";
-    svg.text([24.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
-    svg.text([24.0, 50.0], caption, Font::new(11.0, Anchor::Start).fill(GREY));
+    let size = [36.0 + LABELS + CELL[0] * across as f64, TOP + block * down + 14.0];
+    let mut svg = titled(size, title, caption);
     legend(&mut svg);
     let speeds = columns.iter().flat_map(|(_, figures)| figures.iter().map(|f| f.speed));
     let scale = BARS / speeds.fold(1.0, f64::max);

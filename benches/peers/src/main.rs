@@ -249,14 +249,10 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
                         } else {
                             reference::ties(&triangles, &rays, &engine.answers(), of(&row.engine))
                         },
-                    scene: name.clone(),
-                    triangles: triangles.len(),
-                    kind: kind.name().into(),
-                    order: options.order.name().into(),
                     threads: pool.current_num_threads(),
                     reference: held,
                     reference_wrong: wrong,
-                    ..row
+                    ..row.of(&name, triangles.len(), kind.name(), options.order)
                 })
                 .collect();
             report::table(&measured);

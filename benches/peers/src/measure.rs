@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
 use crate::engine::{Answer, Engine, Question};
+use crate::rays::Order;
 
 /// The measurements of an engine.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -42,6 +43,15 @@ pub struct Row {
     /// Rays whose truth was compared with the plain loop of the reference, and how many differed.
     pub reference: usize,
     pub reference_wrong: usize,
+}
+
+impl Row {
+    /// The row with what was measured, on one thread: a scene and its triangles, the kind and the order of the
+    /// rays.
+    pub fn of(self, scene: &str, triangles: usize, kind: &str, order: Order) -> Self {
+        let order = order.name().into();
+        Self { scene: scene.into(), triangles, kind: kind.into(), order, threads: 1, ..self }
+    }
 }
 
 /// The true answers for an engine, by its name.

@@ -2,22 +2,13 @@
 
 use intertri_lab::draw::{Anchor, Font, Log, Svg, power};
 
-use crate::chart::{FAINT, GREY, INK, distinct, fastest};
+use crate::chart::{FAINT, Group, INK, OTHERS, distinct, fastest, titled};
 use crate::measure::Row;
 use crate::report::grouped;
 
-/// The tracers: a prefix of engine names, of which the fastest counts, a label, and a colour of the palette of
-/// M. Okabe and K. Ito.
-const TRACERS: [(&str, &str, &str); 8] = [
-    ("exact", "exact", "#D55E00"),
-    ("exact-query", "exact, single rays", "#E69F00"),
-    ("embree-fast", "Embree, fast", "#0072B2"),
-    ("embree-robust", "Embree, robust", "#56B4E9"),
-    ("tinybvh", "tinybvh", "#222222"),
-    ("obvhs", "obvhs", "#009E73"),
-    ("parry", "parry3d", "#999999"),
-    ("bvh", "bvh", "#CC79A7"),
-];
+/// Our two calls.
+const OURS: [Group; 2] =
+    [("exact", "exact", "#D55E00"), ("exact-query", "exact, single rays", "#E69F00")];
 
 const PANEL: [f64; 2] = [590.0, 360.0];
 const ACROSS: usize = 2;
@@ -72,10 +63,9 @@ pub fn chart(rows: &[Row], caption: &str) -> Svg {
     let kinds = distinct(rows, |row| row.kind.as_str());
     let across = kinds.len().clamp(1, ACROSS);
     let down = kinds.len().div_ceil(ACROSS);
-    let mut svg = Svg::new(24.0 + PANEL[0] * across as f64, 64.0 + PANEL[1] * down as f64);
     let title = "Stability of time: nanoseconds per ray while the scene grows hostile";
-    svg.text([24.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
-    svg.text([24.0, 50.0], caption, Font::new(11.0, Anchor::Start).fill(GREY));
+    let size = [24.0 + PANEL[0] * across as f64, 64.0 + PANEL[1] * down as f64];
+    let mut svg = titled(size, title, caption);
     for (i, kind) in kinds.iter().enumerate() {
         let of: Vec<&Row> = rows.iter().filter(|row| row.kind == *kind).collect();
         let at = [24.0 + PANEL[0] * (i % ACROSS) as f64, 58.0 + PANEL[1] * (i / ACROSS) as f64];
@@ -109,7 +99,7 @@ fn panel(svg: &mut Svg, [x, y]: [f64; 2], kind: &str, rows: &[&Row]) {
 
     let mut ends = Vec::new();
     // Draw ours last, on top of the others.
-    for &(group, name, stroke) in TRACERS.iter().rev() {
+    for (group, name, stroke) in OURS.into_iter().chain(OTHERS).rev() {
         let at = |amount: f64| rows.iter().filter(move |row| row.amount == amount).copied();
         let points: Vec<_> = amounts
             .iter()

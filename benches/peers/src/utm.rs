@@ -16,6 +16,10 @@ use crate::ours::{Batch, Kept};
 use crate::rays::{Order, primary, rounded};
 use crate::{doubles, engines, report, scenes};
 
+/// The size of the scenes, and how far they are moved east and north, in metres.
+const EXTENT: f64 = 1000.0;
+const MOVED: [f64; 2] = [5e5, 4.5e6];
+
 #[derive(clap::Args)]
 pub struct Options {
     /// Scenes, as for `rays`.
@@ -28,12 +32,6 @@ pub struct Options {
         default_value = "exact,exact-query,embree-fast,embree-robust,tinybvh,obvhs,bvh,parry,parry-f64"
     )]
     engine: Vec<String>,
-    /// The size of the scenes in metres.
-    #[arg(long, default_value_t = 1000.0)]
-    extent: f64,
-    /// How far the scenes are moved along each axis.
-    #[arg(long, value_delimiter = ',', default_values_t = [5e5, 4.5e6, 0.0])]
-    moved: Vec<f64>,
     /// Seconds for each engine and scene.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
@@ -51,6 +49,7 @@ pub struct Options {
 /// A scene in place and as a map has it.
 struct Town {
     triangles: Vec<Triangle64>,
+    bvh: Arc<Bvh<f64>>,
     rays: Arc<[Ray64]>,
     /// The scene rounded to f32.
     rounded: Scene,
@@ -58,26 +57,24 @@ struct Town {
 
 impl Town {
     fn new(name: &str, options: &Options) -> Result<Self, String> {
-        let [east, north, up] = options.moved[..] else {
-            return Err("--moved: three numbers, as 500000,4500000,0".into());
-        };
         let scene = scenes::scene(name)?;
         let bounds = scene.mesh.bounds().ok_or_else(|| format!("{name}: no triangles"))?;
         let size = (0..3).map(|k| f64::from(bounds.max[k] - bounds.min[k])).fold(0.0, f64::max);
-        let scale = options.extent / size;
+        let scale = EXTENT / size;
         // The models have y up; maps have z up.
         let turned = |[x, y, z]: [f64; 3]| [x, -z, y].map(|x| x * scale);
-        let moved = |[x, y, z]: [f64; 3]| [x + east, y + north, z + up];
+        let moved = |[x, y, z]: [f64; 3]| [x + MOVED[0], y + MOVED[1], z];
         let at = |p: [f32; 3]| moved(turned(p.map(f64::from)));
         let triangle = |&[a, b, c]: &[u32; 3]| {
             TriangleOf([a, b, c].map(|i| at(scene.mesh.positions[i as usize])))
         };
-        let triangles = scene.mesh.triangles.iter().map(triangle).collect();
+        let triangles: Vec<_> = scene.mesh.triangles.iter().map(triangle).collect();
+        let bvh = Arc::new(Bvh::<f64>::new(&triangles).map_err(|e| e.to_string())?);
         let ray = |ray: &Ray| Ray64::new(at(ray.origin), turned(ray.dir.map(f64::from)));
         let rays = primary(&scene.camera, options.size, Order::Rows).iter().map(ray).collect();
         let positions = scene.mesh.positions.iter().map(|&p| at(p).map(|x| x as f32)).collect();
         let mesh = Mesh { positions, ..scene.mesh.clone() };
-        Ok(Self { triangles, rays, rounded: Scene { mesh, ..scene } })
+        Ok(Self { triangles, bvh, rays, rounded: Scene { mesh, ..scene } })
     }
 
     /// The engines, each with the rays in its own precision.
@@ -86,9 +83,8 @@ impl Town {
         options: &Options,
         api: Option<&Arc<crate::embree::Api>>,
     ) -> Result<Vec<Named>, String> {
-        let failed = |e: intertri_trace::BuildError| e.to_string();
         let wanted = |name: &str| engines::wanted(name, &options.engine);
-        let bvh = Arc::new(Bvh::<f64>::new(&self.triangles).map_err(failed)?);
+        let bvh = &self.bvh;
         let mut all: Vec<Named> = Vec::new();
         let mut add = |name: &str, engine: Box<dyn Engine<Ray64>>| {
             all.push((name.to_owned(), Box::new(Own::new(engine, &self.rays))));
@@ -107,7 +103,7 @@ impl Town {
         }
         let rays: Arc<[Ray]> = self.rays.iter().map(rounded).collect();
         let triangles = self.rounded.mesh.to_triangles();
-        let bvh = Arc::new(Bvh::new(&triangles).map_err(failed)?);
+        let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
         let in_f32: Vec<String> = (engines::ENGINES.iter().map(|(name, _)| (*name).to_owned()))
             .filter(|name| wanted(name) && !name.starts_with("exact") && !doubles::is(name))
             .collect();
@@ -123,13 +119,12 @@ impl Town {
     }
 
     /// What is true for the scene in f64.
-    fn truth(&self) -> Result<Vec<Answer>, String> {
-        let bvh = Bvh::<f64>::new(&self.triangles).map_err(|e| e.to_string())?;
+    fn truth(&self) -> Vec<Answer> {
         let answer = |ray| {
-            let hit = bvh.closest(ray);
+            let hit = self.bvh.closest(ray);
             hit.map_or(Answer::MISS, |hit| Answer { triangle: hit.triangle, t: hit.t })
         };
-        Ok(self.rays.iter().map(answer).collect())
+        self.rays.iter().map(answer).collect()
     }
 }
 
@@ -142,7 +137,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     let mut rows: Vec<Row> = Vec::new();
     for name in &options.scene {
         let town = Town::new(name, options)?;
-        let truth = town.truth()?;
+        let truth = town.truth();
         let mut engines = town.engines(options, api.as_ref())?;
         // Each engine has rays of its own; only their number counts.
         let rays: Vec<Ray> = town.rays.iter().map(rounded).collect();
@@ -152,15 +147,8 @@ pub fn run(options: &Options) -> Result<(), String> {
         let seconds = options.seconds;
         let measured =
             measure::measure(&mut engines, &rays, question, truth, seconds, &pool, beside);
-        let measured = measured.into_iter().map(|row| Row {
-            scene: name.clone(),
-            triangles: town.triangles.len(),
-            kind: "utm".into(),
-            order: Order::Rows.name().into(),
-            threads: 1,
-            ..row
-        });
-        let measured: Vec<Row> = measured.collect();
+        let described = |row: Row| row.of(name, town.triangles.len(), "utm", Order::Rows);
+        let measured: Vec<Row> = measured.into_iter().map(described).collect();
         report::table(&measured);
         rows.extend(measured);
     }

@@ -81,17 +81,8 @@ pub fn run(options: &Options) -> Result<(), String> {
         let scene = Scenes { given, in_f32, still, moved, vast };
         for &kind in &options.kind {
             let measured = cell(options, &scene, kind, &pool)?;
-            let measured: Vec<Row> = measured
-                .into_iter()
-                .map(|row| Row {
-                    scene: name.clone(),
-                    triangles: scene.in_f32.len(),
-                    kind: kind.name().into(),
-                    order: options.order.name().into(),
-                    threads: 1,
-                    ..row
-                })
-                .collect();
+            let described = |row: Row| row.of(name, scene.in_f32.len(), kind.name(), options.order);
+            let measured: Vec<Row> = measured.into_iter().map(described).collect();
             report::table(&measured);
             rows.extend(measured);
         }

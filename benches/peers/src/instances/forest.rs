@@ -143,7 +143,7 @@ impl Forest {
             let is_behind = dot(normal, ray.dir.map(f64::from)) > 0.0;
             let normal = if is_behind { normal.map(|x| -x) } else { normal };
             let point = hit_point(ray, &hit.hit);
-            let origin = [0, 1, 2].map(|k| (f64::from(point[k]) + away * normal[k]) as f32);
+            let origin = [0, 1, 2].map(|k| (point[k] + away * normal[k]) as f32);
             rays.push(match kind {
                 Kind::Shadow => {
                     let dir = [0, 1, 2].map(|k| self.light[k] - origin[k]);
