@@ -105,7 +105,7 @@ def test_meshes_of_pyvista():
 def test_meshes_of_meshio():
     meshio = pytest.importorskip("meshio")
     assert intertri.Mesh(meshio.Mesh(VERTICES, [("triangle", FACES)])).digest == DIGEST
-    with pytest.raises(ValueError, match="no triangles .tetra"):
+    with pytest.raises(ValueError, match="not triangles .tetra"):
         intertri.Mesh(meshio.Mesh(VERTICES, [("tetra", [[0, 1, 2, 4]])]))
 
 

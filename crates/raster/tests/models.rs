@@ -8,8 +8,8 @@ use intertri_raster::{
 use intertri_scene::{Light as Lamp, Scene, hit_point, load, shade};
 use intertri_trace::Bvh;
 
-/// Draws and traces a scene, and checks that there are few differences and that each has a known reason;
-/// otherwise the rule might hide something.
+/// Draws and traces a scene. The pictures may differ in few pixels, each for a known reason; with many, the
+/// rule for those reasons might hide an error.
 fn check(name: &str, scene: &Scene) {
     let (width, height) = (1024, 768);
     let soup = scene.mesh.to_triangles();
