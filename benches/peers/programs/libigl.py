@@ -7,20 +7,20 @@ import numpy as np
 
 
 def main(path):
-    words = open(path, "rb").read()
+    content = open(path, "rb").read()
     at = 0
 
     def take(kind, count):
         nonlocal at
-        values = np.frombuffer(words, kind, count, at)
+        values = np.frombuffer(content, kind, count, at)
         at += values.nbytes
         return values
 
     triangles = int(take("<u8", 1)[0])
     corners = take("<f8", 9 * triangles).reshape(-1, 3).copy()
-    anything, count = bool(take("<u8", 1)[0]), int(take("<u8", 1)[0])
+    any_hit, count = bool(take("<u8", 1)[0]), int(take("<u8", 1)[0])
     rays = take("<f8", 7 * count).reshape(-1, 7)
-    # The same corner is one vertex, as in the mesh that a user of libigl has.
+    # Merge equal corners into one vertex, as in the indexed meshes that users of libigl have.
     vertices, index = np.unique(corners, axis=0, return_inverse=True)
     faces = np.ascontiguousarray(index.reshape(-1, 3), dtype=np.int64)
     tree = igl.AABB()
@@ -36,7 +36,7 @@ def main(path):
             part = slice(*map(int, line.split()))
             found, t, _ = tree.intersect_ray_first(vertices, faces, origins[part], directions[part])
             found = np.where(t <= ends[part], found, -1)
-            answers[part] = np.where(found >= 0, 0, -1) if anything else found
+            answers[part] = np.where(found >= 0, 0, -1) if any_hit else found
         print("done", flush=True)
 
 

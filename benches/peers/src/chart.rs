@@ -115,8 +115,8 @@ fn panel(
         let [low, middle, high] = row.speed.map(|speed| x + NAMES + speed * scale);
         svg.text([x + NAMES - 6.0, top + 11.0], name, Font::new(11.0, Anchor::End));
         svg.rect([x + NAMES, top], [middle - x - NAMES, ROW - 4.0], fill);
-        let center = top + (ROW - 4.0) / 2.0;
-        svg.line([low, center], [high, center], INK, 1.0);
+        let centre = top + (ROW - 4.0) / 2.0;
+        svg.line([low, centre], [high, centre], INK, 1.0);
         let wrong = row.wrong_hits + row.wrong_triangles;
         // Answers on a grid are for another scene.
         let how = if row.engine == "fixed" { "by the grid" } else { "wrong" };

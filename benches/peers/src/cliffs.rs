@@ -13,11 +13,12 @@ use intertri_trace::Bvh;
 use rayon::ThreadPool;
 
 use crate::embree::Api;
-use crate::engine::{Answer, Engine, Question};
+use crate::engine::{Engine, Question};
 use crate::engines;
-use crate::measure::{self, Row, Truth};
+use crate::measure::{self, Row};
 use crate::ours::Batch;
 use crate::rays::{self, Kind, Order};
+use crate::truth::Truth;
 use crate::{embree, pool, report, scenes, write_rows};
 
 /// What makes a scene hostile.
@@ -170,10 +171,10 @@ fn measured(
     let mut exact = Batch::new(bvh.clone(), Mode::exact());
     exact.load(&case.rays, case.question);
     exact.trace(0..case.rays.len());
-    let truth: Vec<Answer> = exact.answers();
-    let (truth, none): (Truth<'_>, measure::Beside) = (&|_| &truth[..], |_, _| None);
-    let (rays, seconds) = (&case.rays, options.seconds);
-    Ok(measure::measure(&mut named, rays, case.question, truth, seconds, pool, none))
+    let (answers, rays) = (exact.answers(), &case.rays);
+    let truth = |name: &str| Truth::new(name, &answers, &triangles, rays);
+    let (seconds, none): (f64, measure::Beside) = (options.seconds, |_, _| None);
+    Ok(measure::measure(&mut named, rays, case.question, &truth, seconds, pool, none))
 }
 
 fn case(options: &Options, name: &str, cause: Cause, amount: f64) -> Result<Case, String> {

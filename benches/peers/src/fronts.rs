@@ -246,3 +246,107 @@ pub fn table(rows: &[Row]) -> String {
     }
     table
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(scene: &str, engine: &str, rays: usize, speed: f64) -> Row {
+        Row {
+            scene: scene.into(),
+            kind: "primary".into(),
+            order: "rows".into(),
+            engine: engine.into(),
+            rays,
+            speed: [0.5 * speed, speed, 2.0 * speed],
+            ..Row::default()
+        }
+    }
+
+    fn wrong(row: Row, wrong_hits: usize, wrong_triangles: usize) -> Row {
+        Row { wrong_hits, wrong_triangles, ..row }
+    }
+
+    fn figures_of<'a>(all: &'a [Figures], label: &str) -> &'a Figures {
+        all.iter().find(|figures| figures.name == label).expect(label)
+    }
+
+    const OURS: &str = "intertri exact, batches";
+    const EMBREE: &str = "Embree, fast, f32";
+
+    #[test]
+    fn ratios_are_to_the_fastest_call_of_embree_in_the_same_scene() {
+        let rows = [
+            row("bunny", "embree-fast-1", 1000, 10.0),
+            row("bunny", "embree-fast-16", 1000, 20.0),
+            row("bunny", "embree-robust-16", 1000, 99.0),
+            row("bunny", "exact", 1000, 160.0),
+            row("kitchen", "embree-fast-1", 1000, 4.0),
+            row("kitchen", "embree-fast-16", 1000, 3.0),
+            row("kitchen", "exact", 1000, 2.0),
+        ];
+        let all = figures(&rows, ("primary", "rows"));
+        // 8 times in one scene, half in the other: the geometric mean is 2.
+        assert!((figures_of(&all, OURS).speed - 2.0).abs() < 1e-12);
+        assert!((figures_of(&all, EMBREE).speed - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_tracer_that_had_fewer_rays_is_compared_with_embree_on_the_same_rays() {
+        let rows = [
+            row("bunny", "embree-fast-16", 1000, 20.0),
+            row("bunny", "exact", 1000, 20.0),
+            row("bunny", "embree-fast-16", 10, 5.0),
+            row("bunny", "libigl", 10, 1.0),
+        ];
+        let all = figures(&rows, ("primary", "rows"));
+        let libigl = figures_of(&all, "libigl, f64");
+        assert!((libigl.speed - 0.2).abs() < 1e-12, "{}", libigl.speed);
+        assert_eq!(libigl.rays, 10);
+        assert_eq!(figures_of(&all, EMBREE).rays, 1000);
+    }
+
+    #[test]
+    fn a_tracer_that_lacks_a_scene_has_no_figures() {
+        let rows = [
+            row("bunny", "embree-fast-16", 1000, 20.0),
+            row("bunny", "obvhs-2", 1000, 80.0),
+            row("kitchen", "embree-fast-16", 1000, 20.0),
+        ];
+        let all = figures(&rows, ("primary", "rows"));
+        assert!(all.iter().all(|figures| figures.name == EMBREE));
+    }
+
+    #[test]
+    fn wrong_answers_of_all_scenes_add_up() {
+        let rows = [
+            wrong(row("bunny", "embree-fast-16", 1000, 20.0), 1, 20),
+            wrong(row("kitchen", "embree-fast-16", 500, 20.0), 300, 4000),
+        ];
+        let all = figures(&rows, ("primary", "rows"));
+        let embree = figures_of(&all, EMBREE);
+        assert_eq!((embree.wrong, embree.rays), (4321, 1500));
+    }
+
+    #[test]
+    fn only_hit_or_miss_counts_where_neighbours_share_the_point() {
+        for kind in ["edges", "vertices", "walls"] {
+            let row = wrong(row("bunny", "embree-fast-16", 1000, 20.0), 7, 20);
+            let rows = [Row { kind: kind.into(), ..row }];
+            assert_eq!(figures(&rows, (kind, "rows"))[0].wrong, 7, "{kind}");
+        }
+    }
+
+    #[test]
+    fn the_front_is_what_nothing_else_beats_in_both() {
+        let rows = [
+            wrong(row("bunny", "embree-fast-16", 1000, 20.0), 3, 0),
+            wrong(row("bunny", "embree-robust-16", 1000, 19.0), 3, 0),
+            row("bunny", "exact", 1000, 18.0),
+            row("bunny", "parry-f64", 1000, 2.0),
+        ];
+        let all = figures(&rows, ("primary", "rows"));
+        let on_front: Vec<_> = all.iter().filter(|f| f.is_on_front).map(|f| f.name).collect();
+        assert_eq!(on_front, [OURS, EMBREE]);
+    }
+}

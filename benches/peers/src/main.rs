@@ -34,6 +34,7 @@ mod solids;
 mod stability;
 #[cfg(feature = "tinybvh")]
 mod tinybvh;
+mod truth;
 mod utm;
 
 use std::path::{Path, PathBuf};
@@ -49,9 +50,10 @@ use rayon::ThreadPool;
 use crate::clock::Clock;
 use crate::embree::Api;
 use crate::engine::{Answer, Engine, Question};
-use crate::measure::{Beside, Row, Truth};
+use crate::measure::Row;
 use crate::ours::Single;
 use crate::rays::{Kind, Order};
+use crate::truth::Truth;
 
 /// Rays through intertri and its peers: million rays a second, and wrong answers.
 #[derive(Parser)]
@@ -234,21 +236,16 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
 
             let seconds = options.seconds;
             // `certified` promises the document's answers, all other modes those of geometry.
-            let of = |name: &str| if name.starts_with("certified") { &truth[..] } else { &exact };
-            let (truth, beside): (Truth<'_>, Beside) = (&of, measure::embree);
+            let truth = |name: &str| {
+                let answers = if name.starts_with("certified") { &truth } else { &exact };
+                Truth::new(name, answers, &triangles, &rays)
+            };
+            let beside = measure::embree;
             let measured =
-                measure::measure(&mut engines, &rays, question, truth, seconds, &pool, beside);
+                measure::measure(&mut engines, &rays, question, &truth, seconds, &pool, beside);
             let measured: Vec<Row> = measured
                 .into_iter()
-                .zip(&engines)
-                .map(|(row, (_, engine))| Row {
-                    // Those that promise every bit also promise which of two triangles they name.
-                    wrong_triangles: row.wrong_triangles
-                        - if engine.exact() || question.any {
-                            0
-                        } else {
-                            reference::ties(&triangles, &rays, &engine.answers(), of(&row.engine))
-                        },
+                .map(|row| Row {
                     threads: pool.current_num_threads(),
                     reference: held,
                     reference_wrong: wrong,

@@ -11,8 +11,9 @@ use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
-use crate::engine::{Answer, Engine, Question};
+use crate::engine::{Engine, Question};
 use crate::rays::Order;
+use crate::truth::Truth;
 
 /// The measurements of an engine.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -37,7 +38,7 @@ pub struct Row {
     pub base: String,
     pub ratio: Option<[f64; 3]>,
     /// Rays with hit and miss confused, and rays with a hit on another triangle (or with another t, if every
-    /// bit of it is promised). In `rays`, a triangle at the same exact t is right.
+    /// bit of it is promised). [`Truth`] says when either of two triangles is right.
     pub wrong_hits: usize,
     pub wrong_triangles: usize,
     /// Rays whose truth was compared with the plain loop of the reference, and how many differed.
@@ -54,8 +55,8 @@ impl Row {
     }
 }
 
-/// The true answers for an engine, by its name.
-pub type Truth<'a> = &'a dyn Fn(&str) -> &'a [Answer];
+/// The truth for an engine, by its name.
+pub type TruthOf<'a> = &'a dyn Fn(&str) -> Truth<'a>;
 
 /// Chooses the row that a row is compared with.
 pub type Beside = fn(&[Row], usize) -> Option<usize>;
@@ -148,7 +149,7 @@ pub fn measure(
     engines: &mut [Named],
     rays: &[Ray],
     question: Question,
-    truth: Truth<'_>,
+    truth: TruthOf<'_>,
     budget: f64,
     pool: &ThreadPool,
     beside: Beside,
@@ -170,7 +171,7 @@ pub fn measure(
     let kept: Vec<_> = times.iter().map(|times| times.kept()).collect();
     let row = |(engine, rounds): (&Named, &Rounds)| {
         let speed = speed(rounds, parts.clone());
-        row(engine, rounds, speed, rays.len(), truth(&engine.0))
+        row(engine, rounds, speed, rays.len(), &truth(&engine.0))
     };
     let mut rows: Vec<Row> = engines.iter().zip(&kept).map(row).collect();
     compare(&mut rows, &kept, beside);
@@ -199,16 +200,9 @@ fn row(
     rounds: &Rounds,
     speed: [f64; 3],
     rays: usize,
-    truth: &[Answer],
+    truth: &Truth<'_>,
 ) -> Row {
-    let (mut wrong_hits, mut wrong_triangles) = (0, 0);
-    for (answer, truth) in engine.answers().iter().zip(truth) {
-        if answer.is_hit() != truth.is_hit() {
-            wrong_hits += 1;
-        } else if answer.triangle != truth.triangle || engine.exact() && answer.t != truth.t {
-            wrong_triangles += 1;
-        }
-    }
+    let [wrong_hits, wrong_triangles] = truth.wrong(&engine.answers(), engine.exact());
     let all = rounds.iter().flatten().count();
     let repeats = rounds.iter().flatten().flatten().count();
     Row {
@@ -250,4 +244,72 @@ fn spread(mut x: Vec<f64>) -> [f64; 3] {
     x.sort_by(f64::total_cmp);
     let at = |share: f64| x.get((share * (x.len().max(1) - 1) as f64).round() as usize);
     [0.1, 0.5, 0.9].map(|share| at(share).copied().unwrap_or(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::Range;
+
+    use super::*;
+    use crate::engine::Answer;
+
+    /// A tracer that answers each ray with the same.
+    struct Fake {
+        answer: Answer,
+        rays: usize,
+    }
+
+    impl Engine for Fake {
+        fn load(&mut self, rays: &[Ray], _: Question) {
+            self.rays = rays.len();
+        }
+
+        fn trace(&mut self, _: Range<usize>) {}
+
+        fn answers(&self) -> Vec<Answer> {
+            vec![self.answer; self.rays]
+        }
+    }
+
+    #[test]
+    fn each_engine_is_charged_with_its_own_wrong_answers() {
+        let hit = |triangle| Answer { triangle, t: 1.0 };
+        let fake =
+            |name: &str, answer| -> Named { (name.to_owned(), Box::new(Fake { answer, rays: 0 })) };
+        let mut engines =
+            [fake("misses", Answer::MISS), fake("hits", hit(0)), fake("confuses", hit(1))];
+        let answers = [hit(0), hit(0), hit(0), Answer::MISS];
+        let rays = [Ray::new([0.0; 3], [0.0, 0.0, 1.0]); 4];
+        let question = Question { any: false, coherent: true };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+        let truth = |_: &str| Truth::without_ties(&answers);
+        let rows = measure(&mut engines, &rays, question, &truth, 0.0, &pool, |_, _| None);
+        let wrong = |row: &Row| (row.engine.clone(), row.wrong_hits, row.wrong_triangles);
+        assert_eq!(
+            rows.iter().map(wrong).collect::<Vec<_>>(),
+            [("misses".into(), 3, 0), ("hits".into(), 1, 0), ("confuses".into(), 1, 3)]
+        );
+        assert!(rows.iter().all(|row| row.rays == 4));
+    }
+
+    #[test]
+    fn ratios_are_to_the_fastest_of_embrees_fast_calls_on_the_same_instructions() {
+        let row = |engine: &str, speed: f64| Row {
+            engine: engine.into(),
+            speed: [speed; 3],
+            ..Row::default()
+        };
+        let rows = [
+            row("exact", 50.0),
+            row("exact-avx2", 40.0),
+            row("embree-fast-1", 10.0),
+            row("embree-fast-16", 20.0),
+            row("embree-robust-16", 30.0),
+            row("embree-avx2-8", 15.0),
+            row("embree-avx2-robust-8", 16.0),
+        ];
+        assert_eq!(embree(&rows, 0), Some(3));
+        assert_eq!(embree(&rows, 1), Some(5));
+        assert_eq!(embree(&rows[..2], 0), None);
+    }
 }

@@ -39,7 +39,7 @@ impl Program {
         Ok(Self { name: name.into(), path, triangles: triangles.to_vec(), running: None })
     }
 
-    /// The result of a request, without which no figure would be right.
+    /// The result of a request. Panics on an error, because every figure would be wrong.
     fn must<T>(&self, result: Result<T>) -> T {
         result.unwrap_or_else(|error| panic!("{}: {error}", self.path.display()))
     }

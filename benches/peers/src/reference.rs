@@ -1,6 +1,6 @@
 //! Compares the truth itself with the plain loop over the scalar f64 reference.
 
-use intertri::{Mode, Ray, Triangle};
+use intertri::Ray;
 use intertri_scene::Mesh;
 use rayon::prelude::*;
 
@@ -38,17 +38,4 @@ pub fn differences(
         }
     };
     (sample.len(), sample.par_iter().filter(differs).count())
-}
-
-/// Counts the answers that name another triangle than the truth, but one at the same exact t: such a tie is as right.
-pub fn ties(triangles: &[Triangle], rays: &[Ray], answers: &[Answer], truth: &[Answer]) -> usize {
-    let is_tie = |(ray, (answer, truth)): &(&Ray, (&Answer, &Answer))| {
-        if !answer.is_hit() || !truth.is_hit() || answer.triangle == truth.triangle {
-            return false;
-        }
-        let Some(&triangle) = triangles.get(answer.triangle as usize) else { return false };
-        let hit = Mode::exact().closest(&[triangle], ray);
-        hit.is_some_and(|hit| hit.t == truth.t)
-    };
-    rays.iter().zip(answers.iter().zip(truth)).filter(is_tie).count()
 }

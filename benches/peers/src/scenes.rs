@@ -110,7 +110,7 @@ fn cornell_box() -> Result<Scene, String> {
     }
     quad(wall(1, 0.98, 0.3));
     // A low block and a high one, turned about the vertical axis.
-    for (center, half, turn) in [
+    for (centre, half, turn) in [
         ([0.35, -0.7, 0.35], [0.3, 0.3, 0.3], [0.96, -0.28]),
         ([-0.35, -0.4, -0.3], [0.3, 0.6, 0.3], [0.96, 0.28]),
     ] {
@@ -118,7 +118,7 @@ fn cornell_box() -> Result<Scene, String> {
             quad(wall(axis, end, 1.0).map(|p| {
                 let [x, y, z] = [0, 1, 2].map(|k| p[k] * half[k]);
                 let [c, s]: [f32; 2] = turn;
-                [center[0] + c * x + s * z, center[1] + y, center[2] - s * x + c * z]
+                [centre[0] + c * x + s * z, centre[1] + y, centre[2] - s * x + c * z]
             }));
         }
     }

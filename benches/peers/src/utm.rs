@@ -14,6 +14,7 @@ use crate::in_f64::own::Own;
 use crate::measure::{self, Named, Row};
 use crate::ours::{Batch, Kept};
 use crate::rays::{Order, primary, rounded};
+use crate::truth::Truth;
 use crate::{doubles, engines, report, scenes};
 
 /// The size of the scenes, and how far they are moved east and north, in metres.
@@ -137,16 +138,16 @@ pub fn run(options: &Options) -> Result<(), String> {
     let mut rows: Vec<Row> = Vec::new();
     for name in &options.scene {
         let town = Town::new(name, options)?;
-        let truth = town.truth();
+        let answers = town.truth();
         let mut engines = town.engines(options, api.as_ref())?;
         // Each engine has rays of its own; only their number counts.
         let rays: Vec<Ray> = town.rays.iter().map(rounded).collect();
         let question = crate::rays::Kind::Primary.question();
-        let (truth, beside): (measure::Truth<'_>, measure::Beside) =
-            (&|_| &truth[..], measure::embree);
-        let seconds = options.seconds;
+        // Tracers in f32 get the rounded scene, but the scene in f64 says what is right.
+        let truth = |name: &str| Truth::new(name, &answers, &town.triangles, &town.rays);
+        let (seconds, beside) = (options.seconds, measure::embree);
         let measured =
-            measure::measure(&mut engines, &rays, question, truth, seconds, &pool, beside);
+            measure::measure(&mut engines, &rays, question, &truth, seconds, &pool, beside);
         let described = |row: Row| row.of(name, town.triangles.len(), "utm", Order::Rows);
         let measured: Vec<Row> = measured.into_iter().map(described).collect();
         report::table(&measured);

@@ -99,7 +99,7 @@ impl Api {
         let paths = path.map_or_else(|| known.map(PathBuf::from).to_vec(), |path| vec![path]);
         let mut error = String::new();
         for path in paths {
-            // SAFETY: loading runs the initialisers of the library, which the user chose.
+            // SAFETY: loading runs the initializers of the library, which the user chose.
             match unsafe { libloading::Library::new(&path) }.and_then(Self::load) {
                 Ok(api) => return Ok(Arc::new(api)),
                 Err(e) => error = e.to_string(),

@@ -61,6 +61,10 @@ impl Input {
         Ok(Self { mesh: mesh.clone(), by, bvh, triangles, embree })
     }
 
+    pub fn triangles(&self) -> &[Triangle64] {
+        &self.triangles
+    }
+
     /// A ray, moved like the scene.
     pub fn ray(&self, ray: &Ray64) -> Ray64 {
         Ray64 { origin: moved(ray.origin, self.by), ..*ray }

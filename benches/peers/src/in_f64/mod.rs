@@ -6,16 +6,17 @@ pub mod own;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use intertri::{Mode, Ray64};
+use intertri::{Mode, Ray64, Triangle64};
 use intertri_scene::Scene;
 use intertri_trace::Bvh;
 use rayon::ThreadPool;
 
 use crate::clock::Clock;
-use crate::engine::Answer;
+use crate::engine::{Answer, Question};
 use crate::measure::{self, Named, Row};
 use crate::ours::{Batch, Single, Triangles};
 use crate::rays::{self, Kind, Order, widened};
+use crate::truth::Truth;
 use crate::{report, scenes};
 
 use input::Input;
@@ -90,6 +91,21 @@ pub fn run(options: &Options) -> Result<(), String> {
     options.json.as_ref().map_or(Ok(()), |path| crate::write_rows(path, &rows))
 }
 
+/// The triangles and rays of some engines, and the true answers.
+struct Traced<'a> {
+    name: &'static str,
+    triangles: &'a [Triangle64],
+    rays: Arc<[Ray64]>,
+    answers: Vec<Answer>,
+}
+
+impl<'a> Traced<'a> {
+    fn new(name: &'static str, input: &'a Input, rays: &Arc<[Ray64]>, question: Question) -> Self {
+        let answers = input.truth(rays, question);
+        Self { name, triangles: input.triangles(), rays: rays.clone(), answers }
+    }
+}
+
 /// One scene and one kind of ray.
 fn cell(
     options: &Options,
@@ -122,28 +138,28 @@ fn cell(
     ] {
         println!("{name:10} {tests:8.2} tests a ray, {undecided:.5} settled by the resolver");
     }
-    let mut truths = vec![
-        ("aimed", Vec::new()),
-        ("moved", scene.moved.truth(&moved, question)),
-        ("", scene.still.truth(&casts, question)),
+    let mut inputs = vec![
+        Traced::new("moved", &scene.moved, &moved, question),
+        Traced::new("", &scene.still, &casts, question),
     ];
     if matches!(kind, Kind::Edges | Kind::Vertices) {
         let aimed: Arc<[Ray64]> =
             rays::lines(kind, &scene.given, &scene.in_f32, size, order).into();
         engines.extend(scene.still.ours("f64-aimed", &aimed));
-        truths[0].1 = scene.still.truth(&aimed, question);
+        inputs.insert(0, Traced::new("aimed", &scene.still, &aimed, question));
     }
     engines.retain(|(name, _)| wanted(name));
     engines.extend(scene.still.others("f64", &casts, &wanted)?);
     engines.extend(scene.moved.others("f64-moved", &moved, &wanted)?);
-    let truth = &|name: &str| truth_of(&truths, name);
+    let truth = &|name: &str| truth_of(&inputs, name);
     Ok(measure::measure(&mut engines, &rays, question, truth, seconds, pool, in_f32))
 }
 
-/// The right answers for an engine, chosen by the end of the name of its input.
-fn truth_of<'a>(truths: &'a [(&str, Vec<Answer>)], engine: &str) -> &'a [Answer] {
-    let of_it = |(input, _): &&(&str, Vec<Answer>)| engine.contains(input);
-    truths.iter().find(of_it).map_or(&[], |(_, truth)| truth)
+/// The truth for an engine, whose name contains that of its input.
+fn truth_of<'a>(inputs: &'a [Traced<'_>], engine: &str) -> Truth<'a> {
+    let of_it = |input: &&Traced<'_>| engine.contains(input.name);
+    let input = inputs.iter().find(of_it).expect("the last name is part of every other");
+    Truth::new(engine, &input.answers, input.triangles, &input.rays)
 }
 
 /// The row of `exact` over f32 for the same query.

@@ -19,6 +19,7 @@ use crate::measure::{self, Named, Row};
 use crate::ours::{Batch, Single};
 use crate::rays::{Kind, Order, widened};
 use crate::report;
+use crate::truth::Truth;
 use forest::Forest;
 use ours::{Instances, InstancesSingle};
 
@@ -129,7 +130,8 @@ fn rays_of(
         }
         engines.retain(|(name, _)| wanted(name));
         let truth = truth(&snapshot, firsts, &rays, kind);
-        let (truth, seconds, beside) = (|_: &str| &truth[..], options.seconds, measure::embree);
+        let truth = |_: &str| Truth::without_ties(&truth);
+        let (seconds, beside) = (options.seconds, measure::embree);
         let question = kind.question();
         let rows = measure::measure(&mut engines, &rays, question, &truth, seconds, pool, beside);
         let rows: Vec<Row> = rows

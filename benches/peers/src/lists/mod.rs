@@ -24,6 +24,7 @@ use crate::engine::{Answer, Engine, Question};
 use crate::engines::wanted_of;
 use crate::measure::{self, Named, Row};
 use crate::rays::{self, Kind, Order};
+use crate::truth::Truth;
 use crate::{report, scenes};
 
 /// The measured engines, by name.
@@ -97,7 +98,7 @@ pub fn run(options: &Options) -> Result<(), String> {
                 &mut engines,
                 &rays,
                 QUESTION,
-                &|_| &truth[..],
+                &|_| Truth::without_ties(&truth),
                 seconds,
                 &pool,
                 measure::embree,
