@@ -22,8 +22,8 @@ def scene():
     ground = quad((-40, -40, 0), (40, -40, 0), (-40, 40, 0))
     front = [quad((-15, 10, 0), (3, 10, 0), (-15, 10, 9)), quad((7, 10, 0), (15, 10, 0), (7, 10, 9))]
     window = [quad((3, 10, 0), (7, 10, 0), (3, 10, 2)), quad((3, 10, 6), (7, 10, 6), (3, 10, 9))]
-    centers = random.normal(size=(3000, 1, 3)) * [1.3, 1.3, 1] + [-6, 5, 4.5]
-    leaves = centers + random.normal(size=(3000, 3, 3)) * 0.1
+    centres = random.normal(size=(3000, 1, 3)) * [1.3, 1.3, 1] + [-6, 5, 4.5]
+    leaves = centres + random.normal(size=(3000, 3, 3)) * 0.1
     return ORIGIN + np.concatenate([ground, *front, *window, leaves])
 
 

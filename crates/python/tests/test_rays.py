@@ -16,12 +16,12 @@ def aimed(mesh, rng, count):
     picked = corners[rng.integers(len(corners), size=count)]
     middle = (picked[:, 0] / 2 + picked[:, 1] / 2).astype(mesh.dtype)
     target = np.where(np.arange(count)[:, None] % 2 == 0, picked[:, 0], middle)
-    ways = (target - origins).astype(mesh.dtype)
-    ways[::5] = rng.uniform(-1, 1, (len(ways[::5]), 3))
-    ways[1::7, 0] = 0
-    ways[2::7, :2] = 0
+    directions = (target - origins).astype(mesh.dtype)
+    directions[::5] = rng.uniform(-1, 1, (len(directions[::5]), 3))
+    directions[1::7, 0] = 0
+    directions[2::7, :2] = 0
     origins[2::7, :2] = picked[2::7, 0, :2]
-    return origins, ways
+    return origins, directions
 
 
 def rounded(hit):
@@ -38,11 +38,11 @@ def mesh(request, dtype):
 
 
 def test_closest_is_right(mesh, rng):
-    origins, ways = aimed(mesh, rng, 120)
-    hits = mesh.closest(origins, ways)
+    origins, directions = aimed(mesh, rng, 120)
+    hits = mesh.closest(origins, directions)
     found = 0
-    for hit, origin, way in zip(hits, origins, ways):
-        truth = oracle.closest(mesh.triangles, origin, way)
+    for hit, origin, direction in zip(hits, origins, directions):
+        truth = oracle.closest(mesh.triangles, origin, direction)
         if truth is None:
             assert hit["triangle"] == -1 and hit["t"] == math.inf
         else:
@@ -50,22 +50,23 @@ def test_closest_is_right(mesh, rng):
             assert hit["triangle"] == truth[3]
             assert [hit["t"], hit["u"], hit["v"]] == rounded(truth)
     assert found > 20
-    assert (mesh.any(origins, ways) == (hits["triangle"] >= 0)).all()
-    assert (mesh.closest_triangle(origins, ways) == hits["triangle"]).all()
+    assert (mesh.any(origins, directions) == (hits["triangle"] >= 0)).all()
+    assert (mesh.closest_triangle(origins, directions) == hits["triangle"]).all()
 
 
 def test_all_and_crossings_are_right(mesh, rng):
-    origins, ways = aimed(mesh, rng, 80)
-    lists, crossed = mesh.all(origins, ways), mesh.crossings(origins, ways)
-    counts = mesh.count_crossings(origins, ways)
+    origins, directions = aimed(mesh, rng, 80)
+    lists, crossed = mesh.all(origins, directions), mesh.crossings(origins, directions)
+    counts = mesh.count_crossings(origins, directions)
     assert lists.offsets[-1] == len(lists.hits) > 20 and crossed.offsets[-1] == len(crossed.hits) > 20
-    assert (mesh.all(origins, ways, limit=1).hits == lists.hits[np.unique(lists.rays, return_index=True)[1]]).all()
-    for i, (origin, way) in enumerate(zip(origins, ways)):
-        truth = oracle.all_hits(mesh.triangles, origin, way)
+    firsts = np.unique(lists.rays, return_index=True)[1]
+    assert (mesh.all(origins, directions, limit=1).hits == lists.hits[firsts]).all()
+    for i, (origin, direction) in enumerate(zip(origins, directions)):
+        truth = oracle.all_hits(mesh.triangles, origin, direction)
         hits = lists.hits[lists.offsets[i] : lists.offsets[i + 1]]
         assert hits["triangle"].tolist() == [hit[3] for hit in truth]
         assert [[h["t"], h["u"], h["v"]] for h in hits] == [rounded(hit) for hit in truth]
-        truth = oracle.crossings(mesh.triangles, origin, way)
+        truth = oracle.crossings(mesh.triangles, origin, direction)
         hits = crossed.hits[crossed.offsets[i] : crossed.offsets[i + 1]]
         assert hits["triangle"].tolist() == [triangle for _, triangle, _ in truth]
         assert hits["t"].tolist() == [float(t) for t, _, _ in truth]
@@ -75,10 +76,10 @@ def test_all_and_crossings_are_right(mesh, rng):
 
 def test_intervals(dtype):
     mesh = intertri.Mesh(np.array([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]], dtype))
-    ask = lambda **ends: int(mesh.closest([0.25, 0.25, 0], [0, 0, 1], **ends)["triangle"])
-    assert ask(t_min=5) == 0 and ask(t_max=5) == -1
-    assert ask(t_min=np.nextafter(dtype(5), dtype(6))) == -1 and ask(t_max=np.nextafter(dtype(5), dtype(6))) == 0
-    assert ask(t_min=math.nan) == -1 and ask(t_min=6, t_max=4) == -1 and ask(t_min=-3) == 0
+    query = lambda **ends: int(mesh.closest([0.25, 0.25, 0], [0, 0, 1], **ends)["triangle"])
+    assert query(t_min=5) == 0 and query(t_max=5) == -1
+    assert query(t_min=np.nextafter(dtype(5), dtype(6))) == -1 and query(t_max=np.nextafter(dtype(5), dtype(6))) == 0
+    assert query(t_min=math.nan) == -1 and query(t_min=6, t_max=4) == -1 and query(t_min=-3) == 0
     t_max = np.array([4, 5, 6], dtype)
     assert mesh.any([0.25, 0.25, 0], np.tile(dtype([0, 0, 1]), (3, 1)), t_max=t_max).tolist() == [False, False, True]
     rays = np.array([[0.25, 0.25, 0, 0, 0, 0, 1, 6], [0.25, 0.25, 0, 0, 0, 0, 1, 5]], dtype)
@@ -86,7 +87,7 @@ def test_intervals(dtype):
     assert mesh.closest(rays, t_min=np.float64(0), t_max=np.float64(np.inf))["triangle"].tolist() == [0, -1]
 
 
-def test_an_end_of_numpy_keeps_its_digits():
+def test_numpy_interval_ends_keep_their_precision():
     """t is 2/3, which float32 rounds up. A plain Python number takes the dtype of the rays."""
     mesh = intertri.Mesh(np.float32([[[0, 0, 2], [1, 0, 2], [0, 1, 2]]]))
     ray = np.float32([0.25, 0.25, 0]), np.float32([0, 0, 3])
@@ -97,7 +98,7 @@ def test_an_end_of_numpy_keeps_its_digits():
     assert mesh.any(*ray, t_min=t) and not mesh.any(*ray, t_min=float(t))
 
 
-def test_numbers_that_are_none(dtype):
+def test_nan_and_infinity_miss(dtype):
     mesh = intertri.Mesh(np.array([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]], dtype))
     for bad in (math.nan, math.inf, -math.inf):
         assert mesh.closest([bad, 0, 0], [0, 0, 1])["triangle"] == -1
@@ -105,17 +106,17 @@ def test_numbers_that_are_none(dtype):
     assert mesh.closest([0.2, 0.2, 0], [0, 0, 0])["triangle"] == -1
 
 
-def test_ways_to_give_rays_agree(dtype, rng):
+def test_forms_of_rays_agree(dtype, rng):
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(2)))
-    eye, ways = camera(40, [0, 0.5, 4])
-    eye, ways = eye.astype(dtype), ways.astype(dtype)
-    flat = ways.reshape(-1, 3)
+    eye, directions = camera(40, [0, 0.5, 4])
+    eye, directions = eye.astype(dtype), directions.astype(dtype)
+    flat = directions.reshape(-1, 3)
     hits = mesh.closest(np.broadcast_to(eye, flat.shape), flat)
     assert (hits["triangle"] >= 0).sum() > 100
     six = np.concatenate([np.broadcast_to(eye, flat.shape), flat], axis=1)
     eight = np.insert(np.insert(six, 3, 0, axis=1), 7, np.inf, axis=1)
     assert (mesh.closest(eye, flat) == hits).all()
-    assert (mesh.closest(eye, ways).ravel() == hits).all() and mesh.closest(eye, ways).shape == (40, 40)
+    assert (mesh.closest(eye, directions).ravel() == hits).all() and mesh.closest(eye, directions).shape == (40, 40)
     assert (mesh.closest(six) == hits).all() and (mesh.closest(eight) == hits).all()
     assert (mesh.closest(np.asfortranarray(six)) == hits).all()
     assert (mesh.closest(eye, np.repeat(flat, 2, axis=0)[::2]) == hits).all()
@@ -123,9 +124,9 @@ def test_ways_to_give_rays_agree(dtype, rng):
     assert (mesh.closest(eye.astype(">" + eye.dtype.str[1:]), flat) == hits).all()
     padded = np.zeros(flat.nbytes + 1, np.uint8)
     padded[1:] = flat.view(np.uint8).ravel()
-    crooked = padded[1:].view(flat.dtype).reshape(-1, 3)
-    assert not crooked.flags.aligned and (mesh.closest(eye, crooked) == hits).all()
-    one = [mesh.closest(eye, way) for way in flat[:50]]
+    unaligned = padded[1:].view(flat.dtype).reshape(-1, 3)
+    assert not unaligned.flags.aligned and (mesh.closest(eye, unaligned) == hits).all()
+    one = [mesh.closest(eye, direction) for direction in flat[:50]]
     assert all(a == b for a, b in zip(one, hits))
 
 
@@ -133,8 +134,8 @@ def test_ways_to_give_rays_agree(dtype, rng):
 def test_order_of_pictures_changes_nothing(dtype, size, rng):
     """Pictures are traced tile by tile: rows of any length, cut anywhere, in any order."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
-    eye, ways = camera(size, [1, 0.5, 3])
-    eye, flat = eye.astype(dtype), ways.astype(dtype).reshape(-1, 3)
+    eye, directions = camera(size, [1, 0.5, 3])
+    eye, flat = eye.astype(dtype), directions.astype(dtype).reshape(-1, 3)
     shuffled = rng.permutation(len(flat))
     hits = np.empty(len(flat), intertri.HIT)
     hits[shuffled] = mesh.closest(eye, flat[shuffled])
@@ -151,9 +152,9 @@ def test_order_of_pictures_changes_nothing(dtype, size, rng):
 def test_lists_of_pictures(dtype, width, height, rng):
     """Every hit and crossing of pictures, in each form of rays, compared with those of shuffled rays."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
-    eye, ways = camera(260, [1, 0.5, 3])
+    eye, directions = camera(260, [1, 0.5, 3])
     top, left = (260 - height) // 2, (260 - width) // 2
-    flat = ways.astype(dtype)[top : top + height, left : left + width].reshape(-1, 3)
+    flat = directions.astype(dtype)[top : top + height, left : left + width].reshape(-1, 3)
     count = len(flat) - 5
     t_max = rng.uniform(2, 4, count).astype(dtype)
     rays = np.zeros((count, 8), dtype)
@@ -162,13 +163,13 @@ def test_lists_of_pictures(dtype, width, height, rng):
              ((rays[:, [0, 1, 2, 4, 5, 6]],), {"t_max": t_max}), ((rays,), {})]
     shuffled = rng.permutation(count)
     back = np.argsort(shuffled)
-    for ask in (mesh.all, mesh.crossings):
-        truth = ask(rays[shuffled])
+    for query in (mesh.all, mesh.crossings):
+        truth = query(rays[shuffled])
         rows = np.split(truth.hits, truth.offsets[1:-1])
         hits, counts = np.concatenate([rows[i] for i in back]), np.diff(truth.offsets)[back]
         assert (counts > 1).any()
         for given, ends in forms:
-            lists = ask(*given, **ends)
+            lists = query(*given, **ends)
             assert (np.diff(lists.offsets) == counts).all() and (lists.hits == hits).all()
     closest = mesh.closest(rays[shuffled])[back]
     assert all((mesh.closest(*given, **ends) == closest).all() for given, ends in forms)
@@ -179,17 +180,17 @@ def test_wide_pictures(dtype, width, height, rng):
     """Scans of few long rows: the number of threads decides how many are traced together."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     around, up = np.meshgrid(np.linspace(0, 6.2, width), np.linspace(-0.4, 0.4, height))
-    ways = np.stack([np.cos(around), np.sin(around), up], axis=-1).astype(dtype)[:, :-1]
+    directions = np.stack([np.cos(around), np.sin(around), up], axis=-1).astype(dtype)[:, :-1]
     eye = np.array([1.5, 0, 0], dtype)
-    shuffled = rng.permutation(ways.size // 3)
-    truth = np.empty(ways.shape[:2], intertri.HIT)
-    truth.reshape(-1)[shuffled] = mesh.closest(eye, ways.reshape(-1, 3)[shuffled])
+    shuffled = rng.permutation(directions.size // 3)
+    truth = np.empty(directions.shape[:2], intertri.HIT)
+    truth.reshape(-1)[shuffled] = mesh.closest(eye, directions.reshape(-1, 3)[shuffled])
     assert 0.02 < (truth["triangle"] >= 0).mean() < 0.9
-    counts = mesh.count_crossings(eye, ways.reshape(-1, 3)[shuffled])["unsigned"]
+    counts = mesh.count_crossings(eye, directions.reshape(-1, 3)[shuffled])["unsigned"]
     for threads in (1, 2, 7):
-        assert (mesh.closest(eye, ways, threads=threads) == truth).all()
-        assert (mesh.closest(eye, ways.reshape(-1, 3), threads=threads).reshape(truth.shape) == truth).all()
-        lists = mesh.crossings(eye, ways, threads=threads)
+        assert (mesh.closest(eye, directions, threads=threads) == truth).all()
+        assert (mesh.closest(eye, directions.reshape(-1, 3), threads=threads).reshape(truth.shape) == truth).all()
+        lists = mesh.crossings(eye, directions, threads=threads)
         assert (np.diff(lists.offsets)[shuffled] == counts).all()
         nearest = lists.hits["t"][lists.offsets[:-1][np.diff(lists.offsets) > 0]]
         assert (nearest == truth["t"][truth["triangle"] >= 0]).all()
@@ -197,16 +198,16 @@ def test_wide_pictures(dtype, width, height, rng):
 
 def test_threads_and_out_change_nothing(dtype):
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
-    eye, ways = camera(400, [1, 0.5, 3])
-    eye, ways = eye.astype(dtype), ways.astype(dtype).reshape(-1, 3)
-    hits = mesh.closest(eye, ways)
-    out = np.zeros(len(ways), intertri.HIT)
+    eye, directions = camera(400, [1, 0.5, 3])
+    eye, directions = eye.astype(dtype), directions.astype(dtype).reshape(-1, 3)
+    hits = mesh.closest(eye, directions)
+    out = np.zeros(len(directions), intertri.HIT)
     for threads in (1, 2, 3):
-        assert mesh.closest(eye, ways, threads=threads, out=out) is out
+        assert mesh.closest(eye, directions, threads=threads, out=out) is out
         assert (out == hits).all()
-        assert (mesh.all(eye, ways, threads=threads).hits == mesh.all(eye, ways).hits).all()
-    found = np.zeros(len(ways), bool)
-    assert mesh.any(eye, ways, out=found) is found and (found == (hits["triangle"] >= 0)).all()
+        assert (mesh.all(eye, directions, threads=threads).hits == mesh.all(eye, directions).hits).all()
+    found = np.zeros(len(directions), bool)
+    assert mesh.any(eye, directions, out=found) is found and (found == (hits["triangle"] >= 0)).all()
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -221,7 +222,7 @@ def test_crossings_of_a_diagonal(dtype):
 
 
 @pytest.mark.parametrize("few", [False, True])
-def test_lists_of_many_parts(few, rng):
+def test_lists_from_many_chunks(few, rng):
     """Walls one behind another, and rays that end between two: the number of hits is known, on any number of threads."""
     walls = np.arange(1, 6)
     corners = np.array([[-9, -9, 0], [9, -9, 0], [0, 18, 0]])
@@ -233,8 +234,8 @@ def test_lists_of_many_parts(few, rng):
     expected = np.arange(ends[-1]) - np.repeat(ends - hits, hits)
     assert (ends[-1] <= count) == few
     for threads in (1, 2, 5):
-        for ask in (mesh.all, mesh.crossings):
-            lists = ask(origins, [0, 0, 1], t_max=np.float32(hits + 0.5), threads=threads)
+        for query in (mesh.all, mesh.crossings):
+            lists = query(origins, [0, 0, 1], t_max=np.float32(hits + 0.5), threads=threads)
             assert (lists.offsets[1:] == ends).all() and lists.offsets[0] == 0
             assert (lists.hits["triangle"] == expected).all() and (lists.hits["t"] == expected + 1).all()
             assert lists.hits.flags.writeable and (len(lists.hits) == ends[-1])
@@ -242,15 +243,15 @@ def test_lists_of_many_parts(few, rng):
 
 def test_certified(rng):
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(np.float32), f))(*icosphere(3)))
-    eye, ways = camera(64, [1, 0.5, 3])
-    eye, ways = eye.astype(np.float32), ways.astype(np.float32)
-    exact, certified = mesh.closest(eye, ways), mesh.closest(eye, ways, mode="certified")
+    eye, directions = camera(64, [1, 0.5, 3])
+    eye, directions = eye.astype(np.float32), directions.astype(np.float32)
+    exact, certified = mesh.closest(eye, directions), mesh.closest(eye, directions, mode="certified")
     assert (exact["triangle"] == certified["triangle"]).mean() > 0.99
     hit = exact["triangle"] >= 0
     assert np.allclose(exact["t"][hit], certified["t"][hit], rtol=1e-9)
 
 
-def test_float64_rays_keep_their_digits():
+def test_float64_rays_keep_their_precision():
     """A float32 mesh, and rays that float32 cannot hold: they miss an edge by 1e-12."""
     mesh = intertri.Mesh(np.float32([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]]))
     origins = np.array([[0.5, 0.5 - 1e-12, 0], [0.5, 0.5, 0], [0.5, 0.5 + 1e-12, 0]])

@@ -46,7 +46,7 @@ impl Point4 {
     }
 
     /// `self + t * (to - self)`, for each coordinate.
-    fn towards(self, to: Self, t: f64) -> Self {
+    fn toward(self, to: Self, t: f64) -> Self {
         Self {
             x: self.x + t * (to.x - self.x),
             y: self.y + t * (to.y - self.y),
@@ -131,7 +131,7 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return None;
     }
     let cut = |from: Point4, to: Point4, (t, wall): (f64, Option<usize>)| {
-        wall.map_or(to, |wall| from.towards(to, t).on_wall(wall))
+        wall.map_or(to, |wall| from.toward(to, t).on_wall(wall))
     };
     Some((cut(c, a, from_c), cut(a, c, from_a)))
 }
@@ -182,10 +182,10 @@ pub fn clip_facet(
             match (from_bc > 0.0, to_bc > 0.0) {
                 (true, true) => next.push(to),
                 (true, false) => {
-                    next.push(from.towards(to, from_bc / (from_bc - to_bc)).on_wall(i));
+                    next.push(from.toward(to, from_bc / (from_bc - to_bc)).on_wall(i));
                 }
                 (false, true) => {
-                    next.push(to.towards(from, to_bc / (to_bc - from_bc)).on_wall(i));
+                    next.push(to.toward(from, to_bc / (to_bc - from_bc)).on_wall(i));
                     next.push(to);
                 }
                 (false, false) => {}

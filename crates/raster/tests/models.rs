@@ -55,7 +55,7 @@ fn check(name: &str, scene: &Scene) {
         assert!(count(verdicts, Verdict::Excused) < 50, "{name}");
     }
 
-    // With the same texture coordinates, colors differ only by rounding, except at the borders of texels.
+    // With the same texture coordinates, colours differ only by rounding, except at the borders of texels.
     if scene.texture.is_some() {
         let [one, other] = [&drawn, &traced]
             .map(|hits| shade(scene, width, height, hits, &by_rays).unwrap().pixels().to_vec());

@@ -47,7 +47,7 @@ impl Point4 {
     }
 
     /// `self + t * (c - self)`, for each coordinate.
-    fn towards(self, c: Self, t: f64) -> Self {
+    fn toward(self, c: Self, t: f64) -> Self {
         Self {
             x: self.x + t * (c.x - self.x),
             y: self.y + t * (c.y - self.y),
@@ -107,10 +107,10 @@ pub fn clip_edge(a: &mut Point4, c: &mut Point4) -> i32 {
     // Only an end whose t has changed moves, and both are computed from the old A.
     let old_a = *a;
     if t_in > 0.0 {
-        *a = old_a.towards(*c, t_in);
+        *a = old_a.toward(*c, t_in);
     }
     if t_out < 1.0 {
-        *c = old_a.towards(*c, t_out);
+        *c = old_a.toward(*c, t_out);
     }
     1
 }

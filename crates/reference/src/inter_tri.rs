@@ -154,7 +154,7 @@ impl Scene {
         Self { threshold, ..self }
     }
 
-    /// The document's special initialisation of a triangle.
+    /// The document's special initialization of a triangle.
     fn push(&mut self, [c1, c2, c3]: [usize; 3]) {
         let h4 = self.vertx[c2] - self.vertx[c1];
         let h5 = self.vertx[c3] - self.vertx[c1];

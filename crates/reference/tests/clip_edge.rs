@@ -13,7 +13,7 @@ fn clip(a: Point4, c: Point4) -> (i32, Point4, Point4) {
     (clip_edge(&mut a, &mut c), a, c)
 }
 
-const CENTER: Point4 = Point4::new(0.0, 0.0, 0.0, 1.0);
+const CENTRE: Point4 = Point4::new(0.0, 0.0, 0.0, 1.0);
 
 #[test]
 fn outcodes_name_the_walls() {
@@ -47,8 +47,8 @@ fn each_wall_cuts_either_end() {
             xyz[axis] = s * sign;
             p(xyz[0], xyz[1], xyz[2], 1.0)
         };
-        assert_eq!(clip(CENTER, on_axis(2.0)), (1, CENTER, on_axis(1.0)));
-        assert_eq!(clip(on_axis(2.0), CENTER), (1, on_axis(1.0), CENTER));
+        assert_eq!(clip(CENTRE, on_axis(2.0)), (1, CENTRE, on_axis(1.0)));
+        assert_eq!(clip(on_axis(2.0), CENTRE), (1, on_axis(1.0), CENTRE));
         assert_eq!(clip(on_axis(-2.0), on_axis(4.0)), (1, on_axis(-1.0), on_axis(1.0)));
     }
 }
@@ -77,10 +77,10 @@ fn past_a_corner_of_the_volume_the_interval_closes_early() {
 fn an_edge_in_a_wall_goes_and_one_that_starts_there_stays() {
     let (a, c) = (p(1.0, 0.0, 0.0, 1.0), p(1.0, 0.5, 0.0, 1.0));
     assert_eq!(clip(a, c), (0, a, c));
-    assert_eq!(clip(a, CENTER), (1, a, CENTER));
-    assert_eq!(clip(CENTER, a), (1, CENTER, a));
+    assert_eq!(clip(a, CENTRE), (1, a, CENTRE));
+    assert_eq!(clip(CENTRE, a), (1, CENTRE, a));
     // A point is inside or it is not.
-    assert_eq!(clip(CENTER, CENTER).0, 1);
+    assert_eq!(clip(CENTRE, CENTRE).0, 1);
     assert_eq!(clip(a, a).0, 0);
 }
 
@@ -104,10 +104,10 @@ fn nan_and_infinity_have_no_part_inside() {
             p(0.0, 0.0, bad, 1.0),
             p(0.0, 0.0, 0.0, bad),
         ] {
-            let (mut a, mut c) = (q, CENTER);
-            assert_eq!((clip_edge(&mut a, &mut c), c), (0, CENTER), "{q:?} first");
-            let (mut a, mut c) = (CENTER, q);
-            assert_eq!((clip_edge(&mut a, &mut c), a), (0, CENTER), "{q:?} last");
+            let (mut a, mut c) = (q, CENTRE);
+            assert_eq!((clip_edge(&mut a, &mut c), c), (0, CENTRE), "{q:?} first");
+            let (mut a, mut c) = (CENTRE, q);
+            assert_eq!((clip_edge(&mut a, &mut c), a), (0, CENTRE), "{q:?} last");
         }
     }
 }

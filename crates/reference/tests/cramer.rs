@@ -99,7 +99,7 @@ fn the_xor_pattern() {
     assert_eq!(xor_pattern(0.0, 0.0), 0);
     assert_eq!(xor_pattern(5.9, 3.0), 256 * 6);
     assert_eq!(xor_pattern(255.0, 0.99), 0xff00);
-    assert_eq!(xor_pattern(-0.9, 0.9), 0, "rounded towards 0");
+    assert_eq!(xor_pattern(-0.9, 0.9), 0, "rounded toward 0");
     assert_eq!(xor_pattern(-1.0, 0.0), -256);
     assert_eq!(xor_pattern(f64::NAN, 7.0), 256 * 7);
     assert_eq!(xor_pattern(1e300, 0.0), i32::MAX.wrapping_mul(256));

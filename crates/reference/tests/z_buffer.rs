@@ -30,10 +30,10 @@ fn draw(width: usize, height: usize, facets: &[&[Vector]]) -> ZBuffer {
 #[test]
 fn the_rule_is_for_clockwise_outlines_with_y_up() {
     let clockwise = [v(0.0, 0.0, 0.0), v(0.0, 2.0, 0.0), v(2.0, 0.0, 0.0)];
-    let center = v(0.5, 0.5, 0.0);
-    assert_eq!(turns(&clockwise, center).collect::<Vec<_>>(), [-1.0, -2.0, -1.0]);
-    assert!(inside(&clockwise, center));
-    assert!(!inside(&reversed(&clockwise), center));
+    let centre = v(0.5, 0.5, 0.0);
+    assert_eq!(turns(&clockwise, centre).collect::<Vec<_>>(), [-1.0, -2.0, -1.0]);
+    assert!(inside(&clockwise, centre));
+    assert!(!inside(&reversed(&clockwise), centre));
     for on in
         [v(0.0, 0.0, 0.0), v(0.0, 2.0, 0.0), v(2.0, 0.0, 0.0), v(1.0, 1.0, 0.0), v(0.0, 1.0, 0.0)]
     {

@@ -31,7 +31,7 @@ impl Scene {
     }
 }
 
-/// One unit is about a meter, y is up.
+/// One unit is about a metre, y is up.
 fn built_in() -> Scene {
     let mut shapes = Shapes::default();
 
@@ -105,12 +105,12 @@ fn knot(u: f64, v: f64) -> DVec3 {
         )
     };
     // A frame of the curve: its tangent, the normal away from the centre, and the binormal.
-    let (center, step) = (curve(u), 1e-4);
+    let (centre, step) = (curve(u), 1e-4);
     let tangent = (curve(u + step) - curve(u - step)).normalize();
-    let binormal = tangent.cross(center).normalize();
+    let binormal = tangent.cross(centre).normalize();
     let normal = binormal.cross(tangent);
     let (sin, cos) = (TAU * v).sin_cos();
-    center + (normal * cos + binormal * sin) * 0.235
+    centre + (normal * cos + binormal * sin) * 0.235
 }
 
 #[cfg(test)]

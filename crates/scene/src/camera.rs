@@ -184,7 +184,7 @@ impl<S: Coordinate> Camera<S> {
         self.eye
     }
 
-    /// The camera ray through the center of pixel `(x, y)` of an image of `width` times `height`
+    /// The camera ray through the centre of pixel `(x, y)` of an image of `width` times `height`
     /// pixels. `x` grows to the right and `y` downward. `dir` has unit length up to rounding, so
     /// `t` is a distance. The interval is that of [`RayOf::new`].
     pub fn ray(&self, x: u32, y: u32, width: u32, height: u32) -> RayOf<S> {
@@ -274,7 +274,7 @@ mod tests {
     fn the_middle_pixel_looks_at_the_target_and_y_grows_downward() {
         let camera: Camera = Camera::new([0.0, 0.0, 5.0], [0.0; 3], Camera::UP, 90.0).unwrap();
         assert_eq!(camera.ray(1, 1, 3, 3).dir, [0.0, 0.0, -1.0]);
-        // With a field of view of 90 degrees, the top is as high as the image plane is far; a pixel's center
+        // With a field of view of 90 degrees, the top is as high as the image plane is far; a pixel's centre
         // in the top row of three is at 2/3 of that.
         let top = camera.ray(1, 0, 3, 3).dir;
         assert!((top[1] / -top[2] - 2.0 / 3.0).abs() < 1e-6 && top[0] == 0.0);

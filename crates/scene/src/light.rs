@@ -44,7 +44,7 @@ impl<S: Coordinate> Light<S> {
             double(camera.eye()) + (up - right) * (bounds.radius() * 0.07)
         } else {
             let toward = up * 1.0 - right * 0.75 - forward * 0.8;
-            bounds.center() + toward.normalize() * (bounds.radius() * 4.0)
+            bounds.centre() + toward.normalize() * (bounds.radius() * 4.0)
         };
         Self::Point { position: rounded(position) }
     }

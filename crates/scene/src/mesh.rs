@@ -98,8 +98,8 @@ pub struct Bounds<S = f32> {
 }
 
 impl<S: Scalar> Bounds<S> {
-    /// The center.
-    pub(crate) fn center(&self) -> DVec3 {
+    /// The centre.
+    pub(crate) fn centre(&self) -> DVec3 {
         // Halved first, so that the largest f64 does not overflow.
         double(self.min) * 0.5 + double(self.max) * 0.5
     }

@@ -36,7 +36,7 @@ impl<S: Coordinate> Scene<S> {
     pub fn ray_origins(&self) -> Vec<[S; 3]> {
         let bounds = self.mesh.bounds_or_point();
         // With room for points that are a rounding out of the box.
-        let beyond = |corner| bounds.center() + (double(corner) - bounds.center()) * 1.01;
+        let beyond = |corner| bounds.centre() + (double(corner) - bounds.centre()) * 1.01;
         let corners = [bounds.min, bounds.max].map(|corner| beyond(corner).to_array());
         let light = corners.map(|corner| self.light.origin(corner));
         [vec![self.camera.eye()], light.to_vec()].concat()

@@ -65,7 +65,7 @@ impl Texture {
     }
 
     /// The texture lookup: the linear albedo at texture coordinates. Coordinates that are not finite return
-    /// the color of an arbitrary texel.
+    /// the colour of an arbitrary texel.
     #[inline]
     pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
         match self {
@@ -82,7 +82,7 @@ impl Texture {
             }
             Self::Image(image) => {
                 let srgb = Srgb::get();
-                // Pixel centers are at integers here, and rows count downward.
+                // Pixel centres are at integers here, and rows count downward.
                 let size = [image.width(), image.height()];
                 let x = (s - s.floor()) * f64::from(size[0]) - 0.5;
                 let y = (t.ceil() - t) * f64::from(size[1]) - 0.5;
@@ -106,12 +106,12 @@ mod tests {
 
     #[test]
     fn the_xor_pattern_is_the_document_s() {
-        // Between the corners of the document's triangle, 255 texels long; its color is 256 times the number.
+        // Between the corners of the document's triangle, 255 texels long; its colour is 256 times the number.
         let texture = Texture::Xor { texels: 256, dark: 0.5 };
         for (x, y) in [(0, 0), (1, 0), (3, 5), (255, 255), (255, 0), (170, 85), (128, 127)] {
-            let color = texture.color([x, y].map(|i| (f64::from(i) + 0.5) / 256.0));
+            let colour = texture.color([x, y].map(|i| (f64::from(i) + 0.5) / 256.0));
             let level = f64::from(x ^ y) as f32 / 255.0;
-            assert_eq!(color, Vec3::splat(0.5 + 0.5 * level));
+            assert_eq!(colour, Vec3::splat(0.5 + 0.5 * level));
         }
         // It also repeats below zero, where the document's rounding toward zero does not.
         let coarse = Texture::Xor { texels: 8, dark: 0.5 };
@@ -125,7 +125,7 @@ mod tests {
         image.pixels_mut().copy_from_slice(&[[255; 3], [0; 3], [255, 0, 0], [0, 0, 255]]);
         let texture = Texture::Image(image);
         let at = |s, t| texture.color([s, t]).to_array();
-        // The centers of its pixels.
+        // The centres of its pixels.
         assert_eq!(at(0.25, 0.75), [1.0; 3]);
         assert_eq!(at(0.75, 0.75), [0.0; 3]);
         assert_eq!(at(0.25, 0.25), [1.0, 0.0, 0.0]);

@@ -18,7 +18,7 @@ const SAMPLES: usize = 16;
 const LIGHT: f32 = 9.0;
 const LAMP: u32 = 4;
 /// How much each mesh reflects: white walls, the left one, the right one, the ball.
-const COLORS: [V; 4] = [[0.75; 3], [0.7, 0.2, 0.15], [0.2, 0.55, 0.2], [0.8, 0.8, 0.7]];
+const COLOURS: [V; 4] = [[0.75; 3], [0.7, 0.2, 0.15], [0.2, 0.55, 0.2], [0.8, 0.8, 0.7]];
 
 fn each(f: impl Fn(usize) -> f32) -> V {
     [f(0), f(1), f(2)]
@@ -67,7 +67,7 @@ fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<
         }
         let normal = unit(normal.map(|x| x as f32));
         let normal = if dot(normal, ray.dir) > 0.0 { normal.map(|x| -x) } else { normal };
-        let share = each(|k| share[k] * COLORS[hit.geometry as usize][k]);
+        let share = each(|k| share[k] * COLOURS[hit.geometry as usize][k]);
 
         // The path continues: the normal plus a point on the unit sphere is cosine-distributed.
         let (z, a) = (2.0 * random(seed) - 1.0, 2.0 * PI * random(seed));

@@ -50,13 +50,13 @@ fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3
 
 /// On the grid, near a corner, or anywhere.
 fn origin(i: usize, mesh: &Closed, rng: &mut Rng) -> [f32; 3] {
-    let Closed { triangles, scale, center, .. } = mesh;
+    let Closed { triangles, scale, centre, .. } = mesh;
     let near = rng.pick(triangles).0[0].map(f64::from);
     let step = 2.0_f64.powi(-rng.within(5).abs() * (i % 12) as i32) * scale;
     [0, 1, 2].map(|k| match i % 3 {
-        0 => (center[k] + (rng.signed() * 1024.0).round() / 1024.0 * scale) as f32,
+        0 => (centre[k] + (rng.signed() * 1024.0).round() / 1024.0 * scale) as f32,
         1 => (near[k] + step * rng.signed()) as f32,
-        _ => (center[k] + 1.5 * rng.signed() * scale) as f32,
+        _ => (centre[k] + 1.5 * rng.signed() * scale) as f32,
     })
 }
 

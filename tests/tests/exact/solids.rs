@@ -9,7 +9,7 @@ pub(crate) struct Closed {
     pub(crate) name: &'static str,
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) scale: f64,
-    pub(crate) center: [f64; 3],
+    pub(crate) centre: [f64; 3],
 }
 
 /// Far from the origin.
@@ -23,17 +23,17 @@ pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
     let (knot, hull, lattice) =
         (knot(40 * finer, 5 * finer), hull(30 * finer, &mut rng), lattice(3));
     let mut all = vec![];
-    let mut add = |name, mesh: &Mesh, scale, center| {
-        all.push(Closed { name, triangles: snapped(mesh, scale, center), scale, center });
+    let mut add = |name, mesh: &Mesh, scale, centre| {
+        all.push(Closed { name, triangles: snapped(mesh, scale, centre), scale, centre });
     };
-    for (name, scale, center) in [
+    for (name, scale, centre) in [
         ("sphere", 1.0, [0.0; 3]),
         ("sphere afar", 1.0, AFAR),
         ("vast sphere", 1e18, [0.0; 3]),
         ("tiny sphere", 1e-18, [0.0; 3]),
         ("subnormal sphere", 1e-39, [0.0; 3]),
     ] {
-        add(name, &sphere, scale, center);
+        add(name, &sphere, scale, centre);
     }
     for (name, mesh) in [("torus", &torus), ("knot", &knot), ("hull", &hull), ("lattice", &lattice)]
     {
@@ -59,17 +59,17 @@ pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
         // A sphere inside another, turned inside out: a shell.
         ("shell", [of("sphere"), halved(of("sphere")).into_iter().map(turned).collect()].concat()),
     ];
-    let plain = |(name, triangles)| Closed { name, triangles, scale: 1.0, center: [0.0; 3] };
+    let plain = |(name, triangles)| Closed { name, triangles, scale: 1.0, centre: [0.0; 3] };
     all.extend(more.map(plain));
-    let stuck = Closed { name: "stuck", triangles: stuck(), scale: 2.0, center: [0.0; 3] };
+    let stuck = Closed { name: "stuck", triangles: stuck(), scale: 2.0, centre: [0.0; 3] };
     all.push(stuck);
     all
 }
 
 /// Snaps the corners to a grid.
-fn snapped(mesh: &Mesh, scale: f64, center: [f64; 3]) -> Vec<Triangle> {
+fn snapped(mesh: &Mesh, scale: f64, centre: [f64; 3]) -> Vec<Triangle> {
     let on_grid = |p: [f64; 3]| p.map(|x| (x * 4096.0).round() / 4096.0);
-    let moved = |p| [0, 1, 2].map(|k| f64::from((on_grid(p)[k] * scale + center[k]) as f32));
+    let moved = |p| [0, 1, 2].map(|k| f64::from((on_grid(p)[k] * scale + centre[k]) as f32));
     mesh.clone().map(moved).triangles()
 }
 
@@ -106,14 +106,14 @@ fn knot(around: usize, across: usize) -> Mesh {
     for i in 0..around {
         // Two directions across the tube: away from the central axis, and perpendicular to both that and the
         // tube.
-        let (center, next) = (at(i), at(i + 1));
-        let tangent = unit(minus(next, center));
+        let (centre, next) = (at(i), at(i + 1));
+        let tangent = unit(minus(next, centre));
         let aside = unit(cross(tangent, [0.0, 0.0, 1.0]));
         let up = cross(aside, tangent);
         for j in 0..across {
             let angle = std::f64::consts::TAU * j as f64 / across as f64;
             let (x, y) = (0.1 * angle.cos(), 0.1 * angle.sin());
-            vertices.push([0, 1, 2].map(|k| center[k] + x * aside[k] + y * up[k]));
+            vertices.push([0, 1, 2].map(|k| centre[k] + x * aside[k] + y * up[k]));
         }
     }
     let vertex = |i: usize, j: usize| i % around * across + j % across;

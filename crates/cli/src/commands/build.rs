@@ -21,7 +21,7 @@ use crate::report::rounding::Rounded;
 /// Build the hierarchy over a model, and save it to a file
 ///
 /// Every command accepts such a file as a model. The file is checked, and loads several times as fast as
-/// building takes. It keeps the triangles and their numbers, but no texture coordinates, colors or shared
+/// building takes. It keeps the triangles and their numbers, but no texture coordinates, colours or shared
 /// vertices. It has the same bytes on every CPU.
 ///
 /// Coordinates are saved in f32 if all of them are exact there, otherwise in f64.

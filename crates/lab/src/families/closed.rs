@@ -49,10 +49,10 @@ fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
 /// A mesh that is moved, rotated by permuting its axes, and scaled, so that no coordinate is special; with
 /// rays from inside and outside that nearly meet its edges and vertices.
 fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
-    let (center, size) = (rng.cube(), rng.log(0.1, 10.0));
-    let mesh = mesh.map(|[x, y, z]| add(center, [y + 0.1 * x, z - 0.2 * y, x + 0.3 * z], size));
+    let (centre, size) = (rng.cube(), rng.log(0.1, 10.0));
+    let mesh = mesh.map(|[x, y, z]| add(centre, [y + 0.1 * x, z - 0.2 * y, x + 0.3 * z], size));
     let triangles = part(rng, &mesh, triangles);
-    let eye = around(rng, center, size);
+    let eye = around(rng, centre, size);
     let share = rng.one_in(4);
     let rays = (0..rays)
         .filter(|_| !triangles.is_empty())
@@ -62,8 +62,8 @@ fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
             let inner = rng.cube();
             let origin = match rng.below(2) {
                 _ if share => eye,
-                0 => round(add(center, inner, 0.4 * size)),
-                _ => around(rng, center, size),
+                0 => round(add(centre, inner, 0.4 * size)),
+                _ => around(rng, centre, size),
             };
             shoot(rng, origin, to)
         })

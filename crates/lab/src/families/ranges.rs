@@ -9,9 +9,9 @@ use super::scene::Scene;
 use super::shapes::triangle;
 use crate::rng::Rng;
 
-/// A triangle of a size around a center.
-fn sized(rng: &mut Rng, center: Point, size: f64) -> Triangle {
-    Triangle([0; 3].map(|_| round(add(center, rng.cube(), size))))
+/// A triangle of a size around a centre.
+fn sized(rng: &mut Rng, centre: Point, size: f64) -> Triangle {
+    Triangle([0; 3].map(|_| round(add(centre, rng.cube(), size))))
 }
 
 pub(super) fn scale(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
@@ -37,8 +37,8 @@ pub(super) fn offset(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Sc
 pub(super) fn offset_large(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
     let (away, size) = (rng.direction(), x / 10_000.0);
     aimed(rng, triangles, rays, |rng, place| {
-        let center = add(place.map(|p| p * size), away, x);
-        sized(rng, center, size)
+        let centre = add(place.map(|p| p * size), away, x);
+        sized(rng, centre, size)
     })
 }
 
@@ -54,8 +54,8 @@ pub(super) fn direction(rng: &mut Rng, x: f64, triangles: usize, rays: usize) ->
 pub(super) fn overflow(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
     // The centres stay within half the size, so that not all coordinates become infinite.
     let shape = |rng: &mut Rng, _| {
-        let center = rng.cube().map(|p| p * x / 2.0);
-        sized(rng, center, x / 2.0)
+        let centre = rng.cube().map(|p| p * x / 2.0);
+        sized(rng, centre, x / 2.0)
     };
     soup(rng, triangles, rays, shape, |rng, triangle| {
         let origin = round(rng.cube().map(|p| p * x));

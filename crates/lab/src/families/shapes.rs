@@ -160,8 +160,8 @@ pub(super) fn far(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene
 
 pub(super) fn tiny(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
     let shape = |rng: &mut Rng, place: Point| {
-        let center = add(place, rng.direction(), 1.0);
-        Triangle([0; 3].map(|_| round(add(center, rng.cube(), x))))
+        let centre = add(place, rng.direction(), 1.0);
+        Triangle([0; 3].map(|_| round(add(centre, rng.cube(), x))))
     };
     soup(rng, triangles, rays, shape, |rng, triangle| {
         let to = weigh(triangle, target(rng));

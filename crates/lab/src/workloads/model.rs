@@ -12,7 +12,7 @@ use crate::test_batch::TestBatch;
 pub struct Model {
     triangles: Vec<Triangle>,
     balls: Vec<([f64; 3], f64)>,
-    center: [f64; 3],
+    centre: [f64; 3],
     radius: f64,
 }
 
@@ -29,9 +29,9 @@ impl Model {
                 hi[k] = hi[k].max(p[k].into());
             }
         }
-        let center = [0, 1, 2].map(|k| f64::midpoint(lo[k], hi[k]));
+        let centre = [0, 1, 2].map(|k| f64::midpoint(lo[k], hi[k]));
         let radius = distance(lo, hi) / 2.0;
-        (radius > 0.0 && radius.is_finite()).then_some(Self { triangles, balls, center, radius })
+        (radius > 0.0 && radius.is_finite()).then_some(Self { triangles, balls, centre, radius })
     }
 
     /// The built-in model: a sphere and a slanted torus through it, without special coordinates.
@@ -54,7 +54,7 @@ impl Model {
 
     /// A tile of a camera that sees the model with about 1024 by 1024 pixels.
     pub(super) fn tile(&self, rng: &mut Rng) -> TestBatch {
-        let eye = round(add(self.center, rng.direction(), 3.0 * self.radius)).map(f64::from);
+        let eye = round(add(self.centre, rng.direction(), 3.0 * self.radius)).map(f64::from);
         let (target, _) = rng.pick(&self.balls);
         let axis = unit(add(target, eye, -1.0));
         let right = unit(cross(axis, rng.direction()));
@@ -68,8 +68,8 @@ impl Model {
             })
             .collect();
         // The distance of a ball from the line of the middle ray.
-        let far = |&(center, radius): &([f64; 3], f64)| {
-            let way = add(center, eye, -1.0);
+        let far = |&(centre, radius): &([f64; 3], f64)| {
+            let way = add(centre, eye, -1.0);
             length(cross(way, axis)) - radius
         };
         TestBatch { rays, triangles: self.nearest(far) }
@@ -78,7 +78,7 @@ impl Model {
     /// The neighbourhood of a triangle, and rays that arrive there from anywhere.
     pub(super) fn leaf(&self, rng: &mut Rng) -> TestBatch {
         let (target, _) = rng.pick(&self.balls);
-        let triangles = self.nearest(|&(center, radius)| distance(center, target) - radius);
+        let triangles = self.nearest(|&(centre, radius)| distance(centre, target) - radius);
         let rays = (0..64)
             .map(|_| {
                 let (start, end) = (rng.pick(&self.triangles), rng.pick(&triangles));
@@ -114,6 +114,6 @@ fn inside(rng: &mut Rng, &TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
 /// A bounding ball of a triangle, centred at the mean of its corners.
 fn ball(triangle: &Triangle) -> ([f64; 3], f64) {
     let corners = triangle.0.map(|p| p.map(f64::from));
-    let center = [0, 1, 2].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);
-    (center, corners.iter().fold(0.0, |far: f64, &p| far.max(distance(p, center))))
+    let centre = [0, 1, 2].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);
+    (centre, corners.iter().fold(0.0, |far: f64, &p| far.max(distance(p, centre))))
 }

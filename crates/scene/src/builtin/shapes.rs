@@ -1,7 +1,7 @@
 //! Generated shapes: grids, surfaces of revolution, wedges and spheres.
 //!
 //! The triangles of a shape share their vertices, even across its seams, so indices show adjacency. Texture
-//! coordinates belong to the corners of triangles and may differ between neighbors.
+//! coordinates belong to the corners of triangles and may differ between neighbours.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -135,7 +135,7 @@ impl Shapes {
                 points.push(DVec3::from(p).normalize());
             }
         }
-        // Its faces are all triples of neighboring corners, facing outward.
+        // Its faces are all triples of neighbouring corners, facing outward.
         let near = |a: usize, b: usize| points[a].dot(points[b]) > 0.4;
         let mut faces: Vec<[usize; 3]> = Vec::new();
         for a in 0..12 {

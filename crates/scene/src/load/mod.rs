@@ -35,7 +35,7 @@ use crate::mesh::Mesh;
 ///   fewer than three corners are left out.
 /// - OBJ: vertices, texture coordinates and faces of all objects and groups, in the order of the
 ///   file; negative indices count back from the last vertex so far; points, lines, materials, fourth
-///   coordinates and colors are ignored. Lines end in a line feed, a carriage return, or both.
+///   coordinates and colours are ignored. Lines end in a line feed, a carriage return, or both.
 /// - PLY: ASCII and binary in both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
 ///   `texture_v`), `face` with `vertex_indices` or `vertex_index`, and `tristrips` with the same, separated
 ///   by -1. A `double` is rounded to f32.

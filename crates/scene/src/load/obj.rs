@@ -133,7 +133,7 @@ impl<S: Coordinate> Model<S> {
         }
     }
 
-    /// A vertex: its first three numbers. A weight or colors may follow.
+    /// A vertex: its first three numbers. A weight or colours may follow.
     fn vertex(&mut self, mut words: SplitAsciiWhitespace<'_>) -> Result<(), Fault> {
         let words = [words.next(), words.next(), words.next()];
         if words.contains(&None) {

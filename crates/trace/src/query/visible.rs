@@ -44,9 +44,9 @@ impl<S: BvhScalar> Query<'_, S> {
     /// use intertri_trace::intertri::Triangle64;
     /// let [a, b, c] = [[0.1, 0.2, 0.3], [1.3, 0.1, 0.7], [0.4, 1.1, 0.2]];
     /// let bvh = Bvh::new(&[Triangle64::new(a, b, c)])?;
-    /// let center = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+    /// let centre = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
     /// let light = [3.0, 1.0, 4.0];
-    /// assert!(bvh.visible(center, light));
+    /// assert!(bvh.visible(centre, light));
     /// assert!(bvh.visible(light, a));
     /// assert!(!bvh.visible(light, [-1.8, -0.2, -3.2]));
     /// # Ok::<(), intertri_trace::BuildError>(())

@@ -25,7 +25,7 @@ class Lender:
         self._idle: list[NDArray[Any]] = []
 
     def empty(self, count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-        """An uninitialised array."""
+        """An uninitialized array."""
         try:
             memory = self._idle.pop()
         except IndexError:

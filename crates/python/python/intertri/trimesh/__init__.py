@@ -303,7 +303,7 @@ _MANY = 1 << 20
 
 def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
     """The closest points, distances and faces. If the closest point is on an edge or corner that faces share, the face is
-    the one most turned towards the query point, as in trimesh: its normal shows on which side of the surface the point
+    the one most turned toward the query point, as in trimesh: its normal shows on which side of the surface the point
     is."""
     at = np.asarray(points, np.float64)
     if at.ndim != 2 or at.shape[1] != 3:
