@@ -43,13 +43,18 @@ pub fn titled([width, height]: [f64; 2], title: &str, caption: &str) -> Svg {
     svg
 }
 
+/// A number of wrong answers as a table has it.
+pub fn none_or(wrong: usize) -> String {
+    if wrong == 0 { "none".into() } else { grouped(wrong) }
+}
+
 /// The row that stands for a group in a cell.
 pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     let of = |row: &&&Row| match row.engine.strip_prefix(group) {
         // The same library in another precision is another tracer.
         Some(rest) if rest.ends_with("-f64") || rest == "-inexact" => false,
-        // Our single calls and lower instruction sets are not the group's fastest form.
-        Some(rest) => group != "certified" || rest.is_empty(),
+        // Our single calls and lower instruction sets are contenders of their own.
+        Some(rest) => !matches!(group, "certified" | "exact") || rest.is_empty(),
         // A better build still counts as the fast mode.
         None => group == "embree-fast" && row.engine.starts_with("embree-high"),
     };

@@ -2,7 +2,7 @@
 
 use intertri_lab::draw::{Anchor, Font, Svg};
 
-use crate::chart::{FAINT, GREY, INK, distinct, fastest, titled};
+use crate::chart::{FAINT, GREY, INK, distinct, fastest, none_or, titled};
 use crate::measure::Row;
 use crate::report::grouped;
 
@@ -225,18 +225,20 @@ fn column(svg: &mut Svg, [left, top]: [f64; 2], scale: f64, all: &[Figures]) {
 pub fn table(rows: &[Row]) -> String {
     let kinds = kinds(rows);
     let columns: Vec<_> = kinds.iter().map(|&kind| figures(rows, kind)).collect();
+    let most = |column: &Vec<Figures>| column.iter().map(|figures| figures.rays).max().unwrap_or(0);
     let line = |head: &str, cells: &[String]| format!("| {head} | {} |\n", cells.join(" | "));
-    let heads: Vec<String> = kinds.iter().map(|(kind, _)| called(kind).to_owned()).collect();
-    let mut table = line("", &heads) + &line("---", &vec!["---".to_owned(); heads.len()]);
+    let heads: Vec<String> = kinds.iter().map(|(kind, _)| short(kind).to_owned()).collect();
+    let rays: Vec<String> = columns.iter().map(|column| grouped(most(column))).collect();
+    let rule = line("---", &vec!["---".to_owned(); heads.len()]);
+    let mut table = line("", &heads) + &rule + &line("rays", &rays);
     for (_, name) in TRACERS {
         let cell = |column: &Vec<Figures>| {
             let figures = column.iter().find(|figures| figures.name == name)?;
             let star = if figures.is_on_front { "★ " } else { "" };
-            let wrong = match figures.wrong {
-                0 => "none".into(),
-                wrong => grouped(wrong),
-            };
-            Some(format!("{star}{}, {wrong} of {}", figures.speed(), grouped(figures.rays)))
+            let wrong = none_or(figures.wrong);
+            let fewer = figures.rays < most(column);
+            let of = if fewer { format!(" of {}", grouped(figures.rays)) } else { String::new() };
+            Some(format!("{star}{}, {wrong}{of}", figures.speed()))
         };
         let cells: Vec<String> =
             columns.iter().map(|column| cell(column).unwrap_or_default()).collect();
@@ -245,6 +247,15 @@ pub fn table(rows: &[Row]) -> String {
         }
     }
     table
+}
+
+/// What a kind of ray is called at the head of a column.
+fn short(kind: &str) -> &str {
+    match kind {
+        "primary" => "camera",
+        "utm" => "map (UTM)",
+        other => other,
+    }
 }
 
 #[cfg(test)]
@@ -335,6 +346,33 @@ mod tests {
             let rows = [Row { kind: kind.into(), ..row }];
             assert_eq!(figures(&rows, (kind, "rows"))[0].wrong, 7, "{kind}");
         }
+    }
+
+    #[test]
+    fn our_batches_are_not_credited_with_our_single_calls() {
+        let rows = [
+            row("bunny", "embree-fast-16", 1000, 20.0),
+            row("bunny", "exact", 1000, 10.0),
+            row("bunny", "exact-query", 1000, 40.0),
+        ];
+        let all = figures(&rows, ("primary", "rows"));
+        assert!((figures_of(&all, OURS).speed - 0.5).abs() < 1e-12);
+        assert!((figures_of(&all, "intertri, ray by ray").speed - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_table_says_of_how_many_rays_where_there_were_fewer() {
+        let rows = [
+            wrong(row("bunny", "embree-fast-16", 1000, 20.0), 3, 0),
+            row("bunny", "exact", 1000, 10.0),
+            row("bunny", "embree-fast-16", 10, 5.0),
+            wrong(row("bunny", "libigl", 10, 0.1), 0, 2),
+        ];
+        let expected = "|  | camera |\n| --- | --- |\n| rays | 1,000 |\n\
+            | intertri exact, batches | ★ 0.50, none |\n\
+            | Embree, fast, f32 | ★ 1.00, 3 |\n\
+            | libigl, f64 | 0.020, 2 of 10 |\n";
+        assert_eq!(table(&rows), expected);
     }
 
     #[test]

@@ -154,7 +154,7 @@ struct ChartOptions {
     /// Speed and wrong answers, all scenes together, instead of bars; also printed as a table.
     #[arg(long, conflicts_with_all = ["growth", "stability"])]
     fronts: bool,
-    /// What `cliffs --json` wrote: time against what makes a scene hostile.
+    /// What `cliffs --json` wrote: time against what makes a scene hostile; also printed as a table.
     #[arg(long, conflicts_with = "growth")]
     stability: bool,
     /// The name of the pictures, without extension.
@@ -303,7 +303,10 @@ fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
             print!("{}", fronts::table(&rows));
             fronts::chart(&rows, &caption)
         }
-        () if options.stability => stability::chart(&rows, &caption),
+        () if options.stability => {
+            print!("{}", stability::table(&rows));
+            stability::chart(&rows, &caption)
+        }
         () => chart::bars(&rows, &caption),
     };
     write(&options.output.with_extension("svg"), svg.to_string().as_bytes())?;

@@ -2,13 +2,13 @@
 
 use intertri_lab::draw::{Anchor, Font, Log, Svg, power};
 
-use crate::chart::{FAINT, Group, INK, OTHERS, distinct, fastest, titled};
+use crate::chart::{FAINT, Group, INK, OTHERS, distinct, fastest, none_or, titled};
 use crate::measure::Row;
 use crate::report::grouped;
 
 /// Our two calls.
 const OURS: [Group; 2] =
-    [("exact", "exact", "#D55E00"), ("exact-query", "exact, single rays", "#E69F00")];
+    [("exact", "exact, batches", "#D55E00"), ("exact-query", "exact, ray by ray", "#E69F00")];
 
 const PANEL: [f64; 2] = [590.0, 360.0];
 const ACROSS: usize = 2;
@@ -43,19 +43,21 @@ fn factor(x: f64) -> String {
     if x < 10.0 { format!("{x:.1}") } else { format!("{x:.0}") }
 }
 
-/// A tracer's point: nanoseconds per ray, the geometric mean over the scenes, and whether an answer was wrong.
-fn point(rows: &[&Row], group: &str) -> Option<(f64, bool)> {
-    let (mut logs, mut wrong) = (Vec::new(), false);
+/// A tracer's point: nanoseconds per ray, the geometric mean over the scenes, the number of wrong answers, and that
+/// of the rays.
+fn point(rows: &[&Row], group: &str) -> Option<(f64, usize, usize)> {
+    let (mut logs, mut wrong, mut rays) = (Vec::new(), 0, 0);
     for scene in distinct(rows.iter().copied(), |row| row.scene.as_str()) {
         let cell: Vec<&Row> = rows.iter().filter(|row| row.scene == scene).copied().collect();
         let row = fastest(&cell, group)?;
         logs.push((1e3 / row.speed[1]).ln());
         // Neighbours share the points that these rays aim at, so either triangle is right.
         let shared = matches!(row.kind.as_str(), "edges" | "vertices");
-        wrong |= row.wrong_hits + if shared { 0 } else { row.wrong_triangles } > 0;
+        wrong += row.wrong_hits + if shared { 0 } else { row.wrong_triangles };
+        rays += row.rays;
     }
     let mean = logs.iter().sum::<f64>() / logs.len().max(1) as f64;
-    (!logs.is_empty()).then(|| (mean.exp(), wrong))
+    (!logs.is_empty()).then(|| (mean.exp(), wrong, rays))
 }
 
 /// One panel for each cause, one line for each tracer.
@@ -105,8 +107,8 @@ fn panel(svg: &mut Svg, [x, y]: [f64; 2], kind: &str, rows: &[&Row]) {
             .iter()
             .enumerate()
             .filter_map(|(i, &amount)| {
-                let (time, wrong) = point(&at(amount).collect::<Vec<_>>(), group)?;
-                Some(([along(i), up.at(time.clamp(20.0, 50_000.0))], time, wrong))
+                let (time, wrong, _) = point(&at(amount).collect::<Vec<_>>(), group)?;
+                Some(([along(i), up.at(time.clamp(20.0, 50_000.0))], time, wrong > 0))
             })
             .collect();
         let (Some(first), Some(last)) = (points.first(), points.last()) else { continue };
@@ -145,5 +147,69 @@ fn labels(
         let font = Font::new(11.0, Anchor::Start);
         let font = if *is_ours { font.bold() } else { font };
         svg.text([right + 11.0, place + 4.0], name, font);
+    }
+}
+
+/// The same as a table in Markdown: a line for each case, the nanoseconds per ray and wrong answers of each tracer.
+pub fn table(rows: &[Row]) -> String {
+    let tracers: Vec<Group> = OURS.into_iter().chain(OTHERS).collect();
+    let names: Vec<&str> = tracers.iter().map(|(_, name, _)| *name).collect();
+    let mut table = format!("| nanoseconds, wrong answers | rays | {} |\n", names.join(" | "));
+    table += &format!("|{}\n", " --- |".repeat(names.len() + 2));
+    for (kind, amount) in distinct(rows, |row| (row.kind.as_str(), row.amount)) {
+        let case: Vec<&Row> =
+            rows.iter().filter(|row| row.kind == kind && row.amount == amount).collect();
+        let points: Vec<_> = tracers.iter().map(|(group, ..)| point(&case, group)).collect();
+        let rays = points.iter().flatten().map(|point| point.2).max().unwrap_or(0);
+        let cell = |point: &Option<(f64, usize, usize)>| {
+            let text = |(time, wrong, _): (f64, usize, usize)| {
+                format!("{}, {}", grouped(time.round() as usize), none_or(wrong))
+            };
+            point.map(text).unwrap_or_default()
+        };
+        let cells: Vec<String> = points.iter().map(cell).collect();
+        let (title, _, label) = described(kind);
+        table += &format!(
+            "| {}: {} | {} | {} |\n",
+            title.to_lowercase(),
+            label(amount),
+            grouped(rays),
+            cells.join(" | ")
+        );
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_has_the_faster_of_two_runs_and_its_wrong_answers() {
+        let row = |amount: f64, engine: &str, speed: f64, wrong: [usize; 2]| Row {
+            scene: "bunny".into(),
+            kind: "origin".into(),
+            amount,
+            engine: engine.into(),
+            rays: 1000,
+            speed: [speed; 3],
+            wrong_hits: wrong[0],
+            wrong_triangles: wrong[1],
+            ..Row::default()
+        };
+        let rows = [
+            row(0.0, "exact", 10.0, [0, 0]),
+            row(0.0, "exact", 20.0, [0, 0]),
+            row(0.0, "exact-query", 40.0, [0, 0]),
+            row(0.0, "embree-fast-16", 8.0, [1, 2000]),
+            row(1e4, "exact", 0.5, [0, 0]),
+        ];
+        let table = table(&rows);
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(
+            lines[2],
+            "| far origins: plain | 1,000 | 50, none | 25, none | 125, 2,001 |  |  |  |  |  |"
+        );
+        assert_eq!(lines[3], "| far origins: 10⁴ | 1,000 | 2,000, none |  |  |  |  |  |  |  |");
     }
 }
