@@ -115,6 +115,7 @@ pub mod internal {
         AlongAxis, Axis, BlockHits, Evidence, LaneHits, Rays, Room, Triangles,
     };
     pub use crate::hit_attributes::{HitCoefficients, Pairs, SharedOriginHit};
+    pub use crate::lane_queries::NumberedPacket;
     pub use crate::local_frame::LocalFrame;
     pub use crate::packet::{Copy32, RayLanes};
     pub use crate::resolve::{Originals, Resolver, SharedOrigin};

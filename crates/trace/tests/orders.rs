@@ -220,3 +220,88 @@ fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     }
     assert!(passed > 1000, "{passed}");
 }
+
+/// Puts things in a random order.
+fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
+    for i in (1..all.len()).rev() {
+        let share = 0.5 + 0.5 * number(i, 7);
+        all.swap(i, ((share * (i + 1) as f32) as usize).min(i));
+    }
+    all
+}
+
+/// A ray of an orthographic camera, off its pixel's middle by so much at most.
+fn parallel(dir: [f32; 3], x: usize, y: usize, jitter: f32) -> Ray {
+    let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 200.0;
+    let [u, v] = [x as f32 / 200.0 - 1.0 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
+    // In a plane across the direction, about, and twice as far from the scene as it is large.
+    Ray::new([u - 2.5 * dir[0], v - 2.5 * dir[1], -2.5 * dir[2]], dir)
+}
+
+fn parallel_rows(dir: [f32; 3], width: usize, height: usize, jitter: f32) -> Vec<Ray> {
+    (0..width * height).map(|i| parallel(dir, i % width, i / width, jitter)).collect()
+}
+
+#[test]
+fn rows_of_parallel_rays_get_what_each_ray_gets_alone() {
+    for dir in [[0.0, 0.0, 1.0], [0.25, -0.1, 0.9], [0.3, 0.2, -2.0], [1e-9, -0.7, 0.7]] {
+        for (width, height, jitter) in [(32, 9, 0.0), (131, 17, 0.0), (400, 41, 0.0), (97, 40, 0.5)]
+        {
+            let rays = parallel_rows(dir, width, height, jitter);
+            check(&format!("{dir:?}, {width} by {height}"), &rays);
+        }
+    }
+}
+
+#[test]
+fn parallel_rays_with_ends_and_nan_get_what_each_ray_gets_alone() {
+    let mut rays = parallel_rows([0.25, -0.1, 0.9], 400, 41, 0.0);
+    for (i, ray) in rays.iter_mut().enumerate().skip(2000) {
+        let near = 2.0 + number(i, 40);
+        *ray = ray.between(near, near + 0.5 + 0.5 * number(i, 41));
+    }
+    for (i, x) in [f32::NAN, f32::INFINITY, 0.0, -1.0, f32::MAX].into_iter().enumerate() {
+        rays[5000 + 11 * i].dir = [x; 3];
+        rays[6000 + 141 * i].origin[i % 3] = x;
+        rays[7000 + 7 * i].t_max = x;
+        rays[8000 + 7 * i].t_min = x;
+        rays[399 + 400 * i].dir[0] = x;
+    }
+    check("parallel, spoiled", &rays);
+}
+
+#[test]
+fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
+    let rays = shuffled(parallel_rows([0.25, -0.1, 0.9], 500, 41, 0.2));
+    check("parallel, shuffled", &rays);
+    // From wherever a camera's rays hit, toward the sun.
+    let bvh = scene();
+    let seen = rows(0, 700, 41, 0.0);
+    let toward = |ray: &Ray| {
+        let hit = bvh.closest(ray)?;
+        Some(
+            Ray::new(hit.point(ray).map(|x| x as f32), [0.3, 0.9, -0.4])
+                .between(1e-4, f32::INFINITY),
+        )
+    };
+    let rays: Vec<Ray> = seen.iter().filter_map(toward).collect();
+    assert!(rays.len() > 2000);
+    check("toward the sun", &rays);
+    check("toward the sun, shuffled", &shuffled([&rays[..]; 8].concat()));
+}
+
+/// A scanner on a vehicle: 64 rays one above the other, from a point that moves.
+#[test]
+fn rays_of_a_moving_origin_get_what_each_ray_gets_alone() {
+    for moved in [1e-3, 0.02, 0.3] {
+        let ray = |i: usize| {
+            let (beam, turn) = ((i % 64) as f32 / 64.0, (i / 64) as f32 / 200.0);
+            let (sin, cos) = (6.3 * turn).sin_cos();
+            let dir = [cos, 0.8 * beam - 0.5, sin];
+            let near = 0.3 * number(i, 3).abs();
+            Ray::new([moved * turn, 0.1, moved * number(i, 4)], dir).between(near, near + 4.0)
+        };
+        let rays: Vec<Ray> = (0..64 * 200).map(ray).collect();
+        check(&format!("a scanner, {moved}"), &rays);
+    }
+}

@@ -14,7 +14,7 @@ use intertri_trace::Bvh;
 /// A case runs 256 queries this many times.
 type Case = (&'static str, fn(times: u64));
 
-const CASES: [Case; 10] = [
+const CASES: [Case; 12] = [
     ("slice closest", |times| slice(times, |mode, some, ray| mode.closest(some, ray).is_some())),
     ("slice any", |times| slice(times, Mode::any)),
     ("closest", |times| single(&built_in(), &camera(), times)),
@@ -24,6 +24,22 @@ const CASES: [Case; 10] = [
         for _ in 0..times {
             bvh.query().closest_batch_into(black_box(&rays), &mut hits);
             black_box(&hits);
+        }
+    }),
+    ("closest of parallel rays", |times| {
+        let (bvh, rays) = (built_in(), parallel());
+        let mut hits = vec![Hit::MISS; rays.len()];
+        for _ in 0..times {
+            bvh.query().closest_batch_into(black_box(&rays), &mut hits);
+            black_box(&hits);
+        }
+    }),
+    ("any of parallel rays", |times| {
+        let (bvh, rays) = (built_in(), parallel());
+        let mut any = vec![false; rays.len()];
+        for _ in 0..times {
+            bvh.query().any_batch_into(black_box(&rays), &mut any);
+            black_box(&any);
         }
     }),
     ("any", |times| {
@@ -115,6 +131,15 @@ fn built_in() -> Bvh {
 fn camera() -> Vec<Ray> {
     let camera = Scene::built_in().camera;
     (0..256).map(|i| camera.ray(i % 16, i / 16, 16, 16)).collect()
+}
+
+/// Parallel rays from 16 by 16 neighbouring pixels.
+fn parallel() -> Vec<Ray> {
+    let rays = tile();
+    let dir = rays[0].dir;
+    rays.into_iter()
+        .map(|ray| Ray { origin: [0, 1, 2].map(|k| ray.origin[k] + ray.dir[k]), dir, ..ray })
+        .collect()
 }
 
 /// The rays of 16 by 16 neighbouring pixels.

@@ -48,13 +48,13 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
 
     /// One of N triangles for all lanes.
     #[inline(always)]
-    pub(super) fn of_lane<const N: usize>(
+    pub(crate) fn of_lane<const N: usize>(
         block: &TriangleBlock<N>,
         lane: usize,
         room: &Room,
     ) -> Self {
-        let TriangleOf([c1, c2, c3]) = block.triangle(lane);
-        let corners = [Vec3::splat(c1), Vec3::splat(c2), Vec3::splat(c3)];
+        let [c1, c2, c3] = block.corners();
+        let corners = [splat_lane(c1, lane), splat_lane(c2, lane), splat_lane(c3, lane)];
         let h = F::splat(block.longest_edges()[lane]);
         if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
     }
@@ -83,6 +83,15 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     fn of_edges([c1, minus_h4, h5]: [Vec3<F>; 3], h: F) -> Self {
         Self { c1, minus_h4, h5, n: h5.cross_fused(minus_h4), h, hh: h * h }
     }
+}
+
+/// A corner of the triangle in a lane, for all lanes.
+#[inline(always)]
+fn splat_lane<F: Lanes<Scalar = f32>, const N: usize>(
+    [x, y, z]: &[[f32; N]; 3],
+    lane: usize,
+) -> Vec3<F> {
+    Vec3 { x: F::splat(x[lane]), y: F::splat(y[lane]), z: F::splat(z[lane]) }
 }
 
 /// Rays as lanes, with the values that the filter needs.

@@ -130,6 +130,19 @@ impl<'a> Filter<'a> {
         if self.room.copies { t_max.next_down() } else { t_max }
     }
 
+    /// [`Filter::sure_end`] of N rays.
+    #[inline(always)]
+    pub(crate) fn sure_ends<F: Lanes<Scalar = f32>, const N: usize>(&self, t_max: &[f32; N]) -> F {
+        // Not `map`, which is not always inlined.
+        let mut ends = *t_max;
+        if self.room.copies {
+            for t_max in &mut ends {
+                *t_max = t_max.next_down();
+            }
+        }
+        F::load(&ends)
+    }
+
     /// Which of the `live` lanes are hits with `t_min <= t` and, certainly or possibly, `t <= far`.
     #[inline(always)]
     pub(crate) fn test<F: Lanes<Scalar = f32>>(

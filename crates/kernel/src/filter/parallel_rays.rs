@@ -166,9 +166,7 @@ impl Filter<'_> {
         counts.undecided += u64::from(undecided.count_ones());
 
         // A hit whose enclosure of t reaches the end of the interval may be beyond it, so it is not certain.
-        // Copies round `t_max` up, so for them the end is the f32 below it.
-        let end = packet.t_max.map(|t_max| self.sure_end(t_max));
-        let sure = hit & Mask::bits(t_hi.lt(Lanes::load(&end)));
+        let sure = hit & Mask::bits(t_hi.lt(self.sure_ends(&packet.t_max)));
         let leaves = sure & !Mask::bits(edges.den.negative()) != 0;
         LaneHits { sure, undecided: undecided | hit & !sure, leaves }
     }

@@ -47,6 +47,12 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         }
     }
 
+    /// No hits yet; see [`ClosestHit::before`].
+    #[inline(always)]
+    pub(crate) fn before(sure: F, t_max: &[f32; N]) -> Self {
+        Self { t_lo: sure, ..Self::new(t_max) }
+    }
+
     /// See [`ClosestHit::t_hi`].
     #[inline(always)]
     pub fn t_hi(&self) -> F {
@@ -70,6 +76,27 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
             triangle: TriangleId(get::<F, N>(self.triangle, lane).to_bits()),
             slot: LeafSlot(get::<F, N>(self.slot, lane).to_bits()),
         }
+    }
+
+    /// The closest hits of all lanes.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn lanes(&self) -> [ClosestHit; N] {
+        let mut all = [[0.0; N]; 4];
+        for (row, lanes) in all.iter_mut().zip([self.t_lo, self.t_hi, self.triangle, self.slot]) {
+            lanes.store(row);
+        }
+        let [t_lo, t_hi, triangle, slot] = all;
+        core::array::from_fn(
+            #[inline(always)]
+            |i| ClosestHit {
+                t: if self.known >> i & 1 != 0 { self.t[i] } else { f64::NAN },
+                t_lo: t_lo[i],
+                t_hi: t_hi[i],
+                triangle: TriangleId(triangle[i].to_bits()),
+                slot: LeafSlot(slot[i].to_bits()),
+            },
+        )
     }
 
     /// The hits with their t; see [`Filter::hits_in`](crate::Filter::hits_in).
@@ -132,8 +159,9 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     }
 
     /// Changes the closest hit of a lane.
+    #[doc(hidden)]
     #[inline(always)]
-    fn set(&mut self, lane: usize, closest: &ClosestHit) {
+    pub fn set(&mut self, lane: usize, closest: &ClosestHit) {
         // By a selection in all lanes, because writing an element with a variable index would force the
         // registers to memory.
         let at = F::Mask::from_bits(1 << lane);

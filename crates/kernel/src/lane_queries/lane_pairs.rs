@@ -68,6 +68,8 @@ pub(crate) trait LanePairs {
 pub(crate) struct RaysOnTriangle<'a, P, const N: usize> {
     pub(crate) resolver: Resolver<'a>,
     pub(crate) packet: &'a RayPacket<N>,
+    /// The number of its first ray.
+    pub(crate) first: RayId,
     pub(crate) triangle: &'a Triangle,
     /// The triangle's slot.
     pub(crate) slot: LeafSlot,
@@ -89,8 +91,8 @@ impl<P: Fn(LeafSlot) -> Triangle, const N: usize> LanePairs for RaysOnTriangle<'
     }
     #[inline(always)]
     fn ids(&self, lane: usize) -> (RayId, LeafSlot) {
-        // Rays are numbered from the first of the packet.
-        (RayId(lane as u32), self.slot)
+        // Rays are numbered consecutively.
+        (RayId(self.first.0 + lane as u32), self.slot)
     }
     #[inline(always)]
     fn find(&self, slot: LeafSlot) -> Triangle {

@@ -8,3 +8,4 @@ mod queries;
 pub use closest_hit::ClosestHit;
 pub use closest_hits::ClosestHits;
 pub(crate) use lane_pairs::{LanePairs, RayOnRow};
+pub use queries::NumberedPacket;

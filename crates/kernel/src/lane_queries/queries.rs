@@ -168,6 +168,18 @@ impl Filter<'_> {
     }
 }
 
+impl Filter<'_> {
+    /// The initial closest hits of N rays.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn no_hits<F: Lanes<Scalar = f32>, const N: usize>(
+        &self,
+        packet: &RayPacket<N>,
+    ) -> ClosestHits<F, N> {
+        ClosestHits::before(self.sure_ends(&packet.t_max), &packet.t_max)
+    }
+}
+
 /// N rays against one triangle: all hits, whether there are any, or the closest so far.
 impl Filter<'_> {
     /// All hits of N rays with one triangle.
@@ -230,8 +242,7 @@ impl Filter<'_> {
         let find = |_| *triangle.triangle();
         let pairs = self.rays_on(packet, triangle.triangle(), LeafSlot(0), find);
         // A certain hit whose t is certainly before the end does not need its t.
-        let sure_end = packet.t_max.map(|t_max| self.sure_end(t_max));
-        let sure = verdicts.hit & verdicts.t_hi.lt(Lanes::load(&sure_end)).bits();
+        let sure = verdicts.hit & verdicts.t_hi.lt(self.sure_ends(&packet.t_max)).bits();
         let meets = |hits, lane| hits | u32::from(pairs.meets(lane)) << lane;
         // The rest: undecided lanes, and hits whose enclosure of t reaches the far end of their ray.
         lanes_of(verdicts.lanes() & !sure).fold(sure, meets)
@@ -382,7 +393,40 @@ impl Filter<'_> {
         slot: LeafSlot,
         find: P,
     ) -> RaysOnTriangle<'a, P, N> {
-        RaysOnTriangle { resolver: self.resolver(), packet, triangle, slot, find }
+        RaysOnTriangle { resolver: self.resolver(), packet, first: RayId(0), triangle, slot, find }
+    }
+}
+
+/// Sixteen rays with consecutive numbers, some of which take part.
+pub struct NumberedPacket<'a, 'b, S: Simd> {
+    /// The rays.
+    pub packet: &'a PreparedPacket<'b, S, 16>,
+    /// The number of the first.
+    pub first: RayId,
+    /// Those that take part, a bit each.
+    pub live: u32,
+}
+
+impl Filter<'_> {
+    /// Offers the hits of sixteen rays with the triangle in a lane of a block to their closest.
+    #[inline(always)]
+    pub fn lane_closest_in<S: Simd>(
+        &self,
+        NumberedPacket { packet, first, live }: NumberedPacket<'_, '_, S>,
+        (block, lane): (&TriangleBlock<8>, usize),
+        names: (TriangleId, LeafSlot),
+        find: impl Fn(LeafSlot) -> Triangle,
+        closest: &mut ClosestHits<F32s<S, 16>, 16>,
+        counts: &mut Counts,
+    ) {
+        let of_lane = Triangles::of_lane(block, lane, self.room());
+        let verdicts = self.test(&of_lane, &packet.lanes, closest.t_hi(), live, counts);
+        if verdicts.lanes() != 0 {
+            let (resolver, packet, triangle) =
+                (self.resolver(), packet.packet, &block.triangle(lane));
+            let pairs = RaysOnTriangle { resolver, packet, first, triangle, slot: names.1, find };
+            closest.offer(&verdicts, names, &pairs);
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! A chunk of rays on one thread: coherent rays in bundles, parallel ones in beams, the others in streams.
+//! A chunk of rays on one thread: coherent rays of one origin in bundles, other coherent rays in packets, and
+//! the rest in streams.
 
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Counts, Filter, Ray, RayId};
@@ -12,6 +13,7 @@ use crate::walk::beam::Beams;
 use crate::walk::bundle::{
     Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
 };
+use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
 
 /// Rays outside any bundle are traced as a stream once there are this many; more would not fit into the
@@ -88,10 +90,10 @@ impl WithSimd for TraceChunk<'_, '_> {
         let (any, every) = (output.any(), output.every());
         // Bundles do not support selections, and crossings are counted ray by ray.
         let bundles = selection.is_none() && (!every || matches!(output, BatchOutput::Pairs(_)));
+        let mut packets = Packets::new(tree, filter, selection.is_none() && !every);
         let mut projection = Projection::<S>::empty();
         let (mut scratch, mut results) = (Scratch::default(), Results::default());
-        let (mut counts, mut others) = (Counts::default(), Vec::new());
-        let (mut at, mut size) = (0, RAYS);
+        let (mut counts, mut others, mut at, mut size) = (Counts::default(), vec![], 0, RAYS);
         while at < all.len() {
             stop::check();
             let end = (at + size).min(all.len());
@@ -102,7 +104,13 @@ impl WithSimd for TraceChunk<'_, '_> {
             let bundle =
                 if bundles { bundle_of((rays, next, RayId(at as u32)), filter, any) } else { None };
             let outcome = match bundle {
-                None => Outcome::NotCoherent,
+                None => {
+                    projection.has_outliers = false;
+                    S::vectorize(
+                        #[inline(always)]
+                        || packets.trace::<S>((rays, at), &mut output, &mut counts),
+                    )
+                }
                 Some(rays) => S::vectorize(
                     #[inline(always)]
                     || {
@@ -132,6 +140,7 @@ impl WithSimd for TraceChunk<'_, '_> {
                     size /= 4;
                     continue;
                 }
+                Outcome::InPackets { left } => (true, left, 0),
                 Outcome::TooWide | Outcome::NotCoherent => (false, u64::MAX, 0),
             };
 

@@ -1,6 +1,7 @@
 //! Detects which rays of a batch are pixels in rows.
 //!
-//! The caller does not say so, but at the end of each row the direction jumps back.
+//! The caller does not say so, but at the end of each row the direction jumps back, or the origin if rays are
+//! parallel.
 //!
 //! ```text
 //!   ┌──────────────────────►
@@ -26,7 +27,7 @@ const LONGEST: usize = 1 << 14;
 /// The smallest height of a picture.
 const FEWEST: usize = LOWEST;
 
-/// The direction is compared with that of the ray this many pixels later. At the end of a row it must jump
+/// A direction is compared with that of the ray this many pixels later. At the end of a row it must jump
 /// back by at least half of that, so rays may be jittered within their pixels.
 const STEP: usize = 8;
 
@@ -51,7 +52,7 @@ pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
     };
     let mut at = 0;
     while at < rays.len() {
-        let rows = Rows(&rays[at..]);
+        let rows = Rows::of(&rays[at..]);
         let Some((first, width)) = rows.find() else {
             // There are no rows here, but a picture may begin later.
             let end = rays.len().min(at + AGAIN);
@@ -69,12 +70,21 @@ pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
 }
 
 /// Rays that may be in rows.
-struct Rows<'a, S: Backend>(&'a [RayOf<S>]);
+struct Rows<'a, S: Backend> {
+    rays: &'a [RayOf<S>],
+    /// Whether they share a direction, and not an origin.
+    parallel: bool,
+}
 
-impl<S: Backend> Rows<'_, S> {
+impl<'a, S: Backend> Rows<'a, S> {
+    fn of(rays: &'a [RayOf<S>]) -> Self {
+        let parallel = matches!(rays, [a, b, ..] if bits(a.dir) == bits(b.dir));
+        Self { rays, parallel }
+    }
+
     /// The start of the first row, and the width of the rows.
     fn find(&self) -> Option<(usize, usize)> {
-        if self.0.len() < FEWEST * SHORTEST {
+        if self.rays.len() < FEWEST * SHORTEST {
             return None;
         }
         let first = self.end_of(0)?;
@@ -87,11 +97,11 @@ impl<S: Backend> Rows<'_, S> {
     /// The end of the row that begins at a ray, if it is found soon.
     fn end_of(&self, begin: usize) -> Option<usize> {
         let along = self.step(begin, begin + STEP)?;
-        let most = self.0.len().min(begin + LONGEST);
+        let most = self.rays.len().min(begin + LONGEST);
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Whether the direction jumps back just before a ray, by at least half the change over this many pixels.
+    /// Whether the pixels jump back just before a ray, by at least half the change over this many pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
         // Compared along the row, in units of its steps, so that jitter within a few pixels is not a jump.
         let half = 0.5 * (pixels as f64 / STEP as f64) * dot(along, along);
@@ -100,25 +110,31 @@ impl<S: Backend> Rows<'_, S> {
 
     /// The number of consecutive rows of one picture.
     fn count(&self, begin: usize, width: usize) -> usize {
-        let origin = |ray: &RayOf<S>| ray.origin.map(Into::<f64>::into).map(f64::to_bits);
-        let Some(from) = self.0.get(begin).map(origin) else { return 0 };
+        let shared = |ray: &RayOf<S>| bits(if self.parallel { ray.dir } else { ray.origin });
+        let Some(of_first) = self.rays.get(begin).map(shared) else { return 0 };
         let is_row = |&row: &usize| {
             let first = begin + row * width;
-            let Some(last) = self.0.get(first + width - 1) else { return false };
+            let Some(last) = self.rays.get(first + width - 1) else { return false };
             let Some(along) = self.step(first, first + STEP) else { return false };
             let ends =
-                first + width == self.0.len() || self.jumps_back(first + width, along, width);
-            // All rows of a picture start at one point; only the ends of each row are checked.
-            origin(&self.0[first]) == from && origin(last) == from && ends
+                first + width == self.rays.len() || self.jumps_back(first + width, along, width);
+            // All rows of a picture start at one point, or are parallel; only the ends of each row are checked.
+            shared(&self.rays[first]) == of_first && shared(last) == of_first && ends
         };
-        (0..(self.0.len() - begin) / width).take_while(is_row).count()
+        (0..(self.rays.len() - begin) / width).take_while(is_row).count()
     }
 
-    /// The difference of the directions of two rays.
+    /// The difference of the directions of two rays; of parallel rays, of their origins.
     fn step(&self, from: usize, to: usize) -> Option<[f64; 3]> {
-        let (from, to) = (self.0.get(from)?.dir, self.0.get(to)?.dir);
+        let pixel = |ray: &RayOf<S>| if self.parallel { ray.origin } else { ray.dir };
+        let (from, to) = (pixel(self.rays.get(from)?), pixel(self.rays.get(to)?));
         Some([0, 1, 2].map(|k| to[k].into() - from[k].into()))
     }
+}
+
+/// The bits of a vector.
+fn bits<S: Backend>(vector: [S; 3]) -> [u64; 3] {
+    vector.map(|x| Into::<f64>::into(x).to_bits())
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -150,6 +166,13 @@ mod tests {
         let seen = [run(0..30, None), run(30..480, rows_of(50)), run(480..1020, rows_of(60))];
         assert_eq!(runs(&two)[..3], seen);
         assert_eq!(runs(&two)[3..], [run(1020..1065, None)]);
+    }
+
+    #[test]
+    fn rows_of_parallel_rays_are_seen() {
+        let parallel = |ray: &Ray| Ray::new(ray.dir, [0.1, -0.2, 1.0]);
+        let rays: Vec<Ray> = rows(0.0, 500, 20).iter().map(parallel).collect();
+        assert_eq!(runs(&rays), [Run { rays: 0..10_000, width: Some(500) }]);
     }
 
     #[test]

@@ -17,8 +17,8 @@ use crate::util::threads;
 ///
 /// Batches are faster if rays that are neighbours in the slice are also neighbours in space. The fastest are
 /// rays that share their origin and are the pixels of a picture, in rows of any width or in tiles, such as 32
-/// by 32 in Z-order: the library detects them and traces 1024 in a narrow cone at a time. Answers do not
-/// depend on the order.
+/// by 32 in Z-order: the library detects them and traces 1024 in a narrow cone at a time. Other coherent rays,
+/// such as parallel ones, are traced sixteen at a time. Answers do not depend on the order.
 ///
 /// If there is too little memory for a `Vec` of answers, the program aborts, as for every `Vec`; the `…_into`
 /// variants use your memory. Lists of hits return an error.

@@ -14,9 +14,9 @@ pub(crate) struct Margin {
     /// The largest coordinate of any triangle.
     pub(crate) reach: f32,
     /// The padding of boxes for every ray.
-    lean: f32,
+    pub(crate) lean: f32,
     /// The additional padding, as a fraction of the origin's largest coordinate.
-    beside: f32,
+    pub(crate) beside: f32,
 }
 
 impl Margin {

@@ -1,11 +1,13 @@
-//! One traversal in four forms: single rays (`single`), streams of incoherent rays (`stream`), bundles of
-//! coherent rays (`bundle`), and beams of parallel ones (`beam`).
+//! One traversal in five forms: single rays (`single`), streams of incoherent rays (`stream`), packets of
+//! coherent rays (`packet`), bundles of those that share an origin (`bundle`), and beams of parallel ones
+//! (`beam`).
 
 pub(crate) mod beam;
 pub(crate) mod bundle;
 mod hit_pairs;
 pub(crate) mod one_ray;
 mod output;
+pub(crate) mod packet;
 pub(crate) mod single;
 pub(crate) mod stream;
 

@@ -43,6 +43,8 @@ pub(crate) enum Outcome {
     NotCoherent,
     /// They diverge too much for one, or their numbers are too large or too small.
     TooWide,
+    /// They are traced in packets. Bit p of `left` is set where packet p is left.
+    InPackets { left: u64 },
     /// They were traced. Bit p of `left` is set if the rays of packet p are left to be traced one by one,
     /// because that is less work; `work` counts packet tests and comparable work.
     Traced { left: u64, work: usize },

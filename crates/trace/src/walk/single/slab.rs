@@ -11,9 +11,9 @@
 //! which r and R cover. Other triangles of the scene have no effect, so a large ground or a stray triangle
 //! widens no box. `docs/numerics/hierarchy.md` has the proof.
 
-use intertri::Ray;
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask, Simd};
+use intertri::{Ray, RayPacket};
 
 use crate::tree::{Margin, Node};
 
@@ -150,31 +150,24 @@ impl Slabs {
         let &Lines { from: [lo, hi], dir: [dx, dy, dz], length, away, least, start } = lines;
         let splat = S::F32x4::splat;
         let load = |[x, y, z]: [f32; 3]| S::F32x4::load(&[x, y, z, 0.0]);
-        let (dir, lo, hi) = (S::F32x4::load(&[dx, dy, dz, length]), load(lo), load(hi));
-        let (size, least) = (dir.abs(), splat(least));
-        // `flip` keeps the sign of a zero component: -0 enters boxes through their upper sides.
-        let rd = splat(1.0) / size.max(least).flip(dir);
-        // Near planes are moved slightly nearer and far ones farther, so that rounding never loses a box.
-        let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
-
-        // Rounding of the origin's coordinate is a length in space; divided by the direction it is a length
-        // in t.
-        let off = lo.abs().max(hi.abs()) * splat(PAD) + splat(margin.room(away) + TINY);
-        let mut pad = off * rd.abs() + splat(start.abs() * BEFORE + TINY);
-        let level = size.lt(least);
-        if level.any() {
-            // A component near 0 was replaced. Nothing is hit beyond this t, and up to it the t of a plane
-            // differs by less than this.
-            let last = splat(2.0 * (away + margin.reach) / length);
-            pad = pad + S::F32x4::select(level, last, splat(0.0));
-        }
+        let room = Room {
+            least: splat(least),
+            off: splat(margin.room(away) + TINY),
+            before: splat(start.abs() * BEFORE + TINY),
+        };
+        let dir = S::F32x4::load(&[dx, dy, dz, length]);
+        let [near_rd, far_rd, minus_near, minus_far] = planes(
+            [load(lo), load(hi)],
+            dir,
+            &room,
+            #[inline(always)]
+            || splat(2.0 * (away + margin.reach) / length),
+        );
         let mut slabs = Self::default();
         near_rd.store(&mut slabs.near_rd);
         far_rd.store(&mut slabs.far_rd);
-        // `side * rd + minus` is then one multiply-add for each plane of a node. For a beam, which starts in
-        // a box, the start with the nearest or farthest plane counts.
-        (-((lo * near_rd).max(hi * near_rd) + pad)).store(&mut slabs.minus_near);
-        (pad - (lo * far_rd).min(hi * far_rd)).store(&mut slabs.minus_far);
+        minus_near.store(&mut slabs.minus_near);
+        minus_far.store(&mut slabs.minus_far);
         slabs
     }
 
@@ -187,7 +180,47 @@ impl Slabs {
     }
 }
 
-/// A ray's slabs in lanes.
+/// What widens the slabs of a ray, apart from its own numbers along an axis.
+struct Room<F> {
+    /// The least magnitude of a direction component.
+    least: F,
+    /// A length in space.
+    off: F,
+    /// A length in t.
+    before: F,
+}
+
+/// The slabs' factors and constants for lines that start between two coordinates along an axis, in lanes: axes of
+/// one ray, or one axis of several rays. `last` is a t beyond which nothing is hit.
+#[inline(always)]
+fn planes<F: Lanes<Scalar = f32>>(
+    [lo, hi]: [F; 2],
+    dir: F,
+    room: &Room<F>,
+    last: impl FnOnce() -> F,
+) -> [F; 4] {
+    let (size, splat) = (dir.abs(), F::splat);
+    // `flip` keeps the sign of a zero component: -0 enters boxes through their upper sides.
+    let rd = splat(1.0) / size.max(room.least).flip(dir);
+    // Near planes are moved slightly nearer and far ones farther, so that rounding never loses a box.
+    let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
+
+    // Rounding of the origin's coordinate is a length in space; divided by the direction it is a length in t.
+    let off = lo.abs().max(hi.abs()) * splat(PAD) + room.off;
+    let mut pad = off * rd.abs() + room.before;
+    let level = size.lt(room.least);
+    if level.any() {
+        // A component near 0 was replaced. Nothing is hit beyond `last`, and up to it the t of a plane differs
+        // by less than this.
+        pad = pad + F::select(level, last(), splat(0.0));
+    }
+    // `side * rd + minus` is then one multiply-add for each plane of a node. For a beam, which starts in a box,
+    // the start with the nearest or farthest plane counts.
+    let minus_near = -((lo * near_rd).max(hi * near_rd) + pad);
+    [near_rd, far_rd, minus_near, pad - (lo * far_rd).min(hi * far_rd)]
+}
+
+/// Slabs in lanes: of one ray for eight boxes, or of several rays of an octant for one box.
 #[derive(Clone, Copy)]
 pub(crate) struct SlabLanes<F> {
     near_rd: Vec3<F>,
@@ -216,20 +249,86 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         }
     }
 
+    /// A ray in each lane, all of an octant. The mask has the rays that need no scaling; see [`Slabs::new`].
+    #[inline(always)]
+    pub(crate) fn of_packet<const N: usize>(
+        packet: &RayPacket<N>,
+        octant: usize,
+        margin: &Margin,
+    ) -> (Self, F::Mask) {
+        let (splat, load) = (F::splat, Vec3::<F>::load);
+        let (from, dir) = (load(&packet.origin), load(&packet.dir));
+        let away = from.x.abs().max(from.y.abs()).max(from.z.abs());
+        let length = dir.x.abs().max(dir.y.abs()).max(dir.z.abs());
+        let beside = away * splat(margin.beside) + splat(margin.lean);
+        let least = length * splat(STEEPEST) + (away + beside + splat(1.0)) * splat(LEAST);
+        let room = Room { least, off: beside + splat(TINY), before: splat(TINY) };
+        let most = away + splat(margin.reach);
+        let is_plain =
+            length.lt(splat(PLAIN)) & splat(1.0 / PLAIN).lt(length) & most.lt(splat(PLAIN));
+
+        // Not `map`, which is not always inlined, and would then be compiled without the level's instructions.
+        let last = splat(2.0) * most / length;
+        let x = planes(
+            [from.x; 2],
+            dir.x,
+            &room,
+            #[inline(always)]
+            || last,
+        );
+        let y = planes(
+            [from.y; 2],
+            dir.y,
+            &room,
+            #[inline(always)]
+            || last,
+        );
+        let z = planes(
+            [from.z; 2],
+            dir.z,
+            &room,
+            #[inline(always)]
+            || last,
+        );
+        let slabs = Self {
+            near_rd: Vec3 { x: x[0], y: y[0], z: z[0] },
+            far_rd: Vec3 { x: x[1], y: y[1], z: z[1] },
+            minus_near: Vec3 { x: x[2], y: y[2], z: z[2] },
+            minus_far: Vec3 { x: x[3], y: y[3], z: z[3] },
+            negative: [0, 1, 2].map(|k| octant >> k & 1 != 0),
+        };
+        (slabs, is_plain)
+    }
+
     /// Which of a node's boxes the ray meets within `t_min..=t_max`, and a lower bound on the t at which each
     /// begins. No box with a hit in that interval is missing.
     #[inline(always)]
     pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (F::Mask, F) {
+        self.meet_sides(
+            #[inline(always)]
+            |axis, upper| F::load(node.sides(axis, upper)),
+            F::splat(t_min),
+            F::splat(t_max),
+        )
+    }
+
+    /// [`SlabLanes::meet`] for boxes with these sides along each axis, lower or upper, with an interval in each
+    /// lane.
+    #[inline(always)]
+    pub(crate) fn meet_sides(
+        &self,
+        side: impl Fn(usize, bool) -> F,
+        t_min: F,
+        t_max: F,
+    ) -> (F::Mask, F) {
         // Along each axis the ray enters through one plane and leaves through the other.
         let [x, y, z] = self.negative;
-        let first = |axis, negative| F::load(node.sides(axis, negative));
-        let last = |axis, negative: bool| F::load(node.sides(axis, !negative));
-        let near = (first(0, x).mul_add(self.near_rd.x, self.minus_near.x))
-            .max(first(1, y).mul_add(self.near_rd.y, self.minus_near.y))
-            .max(first(2, z).mul_add(self.near_rd.z, self.minus_near.z).max(F::splat(t_min)));
-        let far = (last(0, x).mul_add(self.far_rd.x, self.minus_far.x))
-            .min(last(1, y).mul_add(self.far_rd.y, self.minus_far.y))
-            .min(last(2, z).mul_add(self.far_rd.z, self.minus_far.z).min(F::splat(t_max)));
+        let near = (side(0, x).mul_add(self.near_rd.x, self.minus_near.x))
+            .max(side(1, y).mul_add(self.near_rd.y, self.minus_near.y))
+            .max(side(2, z).mul_add(self.near_rd.z, self.minus_near.z).max(t_min));
+        let far = (side(0, !x).mul_add(self.far_rd.x, self.minus_far.x))
+            .min(side(1, !y).mul_add(self.far_rd.y, self.minus_far.y))
+            .min(side(2, !z).mul_add(self.far_rd.z, self.minus_far.z).min(t_max));
         (near.le(far), near)
     }
 }

@@ -9,4 +9,5 @@ mod nodes;
 mod retire;
 mod traverse;
 
+pub(crate) use retire::Retired;
 pub(crate) use traverse::Stream;

@@ -8,7 +8,7 @@ use crate::tree::Tree;
 use crate::walk::BatchOutput;
 
 /// Waiting hits.
-pub(super) struct Retired<'a> {
+pub(crate) struct Retired<'a> {
     resolver: Resolver<'a>,
     pairs: Pairs,
     ids: [(RayId, LeafSlot); 8],
@@ -17,13 +17,13 @@ pub(super) struct Retired<'a> {
 
 impl<'a> Retired<'a> {
     /// None yet.
-    pub(super) fn new(resolver: Resolver<'a>) -> Self {
+    pub(crate) fn new(resolver: Resolver<'a>) -> Self {
         Self { resolver, pairs: Pairs::new(), ids: Default::default(), len: 0 }
     }
 
     /// Takes the closest hit of a ray.
     #[inline(always)]
-    pub(super) fn retire<S: Simd>(
+    pub(crate) fn retire<S: Simd>(
         &mut self,
         tree: &Tree,
         ray: &Ray,
@@ -51,7 +51,7 @@ impl<'a> Retired<'a> {
 
     /// Answers the hits that still wait.
     #[inline(always)]
-    pub(super) fn flush<S: Simd>(&mut self, output: &mut BatchOutput<'_>) {
+    pub(crate) fn flush<S: Simd>(&mut self, output: &mut BatchOutput<'_>) {
         let Self { resolver, ref pairs, ref ids, len } = *self;
         if len > 0 {
             match output {

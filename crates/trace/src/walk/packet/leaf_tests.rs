@@ -1,0 +1,118 @@
+//! The hits of a packet at the leaves: the closest of each ray, or whether it hits anything.
+
+use intertri::internal::NumberedPacket;
+use intertri::simd::{Lanes, Mask, Simd};
+use intertri::{ClosestHits, Counts, Filter, LeafSlot, PreparedPacket, Ray, RayId};
+
+use super::traverse::{RAYS, VisitTogether};
+use crate::selection::closest_in_leaf;
+use crate::tree::Tree;
+use crate::util::lane_ops::lanes_of;
+
+/// Rays on their way to the closest hits; with `ANY`, to any.
+pub(super) struct LeafTests<'a, 'b, S: Simd, const ANY: bool> {
+    tree: &'a Tree,
+    filter: Filter<'a>,
+    /// The rays, and the id of the first.
+    rays: (&'b [Ray], RayId),
+    packet: PreparedPacket<'b, S, RAYS>,
+    /// The rays that still look for a hit.
+    live: u32,
+    pub(super) closest: ClosestHits<S::F32x16, RAYS>,
+    /// With `ANY`, the rays that hit something.
+    pub(super) hit: u32,
+    counts: &'b mut Counts,
+}
+
+impl<S: Simd, const ANY: bool> VisitTogether<S::F32x16> for LeafTests<'_, '_, S, ANY> {
+    #[inline(always)]
+    fn far(&self) -> S::F32x16 {
+        let live = <S::F32x16 as Lanes>::Mask::from_bits(self.live);
+        S::F32x16::select(live, self.closest.t_hi(), S::F32x16::splat(f32::NEG_INFINITY))
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, leaf: usize, reaching: <S::F32x16 as Lanes>::Mask) {
+        let (reaching, triangles) = (reaching.bits(), self.tree.leaves[leaf].block.live());
+        // Either the triangles are side by side, or the rays: whichever are more.
+        if reaching.count_ones() < triangles.count_ones() {
+            for lane in lanes_of(reaching) {
+                self.test_ray(leaf, lane);
+            }
+        } else {
+            for lane in lanes_of(triangles) {
+                self.test_triangle(leaf, lane, reaching);
+            }
+        }
+    }
+}
+
+impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
+    #[inline(always)]
+    pub(super) fn new(
+        (tree, filter): (&'a Tree, Filter<'a>),
+        rays: (&'b [Ray], RayId),
+        packet: PreparedPacket<'b, S, RAYS>,
+        closest: ClosestHits<S::F32x16, RAYS>,
+        counts: &'b mut Counts,
+    ) -> Self {
+        Self { tree, filter, rays, packet, live: 0, closest, hit: 0, counts }
+    }
+
+    /// Begins with these rays.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, rays: u32) {
+        self.live = rays;
+    }
+
+    /// Tests the triangles of a leaf with the ray in a lane. Returns the t beyond which it looks for no hit.
+    #[inline(always)]
+    fn test_ray(&mut self, leaf: usize, lane: usize) -> f32 {
+        let Self { tree, ref filter, rays: (rays, first), .. } = *self;
+        let ray = filter.prepare_numbered(&rays[lane], RayId(first.0 + lane as u32));
+        let before = self.closest.lane(lane);
+        let mut closest = before;
+        closest_in_leaf::<S>(&None, tree, filter, &ray, leaf, &mut closest, self.counts);
+        if closest.triangle() != before.triangle() {
+            self.closest.set(lane, &closest);
+            if ANY {
+                self.hit |= 1 << lane;
+                self.live &= !self.hit;
+            }
+        }
+        closest.t_hi()
+    }
+
+    /// Tests these rays with the triangle in a lane of a leaf.
+    #[inline(always)]
+    fn test_triangle(&mut self, leaf: usize, lane: usize, rays: u32) {
+        let Self { tree, filter, ref packet, .. } = *self;
+        let live = rays & self.live;
+        let block = &tree.leaves[leaf].block;
+        let slot = LeafSlot((8 * leaf + lane) as u32);
+        if ANY {
+            let hits = filter.lane_hits_in::<S>(packet, block, lane, live, self.counts);
+            let settled = if hits.undecided != 0 { self.settle(hits.undecided, slot) } else { 0 };
+            self.hit |= hits.sure | settled;
+            self.live &= !self.hit;
+        } else {
+            let (names, find) = ((tree.index_of(slot), slot), |slot| tree.triangle_in(slot));
+            let rays = NumberedPacket { packet, first: self.rays.1, live };
+            let closest = &mut self.closest;
+            filter.lane_closest_in::<S>(rays, (block, lane), names, find, closest, self.counts);
+        }
+    }
+
+    /// Which undecided rays hit the triangle in a slot.
+    #[cold]
+    #[inline(never)]
+    fn settle(&self, undecided: u32, slot: LeafSlot) -> u32 {
+        let (triangle, resolver, (rays, first)) =
+            (self.tree.triangle_in(slot), self.filter.resolver(), self.rays);
+        let hits = |lane: usize| {
+            let ids = (RayId(first.0 + lane as u32), slot);
+            u32::from(resolver.meets(&rays[lane], &triangle, ids)) << lane
+        };
+        lanes_of(undecided).map(hits).sum()
+    }
+}

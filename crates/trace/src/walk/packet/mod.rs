@@ -1,0 +1,172 @@
+//! Packets: sixteen coherent rays at a time, whatever their origins. Parallel rays, shadow rays toward the sun,
+//! a scanner that moves.
+//!
+//! ```text
+//!   sixteen rays ──► each box of a node, with all of them ──► each triangle of a leaf, with all that reach it
+//!                                                        └──► or each ray, with the eight triangles
+//! ```
+//!
+//! Each lane does what a single ray does, so no ray loses a hit. Rays that share an origin are traced in
+//! bundles instead, which also use a common projection.
+
+mod leaf_tests;
+mod traverse;
+
+use intertri::simd::{Lanes, Mask, Simd};
+use intertri::{Counts, Filter, Ray, RayId, RayPacket};
+
+use crate::tree::{Margin, Tree};
+use crate::util::stop;
+use crate::walk::BatchOutput;
+use crate::walk::bundle::Outcome;
+use crate::walk::single::SlabLanes;
+use crate::walk::stream::Retired;
+use leaf_tests::LeafTests;
+use traverse::{PacketStack, RAYS};
+
+/// Along each axis, directions differ from the first by at most this fraction of its largest component. Otherwise rays
+/// separate too soon.
+const SPREAD: f32 = 0.25;
+
+/// If fewer rays than this visit a node or leaf together, on average, they are faster as a stream.
+const TOGETHER: usize = 6;
+
+/// After a packet of rays that separate, this many packets are not tried; after each further one, twice as
+/// many.
+const LEAST_PATIENCE: usize = 4;
+const MOST_PATIENCE: usize = 1024;
+
+/// Traces packets: closest hits, or whether rays hit anything.
+pub(crate) struct Packets<'a> {
+    tree: &'a Tree,
+    filter: Filter<'a>,
+    margin: Margin,
+    is_used: bool,
+    stack: PacketStack,
+    /// The number of packets not to try.
+    wait: usize,
+    patience: usize,
+}
+
+impl<'a> Packets<'a> {
+    /// Packets of rays in a tree; if not `is_used`, it traces none.
+    pub(crate) fn new(tree: &'a Tree, filter: Filter<'a>, is_used: bool) -> Self {
+        // Leaves without a box would be tested with every packet.
+        let is_used = is_used && tree.first_unboxed(filter.resolver()) == tree.leaves.len();
+        let (margin, stack) = (tree.margin(filter.resolver()), PacketStack::default());
+        Self { tree, filter, margin, is_used, stack, wait: 0, patience: LEAST_PATIENCE }
+    }
+
+    /// Traces up to 1024 rays, of which the first is number `first` of its chunk, except for packets that are
+    /// not coherent.
+    #[inline(always)]
+    pub(crate) fn trace<S: Simd>(
+        &mut self,
+        (rays, first): (&[Ray], usize),
+        output: &mut BatchOutput<'_>,
+        counts: &mut Counts,
+    ) -> Outcome {
+        if !self.is_used {
+            return Outcome::NotCoherent;
+        }
+        let mut retired = Retired::new(self.filter.resolver());
+        let mut left = 0;
+        for (i, rays) in rays.chunks(RAYS).enumerate() {
+            stop::heed();
+            let rays = (rays, RayId((first + RAYS * i) as u32));
+            let is_traced = self.wait == 0
+                && if output.any() {
+                    self.packet::<S, true>(rays, output, &mut retired, counts)
+                } else {
+                    self.packet::<S, false>(rays, output, &mut retired, counts)
+                };
+            if !is_traced {
+                left |= 1 << i;
+                self.wait = self.wait.saturating_sub(1);
+            }
+        }
+        retired.flush::<S>(output);
+        let all = u64::MAX >> (64 - rays.len().div_ceil(RAYS));
+        if left == all { Outcome::NotCoherent } else { Outcome::InPackets { left } }
+    }
+
+    /// Traces a packet. Returns whether it was traced.
+    #[inline(always)]
+    fn packet<S: Simd, const ANY: bool>(
+        &mut self,
+        (rays, first): (&[Ray], RayId),
+        output: &mut BatchOutput<'_>,
+        retired: &mut Retired<'_>,
+        counts: &mut Counts,
+    ) -> bool {
+        let (tree, filter) = (self.tree, self.filter);
+        if !is_coherent(rays) {
+            return false;
+        }
+        let packet = RayPacket::new(rays);
+        // Rays without an interval hit nothing. Rays with extreme numbers are traced alone.
+        let t_min = S::F32x16::load(&packet.t_min);
+        let mut live = packet.live() & t_min.lt(S::F32x16::load(&packet.t_max)).bits();
+        let mut negative = [0; 3];
+        for (bits, axis) in negative.iter_mut().zip(&packet.dir) {
+            *bits = S::F32x16::load(axis).negative().bits();
+        }
+
+        let prepared = filter.prepare_packet_in::<S, RAYS>(&packet);
+        let closest = filter.no_hits(&packet);
+        let mut tests =
+            LeafTests::<S, ANY>::new((tree, filter), (rays, first), prepared, closest, counts);
+        let (mut visits, mut visitors) = (0, 0);
+        while live != 0 {
+            // Rays of one octant enter every box through the same three sides.
+            let lane = live.trailing_zeros();
+            let (mut octant, mut same) = (0, live);
+            for (axis, negative) in negative.iter().enumerate() {
+                let is_negative = negative >> lane & 1 != 0;
+                octant |= usize::from(is_negative) << axis;
+                same &= if is_negative { *negative } else { !negative };
+            }
+            live &= !same;
+            let (lanes, is_plain) =
+                SlabLanes::<S::F32x16>::of_packet(&packet, octant, &self.margin);
+            if same & !is_plain.bits() != 0 {
+                return false;
+            }
+            tests.begin(same);
+            let work = self.stack.traverse::<S>(tree, (&lanes, octant), t_min, &mut tests);
+            (visits, visitors) = (visits + work[0], visitors + work[1]);
+        }
+
+        if let BatchOutput::Any(any) = output {
+            let any = &mut any[first.0 as usize..][..rays.len()];
+            any.iter_mut().enumerate().for_each(|(lane, any)| *any = tests.hit >> lane & 1 != 0);
+        } else {
+            let closest = tests.closest.lanes();
+            for (lane, (ray, closest)) in rays.iter().zip(&closest).enumerate() {
+                let id = RayId(first.0 + lane as u32);
+                retired.retire::<S>(tree, ray, id, closest, output);
+            }
+        }
+
+        if visitors < TOGETHER * visits {
+            self.wait = self.patience;
+            self.patience = MOST_PATIENCE.min(2 * self.patience);
+        } else {
+            self.patience = LEAST_PATIENCE;
+        }
+        true
+    }
+}
+
+/// Whether rays have about the same direction.
+fn is_coherent(rays: &[Ray]) -> bool {
+    let [x, y, z] = rays[0].dir;
+    let most = SPREAD * x.abs().max(y.abs()).max(z.abs());
+    rays.iter().all(|ray| {
+        let [dx, dy, dz] = ray.dir;
+        (dx - x).abs().max((dy - y).abs()).max((dz - z).abs()) <= most
+    })
+}
+
+#[cfg(test)]
+mod tests;
