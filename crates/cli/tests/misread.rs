@@ -1,5 +1,5 @@
-//! Malformed files: read if nothing has to be guessed, and never misread silently. Each kind of thing that is
-//! left out, repaired or guessed is one line with a count.
+//! Malformed files: read if nothing has to be guessed, and never misread silently. One line for each kind of
+//! problem says what was left out, repaired or guessed, and how often.
 
 use crate::common::{TestFolder, one_line};
 
@@ -56,7 +56,7 @@ fn refuses(name: &str, model: impl AsRef<[u8]>, words: &[&str]) {
 }
 
 #[test]
-fn obj_numbers_that_are_none_are_errors_where_a_triangle_needs_them() {
+fn obj_words_in_place_of_numbers_are_errors_where_a_triangle_needs_them() {
     for word in
         ["1.#INF", "-1.#IND", "1.#QNAN", "1.#J", "nan(ind)", "-nan(ind)", "1,5", "0x10", "1_0"]
     {
@@ -64,7 +64,7 @@ fn obj_numbers_that_are_none_are_errors_where_a_triangle_needs_them() {
             let model = format!("v 0 0 0\nv 1 0 0\n{line}\nv 0 1 0\nf 1 2 3 4\n");
             refuses("m.obj", model, &["m.obj:3: ", &format!("{word:?} is not a number")]);
         }
-        // After the three numbers, in normals and in vertices that no face uses, nothing depends on it.
+        // Nothing depends on a fourth number, on normals, or on vertices that no face uses.
         reads("m.obj", format!("{SQUARE}v 1 {word} 1\nf 1 2 3 4\n"), "0,1,");
         reads(
             "m.obj",
@@ -142,7 +142,7 @@ fn obj_faces_may_come_before_what_they_name() {
 }
 
 #[test]
-fn texture_coordinates_that_are_missing_are_no_error() {
+fn missing_texture_coordinates_are_not_an_error() {
     let said = "faces whose texture coordinates are missing or not finite, read without these: 1 (in line ";
     for (uvs, face, line) in [
         ("vn 0 0 1\n", "f 1/1/1 2/2/1 3/3/1 4/4/1", 6),
@@ -172,7 +172,7 @@ fn ply(format: &str, faces: usize, payload: &str) -> String {
 const FACE: &str = "4 0 1 2 3\n";
 
 #[test]
-fn ply_properties_that_are_not_used_may_be_no_numbers() {
+fn unused_ply_properties_need_not_be_numbers() {
     for word in ["nan", "-nan", "inf", "-nan(ind)", "1.#IND", "none"] {
         let model = ply("ascii", 1, FACE)
             .replace("property float z\n", "property float z\nproperty float quality\n")
@@ -259,7 +259,7 @@ fn stl_words_are_in_any_case_and_the_last_end_may_be_missing() {
 }
 
 #[test]
-fn stl_headers_that_promise_too_few_triangles() {
+fn stl_headers_may_promise_too_few_triangles() {
     reads("m.stl", stl(2), "0,1,");
     let said = |promised, more| {
         format!("triangles beyond the {promised} that the header promises, read, too: {more}")
@@ -307,9 +307,9 @@ fn rays_in_lines_that_end_in_carriage_returns() {
     place.fails("trace m.obj --rays rays.csv -o out.csv", 1, &["rays.csv:4: ", "is not a number"]);
 }
 
-/// It lies at 0: f32 lacks digits for it because it is small.
+/// A tiny model at 0 and a model far away both lose digits in f32, each with its own message.
 #[test]
-fn a_tiny_model_is_not_far_from_0() {
+fn tiny_and_distant_models_have_different_messages() {
     let place = TestFolder::new();
     place.put("m.obj", "v 0 0 0\nv 1e-44 0 0\nv 0 1e-44 0\nf 1 2 3\n");
     let line = "render m.obj --size 8x6 -o a.png";
@@ -342,7 +342,7 @@ fn cubes(place: &TestFolder, nodes: &str) {
 
 /// The sides of a ray's crossings sum to the number of solids that it starts in.
 #[test]
-fn crossings_of_mirrored_nodes_sum_up_as_others() {
+fn crossings_of_mirrored_nodes_add_up_like_others() {
     let place = TestFolder::new();
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n0.7,0.4,0.2,0,0,1\n0.2,0.4,0.2,1,0.1,0.05\n1.2,0.4,0.2,0,0,1\n9,9,9,0,0,1\n");
     for (nodes, expected) in [
