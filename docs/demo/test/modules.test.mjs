@@ -49,7 +49,7 @@ test("their golden answers are the committed ones", () => {
   }
 });
 
-test("exact is right around a vertex, others are not, and both modules say so alike", () => {
+test("around a vertex exact is right and others are not, in both modules", () => {
   for (const width of [2 ** -14, 2 ** -24]) {
     const counts = both.map(([, engine]) => {
       assert.ok(engine.fan(fan(width)));
@@ -103,7 +103,7 @@ test("the lists of tiles lose no hit, from afar and near, at home and far away",
   }
 });
 
-test("what is no model has a clear message, and the next is taken", () => {
+test("a file that is not a model gets a clear message, and the next one is read", () => {
   for (const [, engine] of both) {
     for (const [name, [bytes, words]] of Object.entries(BROKEN)) {
       assert.throws(() => engine.model(name, bytes), (e) => words.test(e.message) && !e.message.includes("\n"), name);
