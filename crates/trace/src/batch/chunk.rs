@@ -11,7 +11,7 @@ use crate::util::stop;
 use crate::walk::BatchOutput;
 use crate::walk::beam::Beams;
 use crate::walk::bundle::{
-    Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
+    Bundle, BundleRays, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
 };
 use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
@@ -101,23 +101,21 @@ impl WithSimd for TraceChunk<'_, '_> {
 
             // Coherent rays form a bundle, unless they diverge too much; then a smaller one.
             results.clear();
-            let bundle =
-                if bundles { bundle_of((rays, next, RayId(at as u32)), filter, any) } else { None };
-            let outcome = match bundle {
-                None => {
-                    projection.has_outliers = false;
-                    S::vectorize(
-                        #[inline(always)]
-                        || packets.trace::<S>((rays, at), &mut output, &mut counts),
-                    )
-                }
-                Some(rays) => S::vectorize(
+            let outcome = if bundles && shares_origin(rays) {
+                let rays = BundleRays { rays, first: RayId(at as u32), next };
+                S::vectorize(
                     #[inline(always)]
                     || {
                         let scratch = (&mut projection, &mut scratch, &mut results);
                         Bundle { tree, filter, any, every }.trace::<S>(&rays, scratch, &mut counts)
                     },
-                ),
+                )
+            } else {
+                projection.has_outliers = false;
+                S::vectorize(
+                    #[inline(always)]
+                    || packets.trace::<S>((rays, at), &mut output, &mut counts),
+                )
             };
             let (is_bundle, left, work) = match outcome {
                 Outcome::Traced { left, work } => {
@@ -163,24 +161,6 @@ impl WithSimd for TraceChunk<'_, '_> {
         }
         counts
     }
-}
-
-/// The rays as a bundle, if they share their origin. For any-hit queries, a common end is enough, because
-/// these rays can be traced backward.
-#[inline(always)]
-fn bundle_of<'a>(
-    (rays, next, first): (&'a [Ray], &'a [Ray], RayId),
-    filter: Filter<'_>,
-    any: bool,
-) -> Option<BundleRays<'a>> {
-    if shares_origin(rays) {
-        return Some(BundleRays { rays, first, next, reversed: None });
-    }
-    if !any {
-        return None;
-    }
-    let reversed = CommonEnd::of(rays, filter.threshold());
-    reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
 /// The size of the next bundle: it may be larger again at a position where a larger one would begin.

@@ -139,8 +139,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Self::Output {
             let mut projection = Projection::<S>::empty();
-            let rays =
-                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
+            let rays = BundleRays { rays: self.0, first: intertri::RayId(0), next: &[] };
             projection
                 .project(&Mode::certified().filter(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .unwrap();
@@ -201,8 +200,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> f64 {
             let mut projection = Projection::<S>::empty();
-            let rays =
-                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
+            let rays = BundleRays { rays: self.0, first: intertri::RayId(0), next: &[] };
             if projection
                 .project(&Mode::certified().filter(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .is_none()

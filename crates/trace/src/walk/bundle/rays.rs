@@ -1,10 +1,8 @@
-//! The rays of a bundle: consecutive rays from one origin or toward one point.
+//! The rays of a bundle: consecutive rays from one origin.
 
 use intertri::{Ray, RayId};
 
-use super::reversed_shadow::CommonEnd;
-
-/// Rays from one origin, or toward one point.
+/// Rays from one origin.
 #[derive(Clone, Copy)]
 pub(crate) struct BundleRays<'a> {
     pub(crate) rays: &'a [Ray],
@@ -12,15 +10,13 @@ pub(crate) struct BundleRays<'a> {
     pub(crate) first: RayId,
     /// The rays that come later.
     pub(crate) next: &'a [Ray],
-    /// The point toward which they go, if they are traced backward from there.
-    pub(crate) reversed: Option<CommonEnd>,
 }
 
 impl BundleRays<'_> {
-    /// The point that all rays have in common.
+    /// Where all rays start.
     #[inline(always)]
     pub(crate) fn origin(&self) -> [f32; 3] {
-        self.reversed.map_or(self.rays[0].origin, |end| end.point)
+        self.rays[0].origin
     }
 }
 
