@@ -1,5 +1,5 @@
-//! Packets: sixteen coherent rays at a time, whatever their origins. Parallel rays, shadow rays toward the sun,
-//! a scanner that moves.
+//! Packets: sixteen coherent rays at a time, whatever their origins. Parallel rays, shadow rays toward the sun
+//! or a light, a scanner that moves.
 //!
 //! ```text
 //!   sixteen rays ──► each box of a node, with all of them ──► each triangle of a leaf, with all that reach it
