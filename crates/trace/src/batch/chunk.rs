@@ -145,8 +145,8 @@ impl WithSimd for TraceChunk<'_, '_> {
             // The other rays wait for the next stream, except those whose any-hit query is already answered.
             if left != 0 || projection.has_outliers {
                 let over = |ray: usize| any && results.is_hit(ray);
-                let is_left =
-                    |ray: usize| left >> (ray / 16) & 1 != 0 || projection.is_outlier(ray);
+                let is_outlier = |ray: usize| projection.has_outliers && projection.is_outlier(ray);
+                let is_left = |ray: usize| left >> (ray / 16) & 1 != 0 || is_outlier(ray);
                 let waits = |ray: &usize| is_left(*ray) && !over(*ray);
                 others.extend((0..rays.len()).filter(waits).map(|ray| RayId((at + ray) as u32)));
             }

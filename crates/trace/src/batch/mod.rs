@@ -1,7 +1,7 @@
 //! Traces many rays in chunks on all threads; each chunk enters the CPU's instruction level once.
 //!
 //! ```text
-//!   closest_batch ──► runs ──► pieces over threads ──► trace_part ──► bundles, streams or beams
+//!   closest_batch ──► runs ──► pieces over threads ──► trace_part ──► bundles, packets or streams
 //!                      │ rows of pixels                   ▲   │
 //!                      └──► bands over threads ──► gather ┘   └──► scatter
 //! ```
@@ -74,7 +74,7 @@ impl<S: Backend> RayBatch<'_, S> {
 
     /// Splits the rays into runs that are traced in the same way.
     fn runs<A: Answer>(&self) -> Vec<Run> {
-        // Only bundles benefit from tiles. They do not support selections, whose lists follow the order of
+        // Only bundles and packets benefit from tiles. They do not support selections, whose lists follow the order of
         // the rays.
         if A::IN_BUNDLES && self.selection.is_none() {
             runs(self.rays)

@@ -78,7 +78,8 @@ struct Rows<'a, S: Backend> {
 
 impl<'a, S: Backend> Rows<'a, S> {
     fn of(rays: &'a [RayOf<S>]) -> Self {
-        let parallel = matches!(rays, [a, b, ..] if bits(a.dir) == bits(b.dir));
+        let parallel = matches!(rays, [a, b, ..]
+            if bits(a.dir) == bits(b.dir) && bits(a.origin) != bits(b.origin));
         Self { rays, parallel }
     }
 

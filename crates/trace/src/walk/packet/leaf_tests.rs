@@ -28,7 +28,7 @@ impl<S: Simd, const ANY: bool> VisitTogether<S::F32x16> for LeafTests<'_, '_, S,
     #[inline(always)]
     fn far(&self) -> S::F32x16 {
         let live = <S::F32x16 as Lanes>::Mask::from_bits(self.live);
-        S::F32x16::select(live, self.closest.t_hi(), S::F32x16::splat(f32::NEG_INFINITY))
+        S::F32x16::select(live, self.closest.t_hi(), S::F32x16::splat(f32::NAN))
     }
 
     #[inline(always)]

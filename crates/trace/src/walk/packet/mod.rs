@@ -162,10 +162,11 @@ impl<'a> Packets<'a> {
 fn is_coherent(rays: &[Ray]) -> bool {
     let [x, y, z] = rays[0].dir;
     let most = SPREAD * x.abs().max(y.abs()).max(z.abs());
-    rays.iter().all(|ray| {
-        let [dx, dy, dz] = ray.dir;
-        (dx - x).abs().max((dy - y).abs()).max((dz - z).abs()) <= most
-    })
+    most < f32::INFINITY
+        && rays.iter().all(|ray| {
+            let [dx, dy, dz] = ray.dir;
+            (dx - x).abs().max((dy - y).abs()).max((dz - z).abs()) <= most
+        })
 }
 
 #[cfg(test)]

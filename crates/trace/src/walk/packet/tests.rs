@@ -9,11 +9,11 @@ use crate::Bvh;
 use crate::walk::BatchOutput;
 use crate::walk::bundle::Outcome;
 
-/// A packet's hits, and the number of pairs of a ray and a triangle that it tests.
-struct Trace<'a>(&'a Bvh, &'a [Ray; RAYS]);
+/// A packet's hits, if it was traced, and the number of pairs of a ray and a triangle that it tests.
+struct Trace<'a>(&'a Bvh, &'a [Ray]);
 
 impl WithSimd for Trace<'_> {
-    type Output = ([Hit32; RAYS], u64);
+    type Output = (Option<[Hit32; RAYS]>, u64);
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
         let Self(bvh, rays) = self;
@@ -21,8 +21,8 @@ impl WithSimd for Trace<'_> {
         let mut packets = Packets::new(&bvh.tree, Mode::exact().filter(), true);
         let output = &mut BatchOutput::Hits32(&mut hits);
         let outcome = packets.trace::<S>((rays, 0), output, &mut counts);
-        assert!(matches!(outcome, Outcome::InPackets { left: 0 }));
-        (hits, counts.tests)
+        let is_traced = matches!(outcome, Outcome::InPackets { left: 0 });
+        (is_traced.then_some(hits), counts.tests)
     }
 }
 
@@ -39,10 +39,52 @@ fn rays_visit_only_the_boxes_that_they_meet() {
         std::array::from_fn(|i| Ray::new([place(i) + 0.2, 0.2, 0.0], [0.0, 0.0, 1.0]));
     for level in Level::all() {
         let (hits, tests) = level.run(Trace(&bvh, &rays));
-        for (i, hit) in hits.iter().enumerate() {
+        for (i, hit) in hits.expect("coherent").iter().enumerate() {
             assert_eq!(hit.triangle, i as u32, "{}", level.name());
         }
         // Eight rays with eight triangles, twice.
         assert_eq!(tests, 128, "{}", level.name());
     }
+}
+
+/// Rays that look for no hit, with numbers that are NaN, infinite or huge, among coherent ones. Their lanes visit
+/// nothing, not even the empty slots of a node.
+#[test]
+fn rays_without_an_interval_do_not_disturb_the_others() {
+    let (inf, nan) = (f32::INFINITY, f32::NAN);
+    let row = |i: usize| Ray::new([i as f32, 0.0, 0.0], [0.01, 0.0, 1.0]).between(-inf, inf);
+    let odd = [
+        Ray::new([nan; 3], [-0.01, 0.0, 1.0]).between(-inf, inf),
+        Ray::new([nan; 3], [0.01, 0.0, 1.0]).between(-inf, -inf),
+        Ray::new([nan; 3], [0.01, 0.0, 1.0]).between(-inf, nan),
+        Ray::new([3e38; 3], [0.01, 0.0, 1.0]).between(-inf, -inf),
+        Ray::new([-3e38; 3], [0.01, 0.0, 1.0]).between(-inf, nan),
+        Ray::new([3e38; 3], [-0.01, 0.0, 1.0]).between(-inf, -inf),
+        Ray::new([0.0; 3], [inf, 0.0, 0.0]).between(0.0, 0.0),
+    ];
+    let wall = |z| Triangle::new([-50.0, -50.0, z], [100.0, -50.0, z], [-50.0, 100.0, z]);
+    let mut traced = 0;
+    for walls in [1, 3, 8, 40] {
+        let bvh = Bvh::new(&(0..walls).map(|i| wall(1.0 + i as f32)).collect::<Vec<_>>()).unwrap();
+        for (ray, count, at) in
+            odd.iter().flat_map(|ray| [(ray, 16, 15), (ray, 16, 0), (ray, 15, 14)])
+        {
+            let mut rays: Vec<Ray> = (0..count).map(row).collect();
+            rays[at] = *ray;
+            // Some of another octant.
+            for ray in rays.iter_mut().skip(3).step_by(4).filter(|ray| ray.origin[0] < 100.0) {
+                ray.dir[0] = -ray.dir[0];
+            }
+            let expected: Vec<_> = rays.iter().map(|ray| bvh.closest(ray)).collect();
+            for level in Level::all() {
+                let (Some(hits), _) = level.run(Trace(&bvh, &rays)) else { continue };
+                traced += 1;
+                for (hit, expected) in hits.iter().zip(&expected) {
+                    let triangle = expected.map_or(Hit32::MISS.triangle, |hit| hit.triangle);
+                    assert_eq!(hit.triangle, triangle, "{ray:?} at {at}, {}", level.name());
+                }
+            }
+        }
+    }
+    assert!(traced > 100, "{traced}");
 }

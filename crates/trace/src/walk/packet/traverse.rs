@@ -23,7 +23,8 @@ pub(super) struct PacketStack {
 
 /// What a packet does at leaves.
 pub(super) trait VisitTogether<F: Lanes<Scalar = f32>> {
-    /// The t beyond which each ray looks for no hit; minus infinity for those that are done.
+    /// The t beyond which each ray looks for no hit; NaN for those that look for none, so that no comparison
+    /// holds.
     fn far(&self) -> F;
     /// Tests the triangles of a leaf with the rays that reach it.
     fn visit(&mut self, leaf: usize, reaching: F::Mask);
@@ -74,7 +75,6 @@ impl PacketStack {
             let before = top;
             // The boxes of a node, far to near.
             let node = &tree.nodes[child as usize];
-            let far = S::F32x16::select(reaching, far, S::F32x16::splat(f32::NEG_INFINITY));
             for slot in (0..8).rev().map(|slot| slot ^ octant) {
                 let (met, near) = lanes.meet_sides(
                     #[inline(always)]
@@ -82,6 +82,8 @@ impl PacketStack {
                     t_min,
                     far,
                 );
+                // Other rays may seem to meet anything, even empty slots: their numbers may be NaN or infinite.
+                let met = met & reaching;
                 // Written without a branch: whether any ray meets a box is hard to predict.
                 S::F32x16::select(met, near, none).store(&mut nears[top].0);
                 children[top] = node.children()[slot];
