@@ -290,6 +290,23 @@ fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
     check("toward the sun, shuffled", &shuffled([&rays[..]; 8].concat()));
 }
 
+/// Shadow rays as the rows of a picture leave them, which are bundles from the light or packets.
+#[test]
+fn rays_toward_a_light_get_what_each_ray_gets_alone() {
+    let bvh = scene();
+    let light = [0.3, 4.0, -1.0];
+    let toward = |ray: &Ray| {
+        let point = bvh.closest(ray)?.point(ray).map(|x| x as f32);
+        let dir = [0, 1, 2].map(|k| light[k] - point[k]);
+        Some(Ray::new(point, dir).between(1e-4, 1.0))
+    };
+    let rays: Vec<Ray> = rows(0, 700, 61, 0.0).iter().filter_map(toward).collect();
+    assert!(rays.len() > 8 * 1024, "{}", rays.len());
+    check("toward a light", &rays);
+    let few: Vec<Ray> = rays.iter().copied().step_by(37).collect();
+    check("toward a light, few", &[&few[..], &rays[..], &shuffled(few.clone())].concat());
+}
+
 /// A scanner on a vehicle: 64 rays one above the other, from a point that moves.
 #[test]
 fn rays_of_a_moving_origin_get_what_each_ray_gets_alone() {

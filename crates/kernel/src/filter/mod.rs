@@ -181,16 +181,24 @@ impl Filter<'_> {
         Outlines::new::<S>(first, second, frame, parallel, self.room.exact)
     }
 
-    /// The frame for rays of this filter: the originals of copies miss the origin by up to the rounding of the
-    /// copies. `reach` is how far rays get from the centre of the projection.
+    /// Whether rays and triangles are f32 copies of f64 originals.
+    #[doc(hidden)]
     #[inline]
-    pub fn frame(&self, frame: Frame, reach: [f32; 2]) -> Frame {
+    pub fn is_of_copies(&self) -> bool {
+        self.room.copies
+    }
+
+    /// A frame for bundles whose rays miss the origin by at most `off`. For copies of f64 originals, `off`
+    /// grows by the rounding of the copies. `reach` is how far rays get from the centre of the projection.
+    #[inline]
+    pub fn frame(&self, frame: Frame, off: f32, reach: [f32; 2]) -> Frame {
         let frame = if self.room.copies { frame.of_copies() } else { frame };
-        let off = self.room.passed(frame.origin());
+        let off = off + self.room.passed(frame.origin());
         if off > 0.0 { frame.passed_within(off, reach) } else { frame }
     }
 
-    /// Adds the live rays of a packet to the depths where rays begin to look for hits.
+    /// Adds the live rays of a packet to the depths where rays begin to look for hits: none before the first
+    /// `t_min`, and certainly beyond the second.
     ///
     /// See [`Starts`] for an example.
     #[inline(always)]
@@ -198,7 +206,7 @@ impl Filter<'_> {
         &self,
         starts: &Starts<F>,
         points: &Points<F>,
-        t_min: F,
+        t_min: [F; 2],
         live: F::Mask,
     ) -> Starts<F> {
         starts.with(points, t_min, live, self.threshold)

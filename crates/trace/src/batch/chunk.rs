@@ -7,11 +7,12 @@ use intertri::{Counts, Filter, Ray, RayId};
 use crate::containment::Containment;
 use crate::selection::ActiveSelection;
 use crate::tree::Tree;
+use crate::util::patience::Patience;
 use crate::util::stop;
 use crate::walk::BatchOutput;
 use crate::walk::beam::Beams;
 use crate::walk::bundle::{
-    Bundle, BundleRays, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
+    Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
 };
 use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
@@ -20,6 +21,11 @@ use crate::walk::stream::Stream;
 /// cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs lower their
 /// clock rate for a while after a bundle.
 const STREAM: usize = 4096;
+
+/// After a reversed bundle that did not pay, this many times as many rays are traced in packets; after each further
+/// one, twice as many, up to the second. Rays from the hits of a row, for example, are a long curve as the light sees
+/// them.
+const PATIENCE: [usize; 2] = [4, 64];
 
 /// Rays of the smallest bundle.
 const SMALLEST: usize = 16;
@@ -91,6 +97,7 @@ impl WithSimd for TraceChunk<'_, '_> {
         // Bundles do not support selections, and crossings are counted ray by ray.
         let bundles = selection.is_none() && (!every || matches!(output, BatchOutput::Pairs(_)));
         let mut packets = Packets::new(tree, filter, selection.is_none() && !every);
+        let mut reversals = Patience::new(PATIENCE);
         let mut projection = Projection::<S>::empty();
         let (mut scratch, mut results) = (Scratch::default(), Results::default());
         let (mut counts, mut others, mut at, mut size) = (Counts::default(), vec![], 0, RAYS);
@@ -101,36 +108,35 @@ impl WithSimd for TraceChunk<'_, '_> {
 
             // Coherent rays form a bundle, unless they diverge too much; then a smaller one.
             results.clear();
-            let outcome = if bundles && shares_origin(rays) {
-                let rays = BundleRays { rays, first: RayId(at as u32), next };
-                S::vectorize(
+            let allowed = [bundles, bundles && any && !reversals.is_waiting()];
+            reversals.pass();
+            let bundle = bundle_of((rays, next, RayId(at as u32)), filter, allowed);
+            let is_reversed = bundle.as_ref().is_some_and(|rays| rays.reversed.is_some());
+            let mut outcome = match bundle {
+                None => Outcome::NotCoherent,
+                Some(rays) => S::vectorize(
                     #[inline(always)]
                     || {
                         let scratch = (&mut projection, &mut scratch, &mut results);
                         Bundle { tree, filter, any, every }.trace::<S>(&rays, scratch, &mut counts)
                     },
-                )
-            } else {
+                ),
+            };
+            if is_reversed {
+                reversals.tried(pays(&outcome, rays));
+            }
+            let is_too_wide = is_reversed && matches!(outcome, Outcome::TooWide);
+            if is_too_wide || matches!(outcome, Outcome::NotCoherent) {
                 projection.has_outliers = false;
-                S::vectorize(
+                outcome = S::vectorize(
                     #[inline(always)]
                     || packets.trace::<S>((rays, at), &mut output, &mut counts),
-                )
-            };
+                );
+            }
             let (is_bundle, left, work) = match outcome {
                 Outcome::Traced { left, work } => {
-                    let (resolver, first) = (filter.resolver(), RayId(at as u32));
-                    S::vectorize(
-                        #[inline(always)]
-                        || match output.part(at, end) {
-                            BatchOutput::Pairs(pairs) => {
-                                results.list::<S>(tree, resolver, (rays, first, left), pairs);
-                            }
-                            output => {
-                                results.write::<S>(tree, resolver, (rays, first), output);
-                            }
-                        },
-                    );
+                    let rays = (rays, RayId(at as u32), left);
+                    write_bundle::<S>(&chunk, rays, &mut results, output.part(at, end));
                     (true, left, work)
                 }
                 // Fewer consecutive rays may still be close together.
@@ -161,6 +167,50 @@ impl WithSimd for TraceChunk<'_, '_> {
         }
         counts
     }
+}
+
+/// Writes the answers of a bundle whose packets in `left` are left.
+#[inline(always)]
+fn write_bundle<S: Simd>(
+    chunk: &Chunk<'_>,
+    (rays, first, left): (&[Ray], RayId, u64),
+    results: &mut Results,
+    output: BatchOutput<'_>,
+) {
+    let (tree, resolver) = (chunk.tree, chunk.filter.resolver());
+    S::vectorize(
+        #[inline(always)]
+        || match output {
+            BatchOutput::Pairs(pairs) => {
+                results.list::<S>(tree, resolver, (rays, first, left), pairs);
+            }
+            output => results.write::<S>(tree, resolver, (rays, first), output),
+        },
+    );
+}
+
+/// The rays as a bundle, if bundles are allowed and they share their origin. If reversed bundles are, too, as for
+/// any-hit queries, a common end is enough, because these rays can be traced backward.
+#[inline(always)]
+fn bundle_of<'a>(
+    (rays, next, first): (&'a [Ray], &'a [Ray], RayId),
+    filter: Filter<'_>,
+    [bundles, reversible]: [bool; 2],
+) -> Option<BundleRays<'a>> {
+    if bundles && shares_origin(rays) {
+        return Some(BundleRays { rays, first, next, reversed: None });
+    }
+    if !reversible {
+        return None;
+    }
+    let reversed = CommonEnd::of(rays, filter.threshold());
+    reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
+}
+
+/// Whether a bundle was worth its work: most of its rays were traced.
+#[inline(always)]
+fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
+    matches!(outcome, Outcome::Traced { left, .. } if 32 * left.count_ones() as usize <= rays.len())
 }
 
 /// The size of the next bundle: it may be larger again at a position where a larger one would begin.

@@ -2,6 +2,7 @@
 
 pub(crate) mod lane_ops;
 pub(crate) mod memory;
+pub(crate) mod patience;
 pub(crate) mod prefetch;
 pub(crate) mod stop;
 #[cfg(test)]

@@ -89,8 +89,10 @@ impl Frame {
     }
 
     /// The same frame for rays that miss the origin by at most `off`. Each is parallel to one that starts
-    /// there, and their points are within ±`reach` in x and y of the projection. These are the originals of
-    /// copies. `docs/numerics/projection.md`, section 6, derives `off`.
+    /// there, and their points are within ±`reach` in x and y of the projection. These are reversed rays
+    /// *toward* a point, which they miss only by rounding, with t counted backward. The test then only finds
+    /// whether they hit, not which hit is nearest: do not query the resolver for t of such rays.
+    /// `docs/numerics/projection.md`, section 6, derives `off`.
     ///
     /// ```
     /// use intertri::internal::Frame;

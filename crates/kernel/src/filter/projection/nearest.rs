@@ -34,13 +34,13 @@ use crate::{LeafSlot, Triangle};
 /// // One ray; one f32 is a lane, too.
 /// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
 /// let points = frame.points(Vec3::<f32>::splat(ray.dir));
-/// let ranges = filter.starts_in(&Starts::none(), &points, ray.t_min, true).ranges();
+/// let ranges = filter.starts_in(&Starts::none(), &points, [ray.t_min; 2], true).ranges();
 /// let mut nearest = Nearest::<f32, 1>::new(&points, ray.t_max);
 /// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
 /// let find = |LeafSlot(slot)| triangles[slot as usize];
 /// let (rays, resolver) = ([ray], filter.resolver());
 /// let settle =
-///     Settle { resolver, rays: &rays, first: RayId(0), find, index: |LeafSlot(slot)| slot };
+///     Settle { resolver, rays: &rays, first: RayId(0), find, index: |LeafSlot(slot)| slot, reversed: false };
 /// for lane in 0..2 {
 ///     let outline = outlines.lane(lane);
 ///     assert!(nearest.maybe(&outline, &points, &ranges, 0b1));
@@ -142,8 +142,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         (found.hit | found.undecided) != 0
     }
 
-    /// Which of the live rays hit the triangle in a slot, at any distance; nothing is stored.
-    /// Otherwise like [`Nearest::take`].
+    /// Which of the live rays hit the triangle in a slot, at any distance; nothing is stored. Only for rays
+    /// that are not reversed. Otherwise like [`Nearest::take`].
     #[inline(always)]
     pub fn hit_by<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &self,

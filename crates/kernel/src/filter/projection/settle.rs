@@ -12,7 +12,7 @@ use crate::{LeafSlot, Ray, RayId, Triangle};
 /// let rays = [Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0])];
 /// let (find, index) = (|LeafSlot(slot)| triangles[slot as usize], |LeafSlot(slot)| slot);
 /// let settle =
-///     Settle { resolver: Resolver::Document(0.0), rays: &rays, first: RayId(0), find, index };
+///     Settle { resolver: Resolver::Document(0.0), rays: &rays, first: RayId(0), find, index, reversed: false };
 /// assert_eq!((settle.hit(LeafSlot(0), 0), settle.hit(LeafSlot(1), 0)), (Some(3.0), Some(5.0)));
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,9 @@ pub struct Settle<'a, T, I> {
     pub find: T,
     /// The triangle's index.
     pub index: I,
+    /// Whether the bundle contains the rays in reverse, from their common end. Then only whether they hit is
+    /// known, and every t is 0.
+    pub reversed: bool,
 }
 
 impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
@@ -39,7 +42,8 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
     #[inline(always)]
     pub fn hit(&self, slot: LeafSlot, ray: usize) -> Option<f64> {
         let ids = (self.id(ray), slot);
-        self.resolver.hit(&self.rays[ray], &(self.find)(slot), ids)
+        let t = self.resolver.hit(&self.rays[ray], &(self.find)(slot), ids);
+        if self.reversed { t.map(|_| 0.0) } else { t }
     }
 
     /// Whether two triangles touch where a ray meets them, if it hits both.
@@ -59,6 +63,10 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         other: LeafSlot,
         [kept_one, kept_other]: &mut [LastTriangle<'a>; 2],
     ) -> bool {
+        if self.reversed {
+            // From their common end, rays have no meaningful t, and any-hit queries do not need an order.
+            return false;
+        }
         let (id, ray) = (self.id(ray), &self.rays[ray]);
         let (one_seen, other_seen) = (self.seen(one, kept_one), self.seen(other, kept_other));
         let order = one_seen.order(other_seen, ray, id);

@@ -12,7 +12,7 @@ use crate::simd::Lanes;
 /// use intertri::internal::{Points, Ranges, Starts};
 /// use intertri::{Mode};
 /// let points = Points { x: 0.0_f32, y: 0.0, z: 1.0 };
-/// let starts = Mode::certified().filter().starts_in(&Starts::none(), &points, 2.0, true);
+/// let starts = Mode::certified().filter().starts_in(&Starts::none(), &points, [2.0; 2], true);
 /// let from_two_on: Ranges<f32> = starts.ranges();
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -35,14 +35,14 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
     pub(in super::super) fn with(
         &self,
         points: &Points<F>,
-        t_min: F,
+        [t_min, sure]: [F; 2],
         live: F::Mask,
         threshold: Threshold,
     ) -> Self {
         // Keeps products from being subnormal: those round by more than INVERSE, and take a CPU a hundred
         // times as long.
         let least = F::splat(bound::SHORTEST_T);
-        let above = at_least(t_min, threshold.above.max(bound::SHORTEST_T));
+        let above = at_least(sure, threshold.above.max(bound::SHORTEST_T));
         let below = at_least(t_min, threshold.below.max(0.0));
         let below = F::select(below.lt(least), F::splat(0.0), below);
         Self {

@@ -73,7 +73,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Option<u64> {
             let Self(bvh, rays, any) = self;
-            let rays = BundleRays { rays, first: intertri::RayId(0), next: &[] };
+            let rays = BundleRays { rays, first: intertri::RayId(0), next: &[], reversed: None };
             let projection = &mut Projection::<S>::empty();
             let scratch = (projection, &mut Scratch::default(), &mut Results::default());
             let counts = &mut Counts::default();

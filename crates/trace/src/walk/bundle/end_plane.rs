@@ -139,7 +139,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Self::Output {
             let mut projection = Projection::<S>::empty();
-            let rays = BundleRays { rays: self.0, first: intertri::RayId(0), next: &[] };
+            let rays =
+                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
             projection
                 .project(&Mode::certified().filter(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .unwrap();
@@ -200,7 +201,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> f64 {
             let mut projection = Projection::<S>::empty();
-            let rays = BundleRays { rays: self.0, first: intertri::RayId(0), next: &[] };
+            let rays =
+                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
             if projection
                 .project(&Mode::certified().filter(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .is_none()

@@ -100,7 +100,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Option<Ray> {
             let mut projection = Projection::<S>::empty();
-            let rays = BundleRays { rays: self.0, first: intertri::RayId(0), next: &[] };
+            let rays =
+                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
             let mut prefetch = Prefetch::of(&[], 0);
             let window = projection.project(&Mode::exact().filter(), &rays, 1.0, &mut prefetch)?;
             let frustum = Frustum::new(&projection.frame, window, &Margin::new(1.0, None));

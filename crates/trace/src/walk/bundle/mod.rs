@@ -15,9 +15,11 @@ mod principal_axis;
 mod projection;
 mod rays;
 mod results;
+mod reversed_shadow;
 mod traverse;
 
 pub(crate) use projection::{Projection, RAYS};
 pub(crate) use rays::{BundleRays, shares_origin};
 pub(crate) use results::Results;
+pub(crate) use reversed_shadow::CommonEnd;
 pub(crate) use traverse::{Bundle, Outcome, Scratch};

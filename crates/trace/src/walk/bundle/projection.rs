@@ -9,13 +9,14 @@
 //! ```
 
 use intertri::Filter;
-use intertri::Ray;
 use intertri::internal::{Frame, Nearest, Points, Ranges, Starts, Windows};
 use intertri::simd::{Lanes, Mask, Simd, Vec3};
+use intertri::{Ray, Threshold};
 
 use super::look;
 use super::principal_axis::Spread;
 use super::rays::BundleRays;
+use super::reversed_shadow::Reversal;
 use crate::util::lane_ops::{fours, smallest, total};
 use crate::util::prefetch::Prefetch;
 
@@ -139,6 +140,13 @@ impl<S: Simd> Projection<S> {
         let count = rays.rays.len();
         self.used = count.div_ceil(16);
 
+        // Reversed, the threshold applies to their far ends.
+        let (mut reversal, mut starts_by) = (None, *filter);
+        if let Some(end) = rays.reversed {
+            reversal = Some(Reversal::<S::F32x16>::new(end, filter.is_of_copies()));
+            starts_by = Filter::certified(Threshold::ZERO, S::LEVEL);
+        }
+
         // The last packet is filled with the last ray.
         let (full, rest) = rays.rays.as_chunks::<16>();
         let mut filled = [rays.rays[count - 1]; 16];
@@ -153,8 +161,13 @@ impl<S: Simd> Projection<S> {
             prefetch.lines(4);
 
             // Sixteen rays in lanes.
-            let [[.., near], [x, y, z, far]] =
-                side_by_side::<S>(full.get(packet).unwrap_or(&filled));
+            let mut columns = side_by_side::<S>(full.get(packet).unwrap_or(&filled));
+            let mut sure = None;
+            if let Some(reversal) = &mut reversal {
+                let (reversed, beyond) = reversal.reverse(columns);
+                (columns, sure) = (reversed, Some(beyond));
+            }
+            let [[.., near], [x, y, z, far]] = columns;
             let (met, on_screen) = self.place(packet, Vec3 { x, y, z });
             outliers += self.outliers[packet].count_ones() as usize;
             slowest = slowest.min(met.z);
@@ -165,7 +178,7 @@ impl<S: Simd> Projection<S> {
             // Comparisons that are false for NaN at either end, which leaves the lane dead.
             let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
             self.live[packet] = live.bits();
-            starts = filter.starts_in(&starts, &met, near, live);
+            starts = starts_by.starts_in(&starts, &met, [near, sure.unwrap_or(near)], live);
             let nearest = Nearest::new(&met, far);
             self.nearest[packet] = nearest;
             self.groups[packet / 16].least[packet % 16] =
@@ -185,9 +198,13 @@ impl<S: Simd> Projection<S> {
         }
         let (lo, hi) = self.ask(self.all());
 
-        // Originals whose copies these are may miss the origin.
+        // Reversed rays may miss the origin, and so may originals whose copies these are.
+        let off = match &reversal {
+            Some(reversal) => reversal.off()?,
+            None => 0.0,
+        };
         let most = [(-lo[0]).max(hi[0]), (-lo[1]).max(hi[1])];
-        self.frame = filter.frame(self.frame, most);
+        self.frame = filter.frame(self.frame, off, most);
         Some((lo, hi))
     }
 
@@ -330,7 +347,8 @@ fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
         sum = [sum[0] + x, sum[1] + y, sum[2] + z];
         spread.add([x, y, z]);
     }
-    let sum = [total(sum[0]), total(sum[1]), total(sum[2])];
+    let sign = if rays.reversed.is_some() { -1.0 } else { 1.0 };
+    let sum = [sign * total(sum[0]), sign * total(sum[1]), sign * total(sum[2])];
     let step = [0, 1, 2].map(|k| second[k] - first[k]);
     look::frame(rays.origin(), sum, step, &spread, reach)
 }

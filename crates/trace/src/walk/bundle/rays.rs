@@ -1,8 +1,10 @@
-//! The rays of a bundle: consecutive rays from one origin.
+//! The rays of a bundle: consecutive rays from one origin or toward one point.
 
 use intertri::{Ray, RayId};
 
-/// Rays from one origin.
+use super::reversed_shadow::CommonEnd;
+
+/// Rays from one origin, or toward one point.
 #[derive(Clone, Copy)]
 pub(crate) struct BundleRays<'a> {
     pub(crate) rays: &'a [Ray],
@@ -10,13 +12,15 @@ pub(crate) struct BundleRays<'a> {
     pub(crate) first: RayId,
     /// The rays that come later.
     pub(crate) next: &'a [Ray],
+    /// The point toward which they go, if they are traced backward from there.
+    pub(crate) reversed: Option<CommonEnd>,
 }
 
 impl BundleRays<'_> {
-    /// Where all rays start.
+    /// The point that all rays have in common.
     #[inline(always)]
     pub(crate) fn origin(&self) -> [f32; 3] {
-        self.rays[0].origin
+        self.reversed.map_or(self.rays[0].origin, |end| end.point)
     }
 }
 

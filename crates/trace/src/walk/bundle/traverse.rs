@@ -26,7 +26,7 @@ use super::results::{NOTHING, PacketHits, Results};
 use crate::tree::{EMPTY, Tree};
 use crate::util::prefetch::Prefetch;
 
-/// What bundles look for: the closest hit of each ray; with `any`, some hit.
+/// What bundles look for: the closest hit of each ray; with `any`, some hit, which reversed rays require.
 #[derive(Clone, Copy)]
 pub(crate) struct Bundle<'a> {
     pub(crate) tree: &'a Tree,
@@ -98,8 +98,8 @@ impl Bundle<'_> {
         }
 
         let (find, index) = (|slot| tree.triangle_in(slot), |slot| tree.index_of(slot).0);
-        let resolver = filter.resolver();
-        let settle = Settle { resolver, rays: rays.rays, first: rays.first, find, index };
+        let (resolver, reversed) = (filter.resolver(), rays.reversed.is_some());
+        let settle = Settle { resolver, rays: rays.rays, first: rays.first, find, index, reversed };
         let (seen, every) = (&mut results.seen, &mut results.every);
         let mut tracing = Tracing {
             bundle: self,

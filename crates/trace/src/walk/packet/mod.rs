@@ -16,6 +16,7 @@ use intertri::simd::{Lanes, Mask, Simd};
 use intertri::{Counts, Filter, Ray, RayId, RayPacket};
 
 use crate::tree::{Margin, Tree};
+use crate::util::patience::Patience;
 use crate::util::stop;
 use crate::walk::BatchOutput;
 use crate::walk::bundle::Outcome;
@@ -32,9 +33,8 @@ const SPREAD: f32 = 0.25;
 const TOGETHER: usize = 6;
 
 /// After a packet of rays that separate, this many packets are not tried; after each further one, twice as
-/// many.
-const LEAST_PATIENCE: usize = 4;
-const MOST_PATIENCE: usize = 1024;
+/// many, up to the second.
+const PATIENCE: [usize; 2] = [4, 1024];
 
 /// Traces packets: closest hits, or whether rays hit anything.
 pub(crate) struct Packets<'a> {
@@ -43,9 +43,7 @@ pub(crate) struct Packets<'a> {
     margin: Margin,
     is_used: bool,
     stack: PacketStack,
-    /// The number of packets not to try.
-    wait: usize,
-    patience: usize,
+    patience: Patience,
 }
 
 impl<'a> Packets<'a> {
@@ -54,7 +52,7 @@ impl<'a> Packets<'a> {
         // Leaves without a box would be tested with every packet.
         let is_used = is_used && tree.first_unboxed(filter.resolver()) == tree.leaves.len();
         let (margin, stack) = (tree.margin(filter.resolver()), PacketStack::default());
-        Self { tree, filter, margin, is_used, stack, wait: 0, patience: LEAST_PATIENCE }
+        Self { tree, filter, margin, is_used, stack, patience: Patience::new(PATIENCE) }
     }
 
     /// Traces up to 1024 rays, of which the first is number `first` of its chunk, except for packets that are
@@ -74,7 +72,7 @@ impl<'a> Packets<'a> {
         for (i, rays) in rays.chunks(RAYS).enumerate() {
             stop::heed();
             let rays = (rays, RayId((first + RAYS * i) as u32));
-            let is_traced = self.wait == 0
+            let is_traced = !self.patience.is_waiting()
                 && if output.any() {
                     self.packet::<S, true>(rays, output, &mut retired, counts)
                 } else {
@@ -82,7 +80,7 @@ impl<'a> Packets<'a> {
                 };
             if !is_traced {
                 left |= 1 << i;
-                self.wait = self.wait.saturating_sub(1);
+                self.patience.pass();
             }
         }
         retired.flush::<S>(output);
@@ -148,12 +146,7 @@ impl<'a> Packets<'a> {
             }
         }
 
-        if visitors < TOGETHER * visits {
-            self.wait = self.patience;
-            self.patience = MOST_PATIENCE.min(2 * self.patience);
-        } else {
-            self.patience = LEAST_PATIENCE;
-        }
+        self.patience.tried(visitors >= TOGETHER * visits);
         true
     }
 }

@@ -285,7 +285,7 @@ fn ends(numbers: &[f64; 7]) -> Option<[f64; 2]> {
     let t = Worst::off_by(t, 2.0 * f64::from(bound::U) * t);
     let share = |end: Worst| end.most() / (f64::from(bound::INVERSE) * end.value);
     let (lo, hi) = points.inverse(t);
-    let starts = Starts::none().with(&points, t, true, Threshold::ZERO).ranges();
+    let starts = Starts::none().with(&points, [t, t], true, Threshold::ZERO).ranges();
     Some([share(lo).max(share(hi)), share(starts.near_lo).max(share(starts.near_hi))])
 }
 
