@@ -407,23 +407,24 @@ pub struct NumberedPacket<'a, 'b, S: Simd> {
     pub live: u32,
 }
 
-impl Filter<'_> {
-    /// Offers the hits of sixteen rays with the triangle in a lane of a block to their closest.
+impl<S: Simd> NumberedPacket<'_, '_, S> {
+    /// Offers their hits with the triangle in a lane of a block to their closest.
     #[inline(always)]
-    pub fn lane_closest_in<S: Simd>(
+    pub fn offer_hits_with(
         &self,
-        NumberedPacket { packet, first, live }: NumberedPacket<'_, '_, S>,
         (block, lane): (&TriangleBlock<8>, usize),
         names: (TriangleId, LeafSlot),
         find: impl Fn(LeafSlot) -> Triangle,
+        filter: &Filter<'_>,
         closest: &mut ClosestHits<F32s<S, 16>, 16>,
         counts: &mut Counts,
     ) {
-        let of_lane = Triangles::of_lane(block, lane, self.room());
-        let verdicts = self.test(&of_lane, &packet.lanes, closest.t_hi(), live, counts);
+        let &Self { packet, first, live } = self;
+        let of_lane = Triangles::of_lane(block, lane, filter.room());
+        let verdicts = filter.test(&of_lane, &packet.lanes, closest.t_hi(), live, counts);
         if verdicts.lanes() != 0 {
             let (resolver, packet, triangle) =
-                (self.resolver(), packet.packet, &block.triangle(lane));
+                (filter.resolver(), packet.packet, &block.triangle(lane));
             let pairs = RaysOnTriangle { resolver, packet, first, triangle, slot: names.1, find };
             closest.offer(&verdicts, names, &pairs);
         }

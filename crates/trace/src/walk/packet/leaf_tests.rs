@@ -99,7 +99,7 @@ impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
             let (names, find) = ((tree.index_of(slot), slot), |slot| tree.triangle_in(slot));
             let rays = NumberedPacket { packet, first: self.rays.1, live };
             let closest = &mut self.closest;
-            filter.lane_closest_in::<S>(rays, (block, lane), names, find, closest, self.counts);
+            rays.offer_hits_with((block, lane), names, find, &filter, closest, self.counts);
         }
     }
 
