@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use intertri::internal::RayLanes;
 use intertri::internal::exact::{self, decide};
-use intertri::simd::{Lanes, Mask, Simd};
+use intertri::simd::{Lanes, Mask, Simd, Vec3};
 use intertri::{LeafSlot, Ray64, Rule, Triangle64};
 
 use super::collect::{Candidate, Collect};
@@ -27,58 +27,49 @@ fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
     rows
 }
 
-/// Tests the triangles of leaves at an instance's position in the world.
-pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
+/// An instance's triangles in the world, for queries by a rule.
+pub(super) struct PlacedMesh<'a, S, X: BvhScalar> {
     pub(super) bvh: &'a Bvh<X>,
     pub(super) matrix: &'a Matrix,
     pub(super) instance: u32,
-    pub(super) ray: &'a Ray64,
     pub(super) rule: Rule,
     /// Geometries count whose masks share a bit with this one.
     pub(super) mask: u32,
-    /// Whether computing in lanes loses nothing except by rounding.
-    pub(super) is_tame: bool,
-    pub(super) collect: &'a mut C,
-    /// The factor from a t of the ray to one in the units of the mesh's tree.
-    pub(super) unit: f64,
-    pub(super) go_on: bool,
     pub(super) level: PhantomData<S>,
 }
 
-impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
+impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
+    /// The corners of a leaf's triangles, placed in the world by definition.
     #[inline(always)]
-    fn visit(&mut self, leaf: usize) -> Option<f32> {
+    pub(super) fn corners(&self, leaf: usize) -> [Vec3<S::F64x8>; 3] {
         let Bvh { tree, originals, .. } = self.bvh;
-        // Eight triangles placed in the world by definition, and the first tier of the exact test, in lanes.
         let [a, b, c] = X::leaf_corners::<S>(tree, originals, leaf);
-        // Most rays that enter an instance reach no leaf, so lanes are filled only here.
-        let (rows, far) = (&splat::<S>(self.matrix), Lanes::splat(self.collect.far()));
-        let ray = RayLanes::<S::F64x8>::of_ray(self.ray).until(far);
-        let decided = decide([placed(rows, a), placed(rows, b), placed(rows, c)], &ray);
+        let rows = &splat::<S>(self.matrix);
+        [placed(rows, a), placed(rows, b), placed(rows, c)]
+    }
+
+    /// Tests a ray with the triangles of a leaf, whose corners are given. `is_tame` says whether computing in lanes
+    /// loses nothing except by rounding. Returns false if no further hit can count.
+    #[inline(always)]
+    pub(super) fn test<C: Collect>(
+        &self,
+        (leaf, corners): (usize, [Vec3<S::F64x8>; 3]),
+        (ray, is_tame): (&Ray64, bool),
+        collect: &mut C,
+    ) -> bool {
+        // The first tier of the exact test.
+        let lanes = RayLanes::<S::F64x8>::of_ray(ray).until(Lanes::splat(collect.far()));
+        let decided = decide(corners, &lanes);
         let sure = if self.rule == Rule::Closed { decided.closed } else { decided.inside };
         let (mut miss, mut sure) = (decided.miss.bits(), sure.bits());
-        if !self.is_tame {
-            let plain = self.plain(leaf);
+        if !is_tame {
+            let plain = self.plain(leaf, ray);
             (miss, sure) = (miss & plain, sure & plain);
         }
         // Anything that is not a certain miss is a certain hit or left to integers; both are rare, so they
         // are processed one by one.
-        let left = tree.present(leaf) & !miss;
-        if left != 0 {
-            self.go_on = self.settle(leaf, left, sure);
-            if !self.go_on {
-                return None;
-            }
-        }
-        Some(self.far())
-    }
-}
-
-impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
-    /// The t from which on hits no longer count, in the units of the mesh's tree.
-    #[inline(always)]
-    pub(super) fn far(&self) -> f32 {
-        rounded_up(self.collect.far(), self.unit)
+        let left = self.bvh.tree.present(leaf) & !miss;
+        left == 0 || self.settle((leaf, left, sure), ray, collect)
     }
 
     /// The triangle in a slot, in world space.
@@ -90,31 +81,65 @@ impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
     /// The lanes of a leaf in which f64 loses nothing except by rounding.
     #[cold]
     #[inline(never)]
-    fn plain(&self, leaf: usize) -> u32 {
+    fn plain(&self, leaf: usize, ray: &Ray64) -> u32 {
         let slot = |lane: usize| LeafSlot((8 * leaf + lane) as u32);
-        let is_plain = |lane: &usize| exact::is_plain(self.ray, &self.triangle(slot(*lane)));
+        let is_plain = |lane: &usize| exact::is_plain(ray, &self.triangle(slot(*lane)));
         (0..8).filter(is_plain).map(|lane| 1 << lane).sum()
     }
 
     /// Takes the hits among some lanes of a leaf; those in `sure` are certain. Returns false if no further
     /// hit can count.
     #[inline(never)]
-    fn settle(&mut self, leaf: usize, lanes: u32, sure: u32) -> bool {
+    fn settle<C: Collect>(
+        &self,
+        (leaf, lanes, sure): (usize, u32, u32),
+        ray: &Ray64,
+        collect: &mut C,
+    ) -> bool {
         let Tree { geometries, .. } = &self.bvh.tree;
         for lane in lanes_of(lanes) {
             let slot = LeafSlot((8 * leaf + lane) as u32);
             let position = self.bvh.tree.index_of(slot);
             let triangle = self.triangle(slot);
-            let is_hit = sure >> lane & 1 != 0 || exact::hit(self.rule, self.ray, &triangle);
+            let is_hit = sure >> lane & 1 != 0 || exact::hit(self.rule, ray, &triangle);
             let counts = C::ALL_GEOMETRIES || geometries.mask_of(position) & self.mask != 0;
             if is_hit && counts {
                 let instance = self.instance;
-                let hit = Candidate { instance, position: position.0, triangle };
-                if !self.collect.take(hit) {
+                if !collect.take(Candidate { instance, position: position.0, triangle }) {
                     return false;
                 }
             }
         }
         true
+    }
+}
+
+/// Tests a ray with the triangles of leaves at an instance's position in the world.
+pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
+    pub(super) mesh: PlacedMesh<'a, S, X>,
+    pub(super) ray: &'a Ray64,
+    /// Whether computing in lanes loses nothing except by rounding.
+    pub(super) is_tame: bool,
+    pub(super) collect: &'a mut C,
+    /// The factor from a t of the ray to one in the units of the mesh's tree.
+    pub(super) unit: f64,
+    pub(super) go_on: bool,
+}
+
+impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: usize) -> Option<f32> {
+        // Most rays that enter an instance reach no leaf, so lanes are filled only here.
+        let corners = self.mesh.corners(leaf);
+        self.go_on = self.mesh.test((leaf, corners), (self.ray, self.is_tame), &mut *self.collect);
+        self.go_on.then(|| self.far())
+    }
+}
+
+impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
+    /// The t from which on hits no longer count, in the units of the mesh's tree.
+    #[inline(always)]
+    pub(super) fn far(&self) -> f32 {
+        rounded_up(self.collect.far(), self.unit)
     }
 }

@@ -8,8 +8,8 @@
 //!
 //! `docs/numerics/instances.md` has the bounds and proofs.
 
+use intertri::TriangleOf;
 use intertri::simd::{Lanes, Vec3};
-use intertri::{Ray64, TriangleOf};
 
 use super::mesh::Extent;
 
@@ -108,13 +108,13 @@ pub(super) struct Inverse {
     corner: f32,
 }
 
-/// A ray in the units of a tree.
+/// Rays in the units of a tree, one in each lane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TreeRay {
-    pub(super) origin: [f64; 3],
-    pub(super) dir: [f64; 3],
+pub(super) struct TreeRay<D> {
+    pub(super) origin: Vec3<D>,
+    pub(super) dir: Vec3<D>,
     /// How far outside its box a hit may appear.
-    pub(super) room: f64,
+    pub(super) room: D,
 }
 
 impl Inverse {
@@ -149,50 +149,49 @@ impl Inverse {
         }
     }
 
-    /// A ray in the units of a mesh's tree, whose coordinates reach to ±`reach`. `None` if its error bounds
-    /// are useless.
+    /// Whether rays can be brought into the frame of the mesh.
     #[inline(always)]
-    pub(super) fn tree_ray(
+    pub(super) fn is_useful(&self) -> bool {
+        // False for NaN.
+        f64::from(self.dir) <= DEFECT
+    }
+
+    /// Rays in the units of a mesh's tree, whose coordinates reach to ±`reach`, if the inverse is useful. The
+    /// mask has those whose error bounds are.
+    #[inline(always)]
+    pub(super) fn tree_ray<D: Lanes<Scalar = f64>>(
         &self,
         m: &Matrix,
-        ray: &Ray64,
+        [origin, dir]: [Vec3<D>; 2],
         extent: &Extent,
         reach: f32,
-    ) -> Option<TreeRay> {
-        let (off_origin, off_dir) = (f64::from(self.origin), f64::from(self.dir));
-        if off_dir > DEFECT || off_dir.is_nan() {
-            return None;
-        }
-        let from = [ray.origin[0] - m[3], ray.origin[1] - m[7], ray.origin[2] - m[11]];
-        let (at, dir) = (times(&self.rows, from), times(&self.rows, ray.dir));
-        let (scale, reach) = (extent.scale, f64::from(reach));
-        let centre = &extent.centre;
-        let origin =
-            [(at[0] - centre[0]) * scale, (at[1] - centre[1]) * scale, (at[2] - centre[2]) * scale];
+    ) -> (TreeRay<D>, D::Mask) {
+        let splat = D::splat;
+        let (scale, reach) = (splat(extent.scale), splat(f64::from(reach)));
+        let (off_origin, off_dir) = (splat(self.origin.into()), splat(self.dir.into()));
+        let from = origin - Vec3::splat([m[3], m[7], m[11]]);
+        let origin = (times(&self.rows, from) - Vec3::splat(extent.centre)) * scale;
+        let dir = times(&self.rows, dir) * scale;
         // (3) of the proof: what the corners and the origin are off by, and what the direction adds on the way to the far
         // side of the mesh.
-        let near = (f64::from(self.corner) + off_origin * largest(from)) * scale;
-        let room = near + INVERSE * off_dir * (largest(origin) + reach + near);
-        let room = room * UP;
+        let near = (splat(self.corner.into()) + off_origin * largest(from)) * scale;
+        let room = near + splat(INVERSE) * off_dir * (largest(origin) + reach + near);
+        let room = room * splat(UP);
         // A hundredth of a mesh costs little; much more, and boxes in the world are better.
-        let dir = [dir[0] * scale, dir[1] * scale, dir[2] * scale];
-        (room <= 0.25 * reach).then_some(TreeRay { origin, dir, room })
+        (TreeRay { origin, dir, room }, room.le(splat(0.25) * reach))
     }
 }
 
 /// The largest size of a coordinate, or any number where one is NaN.
 #[inline(always)]
-pub(super) fn largest([x, y, z]: [f64; 3]) -> f64 {
-    // `f64::max` takes three instructions.
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
-    larger(larger(x.abs(), y.abs()), z.abs())
+pub(super) fn largest<D: Lanes>(v: Vec3<D>) -> D {
+    v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 
-/// A matrix of three rows times a vector. Written out: `map` is a call here, which takes longer than the products.
+/// A matrix of three rows times vectors.
 #[inline(always)]
-fn times(rows: &[[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
-    let [a, b, c] = rows;
-    [a[0] * x + a[1] * y + a[2] * z, b[0] * x + b[1] * y + b[2] * z, c[0] * x + c[1] * y + c[2] * z]
+fn times<D: Lanes<Scalar = f64>>([a, b, c]: &[[f64; 3]; 3], v: Vec3<D>) -> Vec3<D> {
+    Vec3 { x: Vec3::splat(*a).dot(v), y: Vec3::splat(*b).dot(v), z: Vec3::splat(*c).dot(v) }
 }
 
 /// A matrix near the inverse, by elimination with the largest pivot of each column; arbitrary if there is
@@ -306,10 +305,16 @@ mod tests {
             let (origin, end) = (placed(from), placed(to));
             let ray = Ray64::new(origin, [0, 1, 2].map(|k| end[k] - origin[k]));
             let inverse = Inverse::new(&m, &EXTENT);
-            let Some(local) = inverse.tree_ray(&m, &ray, &EXTENT, 1.0) else { continue };
+            let from = [ray.origin, ray.dir].map(Vec3::<f64>::splat);
+            let (local, is_near) = inverse.tree_ray(&m, from, &EXTENT, 1.0);
+            if !(inverse.is_useful() && is_near) {
+                continue;
+            }
             compared += 1;
-            for (k, to) in to.into_iter().enumerate() {
-                let off = (local.origin[k] + local.dir[k] - to).abs();
+            let (at, dir) = (local.origin, local.dir);
+            let reached = [at.x + dir.x, at.y + dir.y, at.z + dir.z];
+            for (reached, to) in reached.into_iter().zip(to) {
+                let off = (reached - to).abs();
                 // This sum is rounded, too.
                 let room = local.room + 4.0 * f64::EPSILON;
                 worst = worst.max(off / room);

@@ -17,6 +17,7 @@ mod leaves;
 mod matrix;
 mod mesh;
 mod nearest;
+mod packet;
 mod points;
 mod scene;
 mod snapshot;

@@ -10,10 +10,13 @@ use intertri::{Counts, Hit, Ray64, Rule};
 use super::collect::{All, Any, Candidate, Closest, Collect};
 use super::committed::Committed;
 use super::hit::{InstanceId, SceneHit};
+use super::packet::{TraceSome, patience};
 use super::trace::{SceneScratch, Trace};
 use crate::batch::{Lists, chunks};
 use crate::util::memory::OutOfMemory;
+use crate::util::patience::Patience;
 use crate::util::threads;
+use crate::walk::packet::RAYS;
 
 /// A [`Scene`](crate::Scene) as it was committed. It never changes; clones share it.
 ///
@@ -72,17 +75,12 @@ impl SceneSnapshot {
 
     /// The closest hit.
     pub fn closest(&self, ray: &Ray64) -> Option<SceneHit> {
-        let found = self.closest_triangle(ray)?;
+        let mut closest = Closest::of(ray);
+        self.trace(ray, Rule::Closed, &mut closest);
+        let (_, found) = closest.best?;
         let mut hit = [Hit::MISS];
         exact::hits64(self.level, &[(ray, &found.triangle, found.position)], &mut hit);
         Some(self.named(ray, &found, hit[0]))
-    }
-
-    /// The triangle of the closest hit.
-    fn closest_triangle(&self, ray: &Ray64) -> Option<Candidate> {
-        let mut closest = Closest::of(ray);
-        self.trace(ray, Rule::Closed, &mut closest);
-        closest.best.map(|(_, best)| best)
     }
 
     /// Whether anything is hit.
@@ -138,11 +136,30 @@ impl SceneSnapshot {
 
     pub(super) fn trace<C: Collect>(&self, ray: &Ray64, rule: Rule, collect: &mut C) {
         let (scene, mask) = (&*self.committed, self.mask);
+        self.with_scratch(|scratch| {
+            self.level.run(Trace { scene, ray, rule, mask, scratch, collect });
+        });
+    }
+
+    /// Traces rays on this thread, together where that pays; `collect[i]` belongs to `rays[i]`.
+    fn trace_each<C: Collect>(&self, rays: &[Ray64], collect: &mut [C], patience: &mut Patience) {
+        let (scene, mask, rule) = (&*self.committed, self.mask, Rule::Closed);
+        self.with_scratch(|scratch| {
+            for (rays, collect) in rays.chunks(RAYS).zip(collect.chunks_mut(RAYS)) {
+                let (scratch, patience) = (&mut *scratch, &mut *patience);
+                let some = TraceSome { scene, rays, rule, mask, scratch, patience, collect };
+                self.level.run(some);
+            }
+        });
+    }
+
+    fn with_scratch(&self, trace: impl FnOnce(&mut SceneScratch)) {
+        let scene = &*self.committed;
         // Taken out while in use: a query within a query finds none, and creates its own.
         let kept = SCRATCH.try_with(Cell::take).ok().flatten();
         let mut scratch =
             kept.filter(|kept| kept.fits(scene)).unwrap_or_else(|| SceneScratch::new(scene));
-        self.level.run(Trace { scene, ray, rule, mask, scratch: &mut scratch, collect });
+        trace(&mut scratch);
         // If the thread is about to end, it is not needed any more.
         let _ = SCRATCH.try_with(|last| last.set(Some(scratch)));
     }
@@ -163,16 +180,19 @@ impl SceneSnapshot {
     /// If the slices differ in length.
     pub fn closest_batch_into(&self, rays: &[Ray64], hits: &mut [SceneHit]) {
         chunks(rays, hits, |rays, hits| {
+            let mut patience = patience();
             for (rays, hits) in rays.chunks(PIECE).zip(hits.chunks_mut(PIECE)) {
-                self.closest_of(rays, hits);
+                self.closest_of(rays, hits, &mut patience);
             }
             Counts::default()
         });
     }
 
     /// The closest hits of at most [`PIECE`] rays, on this thread.
-    fn closest_of(&self, rays: &[Ray64], hits: &mut [SceneHit]) {
-        let found = rays.iter().map(|ray| self.closest_triangle(ray));
+    fn closest_of(&self, rays: &[Ray64], hits: &mut [SceneHit], patience: &mut Patience) {
+        let mut closest: Vec<Closest<'_>> = rays.iter().map(Closest::of).collect();
+        self.trace_each(rays, &mut closest, patience);
+        let found = closest.iter().map(|closest| closest.best.map(|(_, best)| best));
         let found: Vec<Option<Candidate>> = found.collect();
         // t, u and v of several rays are computed side by side.
         let rays_and_found = || rays.iter().zip(&found).filter_map(|(r, f)| Some((r, f.as_ref()?)));
@@ -198,7 +218,13 @@ impl SceneSnapshot {
     /// If the slices differ in length.
     pub fn any_batch_into(&self, rays: &[Ray64], any: &mut [bool]) {
         chunks(rays, any, |rays, any| {
-            rays.iter().zip(any).for_each(|(ray, any)| *any = self.any(ray));
+            let mut patience = patience();
+            for (rays, any) in rays.chunks(PIECE).zip(any.chunks_mut(PIECE)) {
+                let start = rays.iter().map(|ray| Any { t_max: ray.t_max, is_hit: false });
+                let mut found: Vec<Any> = start.collect();
+                self.trace_each(rays, &mut found, &mut patience);
+                any.iter_mut().zip(found).for_each(|(any, found)| *any = found.is_hit);
+            }
             Counts::default()
         });
     }

@@ -1,12 +1,10 @@
 //! The tree of instances: nodes of eight boxes, each a node or an instance.
 
-use intertri::Ray64;
 use intertri::TriangleOf;
 use intertri::internal::LocalFrame;
-use intertri::simd::Simd;
+use intertri::simd::{Lanes, Vec3};
 
 use super::matrix::TreeRay;
-use super::tree_ray::TreeSlabs;
 use crate::build::nodes_over;
 use crate::scalar::crowd;
 use crate::tree::{Aabb, Node, Tree};
@@ -19,7 +17,7 @@ pub(super) struct Top {
     pub(super) stack: usize,
     frame: LocalFrame,
     /// The largest coordinate of a box.
-    reach: f32,
+    pub(super) reach: f32,
     /// The number of instances below the nodes.
     pub(super) boxed: usize,
     /// The instances whose boxes are infinite.
@@ -98,13 +96,15 @@ impl Top {
         })
     }
 
-    /// A ray in the tree's units; `None` if its numbers are too extreme.
+    /// Rays in the tree's units.
     #[inline(always)]
-    pub(super) fn slabs<S: Simd>(&self, ray: &Ray64) -> Option<TreeSlabs> {
-        let ((centre, _), scale) = (self.frame.centre_and_exponent(), self.frame.scale());
+    pub(super) fn tree_ray<D: Lanes<Scalar = f64>>(
+        &self,
+        [origin, dir]: [Vec3<D>; 2],
+    ) -> TreeRay<D> {
+        let ((centre, _), scale) = (self.frame.centre_and_exponent(), D::splat(self.frame.scale()));
         // Boxes were rounded outward and contain their hits, so no other margin is needed.
-        let origin = [0, 1, 2].map(|k| (ray.origin[k] - centre[k]) * scale);
-        let ray = TreeRay { origin, dir: ray.dir.map(|x| x * scale), room: 0.0 };
-        TreeSlabs::new::<S>(&ray, self.reach)
+        let origin = (origin - Vec3::splat(centre)) * scale;
+        TreeRay { origin, dir: dir * scale, room: D::splat(0.0) }
     }
 }

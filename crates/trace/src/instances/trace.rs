@@ -9,12 +9,12 @@
 use std::marker::PhantomData;
 
 use intertri::internal::exact;
-use intertri::simd::{Simd, WithSimd};
+use intertri::simd::{Simd, Vec3, WithSimd};
 use intertri::{Ray64, Rule, Triangle64};
 
 use super::collect::Collect;
 use super::committed::{Committed, MeshEntry};
-use super::leaves::VisitLeaves;
+use super::leaves::{PlacedMesh, VisitLeaves};
 use super::matrix::sizes;
 use super::mesh::{Extent, SceneMesh};
 use super::tree_ray::{TreeSlabs, rounded_down, rounded_up};
@@ -22,12 +22,14 @@ use super::world_walk::WorldWalk;
 use crate::bvh::Bvh;
 use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, LEAF, Node};
+use crate::walk::packet::PacketStack;
 use crate::walk::single::{SlabLanes, TraversalScratch, Visit, Walk};
 
-/// The stacks of a ray: one for the instances, one for a mesh.
+/// The stacks of a ray and of a packet: one for the instances, one for a mesh.
 pub(super) struct SceneScratch {
     instances: Box<TraversalScratch>,
-    mesh: Box<TraversalScratch>,
+    pub(super) mesh: Box<TraversalScratch>,
+    pub(super) packets: [PacketStack; 2],
 }
 
 impl SceneScratch {
@@ -35,6 +37,7 @@ impl SceneScratch {
         Self {
             instances: TraversalScratch::new(scene.top.stack),
             mesh: TraversalScratch::new(scene.mesh_stack),
+            packets: Default::default(),
         }
     }
 
@@ -67,7 +70,7 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
         }
         let top = &scene.top;
         let is_tame = exact::is_plain(ray, &Triangle64([[0.0; 3]; 3]));
-        let mut visitor = VisitInstances {
+        let mut visitor = VisitOne {
             scene,
             ray,
             rule,
@@ -84,7 +87,9 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
                 return;
             }
         }
-        let Some(TreeSlabs { slabs, octant, unit }) = top.slabs::<S>(ray) else {
+        let in_tree = top.tree_ray([ray.origin, ray.dir].map(Vec3::<f64>::splat));
+        let Some(TreeSlabs { slabs, octant, unit }) = TreeSlabs::new::<S>(in_tree, top.reach)
+        else {
             // Too far out, or of extreme length: test all instances.
             let mut all = instances_below(&top.nodes);
             let _ = all.try_for_each(|instance| visitor.visit(instance).map(|_| ()));
@@ -113,22 +118,22 @@ fn instances_below(nodes: &[Node]) -> impl Iterator<Item = usize> {
     leaves.map(|child| (child ^ LEAF) as usize)
 }
 
-/// Traces a ray through each instance that it may meet.
-struct VisitInstances<'a, S, C> {
-    scene: &'a Committed,
-    ray: &'a Ray64,
-    rule: Rule,
-    mask: u32,
+/// Traces one ray through each instance that it may meet.
+pub(super) struct VisitOne<'a, S, C> {
+    pub(super) scene: &'a Committed,
+    pub(super) ray: &'a Ray64,
+    pub(super) rule: Rule,
+    pub(super) mask: u32,
     /// Whether computing with the ray in f64 lanes loses nothing except by rounding.
-    is_tame: bool,
-    scratch: &'a mut TraversalScratch,
-    collect: &'a mut C,
+    pub(super) is_tame: bool,
+    pub(super) scratch: &'a mut TraversalScratch,
+    pub(super) collect: &'a mut C,
     /// The factor from a t of the ray to one in the units of the top tree.
-    unit: f64,
-    level: PhantomData<S>,
+    pub(super) unit: f64,
+    pub(super) level: PhantomData<S>,
 }
 
-impl<S: Simd, C: Collect> Visit for VisitInstances<'_, S, C> {
+impl<S: Simd, C: Collect> Visit for VisitOne<'_, S, C> {
     #[inline(always)]
     fn visit(&mut self, instance: usize) -> Option<f32> {
         let is_seen = self.scene.placed[instance].mask & self.mask != 0;
@@ -150,28 +155,32 @@ impl<S: Simd, C: Collect> Visit for VisitInstances<'_, S, C> {
     }
 }
 
-impl<S: Simd, C: Collect> VisitInstances<'_, S, C> {
+impl<S: Simd, C: Collect> VisitOne<'_, S, C> {
     /// Traces the ray through the mesh of an instance. Returns false if no further hit can count.
     #[inline(always)]
     fn enter<X: BvhScalar>(&mut self, bvh: &Bvh<X>, extent: &Extent, instance: usize) -> bool {
         let Self { scene, ray, rule, mask, is_tame, scratch, collect, .. } = self;
         let (tree, matrix) = (&bvh.tree, &scene.placed[instance].matrix);
         let frame = &scene.frames[instance];
+        let (rule, mask, instance) = (*rule, *mask, instance as u32);
+        let level = PhantomData;
         let mut leaves = VisitLeaves::<S, X, C> {
-            bvh,
-            matrix,
-            instance: instance as u32,
+            mesh: PlacedMesh { bvh, matrix, instance, rule, mask, level },
             ray,
-            rule: *rule,
-            mask: *mask,
             is_tame: *is_tame && frame.is_tame,
             collect: &mut **collect,
             unit: 1.0,
             go_on: true,
-            level: PhantomData,
         };
-        let in_mesh = frame.inverse.tree_ray(matrix, ray, extent, tree.reach);
-        let slabs = in_mesh.and_then(|ray| TreeSlabs::new::<S>(&ray, tree.reach));
+        let slabs = frame.inverse.is_useful().then(
+            #[inline(always)]
+            || {
+                let from = [ray.origin, ray.dir].map(Vec3::<f64>::splat);
+                let (ray, is_near) = frame.inverse.tree_ray(matrix, from, extent, tree.reach);
+                is_near.then(|| TreeSlabs::new::<S>(ray, tree.reach))?
+            },
+        );
+        let slabs = slabs.flatten();
         let Some(TreeSlabs { slabs, octant, unit }) = slabs else {
             let sizes = sizes(matrix, extent);
             WorldWalk { tree, extent, matrix, sizes, ray }.run(&mut leaves);

@@ -1,7 +1,7 @@
 //! Rays in the units of a tree, prepared for the slab test.
 
 use intertri::Ray;
-use intertri::simd::Simd;
+use intertri::simd::{Lanes, Simd};
 
 use super::matrix::{TreeRay, largest};
 use crate::tree::Margin;
@@ -12,6 +12,27 @@ const FAR: f64 = (1_u64 << 49) as f64;
 
 /// The least length of a direction, whose inverse is the greatest: 2^-900.
 const SHORT: f64 = f64::from_bits((1023 - 900) << 52);
+
+impl<D: Lanes<Scalar = f64>> TreeRay<D> {
+    /// Scales the directions by powers of two to lengths between 1 and 2, because the bounds of the slab test exclude
+    /// very long and very short ones. Returns the factors from a t of the rays to one of the scaled, and which
+    /// rays have no number too large or too small for the slab test.
+    #[inline(always)]
+    pub(super) fn scaled(self) -> (Self, D, D::Mask) {
+        let Self { origin, dir, room } = self;
+        let splat = D::splat;
+        // Each by itself, because the largest of several may hide a NaN.
+        let (at, along, most) = (origin.abs(), dir.abs(), splat(1.0 / SHORT));
+        let is_near = at.x.lt(splat(FAR)) & at.y.lt(splat(FAR)) & at.z.lt(splat(FAR));
+        let is_short = along.x.le(most) & along.y.le(most) & along.z.le(most);
+        let length = largest(dir);
+        let is_sane = is_near & is_short & length.ge(splat(SHORT));
+        // A power of two, so nothing is rounded.
+        let unit = length.power();
+        let dir = dir * (splat(1.0) / unit);
+        (Self { origin, dir, room }, unit, is_sane)
+    }
+}
 
 /// A ray in a tree's units, with its direction scaled by a power of two to a length near 1.
 pub(super) struct TreeSlabs {
@@ -24,39 +45,117 @@ pub(super) struct TreeSlabs {
 impl TreeSlabs {
     /// `None` if numbers are too large or too small for the slab test.
     #[inline(always)]
-    pub(super) fn new<S: Simd>(ray: &TreeRay, reach: f32) -> Option<Self> {
-        let length = largest(ray.dir);
-        let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.dir);
-        let is_near = (ox.abs() < FAR) & (oy.abs() < FAR) & (oz.abs() < FAR);
-        let most = 1.0 / SHORT;
-        let is_sane = (dx.abs() <= most) & (dy.abs() <= most) & (dz.abs() <= most);
-        if !(is_near && is_sane && length >= SHORT) {
+    pub(super) fn new<S: Simd>(ray: TreeRay<f64>, reach: f32) -> Option<Self> {
+        let (TreeRay { origin, dir, room }, unit, is_sane) = ray.scaled();
+        if !is_sane {
             return None;
         }
-        // The largest power of two that is not larger, and its inverse.
-        let exponent = length.to_bits() >> 52;
-        let (unit, over) =
-            (f64::from_bits(exponent << 52), f64::from_bits((2046 - exponent) << 52));
-        // Scaled to a length between 1 and 2, because the bounds of the slab test exclude very long and very short
-        // directions. A power of two rounds nothing.
-        let origin = [ox as f32, oy as f32, oz as f32];
-        let dir = [(dx * over) as f32, (dy * over) as f32, (dz * over) as f32];
-        let scaled = Ray::new(origin, dir);
-        let room = (ray.room as f32).next_up();
+        let scaled = Ray::new(
+            [origin.x as f32, origin.y as f32, origin.z as f32],
+            [dir.x as f32, dir.y as f32, dir.z as f32],
+        );
+        let room = (room as f32).next_up();
         let slabs = Slabs::new::<S>(&scaled, &Margin::new(reach, Some(room)))?;
         Some(Self { slabs, octant: octant(&scaled), unit })
     }
 }
 
+/// Factors that make an f32 at least as small as the next smaller one, or as large as the next larger. If it is
+/// subnormal, it takes [`f32::MIN_POSITIVE`] more.
+const DOWN: f32 = 1.0 - f32::EPSILON;
+const UP: f32 = 1.0 + f32::EPSILON;
+
 /// A t in the units of the slabs, rounded down, at least 0.
 #[inline(always)]
 pub(super) fn rounded_down(t: f64, unit: f64) -> f32 {
-    let near = (t.max(0.0) * unit) as f32;
-    near.next_down().max(0.0)
+    lowered((t * unit) as f32)
 }
 
-/// A t in the units of the slabs, rounded up.
+/// A t in the units of the slabs, rounded up. NaN stays NaN.
 #[inline(always)]
 pub(super) fn rounded_up(t: f64, unit: f64) -> f32 {
-    ((t * unit) as f32).next_up().max(f32::MIN_POSITIVE)
+    raised((t * unit) as f32)
+}
+
+/// Sixteen t in the units of slabs, each with a factor of its own, rounded down as [`rounded_down`] does.
+#[inline(always)]
+pub(super) fn all_rounded_down<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
+    lowered(in_f32::<S>(t, unit))
+}
+
+/// Sixteen t in the units of slabs, each with a factor of its own, rounded up as [`rounded_up`] does.
+#[inline(always)]
+pub(super) fn all_rounded_up<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
+    raised(in_f32::<S>(t, unit))
+}
+
+/// At most the next smaller number, at least 0.
+#[inline(always)]
+fn lowered<F: Lanes<Scalar = f32>>(t: F) -> F {
+    let finite = t.min(F::splat(f32::MAX));
+    (finite * F::splat(DOWN) - F::splat(f32::MIN_POSITIVE)).max(F::splat(0.0))
+}
+
+/// At least the next larger number.
+#[inline(always)]
+fn raised<F: Lanes<Scalar = f32>>(t: F) -> F {
+    t * F::splat(UP) + F::splat(f32::MIN_POSITIVE)
+}
+
+#[inline(always)]
+fn in_f32<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
+    let mut rounded = [0.0; 16];
+    for first in [0, 8] {
+        let t = S::F64x8::load(&t[first..]) * S::F64x8::load(&unit[first..]);
+        t.store_f32(&mut rounded[first..]);
+    }
+    S::F32x16::load(&rounded)
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::simd::{Lanes, Level, Simd, WithSimd};
+
+    use super::{all_rounded_down, all_rounded_up, rounded_down, rounded_up};
+
+    struct Both([f64; 16], [f64; 16]);
+
+    impl WithSimd for Both {
+        type Output = [[f32; 16]; 2];
+        #[inline(always)]
+        fn run<S: Simd>(self) -> [[f32; 16]; 2] {
+            let mut both = [[0.0; 16]; 2];
+            all_rounded_down::<S>(&self.0, &self.1).store(&mut both[0]);
+            all_rounded_up::<S>(&self.0, &self.1).store(&mut both[1]);
+            both
+        }
+    }
+
+    #[test]
+    fn ends_are_rounded_outward() {
+        let (least, most) = (f32::from_bits(1), f32::MAX);
+        let some = [0.0, least, f32::MIN_POSITIVE, 0.7, 1.0, 1.0_f32.next_down(), 3e30, most];
+        for t in some {
+            // Numbers that become this f32, or its neighbours.
+            let (below, above) = (f64::from(t.next_down()), f64::from(t.next_up()));
+            let near = [f64::from(t), 0.5 * (below.max(0.0) + f64::from(t)), above.min(1e300)];
+            for (unit, t) in [1.0, 0.125, 1024.0].iter().flat_map(|u| near.map(|t| (*u, t / u))) {
+                let exact = t * unit;
+                let (down, up) = (rounded_down(t, unit), rounded_up(t, unit));
+                assert!(f64::from(down) <= exact && f64::from(up) >= exact, "{t} {unit}");
+                assert!(down < up && down >= 0.0, "{t} {unit}");
+                for level in Level::all() {
+                    let [downs, ups] = level.run(Both([t; 16], [unit; 16]));
+                    let numbers = downs.into_iter().chain(ups);
+                    for (i, x) in numbers.enumerate() {
+                        let alone = if i < 16 { down } else { up };
+                        assert_eq!(x, alone, "{}: {t} {unit}", level.name());
+                    }
+                }
+            }
+        }
+        assert_eq!(rounded_down(f64::NEG_INFINITY, 1.0), 0.0);
+        assert_eq!(rounded_up(f64::INFINITY, 1.0), f32::INFINITY);
+        assert!(rounded_up(f64::NAN, 1.0).is_nan());
+    }
 }

@@ -152,8 +152,44 @@ fn check(pair: &mut Pair, numbers: &mut Numbers, rays: usize, what: &str) -> usi
     }
     let points: Vec<_> = (0..rays / 10).map(|_| point(numbers, &flat.triangles)).collect();
     compare_points(&snapshot, &flat, &points, what);
-    let rays: Vec<Ray64> = (0..rays).map(|_| ray(numbers, &flat.triangles)).collect();
-    compare(&snapshot, &flat, &rays, what)
+    let mut some: Vec<Ray64> = (0..rays / 2).map(|_| ray(numbers, &flat.triangles)).collect();
+    while some.len() < rays {
+        coherent(numbers, &flat.triangles, &mut some);
+    }
+    compare(&snapshot, &flat, &some[..rays], what)
+}
+
+/// Rays in about one direction, which are traced in packets: parallel, from one origin, or to one end. Among them are
+/// some that aim at a corner or an edge, and now and then one that looks for nothing or has extreme numbers.
+fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray64>) {
+    let first = ray(numbers, triangles);
+    let length = first.dir.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let spread = length * numbers.one_of(&[1e-9, 1e-3, 0.02, 0.2]);
+    let kind = numbers.below(3);
+    for i in 0..64 {
+        let off = if i == 0 { [0.0; 3] } else { numbers.point().map(|x| x * 0.5 * spread) };
+        let (from, along) = (add(first.origin, off, 1.0), add(first.dir, off, 1.0));
+        let mut one = match kind {
+            0 => Ray64::new(from, first.dir),
+            1 => Ray64::new(first.origin, along),
+            _ => Ray64::new(from, add(first.dir, off, -1.0)),
+        };
+        (one.t_min, one.t_max) = (first.t_min, first.t_max);
+        if numbers.below(4) == 0 {
+            let Triangle64([a, b, _]) = numbers.one_of(triangles);
+            let half = [0, 1, 2].map(|k| 0.5 * a[k] + 0.5 * b[k]);
+            let to = numbers.one_of(&[a, half]);
+            one = Ray64 { origin: add(to, one.dir, -1.0), ..one };
+        }
+        match numbers.below(60) {
+            0 => one.t_max = numbers.one_of(&[f64::NAN, one.t_min, -1.0]),
+            1 => one.origin = numbers.one_of(&[[f64::NAN; 3], [1e300; 3], [f64::INFINITY; 3]]),
+            2 => one.dir = numbers.one_of(&[[0.0; 3], [f64::NAN; 3]]),
+            3 => one.dir = one.dir.map(|x| x * numbers.one_of(&[1e-310, 1e-290, 1e290])),
+            _ => {}
+        }
+        rays.push(one);
+    }
 }
 
 fn compare_points(snapshot: &SceneSnapshot, flat: &Flat, points: &[[f64; 3]], what: &str) {
@@ -253,7 +289,8 @@ fn answers_do_not_depend_on_the_level() {
             pair.add(mesh, placement(&mut numbers, kind));
         }
         let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat(u32::MAX));
-        let rays: Vec<Ray64> = (0..200).map(|_| ray(&mut numbers, &flat.triangles)).collect();
+        let mut rays: Vec<Ray64> = (0..200).map(|_| ray(&mut numbers, &flat.triangles)).collect();
+        coherent(&mut numbers, &flat.triangles, &mut rays);
         for level in Level::all() {
             compare(&snapshot.clone().at(level), &flat, &rays, level.name());
         }

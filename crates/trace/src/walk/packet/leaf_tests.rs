@@ -1,6 +1,6 @@
 //! The hits of a packet at the leaves: the closest of each ray, or whether it hits anything.
 
-use intertri::internal::NumberedPacket;
+use intertri::internal::{NumberedPacket, prefetch};
 use intertri::simd::{Lanes, Mask, Simd};
 use intertri::{ClosestHits, Counts, Filter, LeafSlot, PreparedPacket, Ray, RayId};
 
@@ -29,6 +29,11 @@ impl<S: Simd, const ANY: bool> VisitTogether<S::F32x16> for LeafTests<'_, '_, S,
     fn far(&self) -> S::F32x16 {
         let live = <S::F32x16 as Lanes>::Mask::from_bits(self.live);
         S::F32x16::select(live, self.closest.t_hi(), S::F32x16::splat(f32::NAN))
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, leaf: usize) {
+        prefetch(&self.tree.leaves[leaf..][..1]);
     }
 
     #[inline(always)]

@@ -13,7 +13,7 @@ mod leaf_tests;
 mod traverse;
 
 use intertri::simd::{Lanes, Mask, Simd};
-use intertri::{Counts, Filter, Ray, RayId, RayPacket};
+use intertri::{Counts, Filter, Ray, RayId, RayOf, RayPacket, Scalar};
 
 use crate::tree::{Margin, Tree};
 use crate::util::patience::Patience;
@@ -23,11 +23,11 @@ use crate::walk::bundle::Outcome;
 use crate::walk::single::SlabLanes;
 use crate::walk::stream::Retired;
 use leaf_tests::LeafTests;
-use traverse::{PacketStack, RAYS};
+pub(crate) use traverse::{Boxes, PacketStack, RAYS, VisitTogether};
 
 /// Along each axis, directions differ from the first by at most this fraction of its largest component. Otherwise rays
 /// separate too soon.
-const SPREAD: f32 = 0.25;
+const SPREAD: f64 = 0.25;
 
 /// If fewer rays than this visit a node or leaf together, on average, they are faster as a stream.
 const TOGETHER: usize = 6;
@@ -104,7 +104,7 @@ impl<'a> Packets<'a> {
         let packet = RayPacket::new(rays);
         // Rays without an interval hit nothing. Rays with extreme numbers are traced alone.
         let t_min = S::F32x16::load(&packet.t_min);
-        let mut live = packet.live() & t_min.lt(S::F32x16::load(&packet.t_max)).bits();
+        let live = packet.live() & t_min.lt(S::F32x16::load(&packet.t_max)).bits();
         let mut negative = [0; 3];
         for (bits, axis) in negative.iter_mut().zip(&packet.dir) {
             *bits = S::F32x16::load(axis).negative().bits();
@@ -115,23 +115,15 @@ impl<'a> Packets<'a> {
         let mut tests =
             LeafTests::<S, ANY>::new((tree, filter), (rays, first), prepared, closest, counts);
         let (mut visits, mut visitors) = (0, 0);
-        while live != 0 {
-            // Rays of one octant enter every box through the same three sides.
-            let lane = live.trailing_zeros();
-            let (mut octant, mut same) = (0, live);
-            for (axis, negative) in negative.iter().enumerate() {
-                let is_negative = negative >> lane & 1 != 0;
-                octant |= usize::from(is_negative) << axis;
-                same &= if is_negative { *negative } else { !negative };
-            }
-            live &= !same;
+        for (octant, same) in octants(negative, live) {
             let (lanes, is_plain) =
                 SlabLanes::<S::F32x16>::of_packet(&packet, octant, &self.margin);
             if same & !is_plain.bits() != 0 {
                 return false;
             }
             tests.begin(same);
-            let work = self.stack.traverse::<S>(tree, (&lanes, octant), t_min, &mut tests);
+            let work =
+                self.stack.traverse::<S>(Boxes::of(tree), (&lanes, octant), t_min, &mut tests);
             (visits, visitors) = (visits + work[0], visitors + work[1]);
         }
 
@@ -151,13 +143,33 @@ impl<'a> Packets<'a> {
     }
 }
 
+/// Groups rays by octant: rays of one enter every box through the same three sides. `negative` are those whose
+/// directions are negative, by axis.
+#[inline(always)]
+pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item = (usize, u32)> {
+    std::iter::from_fn(move || {
+        if rays == 0 {
+            return None;
+        }
+        let lane = rays.trailing_zeros();
+        let (mut octant, mut same) = (0, rays);
+        for (axis, negative) in negative.iter().enumerate() {
+            let is_negative = negative >> lane & 1 != 0;
+            octant |= usize::from(is_negative) << axis;
+            same &= if is_negative { *negative } else { !negative };
+        }
+        rays &= !same;
+        Some((octant, same))
+    })
+}
+
 /// Whether rays have about the same direction.
-fn is_coherent(rays: &[Ray]) -> bool {
-    let [x, y, z] = rays[0].dir;
+pub(crate) fn is_coherent<S: Scalar + Into<f64>>(rays: &[RayOf<S>]) -> bool {
+    let [x, y, z] = rays[0].dir.map(Into::into);
     let most = SPREAD * x.abs().max(y.abs()).max(z.abs());
-    most < f32::INFINITY
+    most < f64::INFINITY
         && rays.iter().all(|ray| {
-            let [dx, dy, dz] = ray.dir;
+            let [dx, dy, dz] = ray.dir.map(Into::into);
             (dx - x).abs().max((dy - y).abs()).max((dz - z).abs()) <= most
         })
 }

@@ -3,11 +3,11 @@
 use intertri::internal::prefetch;
 use intertri::simd::{Lanes, Mask, Simd};
 
-use crate::tree::{EMPTY, LEAF, Tree};
+use crate::tree::{EMPTY, LEAF, Node, Tree};
 use crate::walk::single::SlabLanes;
 
 /// The rays of a packet.
-pub(super) const RAYS: usize = 16;
+pub(crate) const RAYS: usize = 16;
 
 /// Where each ray enters a box; NaN for rays that miss it, so that no comparison holds.
 #[derive(Clone, Copy, Debug)]
@@ -16,48 +16,65 @@ struct Nears([f32; RAYS]);
 
 /// The nodes and leaves that any of the rays have still to visit.
 #[derive(Debug, Default)]
-pub(super) struct PacketStack {
+pub(crate) struct PacketStack {
     nears: Vec<Nears>,
     children: Vec<u32>,
 }
 
+/// The boxes that packets traverse.
+#[derive(Clone, Copy)]
+pub(crate) struct Boxes<'a> {
+    pub(crate) nodes: &'a [Node],
+    /// The roots, the one to visit first last; or [`EMPTY`].
+    pub(crate) roots: [u32; 2],
+    /// How many children may wait.
+    pub(crate) stack: usize,
+}
+
+impl<'a> Boxes<'a> {
+    /// Those of a tree. If it has two roots, that of the thin triangles is visited last.
+    #[inline(always)]
+    pub(crate) fn of(tree: &'a Tree) -> Self {
+        let root = if tree.leaves.is_empty() { EMPTY } else { 0 };
+        Self { nodes: &tree.nodes, roots: [tree.thin_root, root], stack: tree.stack }
+    }
+}
+
 /// What a packet does at leaves.
-pub(super) trait VisitTogether<F: Lanes<Scalar = f32>> {
+pub(crate) trait VisitTogether<F: Lanes<Scalar = f32>> {
     /// The t beyond which each ray looks for no hit; NaN for those that look for none, so that no comparison
     /// holds.
     fn far(&self) -> F;
-    /// Tests the triangles of a leaf with the rays that reach it.
+    /// Tests a leaf with the rays that reach it.
     fn visit(&mut self, leaf: usize, reaching: F::Mask);
+    /// Prefetches a leaf.
+    fn prefetch(&self, leaf: usize);
 }
 
 impl PacketStack {
     /// Visits the leaves that any ray of an octant reaches, roughly front to back. Returns the number of nodes
     /// and leaves visited, and the sum of the numbers of rays that visited each.
     #[inline(always)]
-    pub(super) fn traverse<S: Simd>(
+    pub(crate) fn traverse<S: Simd>(
         &mut self,
-        tree: &Tree,
+        boxes: Boxes<'_>,
         (lanes, octant): (&SlabLanes<S::F32x16>, usize),
         t_min: S::F32x16,
         visitor: &mut impl VisitTogether<S::F32x16>,
     ) -> [usize; 2] {
-        if self.children.len() < tree.stack {
-            self.nears.resize(tree.stack, Nears([0.0; RAYS]));
-            self.children.resize(tree.stack, EMPTY);
+        if self.children.len() < boxes.stack {
+            self.nears.resize(boxes.stack, Nears([0.0; RAYS]));
+            self.children.resize(boxes.stack, EMPTY);
         }
         let Self { nears, children } = self;
         let none = S::F32x16::splat(f32::NAN);
         let (mut top, mut work) = (0, [0; 2]);
-        if tree.thin_root != EMPTY {
-            // The second tree is visited last.
-            t_min.store(&mut nears[top].0);
-            children[top] = tree.thin_root;
-            top += 1;
-        }
-        if !tree.leaves.is_empty() {
-            t_min.store(&mut nears[top].0);
-            children[top] = 0;
-            top += 1;
+        for root in boxes.roots {
+            if root != EMPTY {
+                t_min.store(&mut nears[top].0);
+                children[top] = root;
+                top += 1;
+            }
         }
         while top > 0 {
             top -= 1;
@@ -74,7 +91,7 @@ impl PacketStack {
             }
             let before = top;
             // The boxes of a node, far to near.
-            let node = &tree.nodes[child as usize];
+            let node = &boxes.nodes[child as usize];
             for slot in (0..8).rev().map(|slot| slot ^ octant) {
                 let (met, near) = lanes.meet_sides(
                     #[inline(always)]
@@ -90,19 +107,13 @@ impl PacketStack {
                 top += usize::from(met.any());
             }
             for &child in &children[before..top] {
-                prefetch_child(tree, child);
+                if child & LEAF != 0 {
+                    visitor.prefetch((child ^ LEAF) as usize);
+                } else {
+                    prefetch(&boxes.nodes[child as usize..][..1]);
+                }
             }
         }
         work
-    }
-}
-
-/// Prefetches a node or leaf.
-#[inline(always)]
-fn prefetch_child(tree: &Tree, child: u32) {
-    if child & LEAF != 0 {
-        prefetch(&tree.leaves[(child ^ LEAF) as usize..][..1]);
-    } else {
-        prefetch(&tree.nodes[child as usize..][..1]);
     }
 }

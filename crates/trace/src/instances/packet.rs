@@ -1,0 +1,433 @@
+//! Packets: up to sixteen coherent rays through a scene together.
+//!
+//! ```text
+//!   sixteen rays ──► tree of instances ──► an instance ──► those that reach it, in its frame ──► its tree
+//!                                                                                                  │
+//!                    each ray that reaches it ◄── placed in the world, once ◄── a leaf ◄───────────┘
+//! ```
+//!
+//! Each lane does what [`Trace`] does with one ray, so no ray loses a hit: boxes are widened by the most that
+//! any ray of the packet needs.
+
+use std::marker::PhantomData;
+
+use intertri::internal::exact;
+use intertri::internal::prefetch;
+use intertri::simd::{Lanes, Mask, Simd, Vec3, WithSimd};
+use intertri::{Ray64, RayPacket, Rule, Triangle64};
+
+use super::collect::Collect;
+use super::committed::{Committed, MeshEntry};
+use super::leaves::PlacedMesh;
+use super::matrix::TreeRay;
+use super::mesh::{Extent, SceneMesh};
+use super::trace::{SceneScratch, Trace, VisitOne};
+use super::tree_ray::{all_rounded_down, all_rounded_up, rounded_up};
+use crate::bvh::Bvh;
+use crate::scalar::BvhScalar;
+use crate::tree::{EMPTY, Margin};
+use crate::util::lane_ops::lanes_of;
+use crate::util::patience::Patience;
+use crate::walk::packet::{Boxes, RAYS, VisitTogether, is_coherent, octants};
+use crate::walk::single::{SlabLanes, Visit};
+
+/// If fewer rays than this visit an instance or a box together, they are faster one by one.
+const TOGETHER: usize = 2;
+
+/// After a packet of rays that separate, this many packets are not tried; after each further one, twice as
+/// many, up to the second.
+const PATIENCE: [usize; 2] = [4, 256];
+
+/// Whether to try packets, after those of a batch that were.
+pub(super) fn patience() -> Patience {
+    Patience::new(PATIENCE)
+}
+
+/// The traversal of a scene by up to sixteen rays, together if that pays.
+pub(super) struct TraceSome<'a, C> {
+    pub(super) scene: &'a Committed,
+    pub(super) rays: &'a [Ray64],
+    pub(super) rule: Rule,
+    pub(super) mask: u32,
+    pub(super) scratch: &'a mut SceneScratch,
+    pub(super) patience: &'a mut Patience,
+    /// The hits of each ray.
+    pub(super) collect: &'a mut [C],
+}
+
+impl<C: Collect> WithSimd for TraceSome<'_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { scene, rays, rule, mask, scratch, patience, collect } = self;
+        let is_tried = !patience.is_waiting() && is_coherent(rays);
+        patience.pass();
+        let mut packet = VisitInstances::<S, C> {
+            scene,
+            world: World::new(rays),
+            rule,
+            mask,
+            scratch,
+            collect,
+            until: [f64::NAN; RAYS],
+            live: 0,
+            unit: [1.0; RAYS],
+            far: [f32::NAN; RAYS],
+            work: [0; 2],
+            level: PhantomData,
+        };
+        let mut alone = u32::MAX >> (32 - rays.len());
+        if is_tried {
+            alone = packet.run();
+            let [visits, visitors] = packet.work;
+            patience.tried(visitors >= TOGETHER * visits);
+        }
+        for lane in lanes_of(alone) {
+            packet.trace_alone(lane);
+        }
+    }
+}
+
+/// Rays in world space.
+struct World<'a> {
+    rays: &'a [Ray64],
+    origin: [[f64; RAYS]; 3],
+    dir: [[f64; RAYS]; 3],
+    t_min: [f64; RAYS],
+    /// Those that may hit something.
+    live: u32,
+    /// Those with which computing in f64 lanes loses nothing except by rounding.
+    tame: u32,
+}
+
+impl<'a> World<'a> {
+    fn new(rays: &'a [Ray64]) -> Self {
+        let ([origin, dir], t_min) = ([[[0.0; RAYS]; 3]; 2], [0.0; RAYS]);
+        let mut world = Self { rays, origin, dir, t_min, live: 0, tame: 0 };
+        for (lane, ray) in rays.iter().enumerate() {
+            for axis in 0..3 {
+                world.origin[axis][lane] = ray.origin[axis];
+                world.dir[axis][lane] = ray.dir[axis];
+            }
+            world.t_min[lane] = ray.t_min;
+            let is_finite = ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite());
+            // The condition is false for NaN.
+            world.live |= u32::from(is_finite && ray.t_min < ray.t_max) << lane;
+            let is_tame = exact::is_plain(ray, &Triangle64([[0.0; 3]; 3]));
+            world.tame |= u32::from(is_tame) << lane;
+        }
+        world
+    }
+
+    /// Brings some of the rays into the units of a tree: eight at a time, by `into`, which also says which of them it
+    /// can bring.
+    #[inline(always)]
+    fn in_tree<S: Simd>(
+        &self,
+        some: u32,
+        into: impl Fn([Vec3<S::F64x8>; 2]) -> (TreeRay<S::F64x8>, <S::F64x8 as Lanes>::Mask),
+    ) -> InTree {
+        let mut rays = InTree {
+            packet: RayPacket::new(&[]),
+            unit: [1.0; RAYS],
+            room: 0.0,
+            some: 0,
+            negative: [0; 3],
+        };
+        for first in [0, 8] {
+            let some = some >> first & 0xFF;
+            if some == 0 {
+                continue;
+            }
+            let (ray, is_near) =
+                into([eight::<S>(&self.origin, first), eight::<S>(&self.dir, first)]);
+            let (TreeRay { origin, dir, room }, unit, is_sane) = ray.scaled();
+            let some = some & (is_near & is_sane).bits();
+            rays.some |= some << first;
+            unit.store(&mut rays.unit[first..]);
+            let [x, y, z] = &mut rays.packet.origin;
+            origin.x.store_f32(&mut x[first..]);
+            origin.y.store_f32(&mut y[first..]);
+            origin.z.store_f32(&mut z[first..]);
+            let [x, y, z] = &mut rays.packet.dir;
+            dir.x.store_f32(&mut x[first..]);
+            dir.y.store_f32(&mut y[first..]);
+            dir.z.store_f32(&mut z[first..]);
+            let mut rooms = [0.0; 8];
+            room.store(&mut rooms);
+            rays.room = lanes_of(some).map(|lane| rooms[lane]).fold(rays.room, f64::max);
+        }
+        for (bits, axis) in rays.negative.iter_mut().zip(&rays.packet.dir) {
+            *bits = S::F32x16::load(axis).negative().bits();
+        }
+        rays
+    }
+}
+
+/// Eight vectors of sixteen.
+#[inline(always)]
+fn eight<S: Simd>([x, y, z]: &[[f64; RAYS]; 3], first: usize) -> Vec3<S::F64x8> {
+    Vec3 { x: Lanes::load(&x[first..]), y: Lanes::load(&y[first..]), z: Lanes::load(&z[first..]) }
+}
+
+/// Rays in the units of a tree.
+struct InTree {
+    packet: RayPacket<RAYS>,
+    /// The factors from a t of the rays to one of the packet's.
+    unit: [f64; RAYS],
+    /// How far outside its box a hit of any may appear.
+    room: f64,
+    /// Those that could be brought there.
+    some: u32,
+    negative: [u32; 3],
+}
+
+impl InTree {
+    fn margin(&self, reach: f32) -> Margin {
+        Margin::new(reach, Some((self.room as f32).next_up()))
+    }
+}
+
+/// Traces rays together through each instance that any of them may meet.
+struct VisitInstances<'a, 'b, S, C> {
+    scene: &'a Committed,
+    world: World<'a>,
+    rule: Rule,
+    mask: u32,
+    scratch: &'b mut SceneScratch,
+    collect: &'b mut [C],
+    /// The t from which on hits of a ray no longer count; NaN if no further hit can count.
+    until: [f64; RAYS],
+    /// The rays that take part.
+    live: u32,
+    /// The factors from a t of the rays to one in the units of the top tree, and [`VisitInstances::until`] in
+    /// these units; NaN for rays that do not take part.
+    unit: [f64; RAYS],
+    far: [f32; RAYS],
+    /// The number of boxes visited, and the sum of the numbers of rays that visited each.
+    work: [usize; 2],
+    level: PhantomData<S>,
+}
+
+impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
+    /// Traces the rays. Returns those that must be traced alone, because their numbers are too extreme.
+    #[inline(always)]
+    fn run(&mut self) -> u32 {
+        let (scene, live) = (self.scene, self.world.live);
+        let top = &scene.top;
+        let rays = self.world.in_tree::<S>(
+            live,
+            #[inline(always)]
+            |rays| (top.tree_ray(rays), Mask::from_bits(0xFF)),
+        );
+        let (margin, t_min) =
+            (rays.margin(top.reach), all_rounded_down::<S>(&self.world.t_min, &rays.unit));
+        let mut alone = live & !rays.some;
+        for lane in lanes_of(rays.some) {
+            self.until[lane] = self.collect[lane].far();
+        }
+        // Instances without finite boxes come first, because a hit in them shortens the traversal.
+        for &instance in &top.everywhere {
+            self.visit_instance(instance as usize, rays.some & self.searching());
+        }
+        self.unit = rays.unit;
+        let root = if top.boxed == 0 { EMPTY } else { 0 };
+        let boxes = Boxes { nodes: &top.nodes, roots: [EMPTY, root], stack: top.stack };
+        let mut stack = std::mem::take(&mut self.scratch.packets[0]);
+        for (octant, same) in octants(rays.negative, rays.some) {
+            let (lanes, is_plain) =
+                SlabLanes::<S::F32x16>::of_packet(&rays.packet, octant, &margin);
+            alone |= same & !is_plain.bits();
+            self.live = same & is_plain.bits();
+            self.update_far();
+            let work = stack.traverse::<S>(boxes, (&lanes, octant), t_min, self);
+            self.work = [self.work[0] + work[0], self.work[1] + work[1]];
+        }
+        self.scratch.packets[0] = stack;
+        let found = rays.some & !self.searching();
+        alone & !found
+    }
+
+    /// The rays for which a further hit can count.
+    fn searching(&self) -> u32 {
+        (0..RAYS).map(|lane| u32::from(!self.until[lane].is_nan()) << lane).sum()
+    }
+
+    #[inline(always)]
+    fn update_far(&mut self) {
+        far_of::<S>(self.live, &self.until, &self.unit).store(&mut self.far);
+    }
+
+    /// Traces a ray alone, through the whole scene.
+    #[cold]
+    #[inline(never)]
+    fn trace_alone(&mut self, lane: usize) {
+        let (scene, rule, mask) = (self.scene, self.rule, self.mask);
+        let (ray, collect) = (&self.world.rays[lane], &mut self.collect[lane]);
+        let scratch = &mut *self.scratch;
+        let trace = Trace { scene, ray, rule, mask, scratch, collect };
+        S::vectorize(
+            #[inline(always)]
+            || trace.run::<S>(),
+        );
+    }
+
+    /// Traces rays through an instance.
+    #[inline(always)]
+    fn visit_instance(&mut self, instance: usize, some: u32) {
+        let scene = self.scene;
+        let is_seen = scene.placed[instance].mask & self.mask != 0;
+        let Some(MeshEntry { mesh, extent }) = scene.mesh(instance).filter(|_| is_seen) else {
+            return;
+        };
+        let mut alone = some;
+        let is_useful = scene.frames[instance].inverse.is_useful();
+        if some.count_ones() as usize >= TOGETHER && is_useful {
+            // A separate function, which leaves registers to the traversal.
+            alone = match mesh {
+                SceneMesh::F32(bvh) => S::vectorize(
+                    #[inline(always)]
+                    || self.enter(bvh, extent, instance, some),
+                ),
+                SceneMesh::F64(bvh) => S::vectorize(
+                    #[inline(always)]
+                    || self.enter(bvh, extent, instance, some),
+                ),
+            };
+        }
+        for lane in lanes_of(alone) {
+            if self.until[lane].is_nan() {
+                continue;
+            }
+            let mut one = VisitOne::<S, C> {
+                scene,
+                ray: &self.world.rays[lane],
+                rule: self.rule,
+                mask: self.mask,
+                is_tame: self.world.tame >> lane & 1 != 0,
+                scratch: &mut self.scratch.mesh,
+                collect: &mut self.collect[lane],
+                unit: 1.0,
+                level: PhantomData,
+            };
+            let go_on = one.visit(instance).is_some();
+            self.until[lane] = if go_on { self.collect[lane].far() } else { f64::NAN };
+        }
+        self.update_far();
+    }
+
+    /// Traces rays through the mesh of an instance together. Returns those that must be traced alone.
+    #[inline(always)]
+    fn enter<X: BvhScalar>(
+        &mut self,
+        bvh: &Bvh<X>,
+        extent: &Extent,
+        instance: usize,
+        some: u32,
+    ) -> u32 {
+        let Self { scene, world, rule, mask, scratch, collect, until, work, .. } = self;
+        let (tree, matrix) = (&bvh.tree, &scene.placed[instance].matrix);
+        let frame = &scene.frames[instance];
+        let rays = world.in_tree::<S>(
+            some,
+            #[inline(always)]
+            |rays| frame.inverse.tree_ray(matrix, rays, extent, tree.reach),
+        );
+        let (margin, t_min) =
+            (rays.margin(tree.reach), all_rounded_down::<S>(&world.t_min, &rays.unit));
+        let mut alone = some & !rays.some;
+        let (rule, mask, level) = (*rule, *mask, PhantomData);
+        let mut leaves = VisitLeaves::<S, X, C> {
+            mesh: PlacedMesh { bvh, matrix, instance: instance as u32, rule, mask, level },
+            rays: world.rays,
+            tame: if frame.is_tame { world.tame } else { 0 },
+            collect,
+            until,
+            unit: rays.unit,
+            far: [f32::NAN; RAYS],
+        };
+        for (octant, same) in octants(rays.negative, rays.some) {
+            let (lanes, is_plain) =
+                SlabLanes::<S::F32x16>::of_packet(&rays.packet, octant, &margin);
+            alone |= same & !is_plain.bits();
+            leaves.begin(same & is_plain.bits());
+            let (boxes, stack) = (Boxes::of(tree), &mut scratch.packets[1]);
+            let more = stack.traverse::<S>(boxes, (&lanes, octant), t_min, &mut leaves);
+            *work = [work[0] + more[0], work[1] + more[1]];
+        }
+        alone
+    }
+}
+
+impl<S: Simd, C: Collect> VisitTogether<S::F32x16> for VisitInstances<'_, '_, S, C> {
+    #[inline(always)]
+    fn far(&self) -> S::F32x16 {
+        Lanes::load(&self.far)
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, instance: usize, reaching: <S::F32x16 as Lanes>::Mask) {
+        self.visit_instance(instance, reaching.bits());
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, instance: usize) {
+        prefetch(&self.scene.frames[instance..][..1]);
+        prefetch(&self.scene.placed[instance..][..1]);
+    }
+}
+
+/// Tests rays with the triangles of leaves at an instance's position in the world.
+struct VisitLeaves<'a, S, X: BvhScalar, C> {
+    mesh: PlacedMesh<'a, S, X>,
+    rays: &'a [Ray64],
+    /// Those with which computing in lanes loses nothing except by rounding.
+    tame: u32,
+    collect: &'a mut [C],
+    /// The t from which on hits of a ray no longer count; NaN if no further hit can count.
+    until: &'a mut [f64; RAYS],
+    /// The factors from a t of the rays to one in the units of the tree, and [`VisitLeaves::until`] in these units; NaN
+    /// for rays that do not take part.
+    unit: [f64; RAYS],
+    far: [f32; RAYS],
+}
+
+impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
+    /// Begins with these rays.
+    #[inline(always)]
+    fn begin(&mut self, some: u32) {
+        far_of::<S>(some, self.until, &self.unit).store(&mut self.far);
+    }
+}
+
+/// The t from which on hits no longer count, in the units of a tree; NaN for all but some rays.
+#[inline(always)]
+fn far_of<S: Simd>(some: u32, until: &[f64; RAYS], unit: &[f64; RAYS]) -> S::F32x16 {
+    let some = <S::F32x16 as Lanes>::Mask::from_bits(some);
+    Lanes::select(some, all_rounded_up::<S>(until, unit), Lanes::splat(f32::NAN))
+}
+
+impl<S: Simd, X: BvhScalar, C: Collect> VisitTogether<S::F32x16> for VisitLeaves<'_, S, X, C> {
+    #[inline(always)]
+    fn far(&self) -> S::F32x16 {
+        Lanes::load(&self.far)
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, leaf: usize, reaching: <S::F32x16 as Lanes>::Mask) {
+        let corners = self.mesh.corners(leaf);
+        for lane in lanes_of(reaching.bits()) {
+            let (ray, is_tame) = (&self.rays[lane], self.tame >> lane & 1 != 0);
+            let collect = &mut self.collect[lane];
+            let go_on = self.mesh.test((leaf, corners), (ray, is_tame), collect);
+            self.until[lane] = if go_on { collect.far() } else { f64::NAN };
+            self.far[lane] = rounded_up(self.until[lane], self.unit[lane]);
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch(&self, leaf: usize) {
+        prefetch(&self.mesh.bvh.tree.leaves[leaf..][..1]);
+    }
+}
