@@ -61,30 +61,31 @@ impl<C: Collect> WithSimd for TraceSome<'_, C> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Self { scene, rays, rule, mask, scratch, patience, collect } = self;
-        let is_tried = !patience.is_waiting() && is_coherent(rays);
-        patience.pass();
-        let mut packet = VisitInstances::<S, C> {
-            scene,
-            world: World::new(rays),
-            rule,
-            mask,
-            scratch,
-            collect,
-            until: [f64::NAN; RAYS],
-            live: 0,
-            unit: [1.0; RAYS],
-            far: [f32::NAN; RAYS],
-            work: [0; 2],
-            level: PhantomData,
-        };
         let mut alone = u32::MAX >> (32 - rays.len());
-        if is_tried {
+        if patience.is_waiting() {
+            patience.pass();
+        } else if is_coherent(rays) {
+            let mut packet = VisitInstances::<S, C> {
+                scene,
+                world: World::new(rays),
+                rule,
+                mask,
+                scratch,
+                collect,
+                until: [f64::NAN; RAYS],
+                live: 0,
+                unit: [1.0; RAYS],
+                far: [f32::NAN; RAYS],
+                work: [0; 2],
+                level: PhantomData,
+            };
             alone = packet.run();
             let [visits, visitors] = packet.work;
             patience.tried(visitors >= TOGETHER * visits);
         }
         for lane in lanes_of(alone) {
-            packet.trace_alone(lane);
+            let (ray, scratch, collect) = (&rays[lane], &mut *scratch, &mut collect[lane]);
+            Trace { scene, ray, rule, mask, scratch, collect }.run::<S>();
         }
     }
 }
@@ -257,20 +258,6 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
     #[inline(always)]
     fn update_far(&mut self) {
         far_of::<S>(self.live, &self.until, &self.unit).store(&mut self.far);
-    }
-
-    /// Traces a ray alone, through the whole scene.
-    #[cold]
-    #[inline(never)]
-    fn trace_alone(&mut self, lane: usize) {
-        let (scene, rule, mask) = (self.scene, self.rule, self.mask);
-        let (ray, collect) = (&self.world.rays[lane], &mut self.collect[lane]);
-        let scratch = &mut *self.scratch;
-        let trace = Trace { scene, ray, rule, mask, scratch, collect };
-        S::vectorize(
-            #[inline(always)]
-            || trace.run::<S>(),
-        );
     }
 
     /// Traces rays through an instance.
