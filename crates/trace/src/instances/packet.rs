@@ -28,7 +28,7 @@ use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, Margin};
 use crate::util::lane_ops::lanes_of;
 use crate::util::patience::Patience;
-use crate::walk::packet::{Boxes, RAYS, VisitTogether, is_coherent, octants};
+use crate::walk::packet::{Boxes, RAYS, VisitTogether, is_coherent, negative, octants};
 use crate::walk::single::{SlabLanes, Visit};
 
 /// If fewer rays than this visit an instance or a box together, they are faster one by one.
@@ -159,9 +159,7 @@ impl<'a> World<'a> {
             room.store(&mut rooms);
             rays.room = lanes_of(some).map(|lane| rooms[lane]).fold(rays.room, f64::max);
         }
-        for (bits, axis) in rays.negative.iter_mut().zip(&rays.packet.dir) {
-            *bits = S::F32x16::load(axis).negative().bits();
-        }
+        rays.negative = negative::<S>(&rays.packet.dir);
         rays
     }
 }

@@ -96,7 +96,7 @@ fn lowered<F: Lanes<Scalar = f32>>(t: F) -> F {
     (finite * F::splat(DOWN) - F::splat(f32::MIN_POSITIVE)).max(F::splat(0.0))
 }
 
-/// At least the next larger number.
+/// At least the next larger number of one that is not negative. There is no hit before a negative one.
 #[inline(always)]
 fn raised<F: Lanes<Scalar = f32>>(t: F) -> F {
     t * F::splat(UP) + F::splat(f32::MIN_POSITIVE)

@@ -105,17 +105,12 @@ impl<'a> Packets<'a> {
         // Rays without an interval hit nothing. Rays with extreme numbers are traced alone.
         let t_min = S::F32x16::load(&packet.t_min);
         let live = packet.live() & t_min.lt(S::F32x16::load(&packet.t_max)).bits();
-        let mut negative = [0; 3];
-        for (bits, axis) in negative.iter_mut().zip(&packet.dir) {
-            *bits = S::F32x16::load(axis).negative().bits();
-        }
-
         let prepared = filter.prepare_packet_in::<S, RAYS>(&packet);
         let closest = filter.no_hits(&packet);
         let mut tests =
             LeafTests::<S, ANY>::new((tree, filter), (rays, first), prepared, closest, counts);
         let (mut visits, mut visitors) = (0, 0);
-        for (octant, same) in octants(negative, live) {
+        for (octant, same) in octants(negative::<S>(&packet.dir), live) {
             let (lanes, is_plain) =
                 SlabLanes::<S::F32x16>::of_packet(&packet, octant, &self.margin);
             if same & !is_plain.bits() != 0 {
@@ -143,6 +138,18 @@ impl<'a> Packets<'a> {
     }
 }
 
+/// The rays whose directions are negative, by axis. -0 is, too, as it is for the slab test.
+#[inline(always)]
+pub(crate) fn negative<S: Simd>(dir: &[[f32; RAYS]; 3]) -> [u32; 3] {
+    let mut negative = [0; 3];
+    for (bits, axis) in negative.iter_mut().zip(dir) {
+        // Of a zero, `negative` may say either, but not of a one with its sign.
+        let sign = S::F32x16::splat(1.0).flip(Lanes::load(axis));
+        *bits = sign.negative().bits();
+    }
+    negative
+}
+
 /// Groups rays by octant: rays of one enter every box through the same three sides. `negative` are those whose
 /// directions are negative, by axis.
 #[inline(always)]
@@ -163,15 +170,20 @@ pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item =
     })
 }
 
-/// Whether rays have about the same direction.
+/// Whether there are several rays, apart from those that look for no hit, and they have about the same direction.
 pub(crate) fn is_coherent<S: Scalar + Into<f64>>(rays: &[RayOf<S>]) -> bool {
-    let [x, y, z] = rays[0].dir.map(Into::into);
+    let mut live = rays.iter().filter(|ray| ray.t_min.into() < ray.t_max.into());
+    let Some(first) = live.next() else { return false };
+    let [x, y, z] = first.dir.map(Into::into);
     let most = SPREAD * x.abs().max(y.abs()).max(z.abs());
+    let mut others = 0;
     most < f64::INFINITY
-        && rays.iter().all(|ray| {
+        && live.all(|ray| {
+            others += 1;
             let [dx, dy, dz] = ray.dir.map(Into::into);
             (dx - x).abs().max((dy - y).abs()).max((dz - z).abs()) <= most
         })
+        && others > 0
 }
 
 #[cfg(test)]

@@ -88,3 +88,22 @@ fn rays_without_an_interval_do_not_disturb_the_others() {
     }
     assert!(traced > 100, "{traced}");
 }
+
+/// A direction's component may be 0 with a sign, as where a direction is turned around.
+#[test]
+fn zeros_with_a_sign_miss_nothing() {
+    let wall = Triangle::new([-1.0, -1.0, 0.0], [9.0, -1.0, 0.0], [-1.0, 9.0, 0.0]);
+    let bvh = Bvh::new(&[wall]).unwrap();
+    for signs in 0..8 {
+        let zero = |k: usize| if signs >> k & 1 != 0 { -0.0 } else { 0.0 };
+        let ahead = if signs & 4 != 0 { -1.0 } else { 1.0 };
+        let ray =
+            |i: usize| Ray::new([0.1 * i as f32, 0.1, -5.0 * ahead], [zero(0), zero(1), ahead]);
+        let rays: [Ray; RAYS] = std::array::from_fn(ray);
+        for level in Level::all() {
+            let (hits, _) = level.run(Trace(&bvh, &rays));
+            let hits = hits.expect("coherent");
+            assert!(hits.iter().all(|hit| hit.t == 5.0), "{}: {:?}", level.name(), rays[0].dir);
+        }
+    }
+}
