@@ -7,6 +7,7 @@ mod joined;
 mod lists;
 mod media;
 mod mesh;
+mod output;
 mod part;
 mod picture;
 mod points;

@@ -9,13 +9,14 @@ use pyo3::prelude::*;
 
 use crate::batch::answers;
 use crate::lists::{Lists, lists};
+use crate::output::{Bytes, FEW, SMALL, Threads, rows};
 use crate::part::Part;
 use crate::points::of_points;
 use crate::pool::Workers;
 use crate::run::run;
 use crate::scalar::{Scalar, no_memory, wrong};
 use crate::source::Arrays;
-use crate::tree::{Bytes, FEW, SMALL, Threads, gather, rows, small_or};
+use crate::tree::{gather, small_or};
 
 /// The number of the outside.
 const OUTSIDE: i32 = -1;

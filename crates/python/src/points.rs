@@ -2,10 +2,14 @@
 
 use std::collections::TryReserveError;
 
+use bytemuck::Pod;
 use intertri_trace::{Containment, Solid};
+use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
+use crate::mesh::Mesh;
+use crate::output::{Bytes, FEW as FEW_COORDINATES, Threads, rows};
 use crate::pool::{Workers, chunks, is_caller};
 use crate::run::{Stop, pieces, run};
 use crate::scalar::{Scalar, no_memory, wrong};
@@ -81,7 +85,7 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
 }
 
 /// Answers points by a function that orders them itself, in slabs small enough that Ctrl-C does not wait long.
-pub(crate) fn by_slabs<S: Scalar, A: Send>(
+fn by_slabs<S: Scalar, A: Send>(
     py: Python<'_>,
     workers: &Workers,
     points: &[S],
@@ -99,7 +103,7 @@ pub(crate) fn by_slabs<S: Scalar, A: Send>(
 }
 
 /// Fills `out` with converted answers, as many at a time as memory allows.
-pub(crate) fn answer<S: Scalar, A: Clone, O>(
+fn answer<S: Scalar, A: Clone, O>(
     points: &[[S; 3]],
     (all, none): (&mut Vec<A>, A),
     out: &mut [O],
@@ -117,6 +121,27 @@ pub(crate) fn answer<S: Scalar, A: Clone, O>(
         ask(points, some);
         out.iter_mut().zip(some).for_each(|(out, one)| *out = meaning(one));
     }
+}
+
+/// Fills `out` with the converted answers of a mesh as a solid.
+pub(crate) fn of_solid<S: Scalar, A: Clone + Send + Sync, O: Pod + Send>(
+    py: Python<'_>,
+    (mesh, assume_closed): (&Mesh<S>, bool),
+    threads: Threads,
+    (points, out): (&PyReadonlyArray1<'_, S>, &mut Bytes<'_>),
+    none: A,
+    ask: impl Fn(&Solid<S>, &[[S; 3]], &mut [A]) + Send + Sync,
+    meaning: impl Fn(&A) -> O + Send + Sync,
+) -> PyResult<()> {
+    let points = points.as_slice()?;
+    let out: &mut [O] = rows(out, points.len() / 3)?;
+    let workers = Workers::new(threads, points.len() < FEW_COORDINATES)?;
+    let solid = run(py, &workers, |_| mesh.solid(assume_closed))??;
+    let mut all = Vec::new();
+    by_slabs(py, &workers, points, out, |points, out| {
+        let ask = |points: &[_], all: &mut [_]| ask(solid, points, all);
+        answer(points, (&mut all, none.clone()), out, ask, &meaning);
+    })
 }
 
 /// How a mesh winds around a point; `SURFACE` on the mesh.

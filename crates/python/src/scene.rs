@@ -14,13 +14,14 @@ use pyo3::prelude::*;
 
 use crate::batch::answers;
 use crate::lists::{Lists, lists};
+use crate::output::{Bytes, FEW, Threads, rows};
 use crate::part::Part;
 use crate::points::{of_points, winding};
 use crate::pool::Workers;
 use crate::run::run;
 use crate::scalar::no_memory;
 use crate::source::{Arrays, Source};
-use crate::tree::{Bytes, FEW, Threads, Tree32, Tree64, rows, small_or};
+use crate::tree::{Tree32, Tree64, small_or};
 
 /// A hit, as a row of numpy's array.
 #[derive(Clone, Copy, Pod, Zeroable)]

@@ -2,7 +2,6 @@
 //!
 //! `intertri/_arrays.py` checks the arguments of users. Only what memory safety depends on is checked again here.
 
-use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use intertri::{Crossings, Hit, Mode, RayOf, TriangleOf};
@@ -16,8 +15,9 @@ use crate::batch::answers;
 use crate::defects::{Numbers, defects, turned};
 use crate::lists::{Lists, lists};
 use crate::mesh::Mesh;
+use crate::output::{Bytes, FEW, SMALL, Threads, rows};
 use crate::picture::tiled;
-use crate::points::{answer, by_slabs, grid, of_points, winding};
+use crate::points::{grid, of_points, of_solid, winding};
 use crate::pool::Workers;
 use crate::run::{Stop, run};
 use crate::scalar::{Scalar, all, any, closest, named, no_memory, triangles, wrong};
@@ -26,36 +26,9 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-pub(crate) type Threads = Option<NonZeroUsize>;
-pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
-
-/// For up to this many rays or triangles, one thread finishes before others would wake up.
-pub(crate) const SMALL: usize = 4096;
-
-/// [`SMALL`] for the coordinates of points.
-pub(crate) const FEW: usize = 3 * 32;
-
 /// The threads that trace these rays.
 pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
-}
-
-/// The answers stored in bytes.
-pub(crate) fn rows<'a, A: bytemuck::Pod>(
-    bytes: &'a mut Bytes<'_>,
-    count: usize,
-) -> PyResult<&'a mut [A]> {
-    let bytes = bytes.as_slice_mut()?;
-    if bytes.is_empty() && count == 0 {
-        return Ok(&mut []);
-    }
-    let rows: &mut [A] = bytemuck::try_cast_slice_mut(bytes)
-        .map_err(|error| PyValueError::new_err(format!("out cannot be filled: {error}")))?;
-    if rows.len() == count {
-        Ok(rows)
-    } else {
-        Err(PyValueError::new_err("out has another length"))
-    }
 }
 
 /// Faces gathered between two checks for signals.
@@ -332,6 +305,20 @@ macro_rules! tree {
                 )
             }
 
+            /// Fills `out` with 1 for points inside the mesh or on it, and 0 for others.
+            fn contains(
+                &self,
+                py: Python<'_>,
+                points: PyReadonlyArray1<'_, $scalar>,
+                assume_closed: bool,
+                threads: Threads,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let (mesh, at) = (self.mesh.get(py)?, (&points, &mut out));
+                let (ask, meaning) = (Solid::contains_batch_into, |&one: &bool| u8::from(one));
+                of_solid(py, (&mesh, assume_closed), threads, at, false, ask, meaning)
+            }
+
             /// Fills `out` with the winding numbers of points as whole numbers, `SURFACE` on the mesh.
             fn winding(
                 &self,
@@ -341,16 +328,17 @@ macro_rules! tree {
                 threads: Threads,
                 mut out: Bytes<'_>,
             ) -> PyResult<()> {
-                let points = points.as_slice()?;
-                let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
-                let mesh = self.mesh.get(py)?;
-                let workers = Workers::new(threads, points.len() < FEW)?;
-                let solid = run(py, &workers, |_| mesh.solid(assume_closed))??;
-                let mut all = Vec::new();
-                by_slabs(py, &workers, points, out, |points, out| {
-                    let ask = |points: &[_], all: &mut [_]| solid.classify_batch_into(points, all);
-                    answer(points, (&mut all, Containment::Outside), out, ask, |one| winding(*one));
-                })
+                let (mesh, at) = (self.mesh.get(py)?, (&points, &mut out));
+                let (ask, meaning) = (Solid::classify_batch_into, |&one: &_| winding(one));
+                of_solid(
+                    py,
+                    (&mesh, assume_closed),
+                    threads,
+                    at,
+                    Containment::Outside,
+                    ask,
+                    meaning,
+                )
             }
 
             /// Fills `out` with the winding numbers of points, NaN on the mesh.
@@ -361,17 +349,11 @@ macro_rules! tree {
                 threads: Threads,
                 mut out: Bytes<'_>,
             ) -> PyResult<()> {
-                let points = points.as_slice()?;
-                let out: &mut [f64] = rows(&mut out, points.len() / 3)?;
-                let mesh = self.mesh.get(py)?;
-                let workers = Workers::new(threads, points.len() < FEW)?;
-                let solid = run(py, &workers, |_| mesh.solid(false))??;
-                let mut all = Vec::new();
-                by_slabs(py, &workers, points, out, |points, out| {
-                    let ask =
-                        |points: &[_], all: &mut [_]| solid.winding_number_batch_into(points, all);
-                    answer(points, (&mut all, None), out, ask, |one| one.unwrap_or(f64::NAN));
-                })
+                let (mesh, at) = (self.mesh.get(py)?, (&points, &mut out));
+                let (ask, meaning) = (Solid::winding_number_batch_into, |&one: &Option<f64>| {
+                    one.unwrap_or(f64::NAN)
+                });
+                of_solid(py, (&mesh, false), threads, at, None, ask, meaning)
             }
 
             /// Fills `out` with the positions of the grid's points: outside, inside or on the mesh.

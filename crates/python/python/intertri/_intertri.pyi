@@ -45,6 +45,9 @@ class _Tree:
     def count_crossings(
         self, rays: Rays, threads: int | None, width: int, out: NDArray[np.uint8]
     ) -> None: ...
+    def contains(
+        self, points: NDArray[Any], assume_closed: bool, threads: int | None, out: NDArray[np.uint8]
+    ) -> None: ...
     def winding(
         self, points: NDArray[Any], assume_closed: bool, threads: int | None, out: NDArray[np.uint8]
     ) -> None: ...

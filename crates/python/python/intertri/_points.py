@@ -74,8 +74,12 @@ class PointQueries(RayQueries):
             numbers = self._winding(points, threads)
             odd: NDArray[np.bool_] = (numbers % 2 != 0) | (numbers == SURFACE)
             return odd
-        inside: NDArray[np.bool_] = self._winding(points, threads, assume_closed or self.is_closed) != 0
-        return inside
+        at = self._points(points)
+        inside = np.empty(at.shape[:-1], np.bool_)
+        tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
+        is_closed = assume_closed or self.is_closed
+        tree.contains(_arrays.flat(at, at.dtype), is_closed, threads, _arrays.as_bytes(inside))
+        return inside[()]
 
     def winding_number(
         self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None

@@ -320,4 +320,144 @@ mod tests {
         let [open, sure] = counts;
         assert!(open > 1000 && sure > open && first[1] < sure - 20, "{first:?} {counts:?}");
     }
+
+    /// Whether whole turns at eight points that are certain, after all passes, are those of the sum over all edges, at every
+    /// level; and how many are certain. Points where the sum is within rounding of a half are left out.
+    fn count_certain(boundary: &Boundary<f64>, points: [[f64; 3]; POINTS]) -> usize {
+        let by_axis = [0, 1, 2].map(|k| points.map(|point| point[k]));
+        let sums = points.map(|point| turns(boundary, point));
+        let mut certain = 0;
+        for level in Level::all() {
+            let (whole, sure) = level.run(WholeTurns { boundary, points: by_axis, asked: 0xff });
+            for i in 0..POINTS {
+                let is_half = ((sums[i] - 0.5).rem_euclid(1.0) - 0.5).abs() > 0.5 - 1e-13;
+                if sure >> i & 1 == 1 && !is_half {
+                    certain += 1;
+                    let off = (sums[i] - whole[i]).abs();
+                    assert!(off < 0.5, "{} for {} at {:?}", whole[i], sums[i], points[i]);
+                }
+            }
+        }
+        certain
+    }
+
+    /// A sphere about the origin in small triangles with gaps between them, so that each is a loop.
+    fn shards(size: f64) -> Vec<Triangle64> {
+        let mut all: Vec<[[f64; 3]; 3]> = Vec::new();
+        for i in 0..8 {
+            let [x, y, z] = [1, 2, 4].map(|bit| if i & bit == 0 { 1.0 } else { -1.0 });
+            let corners = [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]];
+            all.push(if x * y * z > 0.0 { corners } else { [corners[1], corners[0], corners[2]] });
+        }
+        let middle = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+        for _ in 0..3 {
+            let quarters = |[a, b, c]: [[f64; 3]; 3]| {
+                let (d, e, f) = (middle(a, b), middle(b, c), middle(c, a));
+                [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
+            };
+            all = all.into_iter().flat_map(quarters).collect();
+        }
+        let shard = |corners: [[f64; 3]; 3]| {
+            let corners = corners.map(|c| {
+                let far = c.iter().map(|x| x * x).sum::<f64>().sqrt();
+                c.map(|x| x / far)
+            });
+            let center = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0);
+            TriangleOf(
+                corners.map(|c| [0, 1, 2].map(|k| size * (center[k] + 0.97 * (c[k] - center[k])))),
+            )
+        };
+        all.into_iter().map(shard).collect()
+    }
+
+    /// Many distant loops, each of which adds little, add up to nearly a whole turn: together they are not far. This is so
+    /// whether the squares of their areas are numbers or not.
+    #[test]
+    fn many_distant_loops_are_not_far() {
+        let mut random = random();
+        let sizes = [1.0].into_iter();
+        let sizes = sizes.chain((0..20).map(|i| 1e77 * 1.1_f64.powi(i)));
+        for size in sizes.chain((0..20).map(|i| 3e-81 * 1.1_f64.powi(i))) {
+            let boundary = Boundary::of(&shards(size)).unwrap();
+            assert_eq!(boundary.edges(), 3 * 512);
+            for _ in 0..5 {
+                let points = [0; POINTS].map(|_| [0; 3].map(|_| 0.05 * size * f64::from(random())));
+                let certain = count_certain(&boundary, points);
+                assert!(size != 1.0 || certain > 0);
+            }
+        }
+    }
+
+    /// From far away, the line of a ray through the tip of a triangle is as far from its middle as the tip, up to a rounding
+    /// that is larger than the room of the radius.
+    #[test]
+    fn rays_through_the_tip_of_a_distant_loop() {
+        let mut numbers = random();
+        let mut random = || f64::from(numbers());
+        for _ in 0..20_000 {
+            let corners = [0; 3].map(|_| [0; 3].map(|_| random()));
+            let boundary = Boundary::of(&[TriangleOf(corners)]).unwrap();
+            let middle = boundary.clusters.clusters[0].middle;
+            let far =
+                |c: &[f64; 3]| [0, 1, 2].map(|k| (c[k] - middle[k]).powi(2)).iter().sum::<f64>();
+            let tip = *corners.iter().max_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
+            let center = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0);
+            let share = 0.5_f64.powi((20.0 * random()) as i32);
+            let away = 4.0 * 1e6_f64.powf(random());
+            let point = [0, 1, 2]
+                .map(|k| tip[k] + share * (center[k] - tip[k]) - away * f64::from(WINDING_DIR[k]));
+            // Eight times, because a cluster is visited unless it is far from all points.
+            count_certain(&boundary, [point; POINTS]);
+        }
+    }
+
+    /// Next to a corner at the origin, where squares of distances are subnormal numbers with few digits, or 0.
+    #[test]
+    fn points_whose_distance_has_no_square() {
+        let mut numbers = random();
+        let mut random = || f64::from(numbers());
+        for i in 0..20_000 {
+            let [a, b] = [0; 2].map(|_| [0; 3].map(|_| random() - 0.5));
+            let boundary = Boundary::of(&[TriangleOf([[0.0; 3], a, b])]).unwrap();
+            let size = 2.0_f64.powi(-545 + i % 20);
+            let points = [0; POINTS].map(|_| {
+                // Above the triangle, low, where the sum is nearly a half.
+                let [x, y, height] = [random(), random(), 0.5_f64.powf(8.0 * random())];
+                [0, 1, 2].map(|k| size * (x * a[k] + y * b[k] + height * (random() - 0.5)))
+            });
+            count_certain(&boundary, points);
+        }
+    }
+
+    /// Where rays pass a corner closely and the sum is nearly a half, the rounding of edges decides.
+    #[test]
+    fn nearly_a_half_beside_a_corner() {
+        let mut numbers = random();
+        let mut random = || f64::from(numbers());
+        let mut passed = 0;
+        for _ in 0..20_000 {
+            let corners: [[f64; 3]; 5] = [0; 5].map(|_| [0; 3].map(|_| random() - 0.5));
+            let fan = [1, 2, 3].map(|i| TriangleOf([corners[0], corners[i], corners[i + 1]]));
+            let boundary = Boundary::of(&fan).unwrap();
+            let near = 2.0_f64.powi(-15 - (5.0 * random()) as i32);
+            let off = [0; 3].map(|_| near * (random() - 0.5));
+            let at = |s: f64| {
+                [0, 1, 2].map(|k| corners[0][k] + s * (off[k] - f64::from(WINDING_DIR[k])))
+            };
+            let above = |s: f64| turns(&boundary, at(s)).rem_euclid(1.0) - 0.5;
+            // Two places between which the sum passes a half, and not a whole number.
+            let places = [0; 16].map(|_| 0.02 + 1.5 * random());
+            let half = |s: &f64| above(*s).abs() < 0.25;
+            let Some(mut a) = places.into_iter().find(half) else { continue };
+            let differs = |s: &f64| half(s) && (above(*s) < 0.0) != (above(a) < 0.0);
+            let Some(mut b) = places.into_iter().find(differs) else { continue };
+            for _ in 0..20 + (26.0 * random()) as usize {
+                let middle = 0.5 * (a + b);
+                if (above(middle) < 0.0) == (above(a) < 0.0) { a = middle } else { b = middle }
+            }
+            passed += 1;
+            count_certain(&boundary, [at(a); POINTS]);
+        }
+        assert!(passed > 100, "{passed}");
+    }
 }

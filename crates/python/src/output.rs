@@ -1,0 +1,34 @@
+//! What queries are given beside their points or rays: threads, and memory for the answers.
+
+use std::num::NonZeroUsize;
+
+use numpy::PyReadwriteArray1;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+pub(crate) type Threads = Option<NonZeroUsize>;
+pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
+
+/// For up to this many rays or triangles, one thread finishes before others would wake up.
+pub(crate) const SMALL: usize = 4096;
+
+/// [`SMALL`] for the coordinates of points.
+pub(crate) const FEW: usize = 3 * 32;
+
+/// The answers stored in bytes.
+pub(crate) fn rows<'a, A: bytemuck::Pod>(
+    bytes: &'a mut Bytes<'_>,
+    count: usize,
+) -> PyResult<&'a mut [A]> {
+    let bytes = bytes.as_slice_mut()?;
+    if bytes.is_empty() && count == 0 {
+        return Ok(&mut []);
+    }
+    let rows: &mut [A] = bytemuck::try_cast_slice_mut(bytes)
+        .map_err(|error| PyValueError::new_err(format!("out cannot be filled: {error}")))?;
+    if rows.len() == count {
+        Ok(rows)
+    } else {
+        Err(PyValueError::new_err("out has another length"))
+    }
+}
