@@ -1,4 +1,4 @@
-//! The interface of a measured tracer.
+//! The interface that every measured tracer implements.
 
 use std::ops::Range;
 
@@ -34,12 +34,12 @@ impl Answer {
 pub trait Engine<R = Ray>: Send + Sync {
     /// Stores rays in the layout that suits the tracer. Not timed.
     fn load(&mut self, rays: &[R], question: Question);
-    /// Traces a part of the rays, whose start is a multiple of [`CHUNK`] and whose end is one too or the last
-    /// ray, on the threads of the current pool. Timed.
+    /// Traces a range of the rays on the threads of the current pool. The range starts at a multiple of
+    /// [`CHUNK`], and ends at another or at the last ray. Timed.
     fn trace(&mut self, part: Range<usize>);
     /// The hits, in the order of the rays.
     fn answers(&self) -> Vec<Answer>;
-    /// Whether it promises every bit of t.
+    /// Whether the engine promises every bit of t.
     fn exact(&self) -> bool {
         false
     }
@@ -78,7 +78,7 @@ impl<R: Send + Sync> Singles<R> {
         self.trace_with(part, || (), |(), ray| closest(ray), |(), ray| any(ray));
     }
 
-    /// As [`Singles::trace`], with a value that each chunk creates for itself.
+    /// Like [`Singles::trace`], but each chunk creates a value of its own.
     #[inline(always)]
     pub fn trace_with<K>(
         &mut self,
@@ -111,7 +111,7 @@ impl<R: Send + Sync> Singles<R> {
     }
 }
 
-/// Lets a tracer of unknown type be wrapped.
+/// Lets a boxed tracer be used wherever an engine is expected.
 impl<R> Engine<R> for Box<dyn Engine<R>> {
     fn load(&mut self, rays: &[R], question: Question) {
         self.as_mut().load(rays, question);

@@ -1,7 +1,8 @@
 //! `BVH8_CPU` of tinybvh, its fastest layout for single-ray calls, through the crate `tinybvh-rs`.
 //!
-//! It needs AVX2 and compiles itself for the machine it is built on, and the crate only offers it to programs
-//! compiled that way. It has no any-hit query here; shadow rays ask for the closest hit before their end.
+//! It needs AVX2. Its C++ is compiled for the machine that builds it, and the crate only offers it to
+//! programs compiled for AVX2, too. The crate has no any-hit query for it, so shadow rays look for the
+//! closest hit before their end.
 
 use std::ops::Range;
 

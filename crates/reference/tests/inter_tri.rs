@@ -1,4 +1,4 @@
-//! Document A: the ordinary answers, and each edge case that its page lists.
+//! Tests of document A: typical hits and misses, and every edge case listed on its page.
 
 use intertri_reference::{IndexOutOfRange, Ray, Scene, THRESHOLD, Vector};
 use proptest::prelude::*;
@@ -14,7 +14,7 @@ fn down(x: f64, y: f64) -> Ray {
     Ray::new([x, y, 0.0], [0.0, 0.0, 1.0])
 }
 
-/// The result of `inter_tri`, and the value of a `t` that was 42 before.
+/// Returns the result of `inter_tri` and the value that it leaves in `t`, which starts at 42.
 fn ask(scene: &Scene, ray: &Ray) -> (i32, f64) {
     let mut t = 42.0;
     (scene.inter_tri(0, ray, &mut t), t)
@@ -73,7 +73,7 @@ fn threshold_is_open_for_parallel_and_for_t() {
     let from = |z: f64| ask(&plane, &Ray::new([0.25, 0.25, z], [0.0, 0.0, 1.0])).0;
     assert_eq!(from(-THRESHOLD), 0);
     assert_eq!(from(-THRESHOLD.next_up()), 1);
-    // The normal has unit length, so a triangle's size does not make it parallel.
+    // The normal has unit length, so even a tiny triangle is not mistaken for a parallel one.
     let tiny = Scene::from_triangles([TRIANGLE.map(|[x, y, z]| [x * 1e-20, y * 1e-20, z])]);
     assert_eq!(ask(&tiny, &down(1e-21, 1e-21)), (1, 5.0));
 }
@@ -114,7 +114,7 @@ fn nan_passes_every_test_but_the_last() {
     broken.trian[0].h5.x = f64::NAN;
     broken.trian[0].h6.x = f64::NAN;
     assert_eq!(ask(&broken, &down(7.0, 7.0)), (1, 5.0));
-    // A NaN threshold rejects everything, but late.
+    // A NaN threshold rejects everything, but only after `t` has been written.
     assert_eq!(ask(&scene().with_threshold(f64::NAN), &down(0.25, 0.25)), (0, 5.0));
 }
 
@@ -173,7 +173,7 @@ proptest! {
     // The same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// u, v and t describe the same point, for the whole plane.
+    /// (u, v) and t describe the same point, anywhere in the triangle's plane.
     #[test]
     fn barycentric_weights_rebuild_the_point(
         c in prop::array::uniform9(-1.0f32..1.0),
@@ -202,7 +202,7 @@ proptest! {
         prop_assert!((u - u2).abs() < 1e-14 && (v - v2).abs() < 1e-14, "{u2} {v2}");
     }
 
-    /// The answer is that of the exact signs, well away from the edges.
+    /// Away from the edges, the result matches the signs of the exact weights.
     #[test]
     fn hits_are_where_the_weights_say(x in -1.0f64..2.0, y in -1.0f64..2.0) {
         prop_assume!([x, y, 1.0 - x - y].iter().all(|w| w.abs() > 1e-12));

@@ -1,4 +1,4 @@
-//! Batches in typical orders of rays: each answer must be that of the single ray, bit for bit.
+//! Batches of rays in typical orders: each answer must equal the single ray's, bit for bit.
 
 use std::sync::OnceLock;
 
@@ -6,7 +6,7 @@ use intertri::internal::exact::attributes32;
 use intertri::{Crossings, Hit, Hit32, Mode, Ray, Ray64, RayOf, Triangle, TriangleOf};
 use intertri_trace::{Bvh, BvhScalar, MeshTriangle};
 
-/// A number in -1..1 from two indices.
+/// A pseudo-random number in -1..1, made from two indices.
 fn number(i: usize, k: usize) -> f32 {
     let x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(k as u32 * 7 + 11);
     (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
@@ -28,7 +28,7 @@ fn scene() -> &'static Bvh {
     })
 }
 
-/// The width of the widest picture here in pixels, and its rows.
+/// The width of the widest picture here, in pixels, and its height.
 const WIDEST: usize = 1100;
 const HIGHEST: usize = 41;
 
@@ -44,7 +44,7 @@ fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
     (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
 }
 
-/// A closest hit in f32: the f64 one rounded, or in the exact mode, the true one.
+/// A closest hit in f32: the f64 hit rounded or, in the mode `exact`, the true values rounded.
 fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hit>) -> Hit32 {
     let Some(hit) = hit else { return Hit32::MISS };
     match bvh.triangle(&hit) {
@@ -135,7 +135,7 @@ fn rows_of_every_width_get_what_each_ray_gets_alone() {
     let alone: Vec<Hit> = whole.iter().map(|ray| bvh.closest(ray).unwrap_or(Hit::MISS)).collect();
     assert!(alone.iter().filter(|hit| hit.is_hit()).count() > alone.len() / 8);
     for width in 1..=WIDEST {
-        // The last row is cut off.
+        // The last row is incomplete.
         let height = 8 + width % (HIGHEST - 8);
         let count = width * height + width / 3;
         let at = |i: usize| i / width * WIDEST + i % width;
@@ -234,7 +234,7 @@ fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
 fn parallel(dir: [f32; 3], x: usize, y: usize, jitter: f32) -> Ray {
     let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 200.0;
     let [u, v] = [x as f32 / 200.0 - 1.0 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
-    // In a plane across the direction, about, and twice as far from the scene as it is large.
+    // Origins lie in a plane about perpendicular to the direction, twice the scene's size away.
     Ray::new([u - 2.5 * dir[0], v - 2.5 * dir[1], -2.5 * dir[2]], dir)
 }
 
@@ -290,7 +290,8 @@ fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
     check("toward the sun, shuffled", &shuffled([&rays[..]; 8].concat()));
 }
 
-/// Shadow rays as the rows of a picture leave them, which are bundles from the light or packets.
+/// Shadow rays from the hits of a picture, row by row, which are traced in bundles from the light or in
+/// packets.
 #[test]
 fn rays_toward_a_light_get_what_each_ray_gets_alone() {
     let bvh = scene();

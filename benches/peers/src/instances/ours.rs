@@ -1,4 +1,4 @@
-//! The queries of a scene of instances.
+//! Our own scenes of instances, as engines.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use intertri_trace::{SceneHit, SceneSnapshot};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// The batch calls.
+/// Traces with the batch queries.
 pub struct Instances {
     scene: SceneSnapshot,
     firsts: Arc<[u32]>,
@@ -49,7 +49,7 @@ impl Engine<Ray64> for Instances {
     }
 }
 
-/// A call a ray.
+/// One call per ray.
 pub struct InstancesSingle {
     scene: SceneSnapshot,
     firsts: Arc<[u32]>,
@@ -81,7 +81,7 @@ impl Engine<Ray64> for InstancesSingle {
     }
 }
 
-/// A hit, with the number that its triangle has in the flattened scene.
+/// Converts a hit; its triangle gets the number that it has in the flattened scene.
 fn named(firsts: &[u32], SceneHit { hit, instance, .. }: &SceneHit) -> Answer {
     if hit.is_hit() {
         Answer { triangle: firsts[instance.index()] + hit.triangle, t: hit.t }

@@ -20,11 +20,11 @@ use crate::report::rounding::Rounded;
 
 /// Build the hierarchy over a model, and save it to a file
 ///
-/// Every command accepts such a file as a model. The file is checked, and loads several times as fast as
-/// building takes. It keeps the triangles and their numbers, but no texture coordinates, colours or shared
-/// vertices. It has the same bytes on every CPU.
+/// Every command accepts such a file as a model. The file is checked when it is loaded, and loading is
+/// several times faster than building. It keeps the triangles and their numbers, but no texture coordinates,
+/// colours or shared vertices. It is byte-for-byte the same on every CPU.
 ///
-/// Coordinates are saved in f32 if all of them are exact there, otherwise in f64.
+/// Coordinates are saved as f32 if f32 represents all of them exactly, otherwise as f64.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build
@@ -34,8 +34,8 @@ pub(crate) struct Options {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// The scalar of the coordinates [default: that of a saved hierarchy; else f32 if all of them are exact
-    /// there, and f64 if not]
+    /// The type of the coordinates [default: that of a saved hierarchy; for other models, f32 if it
+    /// represents all of them exactly, otherwise f64]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
@@ -64,7 +64,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Builds and saves in a scalar.
+/// Builds the hierarchy in a scalar, and saves it.
 fn build<S: Coordinate + BvhScalar>(
     options: &Options,
     model: ModelIn<S>,

@@ -70,7 +70,7 @@ fn value(sweep: &'static Sweep, parameter: f64, seed: u64, cases: u64) -> Vec<On
         onset.method = method.name;
     }
 
-    // In some families few cases are clear; if hardly any are, skip the value.
+    // Some families have few clear cases. If there are hardly any, skip the value.
     let mut tries = 0;
     while none.trials < cases && tries < 16 * cases {
         tries += 512;
@@ -109,15 +109,16 @@ mod tests {
         let onsets = sweep_all(8, 7, 600, &|| ());
         assert_eq!(onsets, sweep_all(8, 7, 600, &|| ()));
         let at = |sweep, method| first(&onsets, sweep, method);
-        // A fixed epsilon depends on the scale; the products of f32 under- and overflow; a threshold on t
-        // excludes long directions.
+        // A fixed epsilon suits only one scale. Products in f32 underflow and overflow. A threshold on t
+        // rejects hits of rays with long directions.
         assert!(at("scale, down", "Möller–Trumbore ε f32").unwrap() > 1e-11);
         assert!(at("scale, down", "Möller–Trumbore f32").unwrap() < 1e-11);
         assert!(at("scale, up", "Möller–Trumbore f32").is_some());
         assert_eq!(at("scale, up", "Möller–Trumbore f64"), None);
         assert!(at("|dir|, long", "certified").is_some());
         assert_eq!(at("|dir|, long", "Möller–Trumbore f32"), None);
-        // Constants in the axes of the scene do not survive a translation; differences do.
+        // Constants in scene coordinates lose accuracy far from the origin; differences of coordinates do
+        // not.
         assert!(at("offset, size 1", "Baldwin–Weber f32").is_some());
         assert_eq!(at("offset, size 1", "Embree fast f32"), None);
         // The kernel fails where the reference fails, and nowhere else.

@@ -6,19 +6,19 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::{Mesh, double};
 
-/// Adds an entry if there is memory for it; tables grow with the file.
+/// Appends an entry, or fails if memory runs out: table sizes depend on the file.
 pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
     table.try_reserve(1)?;
     table.push(entry);
     Ok(())
 }
 
-/// The texture coordinates of a corner without valid ones.
+/// Marks a corner that has no valid texture coordinates.
 pub(super) const NO_UV: u32 = u32::MAX;
 
 /// The triangles of a strip, as indices into its corners: each corner from the third on forms one with the
 /// two before it, and every other triangle is flipped, so that all have the same winding. A triangle that
-/// names a vertex twice only redirects the strip and is left out.
+/// repeats a vertex only steers the strip, and is skipped.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     let triangle = |last| [last - 2 + last % 2, last - 1 - last % 2, last];
     (2..corners.len()).map(triangle).filter(|places| {
@@ -67,7 +67,7 @@ struct WaitingFaces {
 struct UnusableVertex {
     index: u32,
     line: Option<u64>,
-    /// Why, if its numbers do not show it.
+    /// The reason, if the position does not show it.
     cause: Option<String>,
 }
 
@@ -119,7 +119,8 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut self.unusable, UnusableVertex { index, line: self.line, cause })
     }
 
-    /// Adds a texture coordinate. A face with one that is not finite is read without any.
+    /// Adds a texture coordinate. If any texture coordinate of a face is not finite, the face is read without
+    /// texture coordinates.
     pub(super) fn uv(&mut self, uv: [f32; 2]) -> Result<(), Fault> {
         push(&mut self.uvs, uv)
     }
@@ -213,7 +214,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         Ok((self.mesh, self.notes))
     }
 
-    /// Refuses triangles with a vertex that is not finite.
+    /// Rejects triangles with a vertex that is not finite.
     fn check_vertices(&mut self) -> Result<(), Fault> {
         if self.unusable.is_empty() {
             return Ok(());
@@ -223,7 +224,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         let Some(&first) = triangles.as_flattened().iter().filter(is_broken).min() else {
             return Ok(());
         };
-        // In the order of the vertices, in which they were added.
+        // Sorted by vertex index, because entries are added in that order.
         let Ok(place) = unusable.binary_search_by_key(&first, |vertex| vertex.index) else {
             return Ok(());
         };

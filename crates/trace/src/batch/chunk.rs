@@ -1,5 +1,5 @@
-//! A chunk of rays on one thread: coherent rays of one origin in bundles, other coherent rays in packets, and
-//! the rest in streams.
+//! A chunk of rays on one thread: coherent rays with a common origin in bundles, other coherent rays in
+//! packets, and the rest in streams.
 
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Counts, Filter, Ray, RayId};
@@ -22,16 +22,16 @@ use crate::walk::stream::Stream;
 /// clock rate for a while after a bundle.
 const STREAM: usize = 4096;
 
-/// After a reversed bundle that did not pay, this many times as many rays are traced in packets; after each further
-/// one, twice as many, up to the second. Rays from the hits of a row, for example, are a long curve as the light sees
-/// them.
+/// After a reversed bundle that was not worth its cost, the next rays are traced in packets: this many times
+/// as many, twice as many after each further failure, up to the second number. For example, shadow rays from
+/// one row of hits form a long, thin curve as seen from the light.
 const PATIENCE: [usize; 2] = [4, 64];
 
-/// Rays of the smallest bundle.
+/// The number of rays in the smallest bundle.
 const SMALLEST: usize = 16;
 
-/// If a bundle takes more work per ray, in packet tests, the next bundles have no more than [`BUSY_RAYS`]
-/// rays: triangles that are small compared with the bundle are then tested against fewer windows in vain.
+/// If a bundle needs more packet tests per ray than this, the next bundles have no more than [`BUSY_RAYS`]
+/// rays, so that small triangles are tested against fewer windows that they miss.
 const BUSY: usize = 5;
 const BUSY_RAYS: usize = 256;
 
@@ -53,7 +53,7 @@ impl Chunk<'_> {
         }
     }
 
-    /// Classifies the origins of parallel rays with beams, and of the rays that are left with a stream.
+    /// Classifies the origins of rays: those of parallel rays with beams, the rest with a stream.
     fn trace_beams(self, containments: &mut [Containment]) -> Counts {
         let Self { tree, filter, rays, .. } = self;
         let mut counts = Counts::default();
@@ -67,8 +67,8 @@ impl Chunk<'_> {
     }
 }
 
-/// Traces rays of a chunk as a stream. Not inlined into the chunks of each level, which would then contain
-/// the streams of each level again.
+/// Traces rays of a chunk as a stream. Never inlined: otherwise each level's copy of the chunk would contain
+/// every level's stream.
 #[inline(never)]
 fn trace_stream(
     chunk: &Chunk<'_>,
@@ -106,7 +106,7 @@ impl WithSimd for TraceChunk<'_, '_> {
             let end = (at + size).min(all.len());
             let (rays, next) = (&all[at..end], &all[end..]);
 
-            // Coherent rays form a bundle, unless they diverge too much; then a smaller one.
+            // Coherent rays form a bundle. If they diverge too much, try a smaller one.
             results.clear();
             let allowed = [bundles, bundles && any && !reversals.is_waiting()];
             reversals.pass();
@@ -169,7 +169,7 @@ impl WithSimd for TraceChunk<'_, '_> {
     }
 }
 
-/// Writes the answers of a bundle whose packets in `left` are left.
+/// Writes the answers of a bundle. The packets in `left` are not traced yet.
 #[inline(always)]
 fn write_bundle<S: Simd>(
     chunk: &Chunk<'_>,
@@ -189,8 +189,8 @@ fn write_bundle<S: Simd>(
     );
 }
 
-/// The rays as a bundle, if bundles are allowed and they share their origin. If reversed bundles are, too, as for
-/// any-hit queries, a common end is enough, because these rays can be traced backward.
+/// Makes a bundle of the rays if bundles are allowed and the rays share an origin. If reversed bundles are
+/// allowed, too, as for any-hit queries, a common end is enough, because such rays can be traced backward.
 #[inline(always)]
 fn bundle_of<'a>(
     (rays, next, first): (&'a [Ray], &'a [Ray], RayId),
@@ -207,13 +207,13 @@ fn bundle_of<'a>(
     reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
-/// Whether a bundle was worth its work: most of its rays were traced.
+/// Whether a bundle was worth its cost: most of its rays were traced.
 #[inline(always)]
 fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
     matches!(outcome, Outcome::Traced { left, .. } if 32 * left.count_ones() as usize <= rays.len())
 }
 
-/// The size of the next bundle: it may be larger again at a position where a larger one would begin.
+/// The size of the next bundle: it grows again at positions where a larger bundle would begin.
 fn next_size(mut size: usize, at: usize, is_busy: bool) -> usize {
     let most = if is_busy { BUSY_RAYS } else { RAYS };
     while size < most && at.is_multiple_of(4 * size) {

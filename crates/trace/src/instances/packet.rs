@@ -6,8 +6,8 @@
 //!                    each ray that reaches it ◄── placed in the world, once ◄── a leaf ◄───────────┘
 //! ```
 //!
-//! Each lane does what [`Trace`] does with one ray, so no ray loses a hit: boxes are widened by the most that
-//! any ray of the packet needs.
+//! Each lane does what [`Trace`] does with one ray. Boxes are widened by the largest margin that any ray of
+//! the packet needs, so no ray loses a hit.
 
 use std::marker::PhantomData;
 
@@ -31,14 +31,14 @@ use crate::util::patience::Patience;
 use crate::walk::packet::{Boxes, RAYS, VisitTogether, is_coherent, negative, octants};
 use crate::walk::single::{SlabLanes, Visit};
 
-/// If fewer rays than this visit an instance or a box together, they are faster one by one.
+/// If fewer rays than this visit an instance or a box together, tracing them one by one is faster.
 const TOGETHER: usize = 2;
 
-/// After a packet of rays that separate, this many packets are not tried; after each further one, twice as
-/// many, up to the second.
+/// After a packet whose rays diverge, this many are traced ray by ray; twice as many after each further
+/// failure, up to the second number.
 const PATIENCE: [usize; 2] = [4, 256];
 
-/// Whether to try packets, after those of a batch that were.
+/// Decides whether to try a packet, by how earlier packets of the batch fared.
 pub(super) fn patience() -> Patience {
     Patience::new(PATIENCE)
 }
@@ -96,9 +96,9 @@ struct World<'a> {
     origin: [[f64; RAYS]; 3],
     dir: [[f64; RAYS]; 3],
     t_min: [f64; RAYS],
-    /// Those that may hit something.
+    /// The rays that may hit something, a bit each.
     live: u32,
-    /// Those with which computing in f64 lanes loses nothing except by rounding.
+    /// The rays whose numbers neither overflow nor underflow in f64 lanes, a bit each.
     tame: u32,
 }
 
@@ -121,8 +121,8 @@ impl<'a> World<'a> {
         world
     }
 
-    /// Brings some of the rays into the units of a tree: eight at a time, by `into`, which also says which of them it
-    /// can bring.
+    /// Transforms the rays in `some` to a tree's units, eight at a time. `into` also returns a mask of the
+    /// rays that it can transform.
     #[inline(always)]
     fn in_tree<S: Simd>(
         &self,
@@ -164,7 +164,7 @@ impl<'a> World<'a> {
     }
 }
 
-/// Eight vectors of sixteen.
+/// Eight of sixteen vectors, from `first` on.
 #[inline(always)]
 fn eight<S: Simd>([x, y, z]: &[[f64; RAYS]; 3], first: usize) -> Vec3<S::F64x8> {
     Vec3 { x: Lanes::load(&x[first..]), y: Lanes::load(&y[first..]), z: Lanes::load(&z[first..]) }
@@ -173,11 +173,11 @@ fn eight<S: Simd>([x, y, z]: &[[f64; RAYS]; 3], first: usize) -> Vec3<S::F64x8> 
 /// Rays in the units of a tree.
 struct InTree {
     packet: RayPacket<RAYS>,
-    /// The factors from a t of the rays to one of the packet's.
+    /// The factors that convert each ray's t to the packet's.
     unit: [f64; RAYS],
-    /// How far outside its box a hit of any may appear.
+    /// The largest distance outside its box at which a hit of any ray may appear.
     room: f64,
-    /// Those that could be brought there.
+    /// The rays that could be transformed, a bit each.
     some: u32,
     negative: [u32; 3],
 }
@@ -188,7 +188,7 @@ impl InTree {
     }
 }
 
-/// Traces rays together through each instance that any of them may meet.
+/// Traces rays together through each instance that any of them may hit.
 struct VisitInstances<'a, 'b, S, C> {
     scene: &'a Committed,
     world: World<'a>,
@@ -196,21 +196,21 @@ struct VisitInstances<'a, 'b, S, C> {
     mask: u32,
     scratch: &'b mut SceneScratch,
     collect: &'b mut [C],
-    /// The t from which on hits of a ray no longer count; NaN if no further hit can count.
+    /// For each ray, the t from which on hits no longer count; NaN if the ray is finished.
     until: [f64; RAYS],
-    /// The rays that take part.
+    /// The active rays, a bit each.
     live: u32,
-    /// The factors from a t of the rays to one in the units of the top tree, and [`VisitInstances::until`] in
-    /// these units; NaN for rays that do not take part.
+    /// The factors that convert each ray's t to the units of the top tree.
     unit: [f64; RAYS],
+    /// [`VisitInstances::until`] in these units; NaN for rays that are not active.
     far: [f32; RAYS],
-    /// The number of boxes visited, and the sum of the numbers of rays that visited each.
+    /// The number of boxes visited, and the total number of visits by single rays.
     work: [usize; 2],
     level: PhantomData<S>,
 }
 
 impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
-    /// Traces the rays. Returns those that must be traced alone, because their numbers are too extreme.
+    /// Traces the rays. Returns the rays that must be traced alone, because their numbers are too extreme.
     #[inline(always)]
     fn run(&mut self) -> u32 {
         let (scene, live) = (self.scene, self.world.live);
@@ -269,7 +269,7 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
         let mut alone = some;
         let is_useful = scene.frames[instance].inverse.is_useful();
         if some.count_ones() as usize >= TOGETHER && is_useful {
-            // A separate function, which leaves registers to the traversal.
+            // A separate function, to leave registers free for the traversal.
             alone = match mesh {
                 SceneMesh::F32(bvh) => S::vectorize(
                     #[inline(always)]
@@ -363,30 +363,30 @@ impl<S: Simd, C: Collect> VisitTogether<S::F32x16> for VisitInstances<'_, '_, S,
     }
 }
 
-/// Tests rays with the triangles of leaves at an instance's position in the world.
+/// Tests rays with the triangles of leaves, placed in the world.
 struct VisitLeaves<'a, S, X: BvhScalar, C> {
     mesh: PlacedMesh<'a, S, X>,
     rays: &'a [Ray64],
-    /// Those with which computing in lanes loses nothing except by rounding.
+    /// The rays whose numbers neither overflow nor underflow in f64 lanes, a bit each.
     tame: u32,
     collect: &'a mut [C],
-    /// The t from which on hits of a ray no longer count; NaN if no further hit can count.
+    /// For each ray, the t from which on hits no longer count; NaN if the ray is finished.
     until: &'a mut [f64; RAYS],
-    /// The factors from a t of the rays to one in the units of the tree, and [`VisitLeaves::until`] in these units; NaN
-    /// for rays that do not take part.
+    /// The factors that convert each ray's t to the units of the mesh's tree.
     unit: [f64; RAYS],
+    /// [`VisitLeaves::until`] in these units; NaN for rays that are not active.
     far: [f32; RAYS],
 }
 
 impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
-    /// Begins with these rays.
+    /// Makes these rays the active ones.
     #[inline(always)]
     fn begin(&mut self, some: u32) {
         far_of::<S>(some, self.until, &self.unit).store(&mut self.far);
     }
 }
 
-/// The t from which on hits no longer count, in the units of a tree; NaN for all but some rays.
+/// The t from which on hits no longer count, in a tree's units, for the rays in `some`; NaN for the others.
 #[inline(always)]
 fn far_of<S: Simd>(some: u32, until: &[f64; RAYS], unit: &[f64; RAYS]) -> S::F32x16 {
     let some = <S::F32x16 as Lanes>::Mask::from_bits(some);

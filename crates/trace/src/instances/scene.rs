@@ -1,4 +1,4 @@
-//! The scene that you edit: instances are added, removed, placed, hidden, and committed.
+//! The editable scene: add, remove, move and hide instances, then commit.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -12,10 +12,10 @@ use crate::tree::LEAF;
 
 /// Instances of meshes, each placed by its own matrix, that may move between queries.
 ///
-/// A matrix has three rows of four numbers, one row after the other. A corner (x, y, z) of the mesh is placed
-/// at `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation rounded in f64. Rays
-/// meet these corners, and the answers are those of a `Bvh<f64>` over them, bit for bit. Any finite matrix is
-/// allowed: it may scale, shear and mirror, and one that flattens a mesh makes a flat mesh.
+/// A matrix has three rows of four numbers, stored row by row. A corner (x, y, z) of the mesh is placed at
+/// `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation rounded in f64. Queries
+/// return what a `Bvh<f64>` over these corners would return, bit for bit. Any finite matrix is allowed: it
+/// may scale, shear and mirror, and one that flattens a mesh makes a flat mesh.
 ///
 /// Changes take effect when they are committed. A [`SceneSnapshot`] never changes, so other threads may query
 /// one while you edit the scene.
@@ -52,7 +52,7 @@ pub struct Scene {
     meshes: Vec<Option<MeshEntry>>,
     /// The number of instances of each mesh.
     uses: Vec<usize>,
-    /// The number of the mesh at an address.
+    /// Maps a mesh's address to its number.
     numbers: HashMap<usize, u32>,
 }
 
@@ -64,8 +64,7 @@ impl Scene {
 
     /// Adds an instance of a mesh: an `Arc<Bvh<f32>>` or an `Arc<Bvh<f64>>`.
     ///
-    /// # Errors
-    /// Fails if an entry of the matrix is NaN or infinite, or there is too little memory.
+    /// # Errors Fails if an entry of the matrix is NaN or infinite, or if memory runs out.
     pub fn add(
         &mut self,
         mesh: impl Into<SceneMesh>,
@@ -161,7 +160,7 @@ impl Scene {
         Ok(SceneSnapshot::new(committed))
     }
 
-    /// The instance with a number.
+    /// The instance with this number.
     fn instance(&mut self, id: InstanceId) -> Result<&mut Placed, SceneError> {
         if self.contains(id) {
             Ok(&mut Arc::make_mut(&mut self.placed)[id.index()])
@@ -170,7 +169,7 @@ impl Scene {
         }
     }
 
-    /// The number of a mesh, which may be new.
+    /// The number of a mesh; a new mesh gets one.
     fn number_of(&mut self, mesh: SceneMesh) -> u32 {
         let Self { meshes, uses, numbers, .. } = self;
         *numbers.entry(mesh.address()).or_insert_with(|| {

@@ -7,26 +7,26 @@ use super::matrix::{TreeRay, largest};
 use crate::tree::Margin;
 use crate::walk::single::{Slabs, octant};
 
-/// Origins must be nearer than this (2^49); otherwise every box counts as met.
+/// Each coordinate of an origin must be smaller than this (2^49) for the slab test.
 const FAR: f64 = (1_u64 << 49) as f64;
 
-/// The least length of a direction, whose inverse is the greatest: 2^-900.
+/// The length of the shortest direction (2^-900); its inverse is that of the longest.
 const SHORT: f64 = f64::from_bits((1023 - 900) << 52);
 
 impl<D: Lanes<Scalar = f64>> TreeRay<D> {
-    /// Scales the directions by powers of two to lengths between 1 and 2, because the bounds of the slab test exclude
-    /// very long and very short ones. Returns the factors from a t of the rays to one of the scaled, and which
-    /// rays have no number too large or too small for the slab test.
+    /// Scales the directions by powers of two to lengths between 1 and 2, because the bounds of the slab test
+    /// exclude very long and very short ones. Returns the scaled rays, the factors that convert a t to their
+    /// units, and the rays that are in range for the slab test.
     #[inline(always)]
     pub(super) fn scaled(self) -> (Self, D, D::Mask) {
         let Self { origin, dir, room } = self;
         let splat = D::splat;
-        // Each by itself, because the largest of several may hide a NaN.
+        // Each axis separately, because a maximum may hide a NaN.
         let (at, along, most) = (origin.abs(), dir.abs(), splat(1.0 / SHORT));
         let is_near = at.x.lt(splat(FAR)) & at.y.lt(splat(FAR)) & at.z.lt(splat(FAR));
-        let is_short = along.x.le(most) & along.y.le(most) & along.z.le(most);
+        let is_bounded = along.x.le(most) & along.y.le(most) & along.z.le(most);
         let length = largest(dir);
-        let is_sane = is_near & is_short & length.ge(splat(SHORT));
+        let is_sane = is_near & is_bounded & length.ge(splat(SHORT));
         // A power of two, so nothing is rounded.
         let unit = length.power();
         let dir = dir * (splat(1.0) / unit);
@@ -38,7 +38,7 @@ impl<D: Lanes<Scalar = f64>> TreeRay<D> {
 pub(super) struct TreeSlabs {
     pub(super) slabs: Slabs,
     pub(super) octant: usize,
-    /// The factor from a t of the ray to one of the slabs, a power of two.
+    /// The factor that converts a t of the ray to the slabs' units, a power of two.
     pub(super) unit: f64,
 }
 
@@ -60,8 +60,8 @@ impl TreeSlabs {
     }
 }
 
-/// Factors that make an f32 at least as small as the next smaller one, or as large as the next larger. If it is
-/// subnormal, it takes [`f32::MIN_POSITIVE`] more.
+/// Multiplying a positive f32 by one of these moves it down or up by at least one ulp. A subnormal one needs
+/// [`f32::MIN_POSITIVE`], too.
 const DOWN: f32 = 1.0 - f32::EPSILON;
 const UP: f32 = 1.0 + f32::EPSILON;
 
@@ -77,26 +77,26 @@ pub(super) fn rounded_up(t: f64, unit: f64) -> f32 {
     raised((t * unit) as f32)
 }
 
-/// Sixteen t in the units of slabs, each with a factor of its own, rounded down as [`rounded_down`] does.
+/// [`rounded_down`] for sixteen t, each with its own factor.
 #[inline(always)]
 pub(super) fn all_rounded_down<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
     lowered(in_f32::<S>(t, unit))
 }
 
-/// Sixteen t in the units of slabs, each with a factor of its own, rounded up as [`rounded_up`] does.
+/// [`rounded_up`] for sixteen t, each with its own factor.
 #[inline(always)]
 pub(super) fn all_rounded_up<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
     raised(in_f32::<S>(t, unit))
 }
 
-/// At most the next smaller number, at least 0.
+/// Rounds down by at least one ulp, but not below 0.
 #[inline(always)]
 fn lowered<F: Lanes<Scalar = f32>>(t: F) -> F {
     let finite = t.min(F::splat(f32::MAX));
     (finite * F::splat(DOWN) - F::splat(f32::MIN_POSITIVE)).max(F::splat(0.0))
 }
 
-/// At least the next larger number of one that is not negative. There is no hit before a negative one.
+/// Rounds up by at least one ulp, unless the number is negative: no hit lies before that.
 #[inline(always)]
 fn raised<F: Lanes<Scalar = f32>>(t: F) -> F {
     t * F::splat(UP) + F::splat(f32::MIN_POSITIVE)
@@ -136,7 +136,7 @@ mod tests {
         let (least, most) = (f32::from_bits(1), f32::MAX);
         let some = [0.0, least, f32::MIN_POSITIVE, 0.7, 1.0, 1.0_f32.next_down(), 3e30, most];
         for t in some {
-            // Numbers that become this f32, or its neighbours.
+            // Values that round to this f32 or to one of its neighbours.
             let (below, above) = (f64::from(t.next_down()), f64::from(t.next_up()));
             let near = [f64::from(t), 0.5 * (below.max(0.0) + f64::from(t)), above.min(1e300)];
             for (unit, t) in [1.0, 0.125, 1024.0].iter().flat_map(|u| near.map(|t| (*u, t / u))) {
