@@ -408,7 +408,7 @@ pub struct NumberedPacket<'a, 'b, S: Simd> {
 }
 
 impl<S: Simd> NumberedPacket<'_, '_, S> {
-    /// Offers their hits with the triangle in a lane of a block to their closest.
+    /// Offers the rays' hits with the triangle in a lane of a block to their closest hits.
     #[inline(always)]
     pub fn offer_hits_with(
         &self,

@@ -64,7 +64,8 @@ impl Scene {
 
     /// Adds an instance of a mesh: an `Arc<Bvh<f32>>` or an `Arc<Bvh<f64>>`.
     ///
-    /// # Errors Fails if an entry of the matrix is NaN or infinite, or if memory runs out.
+    /// # Errors
+    /// Fails if an entry of the matrix is NaN or infinite, or if memory runs out.
     pub fn add(
         &mut self,
         mesh: impl Into<SceneMesh>,

@@ -138,20 +138,20 @@ impl<'a> Packets<'a> {
     }
 }
 
-/// The rays whose directions are negative, by axis. -0 is, too, as it is for the slab test.
+/// The rays whose directions are negative along each axis. -0 counts as negative, as in the slab test.
 #[inline(always)]
 pub(crate) fn negative<S: Simd>(dir: &[[f32; RAYS]; 3]) -> [u32; 3] {
     let mut negative = [0; 3];
     for (bits, axis) in negative.iter_mut().zip(dir) {
-        // Of a zero, `negative` may say either, but not of a one with its sign.
+        // `negative` is arbitrary for zeros, so transfer the component's sign to a one.
         let sign = S::F32x16::splat(1.0).flip(Lanes::load(axis));
         *bits = sign.negative().bits();
     }
     negative
 }
 
-/// Groups rays by octant: rays of one enter every box through the same three sides. `negative` are those whose
-/// directions are negative, by axis.
+/// Groups rays by octant. All rays of an octant enter every box through the same three sides. `negative` has the
+/// rays whose directions are negative along each axis.
 #[inline(always)]
 pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item = (usize, u32)> {
     std::iter::from_fn(move || {
@@ -170,7 +170,7 @@ pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item =
     })
 }
 
-/// Whether there are several rays, apart from those that look for no hit, and they have about the same direction.
+/// Whether at least two rays can hit anything, and all that can have about the same direction.
 pub(crate) fn is_coherent<S: Scalar + Into<f64>>(rays: &[RayOf<S>]) -> bool {
     let mut live = rays.iter().filter(|ray| ray.t_min.into() < ray.t_max.into());
     let Some(first) = live.next() else { return false };

@@ -25,14 +25,14 @@ pub(crate) struct PacketStack {
 #[derive(Clone, Copy)]
 pub(crate) struct Boxes<'a> {
     pub(crate) nodes: &'a [Node],
-    /// The roots, the one to visit first last; or [`EMPTY`].
+    /// The roots, or [`EMPTY`]. The last one is visited first.
     pub(crate) roots: [u32; 2],
-    /// How many children may wait.
+    /// The stack size that the depth of the boxes requires.
     pub(crate) stack: usize,
 }
 
 impl<'a> Boxes<'a> {
-    /// Those of a tree. If it has two roots, that of the thin triangles is visited last.
+    /// The boxes of a tree. Its second root, that of the thin triangles, is visited last.
     #[inline(always)]
     pub(crate) fn of(tree: &'a Tree) -> Self {
         let root = if tree.leaves.is_empty() { EMPTY } else { 0 };
