@@ -12,7 +12,6 @@ da = pytest.importorskip("dask.array")
 distributed = pytest.importorskip("distributed")
 
 import intertri.dask  # noqa: E402
-from intertri.dask._memory import Lender  # noqa: E402
 
 COUNT = 300_000
 
@@ -80,22 +79,6 @@ def test_a_killed_worker_loses_nothing(mesh, rays, truth, tmp_path):
             hits = intertri.dask.closest(intertri.dask.share(mesh, client), blocks).persist()
             assert intertri.dask.digest(hits) == truth
     assert os.path.exists(flag)
-
-
-def test_memory_is_lent_again_when_no_view_is_left():
-    lender = Lender()
-    first = lender.empty(1000, intertri.HIT)
-    first["t"] = 7
-    where, view = first.ctypes.data, first["t"][::2]
-    del first
-    second = lender.empty(1000, intertri.HIT)
-    second["t"] = 8
-    assert second.ctypes.data != where and (view == 7).all()
-    del view
-    third = lender.empty(1000, intertri.HIT)
-    assert third.ctypes.data == where and third.dtype == intertri.HIT and third.flags.c_contiguous
-    del second, third
-    assert lender.empty(999, intertri.HIT).shape == (999,)
 
 
 def test_zarr(mesh, rays, truth, tmp_path):

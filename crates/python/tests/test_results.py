@@ -1,11 +1,14 @@
-"""Results in pandas data frames, and NaN for misses."""
+"""Results in pandas data frames, NaN for misses, and the memory of results."""
 
 import math
+import os
+from concurrent.futures import ThreadPoolExecutor
 
 import intertri
 import numpy as np
 import pytest
 from conftest import box, icosphere
+from intertri import _memory
 
 MESH = intertri.Mesh(*icosphere(2))
 RAYS = np.random.default_rng(3).uniform(-2, 2, (100, 6))
@@ -90,3 +93,89 @@ def test_rays_start_at_nearest_points():
         rays = MESH.spawn_rays(near, ways)
         assert np.allclose(rays[:, :3], MESH.hit_points(near), atol=1e-12)
         assert (MESH.closest_triangle(rays) != near["triangle"]).all()
+
+
+@pytest.fixture
+def many():
+    """A mesh, and enough rays that their answers use memory which is kept."""
+    vertices, faces = icosphere(2)
+    ways = np.random.default_rng(3).normal(size=(50_000, 3)).astype(np.float32)
+    _memory._idle.clear()
+    return intertri.Mesh(vertices.astype(np.float32), faces), ways
+
+
+def test_memory_is_reused_when_the_last_view_is_gone(many):
+    mesh, ways = many
+    hits = mesh.closest([0, 0, 0], ways)
+    assert hits.nbytes > _memory.LEAST and hits.flags.c_contiguous and hits.flags.writeable and type(hits) is np.ndarray
+    where, view, truth = hits.ctypes.data, hits["t"][::2], hits["t"][::2].copy()
+    del hits
+    others = [mesh.closest([0, 0, 0], -ways), mesh.closest([0, 0, 0], 2 * ways)]
+    assert all(other.ctypes.data != where for other in others) and (view == truth).all()
+    del view
+    again = mesh.closest([0, 0, 0], -ways)
+    assert again.ctypes.data == where and (again == others[0]).all()
+    assert mesh.any([0, 0, 0], ways).all() and not _memory._idle
+
+
+def test_idle_memory_is_bounded_and_fits(many, monkeypatch):
+    mesh, ways = many
+    monkeypatch.setattr(_memory, "MOST", 3 << 21)
+    hits = [mesh.closest([0, 0, 0], ways) for _ in range(5)]
+    assert hits[0].nbytes <= 1 << 21
+    del hits
+    assert len(_memory._idle) == 3
+    large = _memory.empty((3 << 21,), np.uint8)
+    del large
+    assert [len(block) for block in _memory._idle] == [3 << 21]
+    # A small array does not tie up a large block.
+    small = _memory.empty((1 << 20,), np.uint8)
+    assert len(_memory._idle) == 1
+    del small
+    # A block above the bound is not kept.
+    large = _memory.empty((4 << 21,), np.uint8)
+    del large
+    assert sum(map(len, _memory._idle)) <= _memory.MOST
+
+
+def test_idle_memory_is_given_up_before_an_allocation_fails(many, monkeypatch):
+    mesh, ways = many
+    mesh.closest([0, 0, 0], ways)
+    assert len(_memory._idle) == 1
+
+    def fails(*_, **__):
+        raise OSError(12, "Cannot allocate memory")
+
+    monkeypatch.setattr(_memory.mmap, "mmap", fails)
+    assert _memory.empty((8 << 21,), np.uint8).size == 8 << 21
+    assert not _memory._idle
+    with pytest.raises((MemoryError, ValueError)):
+        _memory.empty((1 << 60,), np.float64)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_does_not_write_its_parents_answers(many):
+    mesh, ways = many
+    hits = mesh.closest([0, 0, 0], ways)
+    truth = hits.copy()
+    child = os.fork()
+    if child == 0:
+        hits["t"] = -1
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0 and (hits == truth).all()
+
+
+def test_threads_never_share_memory(many):
+    mesh, ways = many
+    truth = [mesh.closest([0, 0, 0], ways * scale, threads=1)["t"].copy() for scale in (1, 2, 4, 8)]
+
+    def work(number):
+        for _ in range(50):
+            hits = mesh.closest([0, 0, 0], ways * (1 << number), threads=1)
+            if not (hits["t"] == truth[number]).all():
+                return False
+        return True
+
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(work, range(4)))

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _inputs
+from . import _inputs, _memory
 
 F32 = np.dtype(np.float32)
 F64 = np.dtype(np.float64)
@@ -308,7 +308,7 @@ def answers(
 ) -> NDArray[Any]:
     """An array for answers: `out` if it is one, else a new one."""
     if out is None:
-        return np.empty(shape, dtype)
+        return _memory.empty(shape, dtype)
     if not isinstance(out, np.ndarray):
         raise TypeError(f"out must be a numpy array, not {type(out).__name__}")
     if out.dtype != dtype:

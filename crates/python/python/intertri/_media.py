@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays
+from . import _arrays, _memory
 from ._arrays import F32, F64, Rays
 from ._dtypes import MEDIUM_CROSSING, SEGMENT, SegmentLists
 from ._intertri import Media32, Media64
@@ -110,7 +110,7 @@ class Media:
         """
         at = _arrays.points(points)
         at = at.astype(self.dtype if self.dtype != F32 or _arrays.fits_f32(at) else F64, copy=False)
-        found = np.empty(at.shape[:-1], np.int32)
+        found = _memory.empty(at.shape[:-1], np.int32)
         native, threads = self._native(at.dtype, threads), _arrays.threads_of(threads)
         native.medium_at(_arrays.flat(at, at.dtype), threads, _arrays.as_bytes(found))
         return found[()]
@@ -129,7 +129,7 @@ class Media:
         Rays are given as for ``Mesh.closest``. A ray that starts on a wall starts in the medium that it goes into.
         """
         rays = self._rays(origins, directions, t_min, t_max)
-        found = np.empty(rays.shape, MEDIUM_CROSSING)
+        found = _memory.empty(rays.shape, MEDIUM_CROSSING)
         native, threads = self._native(rays.dtype, threads), _arrays.threads_of(threads)
         native.next_crossing(rays, threads, rays.width, _arrays.as_bytes(found))
         return found if rays.shape else found[()]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays
+from . import _arrays, _memory
 from ._arrays import F32, F64
 from ._dtypes import NEAREST
 from ._intertri import SURFACE
@@ -34,7 +34,7 @@ class PointQueries(RayQueries):
     def _winding(self, points: ArrayLike, threads: int | None, assume_closed: bool = True) -> NDArray[np.int32]:
         """Winding numbers as whole numbers, `SURFACE` on the mesh."""
         at = self._points(points)
-        numbers = np.empty(at.shape[:-1], np.int32)
+        numbers = _memory.empty(at.shape[:-1], np.int32)
         tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
         tree.winding(_arrays.flat(at, at.dtype), assume_closed, threads, _arrays.as_bytes(numbers))
         return numbers
@@ -75,7 +75,7 @@ class PointQueries(RayQueries):
             odd: NDArray[np.bool_] = (numbers % 2 != 0) | (numbers == SURFACE)
             return odd
         at = self._points(points)
-        inside = np.empty(at.shape[:-1], np.bool_)
+        inside = _memory.empty(at.shape[:-1], np.bool_)
         tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
         is_closed = assume_closed or self.is_closed
         tree.contains(_arrays.flat(at, at.dtype), is_closed, threads, _arrays.as_bytes(inside))
@@ -102,7 +102,7 @@ class PointQueries(RayQueries):
         """
         if not assume_closed and not self.is_closed:
             at = self._points(points)
-            fractions = np.empty(at.shape[:-1], np.float64)
+            fractions = _memory.empty(at.shape[:-1], np.float64)
             tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
             tree.winding_number(_arrays.flat(at, at.dtype), threads, _arrays.as_bytes(fractions))
             return fractions[()]
@@ -161,7 +161,7 @@ class PointQueries(RayQueries):
         first, step, counts = _arrays.grid(origin, spacing, shape)
         axes = [first[k] + step[k] * np.arange(counts[k], dtype=np.float64) for k in range(3)]
         dtype = self.dtype if self.dtype != F32 or all(map(_arrays.fits_f32, axes)) else F64
-        found = np.empty(counts, np.uint8)
+        found = _memory.empty(counts, np.uint8)
         tree, threads = self._tree(dtype, threads), _arrays.threads_of(threads)
         flat = [_arrays.flat(axis, dtype) for axis in axes]
         tree.voxels(flat, assume_closed or self.is_closed, threads, found.reshape(-1))
@@ -232,7 +232,7 @@ class PointQueries(RayQueries):
         """
         assume_closed = assume_closed or self.is_closed
         at = self._points(points)
-        signed = np.empty(at.shape[:-1], np.float64)
+        signed = _memory.empty(at.shape[:-1], np.float64)
         tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
         tree.signed_distance(_arrays.flat(at, at.dtype), assume_closed, threads, _arrays.as_bytes(signed))
         return signed[()]

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays
+from . import _arrays, _memory
 from ._arrays import F32, Rays
 from ._dtypes import CROSSING, CROSSINGS, HIT, NEAREST, HitLists
 from ._triangles import Triangles, native
@@ -235,10 +235,10 @@ class RayQueries(Triangles):
         found = self._hits(hits)
         ways = _arrays.points(directions, "directions").astype(self.dtype, copy=False)
         shape = _arrays.broadcast(found.shape, ways.shape[:-1], "hits and directions")
-        rows = np.empty(shape, HIT)
+        rows = _memory.empty(shape, HIT)
         for name in HIT.names or ():
             rows[name] = found[name] if name in (found.dtype.names or ()) else 0
-        rays = np.empty((*shape, 6), self.dtype)
+        rays = _memory.empty((*shape, 6), self.dtype)
         native(self.dtype).spawn_rays(
             self._at.vertices.reshape(-1),
             self._faces.reshape(-1),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _inputs
+from . import _arrays, _inputs, _memory
 from ._arrays import F64
 from ._dtypes import SCENE_HIT, SCENE_NEAREST, HitLists
 from ._intertri import SURFACE, NativeScene
@@ -264,7 +264,7 @@ class Scene:
     def _winding(self, points: ArrayLike, mask: int, threads: int | None) -> NDArray[np.int32]:
         """Winding numbers, `SURFACE` on an instance."""
         at = _arrays.points(points).astype(F64)
-        numbers = np.empty(at.shape[:-1], np.int32)
+        numbers = _memory.empty(at.shape[:-1], np.int32)
         threads = _arrays.threads_of(threads)
         self._native.winding(_arrays.flat(at, F64), _mask(mask), threads, _arrays.as_bytes(numbers))
         return numbers

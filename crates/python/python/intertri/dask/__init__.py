@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 from .._dtypes import CROSSINGS, HIT
 from .._mesh import Mesh
 from .._rays import Mode
-from ._memory import Lender
 
 __all__ = ["SharedMesh", "any", "closest", "contains", "count_crossings", "digest", "from_parquet", "from_zarr", "share", "to_zarr"]
 
@@ -156,7 +155,6 @@ class _Payload:
 _KEPT = 4
 _meshes: OrderedDict[str, Mesh] = OrderedDict()
 _lock = threading.Lock()
-_lender = Lender()
 
 
 def _mesh_of(payload: Mesh | _Payload) -> Mesh:
@@ -184,8 +182,6 @@ def _join(*fields: NDArray[Any]) -> NDArray[np.void]:
 
 def _answer(block: NDArray[Any], payload: Any, query: str, options: dict[str, Any]) -> NDArray[Any]:
     """The answers of a block, on a worker."""
-    if query == "closest":
-        options = {**options, "out": _lender.empty(len(block), HIT)}
     answers: NDArray[Any] = getattr(_mesh_of(payload), query)(block, **options)
     return answers
 

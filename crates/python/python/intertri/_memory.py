@@ -1,0 +1,87 @@
+"""Memory for answers, kept and reused: the system hands out new memory page by page, and a fast query would spend much of
+its time waiting for pages."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import mmap
+import weakref
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+LEAST = 1 << 20
+"""Smaller arrays come from numpy: the C library keeps such memory for itself."""
+
+MOST = 1 << 28
+"""At most this many bytes stay idle."""
+
+_PAGE = 1 << 21
+"""Blocks are multiples of a huge page."""
+
+_idle: list[mmap.mmap] = []
+
+
+class _Loan:
+    """Keeps a block in use while an array or a view of it exists: numpy keeps alive the object that an array was made from."""
+
+    def __init__(self, block: mmap.mmap) -> None:
+        self.__array_interface__ = np.frombuffer(block, np.uint8).__array_interface__
+
+
+def empty(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+    """An uninitialized array. Once its last view is gone, its memory serves another array."""
+    dtype = np.dtype(dtype)
+    size = math.prod(shape) * dtype.itemsize
+    if size < LEAST:
+        return np.empty(shape, dtype)
+    block = _idle_block(size) or _new_block(size)
+    if block is None:
+        # Give back everything first. If memory is still short, numpy raises the MemoryError.
+        _idle.clear()
+        return np.empty(shape, dtype)
+    loan = _Loan(block)
+    weakref.finalize(loan, _give_back, block).atexit = False
+    return np.asarray(loan)[:size].view(dtype).reshape(shape)
+
+
+def _idle_block(size: int) -> mmap.mmap | None:
+    """The smallest idle block that is large enough, unless more than half of it would be wasted."""
+    for block in sorted(_idle, key=len):
+        if size <= len(block) <= max(2 * size, _PAGE):
+            # Another thread may have taken it.
+            with contextlib.suppress(ValueError):
+                _idle.remove(block)
+                return block
+    return None
+
+
+def _new_block(size: int) -> mmap.mmap | None:
+    """A block from the system, or `None` if it has no more."""
+    size = -(-size // _PAGE) * _PAGE
+    try:
+        # Shared memory, the default, would let a forked process overwrite its parent's answers.
+        block = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE) if hasattr(mmap, "MAP_PRIVATE") else mmap.mmap(-1, size)
+    except (OSError, OverflowError, ValueError):
+        return None
+    _advise(block, "MADV_HUGEPAGE")
+    return block
+
+
+def _give_back(block: mmap.mmap) -> None:
+    """Keeps a block for the next array. While it is idle, the system may take its pages if memory becomes short."""
+    _advise(block, "MADV_FREE")
+    _idle.append(block)
+    while sum(map(len, _idle)) > MOST:
+        # The oldest; another thread may have taken it.
+        with contextlib.suppress(IndexError):
+            _idle.pop(0)
+
+
+def _advise(block: mmap.mmap, advice: str) -> None:
+    """Gives the system a hint, where it takes such hints."""
+    if hasattr(mmap, advice):
+        with contextlib.suppress(OSError):
+            block.madvise(getattr(mmap, advice))
