@@ -4,9 +4,9 @@
 use intertri::RayOf;
 use pyo3::prelude::*;
 
-use crate::picture::{band, gather, prefetch_next, row_width};
-use crate::pool::{Workers, chunks};
-use crate::run::{Stop, run};
+use crate::picture::{gather, pieces, prefetch_next};
+use crate::pool::{Workers, distribute};
+use crate::run::run;
 use crate::scalar::Scalar;
 use crate::skip::Skip;
 use crate::source::Source;
@@ -23,45 +23,36 @@ pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
     (answers, none): (&mut [A], A),
     ask: impl Fn(&[RayOf<S>], Skip<'_>, &mut [A]) + Sync,
 ) -> PyResult<()> {
-    run(py, workers, |stop| match row_width(rays, width) {
-        Some(width) => by_tiles(rays, width, (answers, none), &ask, stop),
-        None => chunks(answers, CHUNK, Vec::new, |gathered, number, answers| {
-            if !stop.is_set() {
-                let first = number * CHUNK;
-                let range = first..first + answers.len();
-                ask(rays.rays(range.clone(), gathered), rays.skip(range), answers);
-            }
-        }),
-    })
-}
-
-/// [`answers`] for a picture whose rows have `width` pixels.
-fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
-    rays: &Source<'_, S>,
-    width: usize,
-    (answers, none): (&mut [A], A),
-    ask: &(impl Fn(&[RayOf<S>], Skip<'_>, &mut [A]) + Sync),
-    stop: &Stop,
-) {
-    let whole = band(width, rays.count);
-    chunks(
-        answers,
-        whole.pixels(),
-        || (Vec::new(), Vec::new()),
-        |(gathered, found), number, answers| {
-            let (first, band) = (number * whole.pixels(), whole.within(answers.len()));
-            for block in band.blocks() {
-                if stop.is_set() {
-                    return;
+    run(py, workers, |stop| {
+        let mut rest = answers;
+        let pieces = pieces(rays, width, CHUNK).into_iter().map(|piece| {
+            let (some, others) = std::mem::take(&mut rest).split_at_mut(piece.rays.len());
+            rest = others;
+            (piece, some)
+        });
+        let memory = || (Vec::new(), Vec::new());
+        distribute(pieces.collect(), memory, |(gathered, found), (piece, answers)| {
+            let mut done = 0;
+            if let Some(band) = &piece.band {
+                let (band, first) = (band.within(answers.len()), piece.rays.start);
+                for block in band.blocks() {
+                    if stop.is_set() {
+                        return;
+                    }
+                    gather(&block, (rays, first), gathered);
+                    prefetch_next(&block, (rays, first));
+                    found.resize(gathered.len(), none);
+                    ask(gathered, Skip::NONE, found);
+                    block.scatter(found, answers);
                 }
-                gather(&block, (rays, first), gathered);
-                prefetch_next(&block, (rays, first));
-                found.resize(gathered.len(), none);
-                ask(gathered, Skip::NONE, found);
-                block.scatter(found, answers);
+                done = band.pixels();
             }
-            let cut = first + band.pixels()..first + answers.len();
-            ask(rays.rays(cut, gathered), Skip::NONE, &mut answers[band.pixels()..]);
-        },
-    );
+            // All rays, or those of a row that is cut off.
+            let rest = piece.rays.start + done..piece.rays.end;
+            if !stop.is_set() && !rest.is_empty() {
+                let skip = rays.skip(rest.clone());
+                ask(rays.rays(rest, gathered), skip, &mut answers[done..]);
+            }
+        });
+    })
 }

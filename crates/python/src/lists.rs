@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::joined::Joined;
 use crate::part::Part;
-use crate::picture::{band, gather, row_width};
+use crate::picture::{Piece, gather, pieces};
 use crate::pool::{Workers, is_caller};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
@@ -51,7 +51,7 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
         let joined = Joined::new(&mut offsets.as_slice_mut()?[1..], words.as_slice_mut()?);
         run(py, workers, |stop| {
             let asking = Asking { rays, ask: &ask, stop };
-            asking.all(row_width(rays, width), &joined)
+            asking.all(&pieces(rays, width, CHUNK), &joined)
         })??;
         joined.finish()
     };
@@ -101,24 +101,21 @@ where
     F: Fn(&[RayOf<S>], Skip<'_>) -> PyResult<Part<A>> + Sync,
     A: Pod + Send + Sync,
 {
-    /// Queries all rays on all threads; they may be a picture whose rows have `width` pixels.
-    fn all(&self, width: Option<usize>, joined: &Joined<'_, A>) -> PyResult<()> {
-        let band = width.map(|width| band(width, self.rays.count));
-        let size = band.as_ref().map_or(CHUNK, Band::pixels);
+    /// Queries all rays on all threads.
+    fn all(&self, pieces: &[Piece], joined: &Joined<'_, A>) -> PyResult<()> {
         let (next, has_failed) = (AtomicUsize::new(0), AtomicBool::new(false));
         let work = || {
             let mut gathered = Vec::new();
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);
-                let first = number * size;
-                let is_over = self.stop.is_set() || has_failed.load(Ordering::Relaxed);
-                if first >= self.rays.count || is_over {
+                let Some(Piece { rays, band }) = pieces.get(number) else { return Ok(()) };
+                if self.stop.is_set() || has_failed.load(Ordering::Relaxed) {
                     return Ok(());
                 }
                 let mut part = joined.part();
-                let done = match &band {
-                    Some(band) => self.band(band, first, &mut gathered, &mut part),
-                    None => self.range(first..first + size, &mut gathered, &mut part),
+                let done = match band {
+                    Some(band) => self.band(band, rays.clone(), &mut gathered, &mut part),
+                    None => self.range(rays.clone(), &mut gathered, &mut part),
                 };
                 if done.is_err() {
                     has_failed.store(true, Ordering::Relaxed);
@@ -137,14 +134,13 @@ where
     /// Appends the lists of the rays of a range, however long they are.
     fn range(
         &self,
-        Range { start, end }: Range<usize>,
+        range: Range<usize>,
         gathered: &mut Vec<RayOf<S>>,
         part: &mut Part<A>,
     ) -> PyResult<()> {
-        let end = end.min(self.rays.count);
-        if start < end && !self.stop.is_set() {
-            let rays = self.rays.rays(start..end, gathered);
-            let found = (self.ask)(rays, self.rays.skip(start..end))?;
+        if !range.is_empty() && !self.stop.is_set() {
+            let rays = self.rays.rays(range.clone(), gathered);
+            let found = (self.ask)(rays, self.rays.skip(range))?;
             part.reserve(found.rays(), found.answers.len())?;
             part.add(&found, (0, found.rays()));
         }
@@ -155,11 +151,11 @@ where
     fn band(
         &self,
         whole: &Band,
-        first: usize,
+        Range { start: first, end }: Range<usize>,
         gathered: &mut Vec<RayOf<S>>,
         part: &mut Part<A>,
     ) -> PyResult<()> {
-        let band = whole.within(self.rays.count - first);
+        let band = whole.within(end - first);
         let mut blocks = Vec::new();
         for block in band.blocks() {
             if self.stop.is_set() {
@@ -177,7 +173,7 @@ where
                 }
             }
         }
-        self.range(first + band.pixels()..first + whole.pixels(), gathered, part)
+        self.range(first + band.pixels()..end, gathered, part)
     }
 }
 

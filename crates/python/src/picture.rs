@@ -1,8 +1,10 @@
-//! Pictures in numpy's arrays: finds their rows and gathers them tile by tile, as the library does with rays in
-//! memory.
+//! Pictures in numpy's arrays: gathers rows of pixels tile by tile, as the library does with rays in memory.
+
+use std::ops::Range;
+use std::sync::Arc;
 
 use intertri::RayOf;
-use intertri_trace::internal::{Band, Block, LOWEST, TILE};
+use intertri_trace::internal::{Band, Block, LOWEST, Run, TILE, runs};
 
 use crate::pool::workers;
 use crate::scalar::Scalar;
@@ -11,9 +13,46 @@ use crate::source::Source;
 /// With fewer rays, there is no picture.
 const PICTURE: usize = 4 * TILE * TILE;
 
-/// A band of a picture for the threads of this pool.
-pub(crate) fn band(width: usize, pixels: usize) -> Band {
-    Band::of_picture(width, pixels, workers())
+/// Consecutive rays that a thread takes at a time.
+pub(crate) struct Piece {
+    pub(crate) rays: Range<usize>,
+    /// The shape, if the rays are pixels in rows.
+    pub(crate) band: Option<Arc<Band>>,
+}
+
+/// Splits rays into pieces of `size`, and pictures into bands for the threads of this pool. `width` is the number of
+/// pixels in a row by the caller's shape, if it has rows.
+pub(crate) fn pieces<S: Scalar>(rays: &Source<'_, S>, width: usize, size: usize) -> Vec<Piece> {
+    let mut pieces = Vec::new();
+    for Run { rays, width } in pictures(rays, width) {
+        let band = width.map(|width| Arc::new(Band::of_picture(width, rays.len(), workers())));
+        let size = band.as_ref().map_or(size, |band| band.pixels());
+        let begins = rays.clone().step_by(size);
+        pieces.extend(begins.map(|begin| {
+            let rays = begin..rays.end.min(begin + size);
+            Piece { rays, band: band.clone() }
+        }));
+    }
+    pieces
+}
+
+/// Splits rays into pictures and others.
+fn pictures<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Vec<Run> {
+    let all = 0..rays.count;
+    // Tiles hold only rays, nothing to skip.
+    if rays.count < PICTURE || rays.skips() {
+        return vec![Run { rays: all, width: None }];
+    }
+    // A panorama's rows have no visible ends, but the caller's shape has.
+    let [origin, _] = rays.line(0);
+    let shares = |i: usize| rays.line(i)[0] == origin;
+    let is_picture = width >= TILE
+        && rays.count / width >= LOWEST
+        && (1..16).all(|k| shares(k * (rays.count - 1) / 15));
+    if is_picture {
+        return vec![Run { rays: all, width: Some(width) }];
+    }
+    runs(rays.count, |i| rays.line(i))
 }
 
 /// Gathers the rays of a block in a band that begins with a ray.
@@ -34,41 +73,6 @@ pub(crate) fn prefetch_next<S: Scalar>(block: &Block<'_>, (rays, first): (&Sourc
     for row in block.next_rows() {
         rays.prefetch((first + row.start).min(rays.count)..(first + row.end).min(rays.count));
     }
-}
-
-/// How many pixels a row of the picture has, from the caller's shape or from the directions. `None` if rays have
-/// several origins, come in no rows, or skip triangles.
-pub(crate) fn row_width<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Option<usize> {
-    // Tiles hold only rays, nothing to skip.
-    if rays.count < PICTURE || rays.skips() {
-        return None;
-    }
-    let [origin, _] = rays.line(0);
-    let shares = |i: usize| rays.line(i)[0] == origin;
-    if !(1..16).all(|k| shares(k * (rays.count - 1) / 15)) {
-        return None;
-    }
-    let width = if width > 1 { width } else { seen_width(rays)? };
-    (width >= TILE && rays.count / width >= LOWEST).then_some(width)
-}
-
-/// Guesses the width of a picture from some rows: the direction jumps back at the end of each.
-fn seen_width<S: Scalar>(rays: &Source<'_, S>) -> Option<usize> {
-    let step = |i: usize, j: usize| {
-        let ([_, a], [_, b]) = (rays.line(i), rays.line(j));
-        [0, 1, 2].map(|k| b[k] - a[k])
-    };
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let along = step(0, 1);
-    let width = 1 + (1..rays.count / LOWEST).find(|&i| dot(step(i, i + 1), along) < 0.0)?;
-    let rows = rays.count / width;
-    let is_row = |row: usize| {
-        let (first, last) = (row * width, row * width + width - 1);
-        let across = step(first, last);
-        let down = if row + 1 < rows { step(first, first + width) } else { [0.0; 3] };
-        dot(across, along) > 0.0 && dot(down, down) < dot(across, across) / 4.0
-    };
-    (0..16).all(|k| is_row(k * (rows - 1) / 15)).then_some(width)
 }
 
 /// The rays of a square picture, in the order in which they are traced.

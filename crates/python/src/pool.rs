@@ -71,15 +71,25 @@ pub(crate) fn chunks<A: Send, T>(
     state: impl Fn() -> T + Sync + Send,
     each: impl Fn(&mut T, usize, &mut [A]) + Sync + Send,
 ) {
+    let chunks = answers.chunks_mut(size).enumerate().collect();
+    distribute(chunks, state, |state, (number, answers)| each(state, number, answers));
+}
+
+/// Distributes pieces of work to all workers, each with its own state.
+pub(crate) fn distribute<P: Send, T>(
+    pieces: Vec<P>,
+    state: impl Fn() -> T + Sync + Send,
+    each: impl Fn(&mut T, P) + Sync + Send,
+) {
     if is_caller() {
         let mut state = state();
-        let chunks = answers.chunks_mut(size).enumerate();
-        chunks.for_each(|(number, answers)| each(&mut state, number, answers));
+        for piece in pieces {
+            each(&mut state, piece);
+        }
     } else {
-        let chunks = answers.par_chunks_mut(size).enumerate();
         let token = StopToken::current();
-        chunks.for_each_init(state, |state, (number, answers)| {
-            token.run(|| each(state, number, answers));
+        pieces.into_par_iter().for_each_init(state, |state, piece| {
+            token.run(|| each(state, piece));
         });
     }
 }

@@ -42,6 +42,14 @@ int posix_memalign(void **to, size_t align, size_t size) {
 }
 extern void *__libc_calloc(size_t, size_t);
 void *calloc(size_t count, size_t size) { return fails(count * size) ? 0 : __libc_calloc(count, size); }
+extern void *mmap(void *, size_t, int, int, int, long);
+void *mmap(void *at, size_t size, int access, int flags, int file, long offset) {
+    NEXT(mmap);
+    return fails(size) ? (void *)-1 : next(at, size, access, flags, file, offset);
+}
+void *mmap64(void *at, size_t size, int access, int flags, int file, long offset) {
+    return mmap(at, size, access, flags, file, offset);
+}
 """
 
 SCRIPT = """
@@ -101,6 +109,7 @@ for name, call in calls.items():
     truth = call().tobytes()
     for count in range(10_000):
         print(name, count, flush=True)
+        intertri._memory._idle.clear()
         shim.arm(count)
         try:
             answer = call()
@@ -112,7 +121,7 @@ for name, call in calls.items():
         errors += answer is None
         if not failed:
             break
-assert errors > 40, errors
+assert errors > 30, errors
 """
 
 

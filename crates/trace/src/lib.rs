@@ -133,6 +133,7 @@ pub use util::memory::OutOfMemory;
 /// Items that the Python package and the tests build on. They change without notice.
 #[doc(hidden)]
 pub mod internal {
+    pub use crate::batch::rows::{Run, runs};
     pub use crate::batch::tiles::{Band, Block, LOWEST, TILE};
     pub use crate::save::{checksum, seal};
     pub use crate::solid::WINDING_DIR;

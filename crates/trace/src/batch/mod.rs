@@ -9,7 +9,7 @@
 mod answer;
 mod chunk;
 mod lists;
-mod rows;
+pub(crate) mod rows;
 pub(crate) mod tiles;
 
 pub(crate) use answer::Answer;
@@ -77,7 +77,9 @@ impl<S: Backend> RayBatch<'_, S> {
         // Only bundles and packets benefit from tiles. They do not support selections, whose lists follow the order of
         // the rays.
         if A::IN_BUNDLES && self.selection.is_none() {
-            runs(self.rays)
+            let line =
+                |i: usize| [self.rays[i].origin, self.rays[i].dir].map(|of| of.map(Into::into));
+            runs(self.rays.len(), line)
         } else {
             vec![Run { rays: 0..self.rays.len(), width: None }]
         }

@@ -13,10 +13,7 @@
 
 use std::ops::Range;
 
-use intertri::RayOf;
-
 use super::tiles::{LOWEST, TILE};
-use crate::scalar::Backend;
 
 /// The smallest width of a picture, in pixels.
 const SHORTEST: usize = TILE;
@@ -36,14 +33,15 @@ const AGAIN: usize = 1 << 16;
 
 /// A run of consecutive rays.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Run {
-    pub(super) rays: Range<usize>,
+pub struct Run {
+    /// Their indices.
+    pub rays: Range<usize>,
     /// The width of the rows, if the rays are the pixels of a picture.
-    pub(super) width: Option<usize>,
+    pub width: Option<usize>,
 }
 
-/// Splits rays into runs of rows and of others.
-pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
+/// Splits `count` rays into runs of rows and of others. `line` returns the origin and the direction of a ray.
+pub fn runs(count: usize, line: impl Fn(usize) -> [[f64; 3]; 2]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut add = |rays: Range<usize>, width: Option<usize>| match runs.last_mut() {
         Some(last) if last.width == width && width.is_none() => last.rays.end = rays.end,
@@ -51,11 +49,11 @@ pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
         _ => runs.push(Run { rays, width }),
     };
     let mut at = 0;
-    while at < rays.len() {
-        let rows = Rows::of(&rays[at..]);
+    while at < count {
+        let rows = Rows::new(count - at, |i| line(at + i));
         let Some((first, width)) = rows.find() else {
             // There are no rows here, but a picture may begin later.
-            let end = rays.len().min(at + AGAIN);
+            let end = count.min(at + AGAIN);
             add(at..end, None);
             at = end;
             continue;
@@ -70,22 +68,26 @@ pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
 }
 
 /// Rays that may be in rows.
-struct Rows<'a, S: Backend> {
-    rays: &'a [RayOf<S>],
+struct Rows<F> {
+    count: usize,
+    /// The origin and the direction of a ray.
+    line: F,
     /// Whether they share a direction, and not an origin.
     parallel: bool,
 }
 
-impl<'a, S: Backend> Rows<'a, S> {
-    fn of(rays: &'a [RayOf<S>]) -> Self {
-        let parallel = matches!(rays, [a, b, ..]
-            if bits(a.dir) == bits(b.dir) && bits(a.origin) != bits(b.origin));
-        Self { rays, parallel }
+impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
+    fn new(count: usize, line: F) -> Self {
+        let parallel = count > 1 && {
+            let ([origin, dir], [origin2, dir2]) = (line(0), line(1));
+            bits(dir) == bits(dir2) && bits(origin) != bits(origin2)
+        };
+        Self { count, line, parallel }
     }
 
     /// The start of the first row, and the width of the rows.
     fn find(&self) -> Option<(usize, usize)> {
-        if self.rays.len() < FEWEST * SHORTEST {
+        if self.count < FEWEST * SHORTEST {
             return None;
         }
         let first = self.end_of(0)?;
@@ -98,7 +100,7 @@ impl<'a, S: Backend> Rows<'a, S> {
     /// The end of the row that begins at a ray, if it is found soon.
     fn end_of(&self, begin: usize) -> Option<usize> {
         let along = self.step(begin, begin + STEP)?;
-        let most = self.rays.len().min(begin + LONGEST);
+        let most = self.count.min(begin + LONGEST);
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
@@ -111,31 +113,31 @@ impl<'a, S: Backend> Rows<'a, S> {
 
     /// The number of consecutive rows of one picture.
     fn count(&self, begin: usize, width: usize) -> usize {
-        let shared = |ray: &RayOf<S>| bits(if self.parallel { ray.dir } else { ray.origin });
-        let Some(of_first) = self.rays.get(begin).map(shared) else { return 0 };
+        // All rows of a picture start at one point, or are parallel.
+        let shared = |ray: usize| bits((self.line)(ray)[usize::from(self.parallel)]);
         let is_row = |&row: &usize| {
             let first = begin + row * width;
-            let Some(last) = self.rays.get(first + width - 1) else { return false };
             let Some(along) = self.step(first, first + STEP) else { return false };
-            let ends =
-                first + width == self.rays.len() || self.jumps_back(first + width, along, width);
-            // All rows of a picture start at one point, or are parallel; only the ends of each row are checked.
-            shared(&self.rays[first]) == of_first && shared(last) == of_first && ends
+            // Only the ends of each row are checked.
+            let ends = first + width == self.count || self.jumps_back(first + width, along, width);
+            shared(first) == shared(begin) && shared(first + width - 1) == shared(begin) && ends
         };
-        (0..(self.rays.len() - begin) / width).take_while(is_row).count()
+        (0..(self.count - begin) / width).take_while(is_row).count()
     }
 
     /// The difference of the directions of two rays; of parallel rays, of their origins.
     fn step(&self, from: usize, to: usize) -> Option<[f64; 3]> {
-        let pixel = |ray: &RayOf<S>| if self.parallel { ray.origin } else { ray.dir };
-        let (from, to) = (pixel(self.rays.get(from)?), pixel(self.rays.get(to)?));
-        Some([0, 1, 2].map(|k| to[k].into() - from[k].into()))
+        let pixel = |ray: usize| (self.line)(ray)[usize::from(!self.parallel)];
+        (from.max(to) < self.count).then(|| {
+            let (from, to) = (pixel(from), pixel(to));
+            [0, 1, 2].map(|k| to[k] - from[k])
+        })
     }
 }
 
 /// The bits of a vector.
-fn bits<S: Backend>(vector: [S; 3]) -> [u64; 3] {
-    vector.map(|x| Into::<f64>::into(x).to_bits())
+fn bits(vector: [f64; 3]) -> [u64; 3] {
+    vector.map(f64::to_bits)
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -146,7 +148,11 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 mod tests {
     use intertri::Ray;
 
-    use super::{Run, runs};
+    use super::Run;
+
+    fn runs(rays: &[Ray]) -> Vec<Run> {
+        super::runs(rays.len(), |i| [rays[i].origin, rays[i].dir].map(|v| v.map(f64::from)))
+    }
 
     /// A camera's picture, row by row.
     fn rows(camera: f32, width: usize, height: usize) -> Vec<Ray> {
