@@ -2,14 +2,14 @@
 //!
 //! ```text
 //!        up                     a ray of direction d is the point (x, y) = (d·right, d·up) / d·depth;
-//!         │   ╱ depth           U, V, W and D of document D, divided by d·depth, are linear in x and
-//!         │ ╱   · (x, y)        y, and D / T = 1 / (t d·depth) is, too: no division, as in a z-buffer
-//!         o───── right
+//!         │   ╱ depth           U, V, W, and D of document D, divided by d·depth, are linear in x and
+//!         │ ╱   · (x, y)        y; so is D / T = 1 / (t d·depth). As in a z-buffer, no division is
+//!         o───── right          needed
 //! ```
 //!
-//! So testing a ray takes two multiply-adds for each edge, and the outline of a triangle can be tested
-//! against a whole window of the projection at once. `docs/numerics/projection.md` has the bounds and the
-//! proof.
+//! Testing a ray thus takes two multiply-adds per edge, and the outline of a triangle can be tested
+//! against a whole window of the projection at once. `docs/numerics/projection.md` has the bounds
+//! and the proof.
 
 mod frame;
 mod nearest;
