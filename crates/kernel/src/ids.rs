@@ -10,7 +10,8 @@
 #[repr(transparent)]
 pub struct RayId(pub u32);
 
-/// The index of a triangle in the caller's order. If two hits have the same t, the lower index wins.
+/// The index of a triangle in the caller's order. If two hits have the same t, the lower index
+/// wins.
 ///
 /// ```
 /// use intertri::TriangleId;

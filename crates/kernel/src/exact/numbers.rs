@@ -122,7 +122,8 @@ mod tests {
             assert_eq!(attributes(&pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
             assert_eq!(attributes(&pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
         }
-        // A ray that starts one f64 step from the plane, and one that starts as far away as possible.
+        // A ray that starts one f64 step from the plane, and one that starts as far away as
+        // possible.
         let mut near = pair(1.0, 0.0);
         near.origin[2] = 4.0_f64.next_down();
         assert_eq!(attributes(&near)[0], 4.0 - 4.0_f64.next_down());

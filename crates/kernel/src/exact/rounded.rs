@@ -105,8 +105,8 @@ pub(super) fn quotient<D: Lanes<Scalar = f64>>(
     let lacks = ((num.high - p) - q.mul_error(den.high, p)) + (num.low - q * den.low);
     let rest = lacks * inverse;
 
-    // Rounding preserves order: if both ends of the error interval round to the same number, so does the
-    // quotient.
+    // Rounding preserves order: if both ends of the error interval round to the same number, so
+    // does the quotient.
     let doubt = q.abs().mul_add(den_err, num_err) * inverse.abs();
     let (least, most) = (q + (rest - doubt), q + (rest + doubt));
     // Turn negative zeros into positive zeros.

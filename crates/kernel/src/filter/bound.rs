@@ -10,7 +10,8 @@ pub(super) const U: f32 = 1.0 / (1 << 24) as f32;
 /// `PRECHECK |d|₂ (|c1|₁ + h + |o|₁)`.
 pub(super) const PRECHECK: f32 = 32.0 * U;
 
-/// The errors of V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)`, including the reference's own noise.
+/// The errors of V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)`, including the reference's own
+/// noise.
 pub(super) const EDGE: f32 = 6.5 * U;
 
 /// The contribution of the edges' own length to the bound. U is within twice the bound of V and W.
@@ -86,7 +87,8 @@ pub(super) const SCREEN_EDGE: f32 = 0.5;
 /// A direction on the projection is at most this many times as long as its depth.
 pub(super) const LEAN: f32 = 1.23;
 
-/// The error of a linear form at a point of the projection, rounded to f32, is within `SCREEN |form|₁`.
+/// The error of a linear form at a point of the projection, rounded to f32, is within
+/// `SCREEN |form|₁`.
 pub(super) const SCREEN: f32 = 9.25 * U;
 
 /// In the projection's axes, the errors of an edge form's coefficients are within

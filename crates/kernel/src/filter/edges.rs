@@ -340,7 +340,8 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         let Self { num, num_err, den, den_err } = *self;
         // num / den > far, with both sides multiplied by the positive den.
         let beyond = num.gt(far.mul_add(den + den_err, num_err));
-        // `den - den_err` is positive if the sign of `den` is certain, because `GRAZING` exceeds `SLACK DEN`.
+        // `den - den_err` is positive if the sign of `den` is certain, because `GRAZING` exceeds
+        // `SLACK DEN`.
         let before = num.lt(of.below.mul_add(den - den_err, -num_err));
         beyond | before
     }

@@ -35,8 +35,8 @@ pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> 
     let lacks = ((num[0] - p) - q.mul_error(den[0], p)) + (num[1] - q * den[1]);
     let [q, rest] = sum(q, lacks * inverse);
 
-    // Rounding preserves order: if both ends of the error interval round to the same number, so does the
-    // quotient.
+    // Rounding preserves order: if both ends of the error interval round to the same number, so
+    // does the quotient.
     let doubt = q.abs() * F::splat(DOUBT);
     (q, (q + (rest + doubt)).le(q) & (q + (rest - doubt)).ge(q))
 }

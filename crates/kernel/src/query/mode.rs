@@ -29,11 +29,11 @@ use crate::{Hit, Ray, Threshold};
 /// in lanes. If you write your own BVH, use the mode's [`filter`](Mode::filter) in its loops.
 ///
 /// # Exact
-/// Tests run in f32 lanes under a proven error bound, with exact arithmetic for the pairs that the bound
-/// leaves undecided. Hits are decided for the coordinates as given, and t, u, and v are the true numbers,
-/// correctly rounded. No ray slips through a mesh between two triangles that share an edge. A ray that
-/// starts on a triangle or is parallel to it does not hit it. `docs/numerics/exact.md` has the
-/// definition and the proof.
+/// Tests run in f32 lanes under a proven error bound, with exact arithmetic for the pairs that the
+/// bound leaves undecided. Hits are decided for the coordinates as given, and t, u, and v are the
+/// true numbers, correctly rounded. No ray slips through a mesh between two triangles that share an
+/// edge. A ray that starts on a triangle or is parallel to it does not hit it.
+/// `docs/numerics/exact.md` has the definition and the proof.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, simd::Level};
@@ -49,8 +49,8 @@ use crate::{Hit, Ray, Threshold};
 /// ```
 ///
 /// # Certified
-/// Tests run in the same f32 lanes, with the reference's own f64 operations for undecided pairs. The mode
-/// uses the document's [`Threshold`].
+/// Tests run in the same f32 lanes, with the reference's own f64 operations for undecided pairs.
+/// The mode uses the document's [`Threshold`].
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};
