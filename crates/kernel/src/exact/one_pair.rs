@@ -2,8 +2,8 @@
 //! lane.
 //!
 //! ```text
-//!   D = d·(h4 × h5)    T = a·(h4 × h5)    V = h5·(a × d)    W = -h4·(a × d)       each lane x·(y × z)
-//!         1                  t                  u                 v               each over D
+//!   D = d·(h4 × h5)    T = a·(h4 × h5)    V = h5·(a × d)    W = -h4·(a × d)    per lane: x·(y × z)
+//!         1                  t                  u                 v            divided by D
 //! ```
 //!
 //! This code is called out of line, so it selects an instruction level itself. Without a fused

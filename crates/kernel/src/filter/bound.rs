@@ -47,8 +47,8 @@ pub(super) const ROUND: f32 = 8.0 * U;
 /// A ray is certainly not parallel if its denominator exceeds this multiple of `Threshold |n|`.
 pub(super) const PARALLEL: f32 = 1.001;
 
-/// |n|₂ is at most `AREA h²`: among the triangles with a given longest edge, the equilateral one has
-/// the largest area.
+/// |n|₂ is at most `AREA h²`: among the triangles with a given longest edge, the equilateral one
+/// has the largest area.
 pub(super) const AREA: f32 = 0.8661;
 
 /// The rounding error of the hit point, relative to the 1-norm of the origin: 2^-51.

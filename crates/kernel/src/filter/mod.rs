@@ -2,10 +2,10 @@
 //! undecided lanes go to a resolver, which depends on the mode.
 //!
 //! ```text
-//!   rays, triangles ──► filter (f32, 8 lanes) ──► certain miss    nearly all pairs, by the edge tests
-//!                                            ├──► certain hit     t is in an f32 interval; its f64
-//!                                            │                    bits are computed on demand
-//!                                            └──► undecided       about 1 in 10,000: to the resolver
+//!   rays, triangles ──► filter (f32, 8 lanes) ──► certain miss   nearly all pairs, by their edges
+//!                                            ├──► certain hit    t is in an f32 interval; its f64
+//!                                            │                   bits are computed on demand
+//!                                            └──► undecided      about 1 in 10,000: to the resolver
 //! ```
 //!
 //! There are two forms: one for any rays and triangles ([`edges`]), and one for bundles of rays

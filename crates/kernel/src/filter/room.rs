@@ -2,9 +2,9 @@
 //! as f32 copies, whose rounding the bounds must cover.
 //!
 //! ```text
-//!   given in f64        copies in f32                            error
-//!   c1, o               relative to the scene's centre, rounded  u of themselves: a translation of A
-//!   h4, h5, d           scaled, rounded                          u of each component
+//!   given in f64    copies in f32                             error
+//!   c1, o           relative to the scene's centre, rounded   u times themselves, a shift of A
+//!   h4, h5, d       scaled, rounded                           u times each component
 //! ```
 //!
 //! `docs/numerics/f64.md`, section 4, has the derivation.

@@ -2,8 +2,8 @@
 //! have changed them.
 //!
 //! ```text
-//!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ         one share per earlier rounding and
-//!                                            ±  u|value|        per copied input, plus the sum's own
+//!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ      one share per earlier rounding and
+//!                                            ±  u|value|     per copied input, plus the sum's own
 //! ```
 //!
 //! The filter's code runs on these numbers unchanged. No known input makes all roundings have the

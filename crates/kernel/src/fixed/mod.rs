@@ -11,8 +11,8 @@
 //! a ray that starts on a surface does not cross it there.
 //!
 //! ```text
-//!   f32 ── Grid ──► Ray, Triangle ──► Block, Packet, SeenTriangle ──► Crossing ──► Best ──► Hit, f64
-//!          rounds     i32               f32 filter, i64        t = num / den         rounds
+//!   f32 ─ Grid ──► Ray, Triangle ──► Block, Packet, SeenTriangle ──► Crossing ──► Best ──► Hit, f64
+//!         rounds     i32               f32 filter, i64        t = num / den         rounds
 //! ```
 //!
 //! Rays and triangles that you test against each other must come from the same grid. To use this

@@ -5,7 +5,7 @@
 //!        f64                          f32, for the filter and traversal
 //!   528 980.13 ────────────┐
 //!   528 981.20 ──┐ centre  │          c1 ──►  2ⁿ (c1 - centre)        rounded
-//!                ▼    ▼    ▼          h4 ──►  2ⁿ (c2 - c1)            rounded: small edges stay precise
+//!                ▼    ▼    ▼          h4 ──►  2ⁿ (c2 - c1)            rounded; precise if short
 //!   ─────────────●────┼────●───       o  ──►  2ⁿ (o - centre)         rounded
 //!                                     d  ──►  2ᵐ d                    rounded
 //! ```

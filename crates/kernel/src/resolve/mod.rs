@@ -4,7 +4,7 @@
 //!   filter (f32 lanes) ──► certain miss       nearly all pairs
 //!                     ├──► certain hit        its t is in an f32 interval
 //!                     └──► undecided ──► Resolver ──► document   the f64 operations of document A
-//!                                                ├──► exact      f64 with an error bound, or integers
+//!                                                ├──► exact      f64 with a bound, or integers
 //!                                                └──► originals  the same, for the f64 originals
 //! ```
 //!

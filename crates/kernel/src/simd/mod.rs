@@ -5,7 +5,7 @@
 //!
 //! ```text
 //!   algorithm<S: Simd>  ──►  dispatch ──► Baseline what every CPU of the target has: 128-bit NEON
-//!                                    │             or simd128 registers, otherwise the crate `wide`
+//!                                    │            or simd128 registers, otherwise the crate `wide`
 //!                                    ├──► Avx2     256 bits, fused multiply-add
 //!                                    └──► Avx512   512 bits, mask registers
 //! ```
