@@ -60,7 +60,7 @@ impl Scales {
 pub(super) struct Numbers<const C: usize, const N: usize, const V: usize> {
     a: [Int<C>; 3],
     d: [Int<C>; 3],
-    /// N₁, N₂ and N₃.
+    /// N₁, N₂, and N₃.
     pub(super) normals: [[Int<N>; 3]; 3],
 }
 

@@ -20,7 +20,7 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// Where a ray meets a triangle, and on which side of each edge it passes.
 #[derive(Clone, Copy)]
 pub(super) struct Intersection {
-    /// t, u and v.
+    /// t, u, and v.
     pub(super) quotients: [f64; 3],
     /// One bit per quotient that is proven to be correctly rounded; the lowest bit is for t.
     pub(super) sure: u32,

@@ -35,7 +35,7 @@ struct Ends<const N: usize> {
 }
 
 impl<D: Lanes<Scalar = f64>> Over<D> {
-    /// Takes a denominator with an error of up to `err`.
+    /// Prepares divisions by a denominator with an error of up to `err`.
     #[inline(always)]
     fn new(den: D, err: D) -> Self {
         Self { err, inverse: D::splat(1.0) / den }

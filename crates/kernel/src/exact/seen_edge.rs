@@ -3,7 +3,7 @@
 //! ```text
 //!             b
 //!             ▲    d·(A × B) > 0    the ray passes on this side of the edge
-//!        ·    │    d·(A × B) = 0    it passes through the edge's line: it is moved by (ε, ε², ε³)
+//!        ·    │    d·(A × B) = 0    through the edge's line: the ray is moved by (ε, ε², ε³)
 //!       ray   │
 //!             a    A, B are the ends from the ray's origin; the view is along the ray
 //! ```
@@ -27,7 +27,7 @@ use crate::Scalar;
 /// use intertri::internal::exact::edge_side;
 /// let side = |dir: [f32; 3]| edge_side([0.0; 3], dir, [[1.0, -1.0, 4.0], [1.0, 1.0, 4.0]]);
 /// assert_eq!([side([0.0, 0.0, 1.0]), side([2.0, 0.0, 4.0])], [Greater, Less]);
-/// // At the edge itself: moved along x, the ray passes where x is greater.
+/// // A ray through the edge is moved along x, so it passes where x is greater.
 /// assert_eq!(side([1.0, 0.5, 4.0]), Less);
 /// assert_eq!(edge_side([0.0; 3], [1.0, 0.0, 0.0], [[1.0; 3], [2.0_f32; 3]]), Equal);
 /// ```
@@ -57,7 +57,7 @@ fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
 /// use intertri::internal::exact::moment;
 /// let [x, y, z] = moment([0.0; 3], [0.0, 0.0, 2.0], [3.0e-30_f32, -4.0e-30, 5.0]);
 /// assert!(x > 0.0 && (y / x - 0.75).abs() < 1e-6 && z == 0.0);
-/// // On the ray: seen from the one that is moved along x, the point lies at smaller x.
+/// // The point is on the ray. The ray is moved along x, so the point is at smaller x.
 /// let [x, y, z] = moment([0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 5.0_f32]);
 /// assert!(x == 0.0 && y < 0.0 && z == 0.0);
 /// ```

@@ -4,7 +4,7 @@
 //!            ╱ dir                 The rounded hit point may be on either side of the plane. If
 //!      ●    ╱                      dir leads through the plane from there, the point is moved
 //!   ───┼───╱──────── plane         along the axis nearest to the normal, by a few units in the
-//!      ○                           last place, until dir certainly does not.
+//!      ○                           last place, until dir no longer does.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the derivation.
@@ -157,9 +157,9 @@ fn moved<S: Scalar>(
     None
 }
 
-/// A triangle's normal, of any length. f64 can represent the normal of any f32 triangle, but not of
-/// any f64 triangle. For f64, the edges start at the corner opposite the longest edge, because the
-/// differences between a far corner and two near ones may be equal.
+/// A triangle's normal, of any length. f64 can represent the normal of every f32 triangle, but not
+/// of every f64 triangle. For f64, the edges start at the corner opposite the longest edge, because
+/// the differences between a far corner and two near ones may be equal.
 fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     if const { !is_f64::<S>() } {
         return triangle.normal();

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   A = a + a'    h4 = h + h'    h5 = k + k'        each difference is exact, in two parts
-//!   n = h × k  in two parts,  plus  h × k' + h' × k  in one
+//!   n = h × k  in two parts,  plus  h × k' + h' × k  in one part
 //! ```
 //!
 //! `docs/numerics/f64.md`, section 3, has the bounds and the proof.

@@ -15,7 +15,7 @@ pub enum Tier {
     /// Integers with coordinates of 320 bits: enough for any f32, whose digits span 277 places.
     Wide,
     /// Integers with coordinates of 2112 bits: enough for any f64, whose digits span 2098 places.
-    /// f32 coordinates never need more than 320.
+    /// f32 coordinates never need more than 320 bits.
     Widest,
 }
 

@@ -14,7 +14,8 @@ pub(super) const PRECHECK: f32 = 32.0 * U;
 /// noise.
 pub(super) const EDGE: f32 = 6.5 * U;
 
-/// The contribution of the edges' own length to the bound. U is within twice the bound of V and W.
+/// The contribution of the edges' own length to this bound. The error of U is within twice the
+/// bound of V and W.
 pub(super) const NEAR: f32 = 0.65;
 
 /// The error of V is within `SHARP perm(h5, d, A)`, plus noise. The error of W is bounded alike.
@@ -39,7 +40,7 @@ pub(super) const NUM_NOISE: f32 = f32::from_bits((127 - 49) << 23);
 /// reference's own rounding errors are amplified too much.
 pub(super) const GRAZING: f32 = 24.0 * U;
 
-/// The enclosure of t: `SLACK (NUM |A|₁ h² + |t| DEN |d|₂ h²) / |den| + ROUND |t|`.
+/// The error of t is within `SLACK (NUM |A|₁ h² + |t| DEN |d|₂ h²) / |den| + ROUND |t|`.
 pub(super) const SLACK: f32 = 1.6;
 /// See [`SLACK`].
 pub(super) const ROUND: f32 = 8.0 * U;

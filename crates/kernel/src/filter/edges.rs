@@ -25,7 +25,7 @@ use super::verdicts::Verdicts;
 #[derive(Clone, Copy)]
 pub struct Triangles<F> {
     pub(super) c1: Vec3<F>,
-    /// `-h4`. Storing it negated saves a negation per ray.
+    /// `-h4`. Storing it negated saves a negation in every test.
     pub(super) minus_h4: Vec3<F>,
     pub(super) h5: Vec3<F>,
     pub(super) n: Vec3<F>,
@@ -39,7 +39,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     /// The N triangles of a block.
     #[inline(always)]
     pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>, room: &Room) -> Self {
-        // `map` would be compiled without the level's instructions.
+        // Do not use `map` here: it would be compiled without the level's instructions.
         let [c1, c2, c3] = block.corners();
         let corners = [Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)];
         let h = F::load(block.longest_edges());
@@ -65,20 +65,20 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         Self::new([Vec3::splat(*c1), Vec3::splat(*c2), Vec3::splat(*c3)], F::splat(h))
     }
 
-    /// Takes the corners and the longest edge.
+    /// Creates triangles from their corners and longest edges.
     #[inline(always)]
     pub(crate) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
         Self::of_edges([c1, c1 - c2, c3 - c1], h)
     }
 
-    /// Takes only the corners and measures the longest edge in f32.
+    /// Creates triangles from their corners alone. The longest edges are measured in f32.
     #[inline(always)]
     pub(crate) fn of_corners([c1, c2, c3]: [Vec3<F>; 3]) -> Self {
         let (minus_h4, h5) = (c1 - c2, c3 - c1);
         Self::of_edges([c1, minus_h4, h5], longest_edge(c1, minus_h4, h5))
     }
 
-    /// Takes a corner, the edges `-h4` and `h5`, and the longest edge.
+    /// Creates triangles from a corner, the edges `-h4` and `h5`, and the longest edge of each.
     #[inline(always)]
     fn of_edges([c1, minus_h4, h5]: [Vec3<F>; 3], h: F) -> Self {
         Self { c1, minus_h4, h5, n: h5.cross_fused(minus_h4), h, hh: h * h }
@@ -296,7 +296,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
     }
 
     /// Uses the sharp bounds. Returns the lanes that no edge proves to be a miss, and the lanes
-    /// that all edges prove to be a hit, provided [`Edges::sure`].
+    /// that all edges prove to be a hit if [`Edges::sure`] is set.
     #[inline(always)]
     fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> (F::Mask, F::Mask) {
         let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of, room);

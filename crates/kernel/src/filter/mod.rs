@@ -80,13 +80,14 @@ pub struct Filter<'a> {
 }
 
 impl<'a> Filter<'a> {
-    /// Creates a filter with the given threshold whose resolver uses document A's operations.
+    /// Creates a filter that resolves undecided pairs with document A's operations and has the
+    /// given threshold.
     #[inline]
     pub fn certified(threshold: Threshold, level: Level) -> Self {
         Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: &Room::NONE }
     }
 
-    /// Creates a filter for any rays and triangles whose results are correct for their coordinates
+    /// Creates a filter for any rays and triangles. Its results are correct for their coordinates
     /// (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(rule: Rule, level: Level) -> Self {
@@ -94,8 +95,8 @@ impl<'a> Filter<'a> {
         Self { threshold: Threshold::ZERO, resolver, level, room: &Room::EXACT }
     }
 
-    /// Creates a filter for f32 copies of f64 coordinates whose results are exact for the
-    /// originals. `room` bounds the rounding of the copies (`docs/numerics/f64.md`).
+    /// Creates a filter for f32 copies of f64 coordinates. Its results are exact for the originals.
+    /// `room` bounds the rounding of the copies (`docs/numerics/f64.md`).
     #[doc(hidden)]
     #[inline]
     pub fn on_copies(originals: &'a dyn Originals, room: &'a Room, level: Level) -> Self {
@@ -137,7 +138,7 @@ impl<'a> Filter<'a> {
     /// [`Filter::sure_end`] for N rays.
     #[inline(always)]
     pub(crate) fn sure_ends<F: Lanes<Scalar = f32>, const N: usize>(&self, t_max: &[f32; N]) -> F {
-        // `map` is not always inlined.
+        // Avoid `map`, which is not always inlined.
         let mut ends = *t_max;
         if self.room.copies {
             for t_max in &mut ends {
@@ -203,8 +204,9 @@ impl Filter<'_> {
         if off > 0.0 { frame.passed_within(off, reach) } else { frame }
     }
 
-    /// Adds the live rays of a packet to the depths at which rays begin to look for hits. No hit is
-    /// before the first `t_min`, and any t beyond the second is certainly past the near end.
+    /// Adds the live rays of a packet to `starts`, the depths at which rays begin to look for hits.
+    /// No hit is before the first `t_min`, and any t beyond the second is certainly past the near
+    /// end.
     ///
     /// See [`Starts`] for an example.
     #[inline(always)]

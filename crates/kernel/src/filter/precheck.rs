@@ -1,4 +1,4 @@
-//! The precheck for packets: do rays from any origins certainly miss a triangle?
+//! The precheck for packets: finds the rays, from any origins, that certainly miss a triangle.
 //!
 //! ```text
 //!   V/h = v·d + h5/h·m     with the moments   v = h5 × c1 / h         of an edge

@@ -10,7 +10,7 @@ use crate::{Ray, RayId, Triangle};
 ///
 /// ```
 /// use intertri::{Mode, PreparedTriangle, Ray, RayPacket, Triangle};
-/// // Prepared once, for many packets.
+/// // Prepare the triangle once for many packets.
 /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let wall = PreparedTriangle::new(&wall);
 /// let rays: Vec<Ray> =

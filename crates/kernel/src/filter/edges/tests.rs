@@ -15,8 +15,8 @@ struct Case {
 }
 
 impl Case {
-    /// Takes fifteen numbers: an origin, the vector from there to a corner, the two edges from that
-    /// corner, and a direction. The corner is the farthest point of the scene.
+    /// Builds a case from fifteen numbers: an origin, the vector from there to a corner, the two
+    /// edges from that corner, and a direction. The corner is the farthest point of the scene.
     #[expect(
         clippy::large_stack_arrays,
         reason = "the arrays are of numbers with all their shares"
@@ -63,7 +63,7 @@ impl Case {
             sign(&edges.w) / bound,
             sign(&edges.u) / (2.0 * bound),
             slack * edges.den.most() / plane.den_err.value,
-            // The error of D relative to the least D that decides anything.
+            // The error of D, relative to the smallest D for which anything is decided.
             2.84 * edges.den.most() / edges.least.value,
             slack * plane.num.most() / plane.num_err.value,
             sign(&edges.v) / sharp_v,
