@@ -329,8 +329,8 @@ impl Search {
                 for _ in 0..=self.below(3) {
                     let number = &mut next[self.below(N)];
                     *number += size * self.number();
-                    // Random steps never reach exactly 0, where products vanish and bounds are
-                    // tightest.
+                    // Occasionally set a number to exactly 0, which random steps never reach:
+                    // products vanish there, and bounds are tightest.
                     if self.below(8) == 0 {
                         *number = 0.0;
                     }

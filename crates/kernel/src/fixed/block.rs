@@ -75,7 +75,7 @@ impl<const N: usize> Block<N> {
     /// index of the triangle. Call this function in a loop that is compiled for an instruction
     /// level.
     ///
-    /// With `FILTER`, f32 lanes are tested first. The result is the same.
+    /// With `FILTER`, f32 lanes are tested first, which does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,

@@ -46,7 +46,7 @@ impl Determinants {
         Self::new(edges.u, edges.v, edges.w)
     }
 
-    /// Takes the determinants of up to eight lanes.
+    /// Stores the determinants of up to eight lanes.
     #[inline(always)]
     pub(super) fn new<I: Ints>(u: I, v: I, w: I) -> Self {
         let mut at = Self { u: [0; 8], v: [0; 8], w: [0; 8] };

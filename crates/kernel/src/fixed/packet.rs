@@ -80,7 +80,7 @@ impl<const N: usize> Packet<N> {
 
     /// Calls `each` for every crossing of a `live` ray with a triangle, with the ray's lane. Call
     /// this function in a loop that is compiled for an instruction level. With `FILTER`, f32 lanes
-    /// are tested first. The result is the same.
+    /// are tested first, which does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -129,7 +129,7 @@ impl<const N: usize> Packet<N> {
 
 /// A triangle relative to an origin, with the values that rays from that origin share.
 ///
-/// The idea is that of document D: each test only takes the products with the direction.
+/// The idea is that of document D: each test needs only the products with the direction.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};
@@ -166,8 +166,8 @@ pub struct SeenTriangle {
     bound: f32,
 }
 
-/// The integers of a triangle relative to an origin. They determine where a ray from that origin
-/// crosses the triangle, if it is known to do so.
+/// The integers of a triangle relative to an origin. They determine where rays from that origin
+/// cross the triangle. The rays must be known to cross it.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Sides};
@@ -196,7 +196,8 @@ impl Sides {
         Self { normals, num: product(a, normals[0]) }
     }
 
-    /// Computes where a ray from that origin crosses the triangle. It must be known to do so.
+    /// Computes where a ray from that origin crosses the triangle. The ray must be known to cross
+    /// it.
     #[inline(always)]
     pub fn crossing(&self, ray: &Ray) -> Crossing {
         let [x, y, z] = i64s(ray.dir());
@@ -209,7 +210,7 @@ impl Sides {
 
 impl SeenTriangle {
     /// Computes a triangle relative to an origin. Returns `None` if the origin is in the triangle's
-    /// plane or if the triangle has no area: no ray from there crosses it.
+    /// plane or if the triangle has no area, because no ray from there crosses it.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
         let sides = Sides::new(triangle, origin);
@@ -228,7 +229,8 @@ impl SeenTriangle {
 
     /// Calls `each` for every crossing of a `live` ray with the triangle, with the ray's lane. All
     /// live rays must start at the triangle's origin. Call this function in a loop that is compiled
-    /// for an instruction level. With `FILTER`, f32 lanes are tested first. The result is the same.
+    /// for an instruction level. With `FILTER`, f32 lanes are tested first, which does not change
+    /// the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool, const N: usize>(
         &self,

@@ -227,7 +227,7 @@ impl WithSimd for ClosestBatch<'_> {
             let mut bests = [[Best::default(); 8]; PACKETS];
 
             // If all rays have the same origin, compute the values that depend on it once for all
-            // eight packets. Each ray then only takes the products with its direction.
+            // eight packets. Each ray then needs only the products with its direction.
             let origin = rays[0].origin();
             let shared = rays.iter().all(|ray| ray.origin() == origin);
             for (index, triangle) in (0..).zip(self.triangles) {

@@ -1,10 +1,10 @@
 //! The correctly rounded f64 quotient of two integers, which may be inexact in f64.
 //!
 //! ```text
-//!   q ≈ num / den     p = q den ──► (num - p) / den = lacks ──► q + lacks
-//!                                                                   │
-//!                        ...●─────────────┼─────────────●───────    ▼
-//!                           f64         half           f64      not too near the halfway point?
+//!   q ≈ num / den     p = q den ──► rest = (num - p) / den ──► q + rest
+//!                                                                │
+//!                        ...●─────────────┼─────────────●───────  ▼
+//!                           f64         half           f64    not too near the halfway point?
 //! ```
 //!
 //! `docs/fixed-point.md` has the derivation.
@@ -41,7 +41,7 @@ pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> 
     (q, (q + (rest + doubt)).le(q) & (q + (rest - doubt)).ge(q))
 }
 
-/// `2^-96`, while the relative error of the quotient in two parts is less than `2^-100`.
+/// `2^-96`, a safe bound: the relative error of the quotient in two parts is less than `2^-100`.
 const DOUBT: f64 = 1.0 / (1_u128 << 96) as f64;
 
 /// Splits a number below `2^62` into two parts.

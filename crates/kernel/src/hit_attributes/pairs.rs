@@ -1,4 +1,4 @@
-//! t, u, and v for rays and triangles that are known to hit, in lanes of eight pairs.
+//! t, u, and v for rays and triangles that are known to hit: eight pairs in lanes.
 //!
 //! The operations and their order are those of the reference, so t has the same bits. The weights
 //! are those of document D.

@@ -10,9 +10,9 @@ use crate::{LeafSlot, TriangleId};
 
 /// The closest hit of one ray so far.
 ///
-/// The mode's t is in `t_lo..=t_hi`. Two hits are compared by these intervals; only if the
-/// intervals overlap, by their t in f64; and only if these are equal, exactly. If both have the
-/// same t, the lower index wins.
+/// The mode's t is in `t_lo..=t_hi`. Two hits are compared by these intervals. If the intervals
+/// overlap, the hits are compared by their t in f64, and if these are equal, exactly. If both have
+/// the same t, the lower index wins.
 ///
 /// [`Filter::closest_in`](crate::Filter::closest_in) has an example.
 ///
@@ -33,7 +33,7 @@ pub struct ClosestHit {
 }
 
 impl ClosestHit {
-    /// Starts without a hit: any hit before `t_max` is closer.
+    /// Creates a record with no hit yet: any hit before `t_max` is closer.
     #[inline(always)]
     pub fn new(t_max: f32) -> Self {
         Self {
@@ -45,7 +45,8 @@ impl ClosestHit {
         }
     }
 
-    /// Starts without a hit, for a far end that is only known to be between `sure` and `t_max`.
+    /// Creates a record with no hit yet, for a far end that is only known to be between `sure` and
+    /// `t_max`.
     #[inline(always)]
     pub(crate) fn before(sure: f32, t_max: f32) -> Self {
         Self { t_lo: sure, ..Self::new(t_max) }

@@ -33,7 +33,7 @@ pub struct ClosestHits<F, const N: usize> {
 }
 
 impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
-    /// Starts without hits; see [`ClosestHit::new`].
+    /// Creates a record with no hits yet. See [`ClosestHit::new`].
     #[inline(always)]
     pub fn new(t_max: &[f32; N]) -> Self {
         let t = F::load(t_max);
@@ -47,7 +47,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         }
     }
 
-    /// Starts without hits; see [`ClosestHit::before`].
+    /// Creates a record with no hits yet. See [`ClosestHit::before`].
     #[inline(always)]
     pub(crate) fn before(sure: F, t_max: &[f32; N]) -> Self {
         Self { t_lo: sure, ..Self::new(t_max) }

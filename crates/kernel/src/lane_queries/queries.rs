@@ -161,7 +161,7 @@ impl Filter<'_> {
         Some(self.resolver().hit_attributes(ray, &find(slot), triangle, (RayId(0), slot)))
     }
 
-    /// Starts a ray without a hit.
+    /// The initial record of a ray, with no hit yet.
     #[doc(hidden)]
     #[inline(always)]
     pub fn no_hit(&self, ray: &Ray) -> ClosestHit {
@@ -170,7 +170,7 @@ impl Filter<'_> {
 }
 
 impl Filter<'_> {
-    /// Starts N rays without hits.
+    /// The initial records of N rays, with no hits yet.
     #[doc(hidden)]
     #[inline(always)]
     pub fn no_hits<F: Lanes<Scalar = f32>, const N: usize>(

@@ -60,7 +60,7 @@ impl LocalFrame {
         }
         let middle = |k: usize| 0.5 * lo[k] + 0.5 * hi[k];
         // The centre of the scene, unless a few distant triangles pull it away from most of the
-        // others (f64.md, section 4).
+        // scene (f64.md, section 4).
         let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
         // The distance from the centre to the farther side along each axis. The scale brings the
         // largest of these to between 1 and 2.
@@ -146,8 +146,8 @@ impl LocalFrame {
         }
     }
 
-    /// The copy of a point. It is in every box from [`LocalFrame::bounds`] whose triangle's own box
-    /// contains the point.
+    /// The copy of a point. It is inside the box that [`LocalFrame::bounds`] returns for any
+    /// triangle whose own box contains the point.
     #[inline]
     pub fn point(&self, point: [f64; 3]) -> [f32; 3] {
         [0, 1, 2].map(|k| self.place(point[k], k) as f32)
@@ -204,8 +204,8 @@ impl LocalFrame {
         }
         // A clamped origin is finite in f32, but so far out that no test in f32 depends on it.
         let at = |k: usize| self.place(ray.origin[k], k).clamp(-FAR_OUT, FAR_OUT) as f32;
-        // Such a ray may be so short or so long that its copy has its own scale and different units
-        // of t.
+        // The direction of such a ray may be so short or so long that the copy needs its own scale,
+        // and t then has different units.
         let times = self.exponent(ray);
         Ray {
             origin: [at(0), at(1), at(2)],

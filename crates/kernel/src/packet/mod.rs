@@ -62,7 +62,7 @@ impl<const N: usize> RayPacket<N> {
         packet
     }
 
-    /// Bit i is set if lane i contains a ray of its own.
+    /// The live lanes: bit i is set if lane i contains one of the given rays.
     #[inline(always)]
     pub fn live(&self) -> u32 {
         self.live
@@ -169,7 +169,7 @@ impl<const N: usize> TriangleBlock<N> {
         &self.longest_edges
     }
 
-    /// Bit i is set if lane i contains a triangle of its own.
+    /// The live lanes: bit i is set if lane i contains one of the given triangles.
     #[inline(always)]
     pub fn live(&self) -> u32 {
         self.live
@@ -178,7 +178,7 @@ impl<const N: usize> TriangleBlock<N> {
     /// The triangle in a lane.
     #[inline(always)]
     pub fn triangle(&self, lane: usize) -> Triangle {
-        // `map` is not always inlined.
+        // Avoid `map`, which is not always inlined.
         let mut triangle = Triangle([[0.0; 3]; 3]);
         for (to, from) in triangle.0.iter_mut().zip(&self.corners) {
             for (to, from) in to.iter_mut().zip(from) {
@@ -221,7 +221,7 @@ impl TriangleBlock<8> {
     }
 
     /// Creates a block from triangles that are already in lanes: `corners[k][axis][lane]` belongs
-    /// to corner k+1. Any lane may be dead; set bits in `live` mark the others.
+    /// to corner k+1. Lanes whose bit in `live` is 0 are dead.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -311,7 +311,7 @@ impl<const N: usize> PacketHits<N> {
     }
 }
 
-/// The minimum length that edges are treated as having (2^-48), so that the effect of underflow on
+/// Shorter edges are treated as if they had this length (2^-48), so that the effect of underflow on
 /// the product of two edges stays below the effect of a rounding.
 pub(crate) const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 

@@ -16,7 +16,7 @@ use crate::{Hit, Ray, Threshold};
 /// | --- | --- |
 /// | [`Mode::exact`], the default | the true ray meets the closed triangle: its edges and corners belong to it |
 /// | [`Mode::once`] | the same, but each point of a mesh belongs to one of its triangles |
-/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: the results equal those of that scalar reference in a plain loop, bit for bit |
+/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: results equal those of a plain loop over that scalar reference, bit for bit |
 ///
 /// In every mode, a hit counts if `t_min <= t < t_max` and `t > 0`. A ray or triangle with a NaN or
 /// infinite coordinate is never hit, nor is a triangle without area. If two triangles are hit at
@@ -80,31 +80,33 @@ impl Default for Mode {
 }
 
 impl Mode {
-    /// Correct for the coordinates as given. Edges and corners belong to every triangle that has
-    /// them.
+    /// The mode that is correct for the coordinates as given. Edges and corners belong to every
+    /// triangle that has them.
     pub fn exact() -> Self {
         Self::of(Arithmetic::Exact(Rule::Closed))
     }
 
-    /// Correct for the coordinates as given. A point on an edge or a corner belongs to only one of
-    /// its triangles, as if the ray's direction were moved by (ε, ε², ε³). A ray through an edge of
-    /// a closed mesh crosses it once.
+    /// The mode that is correct for the coordinates as given and assigns each point on an edge or a
+    /// corner to only one of its triangles, as if the ray's direction were moved by (ε, ε², ε³). A
+    /// ray through an edge of a closed mesh crosses it once.
     pub fn once() -> Self {
         Self::of(Arithmetic::Exact(Rule::Once))
     }
 
-    /// The results of document A's f64 reference, bit for bit, with the default threshold.
+    /// The mode that returns the results of document A's f64 reference, bit for bit, with the
+    /// default threshold.
     pub fn certified() -> Self {
         Self::certified_with(Threshold::DEFAULT)
     }
 
-    /// The results of document A's f64 reference, bit for bit, with the given threshold.
+    /// The mode that returns the results of document A's f64 reference, bit for bit, with the given
+    /// threshold.
     pub fn certified_with(threshold: Threshold) -> Self {
         Self::of(Arithmetic::Document(threshold))
     }
 
     fn of(arithmetic: Arithmetic) -> Self {
-        // `Level::best` caches its result, so the CPU is examined only once.
+        // `Level::best` caches its result, so CPU features are detected only once.
         Self { arithmetic, level: Level::best() }
     }
 

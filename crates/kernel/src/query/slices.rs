@@ -34,7 +34,7 @@ pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
     hits
 }
 
-/// The number of rays from which it pays to load the triangles into lanes only once.
+/// The minimum number of rays for which loading the triangles into lanes only once pays off.
 const MANY: usize = 4;
 
 /// See [`Mode::closest_batch`](super::Mode::closest_batch).
@@ -136,7 +136,7 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// Finds out whether a ray hits anything.
+/// Tests whether a ray hits anything.
 struct Any<'a> {
     filter: Filter<'a>,
     rows: Rows<'a>,

@@ -142,7 +142,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// Which of two triangles with equal rounded t the ray hits first. For the document, the
-    /// rounded t is the only one, so they are equal.
+    /// rounded t is the only t, so the two are equal.
     #[cold]
     #[inline(never)]
     pub fn order(

@@ -40,7 +40,7 @@ pub trait Simd: Copy {
     type I64x8: Ints;
     /// As many f32 lanes as fit in one register.
     type F32s: Lanes<Scalar = f32>;
-    /// The same number of f64 lanes.
+    /// As many f64 lanes as [`Simd::F32s`] has f32 lanes.
     type F64s: Lanes<Scalar = f64>;
     /// The level.
     const LEVEL: Level;
@@ -292,7 +292,8 @@ pub trait Simd: Copy {
     }
 }
 
-/// Regroups four numbers of each of eight triangles by triangle.
+/// Regroups lanes with four numbers of each of eight triangles, so that each triangle's numbers are
+/// together.
 #[inline(always)]
 pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2] {
     let mut rows = [[0.0; 8]; 4];

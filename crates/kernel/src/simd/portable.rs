@@ -136,8 +136,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // In the bits of infinity, exactly the exponent is set, so this clears the sign and
-                // the fraction and leaves a power of two.
+                // Infinity has exactly the exponent bits set, so this clears the sign and the
+                // fraction and leaves a power of two.
                 Self(self.0 & <$t>::splat(<$scalar>::INFINITY))
             }
             #[inline(always)]

@@ -89,7 +89,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// The number that stands for no triangle.
     pub const NOTHING: u32 = u32::MAX;
 
-    /// Starts without hits: any hit before `t_max` is nearer.
+    /// Creates a record with no hits yet: any hit before `t_max` is nearer.
     #[inline(always)]
     pub fn new(points: &Points<F>, t_max: F) -> Self {
         let (s_lo, s_hi) = points.inverse(t_max);
@@ -112,7 +112,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// The caller's numbers for the nearest triangles; [`Nearest::NOTHING`] for a miss.
     #[inline(always)]
     pub fn triangles(&self) -> [u32; N] {
-        // `map` would not be inlined.
+        // Avoid `map`, which would not be inlined.
         let (mut lanes, mut numbers) = ([0.0; N], [0; N]);
         self.triangle.store(&mut lanes);
         for (number, lane) in numbers.iter_mut().zip(&lanes) {

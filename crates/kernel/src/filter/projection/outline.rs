@@ -159,7 +159,7 @@ impl Outlines {
     }
 
     /// Finds which of the triangles may be hit by a ray through the window that still looks for
-    /// hits of at least this inverse depth.
+    /// hits with an inverse depth of at least `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
@@ -175,7 +175,7 @@ impl Outlines {
         (window.reached(lo, hi) & !missed).bits() & self.live
     }
 
-    /// Finds which triangles have a bounding rectangle that is larger than this in x or y.
+    /// Finds which triangles have a bounding rectangle that is larger than `size` in x or y.
     #[inline(always)]
     pub fn larger<F: Lanes<Scalar = f32>>(&self, size: [f32; 2]) -> u32 {
         let ([x, y], _) = self.sizes::<F>();
@@ -227,8 +227,8 @@ impl Outline {
         )
     }
 
-    /// Whether the origin is so close to the triangle's plane that it is unknown on which side it
-    /// is.
+    /// Whether the origin is so close to the triangle's plane that its side of the plane is
+    /// unknown.
     #[inline(always)]
     pub(super) fn is_edge_on(&self) -> bool {
         self.s[0].is_nan()
@@ -247,8 +247,8 @@ impl Outline {
         windows.reached(lo, hi).bits()
     }
 
-    /// The windows through which a ray may hit the triangle, if the ray still looks for hits of at
-    /// least the window's inverse depth.
+    /// The windows through which a ray may hit the triangle, if the ray still looks for hits with
+    /// an inverse depth of at least the window's `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>, nearest: F) -> u32 {
         let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];

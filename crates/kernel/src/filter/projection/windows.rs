@@ -18,7 +18,7 @@ pub struct Windows<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Windows<F> {
-    /// Takes the smallest and largest x and y.
+    /// Creates windows from their smallest and largest x and y.
     #[inline(always)]
     pub fn new(lo: [F; 2], hi: [F; 2]) -> Self {
         let half = F::splat(0.5);

@@ -24,9 +24,9 @@ struct Case {
 }
 
 impl Case {
-    /// Takes nineteen numbers: an origin, the vector from there to a corner, the two edges from
-    /// that corner, the point where the ray meets the projection, and the rotation of the axes. The
-    /// corner is the farthest point of the scene.
+    /// Builds a case from nineteen numbers: an origin, the vector from there to a corner, the two
+    /// edges from that corner, the point where the ray meets the projection, and the rotation of
+    /// the axes. The corner is the farthest point of the scene.
     fn of(numbers: &[f64; 19], change: fn(&mut Frame)) -> Option<Self> {
         let v = |i: usize| [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]];
         let (o, a, h4, h5, [x, y, z]) = (v(0), v(1), v(2), v(3), v(4));
@@ -214,7 +214,7 @@ fn slanting(search: &mut Search) -> [f64; 19] {
 }
 
 /// The input that comes closest to the bound `COPY_PLANE`: edges between two axes, below the ray's
-/// start, as thin as is possible while the sign of T is known.
+/// start, as thin as possible without losing the sign of T.
 fn thin(search: &mut Search) -> [f64; 19] {
     let thin = f64::from(bound::U) * (10.0 + 8.0 * search.number());
     sliver([AXIS, DIAGONAL, OTHER.map(|x| thin * x)], [AXIS, OTHER], [0.0; 2])
