@@ -35,7 +35,7 @@ impl TriangleId {
 ///
 /// ```
 /// use intertri::LeafSlot;
-/// Lane 5 of the third leaf, with eight lanes per leaf.
+/// // Lane 5 of the third leaf, with eight lanes per leaf.
 /// let slot = LeafSlot(8 * 2 + 5);
 /// assert_eq!((slot.0 / 8, slot.0 % 8), (2, 5));
 /// ```

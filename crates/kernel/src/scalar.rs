@@ -8,7 +8,7 @@ use bytemuck::Pod;
 ///
 /// ```
 /// use intertri::{Scalar, TriangleOf};
-/// The centroid of a triangle, in f64.
+/// /// The centroid of a triangle, in f64.
 /// fn middle<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
 ///     [0, 1, 2].map(|k| triangle.0.iter().map(|corner| Into::<f64>::into(corner[k])).sum::<f64>() / 3.0)
 /// }

@@ -8,7 +8,7 @@
 //!
 //! This code is called out of line, so it selects an instruction level itself. Without a fused
 //! multiply-add, the error of a product takes sixteen operations to compute. The edges of f32
-//! triangles are exact in f64; the edges of f64 triangles are stored in two parts.
+//! triangles must be exact in f64; the edges of f64 triangles are exact in two parts.
 
 use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};

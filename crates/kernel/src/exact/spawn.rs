@@ -114,7 +114,7 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
 /// let hit = Mode::exact().closest(&[floor], &Ray::new([0.3, 5.0, 0.1], [0.1, -1.0, 0.2])).unwrap();
 /// let to_light = spawn_ray_to(&hit, &floor, [3.0, 7.0, 1.0]);
 /// assert!(!Mode::exact().any(&[floor], &to_light));
-/// Objects behind the light cast no shadow.
+/// // Objects behind the light cast no shadow.
 /// assert_eq!(to_light.t_max, 1.0);
 /// ```
 pub fn spawn_ray_to<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, target: [S; 3]) -> RayOf<S> {

@@ -24,7 +24,7 @@ use super::room::Room;
 ///     let ray = Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]);
 ///     Evidence::of(&ray, &triangle, Threshold::DEFAULT, Level::best())
 /// };
-/// The first ray is certainly inside. The second is on an edge, where f32 does not decide.
+/// // The first ray is certainly inside. The second is on an edge, where f32 does not decide.
 /// assert!(evidence(0.25).w.abs() > evidence(0.25).edge);
 /// assert!(evidence(0.0).v.abs() <= evidence(0.0).edge);
 /// ```

@@ -56,7 +56,7 @@ use projection::{Frame, Outlines, Points, Starts};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 /// use intertri::{Counts, Filter, Mode, Ray, Triangle, TriangleBlock};
 ///
-/// Finds which of up to eight triangles a ray hits.
+/// /// Finds which of up to eight triangles a ray hits.
 /// struct Hits<'a>(Filter<'a>, &'a Ray, &'a TriangleBlock<8>);
 /// impl WithSimd for Hits<'_> {
 ///     type Output = u32;

@@ -32,7 +32,7 @@ pub struct Axis {
 /// use intertri::simd::{Simd, Vec3, WithSimd, dispatch};
 /// use intertri::{Counts, Mode, Ray, RayPacket, Triangle, TriangleBlock};
 ///
-/// Rays upward from a row of points around an axis at x = 0.
+/// /// Rays upward from a row of points around an axis at x = 0.
 /// struct Up<'a>(&'a [Ray], &'a TriangleBlock<8>);
 /// impl WithSimd for Up<'_> {
 ///     type Output = (u32, u32, LaneHits);
@@ -47,7 +47,7 @@ pub struct Axis {
 ///     }
 /// }
 ///
-/// One triangle out of reach, and one in reach of half of the rays.
+/// // One triangle out of reach, and one in reach of half of the rays.
 /// let at = |x| Triangle::new([x, -1.0, 5.0], [x + 9.0, -1.0, 5.0], [x, 9.0, 5.0]);
 /// let rays: Vec<Ray> =
 ///     (0..16).map(|i| Ray::new([(i as f32 - 7.5) / 16.0, 0.0, 0.0], [0.0, 0.0, 1.0])).collect();

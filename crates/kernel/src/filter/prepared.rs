@@ -76,7 +76,7 @@ impl PreparedRay {
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 /// use intertri::{Counts, Mode, PreparedPacket, PreparedTriangle, Ray, RayPacket, Triangle};
 ///
-/// Finds which of eight rays hit a triangle.
+/// /// Finds which of eight rays hit a triangle.
 /// struct Hits<'a>(&'a RayPacket<8>, &'a PreparedTriangle);
 /// impl WithSimd for Hits<'_> {
 ///     type Output = u32;

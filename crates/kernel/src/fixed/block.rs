@@ -14,7 +14,7 @@ use crate::simd::{Lanes, Simd};
 /// use intertri::fixed::{Bits, Block, Grid, RayLanes};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
-/// Finds the triangles of a block that a ray crosses, for a custom traversal.
+/// /// Finds the triangles of a block that a ray crosses, for a custom traversal.
 /// struct Leaf<'a>(&'a Block<8>, &'a intertri::fixed::Ray);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<u32>;
@@ -139,7 +139,7 @@ type I<S, const N: usize> = <Lane<N> as IntWidth>::I<S>;
 ///     type Output = ();
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) {
-/// Prepare the ray once, then test block after block.
+///         // Prepare the ray once, then test block after block.
 ///         let lanes = RayLanes::<S, 8>::new(self.0);
 ///     }
 /// }

@@ -164,7 +164,7 @@ impl core::error::Error for GridError {}
 /// ```
 /// use intertri::fixed::{Bits, Grid};
 /// use intertri::{Ray, Triangle};
-/// The same grid for every scene: sixteen steps per unit.
+/// // The same grid for every scene: sixteen steps per unit.
 /// let grid = Grid::at(Bits::COARSE, 4, [0; 3])?;
 /// assert_eq!((grid.bits(), grid.scale(), grid.step()), (Bits::COARSE, 4, 1.0 / 16.0));
 /// assert_eq!(grid.unsnap(grid.snap([1.0, 2.01, -3.0])?), [1.0, 2.0, -3.0]);

@@ -51,7 +51,7 @@ pub use snapped::{Ray, Triangle};
 /// ```
 /// use intertri::fixed::{IntWidth, Packet, Prepared};
 /// use intertri::simd::{Lane, Simd};
-/// This function is generic over the number of lanes.
+/// // This function is generic over the number of lanes.
 /// #[inline(always)]
 /// fn crossed<S: Simd, const N: usize>(rays: &Packet<N>, triangle: &Prepared) -> usize
 /// where

@@ -14,7 +14,7 @@ use crate::simd::{Lane, Width, lanes_of};
 /// use intertri::fixed::{Bits, Grid, Packet, Prepared};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
-/// Finds the rays of a packet that cross a triangle, for a custom traversal.
+/// /// Finds the rays of a packet that cross a triangle, for a custom traversal.
 /// struct Leaf<'a>(&'a Packet<8>, &'a Prepared);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<usize>;
@@ -135,7 +135,7 @@ impl<const N: usize> Packet<N> {
 /// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
-/// Finds the rays of a packet that cross a triangle; all start at the triangle's origin.
+/// /// Finds the rays of a packet that cross a triangle; all start at the triangle's origin.
 /// struct Leaf<'a>(&'a Packet<8>, &'a SeenTriangle);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<usize>;

@@ -14,12 +14,12 @@ use crate::{Crossings, Hit};
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
-/// An integer tetrahedron with corners counter-clockwise as seen from outside.
+/// // An integer tetrahedron with corners counter-clockwise as seen from outside.
 /// let [o, x, y, z] = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]];
 /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|f| grid.triangle_of(f));
 /// let solid: Vec<_> = blocks(&faces.into_iter().collect::<Result<Vec<_>, _>>()?).collect();
 ///
-/// From inside, the ray leaves through the opposite face.
+/// // From inside, the ray leaves through the opposite face.
 /// let fixed = Fixed::default();
 /// let ray = grid.ray_of([1, 1, 1], [1, 1, 1])?;
 /// let count = fixed.crossings(&solid, &ray);
@@ -33,7 +33,7 @@ use crate::{Crossings, Hit};
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
 /// use intertri::{Hit, simd::Level};
-/// The closest hits of many rays at the portable level, which returns the same results.
+/// // The closest hits of many rays at the portable level, which returns the same results.
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let plain = Fixed::at(Level::PORTABLE);
 /// assert_eq!(plain.level(), Level::PORTABLE);
@@ -42,7 +42,7 @@ use crate::{Crossings, Hit};
 /// let mut hits = [Hit::MISS; 2];
 /// plain.closest_batch(&walls, &rays, &mut hits);
 /// assert_eq!(hits.map(|hit| hit.triangle), [1, Hit::NO_TRIANGLE]);
-/// An open sheet winds around nothing. See the example above for a closed mesh.
+/// // An open sheet winds around nothing. See the example above for a closed mesh.
 /// assert_eq!(plain.winding(&blocks(&walls).collect::<Vec<_>>(), &grid, [1.0, 1.0, 9.0])?, 0);
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```

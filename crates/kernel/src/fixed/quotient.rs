@@ -3,7 +3,7 @@
 //! ```text
 //!   q ≈ num / den     p = q den ──► rest = (num - p) / den ──► q + rest
 //!                                                                │
-//!                        ...●─────────────┼─────────────●───────  ▼
+//!                        ...●─────────────┼─────────────●─────── ▼
 //!                           f64         half           f64    not too near the halfway point?
 //! ```
 //!

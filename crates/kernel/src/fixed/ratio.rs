@@ -18,7 +18,7 @@ use super::quotient::{parts, quotient};
 /// let t = scalar::crossing(&grid.ray_of([1, 1, 0], [0, 0, 3])?, &wall).unwrap().t;
 /// assert_eq!(3 * t.num(), t.den().into());
 /// assert_eq!(t.to_f64(0), 1.0 / 3.0);
-/// No f32 equals one third.
+/// // No f32 equals one third.
 /// assert_eq!(t.cmp_f32(1.0 / 3.0), Some(Ordering::Less));
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```

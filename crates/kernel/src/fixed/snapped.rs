@@ -52,10 +52,10 @@ impl Triangle {
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let ray = grid.ray(&intertri::Ray::new([3.0, 4.0, 5.0], [0.0, 0.0, 0.5]))?.between(1.0, 8.0);
 /// assert_eq!(ray.origin(), [3, 4, 5]);
-/// The snapped direction uses all bits. It is the original times two to the exponent.
+/// // The snapped direction uses all bits. It is the original times two to the exponent.
 /// let unit = f64::from(ray.exponent()).exp2();
 /// assert_eq!(f64::from(ray.dir()[2]), 0.5 * unit);
-/// The same ray in f32, in units of the grid.
+/// // The same ray in f32, in units of the grid.
 /// assert_eq!((ray.to_f32().origin, ray.to_f32().dir), ([3.0, 4.0, 5.0], [0.0, 0.0, ray.dir()[2] as f32]));
 /// assert_eq!(f64::from(ray.to_f32().t_max), 8.0 / unit);
 /// # Ok::<_, intertri::fixed::GridError>(())

@@ -15,7 +15,7 @@ use crate::{LeafSlot, RayId, Triangle, TriangleId, TriangleOf};
 ///
 /// ```
 /// use intertri::ClosestHits;
-/// A ray without any hits yet. An f32 counts as one lane.
+/// // A ray without any hits yet. An f32 counts as one lane.
 /// let closest = ClosestHits::<f32, 1>::new(&[9.0]);
 /// assert_eq!(closest.t_hi(), 9.0);
 /// assert!(!closest.lane(0).is_hit());

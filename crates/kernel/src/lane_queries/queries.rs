@@ -56,7 +56,7 @@ impl Filter<'_> {
     /// use intertri::simd::{Simd, WithSimd, dispatch};
     /// use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, Mode, Ray, Triangle, TriangleBlock};
     ///
-    /// Finds the closest hit of a ray, eight triangles at a time.
+    /// /// Finds the closest hit of a ray, eight triangles at a time.
     /// struct Loop<'a>(Filter<'a>, &'a Ray, &'a [Triangle]);
     /// impl WithSimd for Loop<'_> {
     ///     type Output = Option<Hit>;
@@ -102,7 +102,7 @@ impl Filter<'_> {
     /// use intertri::simd::{Simd, WithSimd, dispatch};
     /// use intertri::{ClosestHit, Counts, LeafSlot, Mode, Ray, Triangle, TriangleBlock, TriangleId};
     ///
-    /// Finds the closest of two walls, ignoring the lanes in a mask.
+    /// /// Finds the closest of two walls, ignoring the lanes in a mask.
     /// struct Without<'a>(u32, &'a Ray, &'a [Triangle; 2]);
     /// impl WithSimd for Without<'_> {
     ///     type Output = Option<TriangleId>;
@@ -211,7 +211,7 @@ impl Filter<'_> {
     /// use intertri::simd::{Simd, WithSimd, dispatch};
     /// use intertri::{Counts, Mode, PreparedTriangle, Ray, RayPacket, Triangle};
     ///
-    /// Finds the rays that a wall stops.
+    /// /// Finds the rays that a wall stops.
     /// struct Shadow<'a>(&'a RayPacket<8>, &'a Triangle);
     /// impl WithSimd for Shadow<'_> {
     ///     type Output = u32;
@@ -224,8 +224,7 @@ impl Filter<'_> {
     /// }
     ///
     /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// Rays inside, on the longest edge, and one f32 step beside it, and a ray that ends before the
-    /// wall.
+    /// // Rays inside, on the longest edge, one f32 step beside it, and one that ends before the wall.
     /// let ray = |y: f32| Ray::new([0.5, y, 0.0], [0.0, 0.0, 1.0]);
     /// let rays = [ray(0.25), ray(0.5), ray(0.5_f32.next_up()), ray(0.25).between(0.0, 5.0)];
     /// assert_eq!(dispatch(Shadow(&RayPacket::new(&rays), &wall)), 0b0011);
@@ -261,7 +260,7 @@ impl Filter<'_> {
     /// use intertri::{ClosestHits, Counts, Filter, LeafSlot, Mode, PreparedTriangle, Ray, RayPacket};
     /// use intertri::{Triangle, TriangleId};
     ///
-    /// Finds what each of eight rays hits first, and where.
+    /// /// Finds what each of eight rays hits first, and where.
     /// struct Closest<'a>(Filter<'a>, &'a RayPacket<8>, &'a [Triangle]);
     /// impl WithSimd for Closest<'_> {
     ///     type Output = ([Option<TriangleId>; 8], [f64; 8]);
@@ -318,7 +317,7 @@ impl Filter<'_> {
     /// use intertri::simd::{Lane, Simd, Width, WithSimd, dispatch};
     /// use intertri::{ClosestHits, Counts, LeafSlot, Mode, PreparedTriangle, Ray, RayPacket, Triangle};
     ///
-    /// Finds the t at which eight rays hit the closest of some triangles.
+    /// /// Finds the t at which eight rays hit the closest of some triangles.
     /// struct Depths<'a>(&'a RayPacket<8>, &'a [PreparedTriangle]);
     /// impl WithSimd for Depths<'_> {
     ///     type Output = [f64; 8];

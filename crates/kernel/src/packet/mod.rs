@@ -89,7 +89,7 @@ impl<const N: usize> RayPacket<N> {
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
 /// let block = TriangleBlock::<8>::new(&[at(5.0), at(7.0)]);
 /// assert_eq!((block.live(), block.triangle(1)), (0b11, at(7.0)));
-/// The z coordinates of the first corners.
+/// // The z coordinates of the first corners.
 /// assert_eq!(block.corners()[0][2][..3], [5.0, 7.0, 7.0]);
 /// ```
 // A row of eight is 32 bytes, so a block together with eight indices takes six cache lines.

@@ -37,14 +37,14 @@ use crate::{Hit, Ray, Threshold};
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, simd::Level};
-/// A square made of two triangles, and a ray exactly through their common edge.
+/// // A square made of two triangles, and a ray exactly through their common edge.
 /// let [a, b, c, d] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
 /// let square = [Triangle::new(a, b, c), Triangle::new(d, c, b)];
 /// let ray = Ray::new([0.3, 0.7, 0.0], [0.0, 0.0, 3.0]);
 /// let hit = Mode::exact().closest(&square, &ray).unwrap();
 /// assert_eq!((hit.triangle, hit.t), (0, 5.0 / 3.0));
 /// assert_eq!(Mode::exact().at(Level::PORTABLE).closest(&square, &ray), Some(hit));
-/// Both triangles own their common edge; in the mode `once`, only one of them does.
+/// // Both triangles own their common edge; in the mode `once`, only one of them does.
 /// assert_eq!((Mode::exact().all(&square, &ray).len(), Mode::once().all(&square, &ray).len()), (2, 1));
 /// ```
 ///
@@ -54,7 +54,7 @@ use crate::{Hit, Ray, Threshold};
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};
-/// In a scene of size 1e-7, the default threshold of 1e-9 is a significant distance.
+/// // In a scene of size 1e-7, the default threshold of 1e-9 is a significant distance.
 /// let small = Triangle::new([0.0, 0.0, 5e-10], [1e-7, 0.0, 5e-10], [0.0, 1e-7, 5e-10]);
 /// let ray = Ray::new([2e-8, 2e-8, 0.0], [0.0, 0.0, 1.0]);
 /// assert!(!Mode::certified().any(&[small], &ray));

@@ -21,7 +21,7 @@ impl Mode {
     /// let hit = Mode::certified().closest(&[far, near], &ray).unwrap();
     /// assert_eq!((hit.triangle, hit.t, hit.u, hit.v), (1, 2.5, 0.25, 0.25));
     ///
-    /// A wall at UTM coordinates, in f64, and a ray that starts a nanometre away from it.
+    /// // A wall at UTM coordinates, in f64, and a ray that starts a nanometre away from it.
     /// let [x, y] = [148_376.0, 528_980.0];
     /// let wall = Triangle64::new([x, y, 0.0], [x, y + 4.0, 0.0], [x, y, 3.0]);
     /// let ray = |dir| Ray64::new([x + 1e-9, y + 1.0, 1.0], [dir, 0.0, 0.0]);
@@ -116,7 +116,7 @@ impl Mode {
 ///
 /// ```
 /// use intertri::{Mode, RayOf, SliceScalar, TriangleOf};
-/// The number of triangles that a ray hits, for either scalar type.
+/// /// The number of triangles that a ray hits, for either scalar type.
 /// fn depth<S: SliceScalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> usize {
 ///     Mode::exact().all(triangles, ray).len()
 /// }

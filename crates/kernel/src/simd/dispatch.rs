@@ -14,7 +14,7 @@ use super::x86::{Avx2, Avx512};
 /// ```
 /// use intertri::simd::{Lanes, Level, Mask, Simd, WithSimd};
 ///
-/// Counts how many of eight numbers are negative.
+/// /// Counts how many of eight numbers are negative.
 /// struct Negative([f32; 8]);
 /// impl WithSimd for Negative {
 ///     type Output = u32;

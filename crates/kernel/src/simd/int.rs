@@ -12,7 +12,7 @@ use super::pair::Pair;
 /// ```
 /// use intertri::simd::{Ints, Simd, WithSimd, dispatch};
 ///
-/// `3 x - 2^40`, and the lanes in which a result is negative or 0.
+/// /// `3 x - 2^40`, and the lanes in which a result is negative or 0.
 /// struct Line([i64; 4]);
 /// impl WithSimd for Line {
 ///     type Output = ([i64; 4], u32, u32);

@@ -11,12 +11,12 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// ```
 /// use intertri::simd::{Lanes, Mask};
 ///
-/// The distance of each number from an interval; 0 inside.
+/// /// The distance of each number from an interval; 0 inside.
 /// fn outside<L: Lanes<Scalar = f32>>(x: L, lo: L, hi: L) -> L {
 ///     let out = x.lt(lo) | x.gt(hi);
 ///     L::select(out, (lo - x).max(x - hi), L::splat(0.0))
 /// }
-/// An f32 counts as one lane. f32 has methods with the same names, so the calls name the trait.
+/// // An f32 counts as one lane. f32 has methods with the same names, so the calls name the trait.
 /// assert_eq!([3.0_f32, -1.0, 9.0].map(|x| outside(x, 0.0, 5.0)), [0.0, 1.0, 4.0]);
 /// assert_eq!((Lanes::min(1.0_f32, 2.0), Lanes::max(1.0_f32, 2.0)), (1.0, 2.0));
 /// assert_eq!((Lanes::abs(-3.0_f32), Lanes::sqrt(9.0_f64)), (3.0, 3.0));
@@ -120,7 +120,7 @@ pub trait Lanes:
 ///
 /// ```
 /// use intertri::simd::Mask;
-/// A bool counts as a mask with one lane.
+/// // A bool counts as a mask with one lane.
 /// assert_eq!((bool::from_bits(0b1), true.bits(), <bool as Mask>::N), (true, 0b1, 1));
 /// assert!(!(true & false).any() && (true | false).any());
 /// ```

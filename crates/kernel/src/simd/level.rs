@@ -11,14 +11,14 @@ use core::sync::atomic::{AtomicU8, Ordering};
 /// use intertri::simd::Level;
 /// use intertri::{Mode, Ray, Triangle};
 ///
-/// Results do not depend on the level.
+/// // Results do not depend on the level.
 /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let ray = Ray::new([0.25, 0.25, 0.0], [0.1, 0.0, 2.0]);
 /// let answers = Level::all().map(|level| Mode::certified().at(level).closest(&[wall], &ray));
 /// assert!(answers.into_iter().all(|hit| hit == Mode::certified().closest(&[wall], &ray)));
 ///
 /// assert!(["portable", "neon", "simd128"].contains(&Level::PORTABLE.name()));
-/// A CPU with a wider level also has the narrower ones.
+/// // A CPU with a wider level also has the narrower ones.
 /// assert!(Level::avx512().is_none() || Level::avx2().is_some());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

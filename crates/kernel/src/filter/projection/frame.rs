@@ -9,7 +9,7 @@ use crate::simd::Vec3;
 /// ```
 /// use intertri::internal::Frame;
 /// use intertri::simd::Vec3;
-/// An f32 counts as one lane.
+/// // An f32 counts as one lane.
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let point = frame.points(Vec3::<f32>::splat([0.5, -1.0, 2.0]));
 /// assert_eq!((point.x, point.y, point.z), (0.25, -0.5, 2.0));
@@ -162,7 +162,7 @@ impl Frame {
 ///
 /// ```
 /// use intertri::internal::Points;
-/// The error bounds hold near the centre of the projection.
+/// // The error bounds hold near the centre of the projection.
 /// let point = |x| Points { x, y: 0.0, z: 1.0_f32 };
 /// assert!(point(0.2).on_screen() && !point(1e3).on_screen() && !point(f32::NAN).on_screen());
 /// ```

@@ -31,7 +31,7 @@ use crate::{LeafSlot, Triangle};
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let outlines = dispatch(Leaf(filter, &TriangleBlock::new(&triangles), &frame));
 ///
-/// A single ray. An f32 counts as one lane.
+/// // A single ray. An f32 counts as one lane.
 /// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
 /// let points = frame.points(Vec3::<f32>::splat(ray.dir));
 /// let ranges = filter.starts_in(&Starts::none(), &points, [ray.t_min; 2], true).ranges();

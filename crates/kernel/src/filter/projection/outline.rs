@@ -19,7 +19,7 @@ use crate::simd::{Lanes, Mask, Simd, Vec3};
 /// use intertri::internal::{Frame, Windows};
 /// use intertri::{Mode, Triangle, TriangleBlock};
 ///
-/// Finds which triangles of a block may be hit through a window of the projection.
+/// /// Finds which triangles of a block may be hit through a window of the projection.
 /// struct Leaf<'a>(&'a TriangleBlock<8>, &'a Frame, [[f32; 2]; 2]);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = u32;
@@ -34,7 +34,7 @@ use crate::simd::{Lanes, Mask, Simd, Vec3};
 ///     }
 /// }
 ///
-/// One triangle to the left and one to the right, both at a depth of five.
+/// // One triangle to the left and one to the right, both at a depth of five.
 /// let at = |x| Triangle::new([x, 0.0, 5.0], [x + 1.0, 0.0, 5.0], [x, 1.0, 5.0]);
 /// let block = TriangleBlock::new(&[at(-3.0), at(2.0)]);
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
@@ -83,18 +83,18 @@ pub struct Outlines {
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let outline = dispatch(Lane(&TriangleBlock::new(&[wall]), &frame, 0));
 ///
-/// Windows, one per lane; an f32 counts as one lane.
+/// // Windows, one per lane; an f32 counts as one lane.
 /// assert_eq!(outline.within(&Windows::<f32>::new([0.0, 0.0], [0.1, 0.1]), 0.0), 1);
 /// assert_eq!(outline.within(&Windows::<f32>::new([0.5, 0.5], [0.6, 0.6]), 0.0), 0);
-/// The bounding rectangle is less precise: this window is beyond the slanted edge.
+/// // The bounding rectangle is less precise: this window is beyond the slanted edge.
 /// let beyond = Windows::<f32>::new([0.2, 0.2], [0.24, 0.24]);
 /// assert_eq!((outline.near(&beyond), outline.within(&beyond, 0.0)), (1, 0));
 ///
-/// The signs of the three edges are certain above 1. The last number is the inverse depth.
+/// // The signs of the three edges are certain above 1. The last number is the inverse depth.
 /// let point = Points { x: 0.05_f32, y: 0.05, z: 1.0 };
 /// let ([u, v, w, inverse], off) = outline.at(&point);
 /// assert!(u > 1.0 && v > 1.0 && w > 1.0 && (inverse - 0.25).abs() <= off);
-/// The unit is the error bound of the edge forms.
+/// // The unit is the error bound of the edge forms.
 /// assert!(outline.unit() > 0.0);
 /// ```
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ use crate::simd::Lanes;
 ///
 /// ```
 /// use intertri::internal::Windows;
-/// From (0, 0) to (0.5, 0.25). N lanes hold N windows.
+/// // From (0, 0) to (0.5, 0.25). N lanes hold N windows.
 /// let window = Windows::<f32>::new([0.0, 0.0], [0.5, 0.25]);
 /// ```
 #[derive(Clone, Copy, Debug)]
