@@ -13,7 +13,7 @@ use super::room::Room;
 /// The numbers on which the mode `certified` bases one decision, as computed at a given SIMD level,
 /// each with its error bound.
 ///
-/// The notation is that of `docs/numerics/certified.md`: `v`, `w`, and `u` are the edge functions,
+/// The notation follows `docs/numerics/certified.md`: `v`, `w`, and `u` are the edge functions,
 /// `den` is the denominator, and t is `num / den`. NaN and infinities are passed through.
 ///
 /// ```

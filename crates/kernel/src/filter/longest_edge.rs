@@ -40,8 +40,8 @@ mod tests {
     use super::*;
     use crate::simd::{Level, Simd, WithSimd};
 
-    /// Measures the longest edge of one triangle twice: in lanes, of which the first is returned,
-    /// and as scalars.
+    /// Measures the longest edge of one triangle twice: in lanes, returning the first lane, and as
+    /// a scalar.
     struct Measured([[f32; 3]; 3]);
 
     impl WithSimd for Measured {

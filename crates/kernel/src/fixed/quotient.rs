@@ -15,7 +15,7 @@ use crate::simd::Lanes;
 pub(super) type Parts<F> = [F; 2];
 
 /// The exact sum of two numbers, in two parts. The larger number must be a multiple of the smaller
-/// number's last unit, which is always so for integers.
+/// number's last unit, which always holds for integers.
 #[inline(always)]
 pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
     let sum = high + low;

@@ -1,7 +1,7 @@
 //! t, u, and v for rays and triangles that are known to hit: eight pairs in lanes.
 //!
-//! The operations and their order are those of the reference, so t has the same bits. The weights
-//! are those of document D.
+//! The operations and their order match the reference, so t has the same bits. The weights follow
+//! document D.
 
 use crate::barycentric::Coefficients;
 use crate::document::Tri;

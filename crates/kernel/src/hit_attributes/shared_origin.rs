@@ -7,8 +7,8 @@
 //!                                                  nrm, V, W, and N
 //! ```
 //!
-//! t is that of document A, and the weights are those of document D. The operations and their order
-//! are those of the reference, so t has the same bits.
+//! t follows document A, and the weights follow document D. The operations and their order match
+//! the reference, so t has the same bits.
 
 use super::shared_origin_hit::SharedOriginHit;
 use crate::barycentric::Coefficients;

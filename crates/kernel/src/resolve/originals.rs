@@ -10,7 +10,7 @@ use crate::{Hit, Hit32, LeafSlot, Ray64, RayId};
 /// The f64 rays and triangles whose f32 copies the traversal tests. A pair is identified by the
 /// traversal's ray id and slot. Results are exact for the originals.
 ///
-/// In units of the traversal, t is that of the copied ray: the original t times `2^n`, with a
+/// In units of the traversal, t belongs to the copied ray: it is the original t times `2^n`, with a
 /// separate n for each ray.
 pub trait Originals: fmt::Debug + Sync {
     /// The t of the hit in units of the traversal, correctly rounded, if the ray hits the triangle

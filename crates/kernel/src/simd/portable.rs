@@ -117,7 +117,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Two to the power of half the digits, rounded up, plus one.
+                // The split factor: two to the power of half the digits (rounded up), plus one.
                 const SPLIT: $scalar =
                     ((1 << <$scalar>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $scalar;
                 mul_error(self, b, product, Self::splat(SPLIT))

@@ -23,7 +23,7 @@ pub struct Frame {
     pub(super) right: [f32; 3],
     pub(super) up: [f32; 3],
     /// The dual axes. The dot product of a normal in these axes and a direction in the axes above
-    /// is that of the original vectors.
+    /// equals the dot product of the original vectors.
     pub(super) dual: [[f64; 3]; 3],
     /// The maximum distance by which rays miss the origin.
     pub(super) off: f32,

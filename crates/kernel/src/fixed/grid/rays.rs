@@ -169,7 +169,7 @@ struct Snapper<'a, S: Simd, F> {
 }
 
 impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
-    /// Snaps four rays, of which the first has the index `at`.
+    /// Snaps four rays. The first ray has the index `at`.
     #[inline(always)]
     fn snap(&mut self, at: usize, from: &[crate::Ray; 4], to: &mut [Ray; 4]) {
         // Most rays have the same origin as the rays before them.

@@ -144,8 +144,7 @@ macro_rules! lanes {
                     // in the same format, so this is exact.
                     return self.mul_add(b, -product);
                 }
-                // Two to the power of half the digits, rounded up, plus one, gives the split
-                // factor.
+                // The split factor is two to the power of half the digits (rounded up), plus one.
                 const HALF: u32 = <cpu::$cpu::Scalar>::MANTISSA_DIGITS.div_ceil(2);
                 // WebAssembly has no fused operations, so split the factors into halves whose
                 // products are exact (Dekker).
