@@ -126,7 +126,7 @@ impl fmt::Display for GridError {
         match self {
             Self::Bits { b, q } => write!(
                 f,
-                "invalid grid of {b} bits with directions of {q} bits: the limits are 20 and 24, and 2 * grid + direction <= 58"
+                "invalid grid of {b} bits with directions of {q} bits: choose 1 to 20 and 1 to 24, with 2 * grid + direction <= 58"
             ),
             Self::Place { scale, centre } => write!(
                 f,
