@@ -233,7 +233,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         points: &Points<F>,
         (first, settle): (usize, &Settle<'_, T, I>),
     ) {
-        // Update all lanes at once whose new bounds are entirely in front of the old ones.
+        // First update, all at once, the lanes whose new bounds are entirely in front of the old
+        // ones.
         let bits = f32::from_bits(number);
         let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
         self.s_lo = F::select(wins, found.s_lo, self.s_lo);
