@@ -1,6 +1,6 @@
-//! Ids of rays, of triangles, and of the places where triangles are stored.
+//! Ids of rays, of triangles, and of the slots in which triangles are stored.
 
-/// The id of a ray among those that are traced together.
+/// The id of a ray among the rays that are traced together.
 ///
 /// ```
 /// use intertri::RayId;
@@ -10,7 +10,8 @@
 #[repr(transparent)]
 pub struct RayId(pub u32);
 
-/// The index of a triangle in the caller's order. If two hits have the same t, the lower index wins.
+/// The index of a triangle in the caller's order. If two hits have the same t, the lower index
+/// wins.
 ///
 /// ```
 /// use intertri::TriangleId;
@@ -21,7 +22,7 @@ pub struct RayId(pub u32);
 pub struct TriangleId(pub u32);
 
 impl TriangleId {
-    /// The id of no triangle.
+    /// The id that stands for no triangle.
     ///
     /// ```
     /// assert_eq!(intertri::TriangleId::NONE.0, intertri::Hit::NO_TRIANGLE);
@@ -29,12 +30,12 @@ impl TriangleId {
     pub const NONE: Self = Self(u32::MAX);
 }
 
-/// Where the caller of a query stores a triangle, such as a lane of a leaf: queries pass it back to find the
-/// triangle.
+/// The position at which the caller of a query stores a triangle, such as a lane of a leaf. Queries
+/// pass it back to look the triangle up.
 ///
 /// ```
 /// use intertri::LeafSlot;
-/// // Lane 5 of the third leaf of eight.
+/// // Lane 5 of the third leaf, with eight lanes per leaf.
 /// let slot = LeafSlot(8 * 2 + 5);
 /// assert_eq!((slot.0 / 8, slot.0 % 8), (2, 5));
 /// ```

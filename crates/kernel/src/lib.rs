@@ -11,9 +11,9 @@
 //! assert_eq!((hit.triangle, hit.t), (1, 2.0));
 //! ```
 //!
-//! Rays and triangles are tested in f32 SIMD lanes under a proven error bound. Exact arithmetic settles the
-//! rare pair that the bound leaves open, at an edge or a vertex, so the answer is right at nearly the speed
-//! of f32. Answers have the same bits on every CPU.
+//! Rays and triangles are tested in f32 SIMD lanes under a proven error bound. Exact arithmetic
+//! settles the few pairs that the bound leaves undecided, near an edge or a vertex. Results are
+//! therefore correct at nearly the speed of f32, and they have the same bits on every CPU.
 //!
 //! # How to choose
 //!
@@ -21,37 +21,38 @@
 //! | --- | --- |
 //! | a few hundred triangles, in f32 or f64 | the queries of [`Mode`]: `closest`, `any`, `all`, `crossings` |
 //! | the same triangles for many rays | [`Blocks`], which loads them into lanes once |
-//! | a mesh | `Bvh` of the crate `intertri-trace`, a hierarchy over millions of triangles |
-//! | a hierarchy of your own | [`Mode::packet`] and [`Mode::block`]: 4, 8 or 16 rays or triangles side by side; in loops of your own, [`Filter`] |
+//! | a mesh | `Bvh` in the crate `intertri-trace`, a hierarchy over millions of triangles |
+//! | your own BVH | [`Mode::packet`] and [`Mode::block`], with 4, 8, or 16 rays or triangles side by side; in your own loops, [`Filter`] |
 //! | coordinates on an integer grid | [`fixed`] |
 //!
 //! | mode | agrees exactly with |
 //! | --- | --- |
-//! | [`Mode::exact`], the default | the true answer for the coordinates as given; edges belong to both triangles, so there are no gaps |
-//! | [`Mode::once`] | the same, but each edge belongs to one triangle, so crossings can be counted |
+//! | [`Mode::exact`], the default | the true result for the coordinates as given; edges belong to both triangles, so there are no gaps |
+//! | [`Mode::once`] | the same, but each edge belongs to one triangle, so you can count crossings |
 //! | [`Mode::certified`] | a plain loop over a scalar f64 reference, bit for bit |
 //!
-//! To leave a surface at a hit without hitting it again, use [`spawn_ray`] and [`spawn_ray_to`].
+//! To continue a path from a hit without hitting the same surface again, use [`spawn_ray`] and
+//! [`spawn_ray_to`].
 //!
 //! # Features
 //!
-//! - `std` (default): chooses the CPU's best instructions at run time. Without it the crate is `no_std`, with
-//!   `alloc`, and uses the instructions that it was compiled for.
+//! - `std` (default): selects the CPU's best instructions at run time. Without it, the crate is
+//!   `no_std` with `alloc`, and it uses the instructions for which it was compiled.
 //!
-//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` take anything that converts into `[f32; 3]`, such as
-//! the vectors of glam and of every library that supports mint. There is no serde feature, because most rays
-//! end at infinity, which JSON cannot represent. Rays and triangles have public fields that you can serialize
-//! in any format.
+//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` accept anything that converts into
+//! `[f32; 3]`, such as the vectors of glam and of any library that supports mint. There is no serde
+//! feature, because most rays end at infinity, which JSON cannot represent. Rays and triangles have
+//! public fields, so you can serialize them in any format.
 //!
 //! # Limits
 //!
-//! A triangle with a NaN or infinite coordinate is never hit, and a ray with one hits nothing. A slice has
-//! at most 2^32 - 1 triangles.
+//! A triangle with a NaN or infinite coordinate is never hit, and a ray with a NaN or infinite
+//! coordinate hits nothing. A slice can have at most 2^32 - 1 triangles.
 //!
 //! # Building for speed
 //!
-//! Build in release mode. In debug builds every SIMD operation is a function call. If your own crate must
-//! stay unoptimized, optimize only this one, in your workspace's `Cargo.toml`:
+//! Build in release mode: in debug builds, every SIMD operation is a function call. If your own
+//! crate must stay unoptimized, optimize just this crate in your workspace's `Cargo.toml`:
 //!
 //! ```toml
 //! [profile.dev.package.intertri]
@@ -60,11 +61,12 @@
 //! opt-level = 3
 //! ```
 //!
-//! The queries of [`Mode`] over slices and of [`Blocks`] are compiled here, so these settings apply to them.
-//! Code that you build on [`Filter`] or on the lanes of [`simd`] is compiled with your crate.
+//! The queries of [`Mode`] and [`Blocks`] over slices are compiled in this crate, so these settings
+//! apply to them. Code that you build on [`Filter`] or on the lanes of [`simd`] is compiled with
+//! your crate.
 //!
-//! On x86-64 and 64-bit ARM nothing else is needed. WebAssembly has SIMD only if you enable it for the build;
-//! without it a query over a slice takes more than twice as long:
+//! On x86-64 and 64-bit ARM, you need nothing else. WebAssembly has SIMD only if you enable it for
+//! the build; without it, a query over a slice takes more than twice as long:
 //!
 //! ```sh
 //! RUSTFLAGS="-C target-feature=+simd128" cargo build --release --target wasm32-unknown-unknown
@@ -103,7 +105,8 @@ pub use scalar::Scalar;
 pub use threshold::{BadThreshold, Threshold};
 pub use types::{Hit, Hit32, Ray, Ray64, RayOf, Triangle, Triangle64, TriangleOf};
 
-/// Items that the sister crates build on, and the traits' associated types. They change without notice.
+/// Items that the sister crates build on, and the associated types of traits. They may change
+/// without notice.
 #[doc(hidden)]
 pub mod internal {
     pub use crate::barycentric::Coefficients;

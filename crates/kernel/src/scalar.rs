@@ -4,11 +4,11 @@ use core::fmt;
 
 use bytemuck::Pod;
 
-/// The scalar type of coordinates: f32 or f64. The trait is sealed.
+/// The scalar type of coordinates: f32 or f64. This trait is sealed.
 ///
 /// ```
 /// use intertri::{Scalar, TriangleOf};
-/// /// The middle of a triangle, in f64.
+/// /// The centroid of a triangle, in f64.
 /// fn middle<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
 ///     [0, 1, 2].map(|k| triangle.0.iter().map(|corner| Into::<f64>::into(corner[k])).sum::<f64>() / 3.0)
 /// }
@@ -37,39 +37,41 @@ impl Scalar for f64 {
     const INFINITY: Self = Self::INFINITY;
 }
 
-/// Operations on the bits of a float, which work even on a CPU that is set to read subnormal numbers as zero.
+/// Operations on the bits of a float. They work even on a CPU that is set to read subnormal numbers
+/// as zero.
 ///
-/// It is hidden, so that users cannot implement [`Scalar`].
+/// This trait is hidden so that users cannot implement [`Scalar`].
 pub trait Bits: Copy {
-    /// The bits; both zeros have the same.
+    /// An integer that holds the bits, with the same value for both zeros.
     type Key: Copy + Ord + fmt::Debug + Send + Sync;
 
-    /// Itself as a key.
+    /// Converts the number to a key.
     fn key(self) -> Self::Key;
 
-    /// The number of a key.
+    /// Converts a key to the number.
     fn of_key(key: Self::Key) -> Self;
 
-    /// The largest number of bits of m in [`Bits::parts`].
+    /// The maximum number of bits of m in [`Bits::parts`].
     const DIGITS: i32;
 
-    /// The m and e of a finite number `m * 2^e`; 0 and any e for zero. Smaller numbers have no larger e.
+    /// The m and e of a finite number `m * 2^e`. For zero, m is 0 and e is arbitrary. A number of
+    /// smaller magnitude never has a larger e.
     fn parts(self) -> (i64, i32);
 
-    /// The number nearest to an f64; infinite if that is too large.
+    /// The number nearest to an f64; infinite if the f64 is too large.
     fn nearest(x: f64) -> Self;
 
-    /// The smallest normal number.
+    /// The smallest positive normal number.
     const LEAST_NORMAL: f64;
 
-    /// Whether it is neither NaN nor infinite.
+    /// Whether the number is neither NaN nor infinite.
     fn is_finite(self) -> bool;
 
-    /// Whether its sign bit is set, even for a zero or a NaN.
+    /// Whether the sign bit is set, even for a zero or a NaN.
     fn is_negative(self) -> bool;
 
-    /// An integer that orders floats by magnitude: 0 for zero, [`Bits::ENDLESS`] for infinity, larger for
-    /// NaN.
+    /// An integer that orders floats by magnitude: 0 for zero, [`Bits::ENDLESS`] for infinity, and
+    /// larger for NaN.
     fn rank(self) -> u64;
 
     /// The [`Bits::rank`] of infinity.
@@ -102,7 +104,8 @@ impl Bits for f32 {
     fn parts(self) -> (i64, i32) {
         let bits = self.to_bits();
         let (field, fraction) = (bits >> 23 & 0xff, i64::from(bits & 0x7f_ffff));
-        // Subnormal numbers lack the leading 1, and have the exponent of the smallest normal ones.
+        // Subnormal numbers lack the leading 1 and have the exponent of the smallest normal
+        // numbers.
         let size = if field == 0 { fraction } else { fraction | 1 << 23 };
         (if bits >> 31 == 0 { size } else { -size }, field.max(1) as i32 - 150)
     }

@@ -1,17 +1,17 @@
-//! Exact arithmetic: answers are correct for the coordinates as given, for all finite numbers.
+//! Exact arithmetic: results are correct for the coordinates as given, as long as all are finite.
 //!
 //! ```text
-//!   A, B, C  the corners from the origin      closed   U, V, W each 0 or of T's sign
-//!   U = d·(B × C)                             once     a 0 has the sign that a direction moved by
-//!   V = d·(C × A)                                      (ε, ε², ε³) gives it
+//!   A, B, C  the corners from the origin      closed   U, V, W are each 0 or have T's sign
+//!   U = d·(B × C)                             once     a 0 takes the sign that it has if the
+//!   V = d·(C × A)                                      direction is moved by (ε, ε², ε³)
 //!   W = d·(A × B)
 //!   T = A·(B × C)                             t = T / D > 0    u = V / D    v = W / D
 //!   D = U + V + W
 //! ```
 //!
-//! Only t, u and v are rounded, once and at the end. [`float`] decides whatever a bound allows f64 to decide;
-//! the rest is done in integers, of the first width that is sufficient for the pair ([`tier`]).
-//! `docs/numerics/exact.md` has the definition, bounds and proofs.
+//! Only t, u, and v are rounded, once and at the end. Wherever an error bound permits, [`float`]
+//! decides in f64; the remaining cases use integers of the smallest width that is sufficient for
+//! the pair (see [`tier`]). `docs/numerics/exact.md` has the definitions, bounds, and proofs.
 
 mod along;
 mod area;
@@ -71,50 +71,55 @@ use core::cmp::Ordering;
 
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a ray meets a triangle within its interval. The rule says which triangles own a shared edge or corner.
+/// Whether a ray meets a triangle within its interval. The rule determines which triangles own a
+/// shared edge or corner.
 pub fn hit<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     crossing_from(Tier::Float, rule, ray, triangle).is_some()
 }
 
-/// The side from which a ray crosses a triangle within its interval, if it does; each point of a mesh belongs
-/// to only one of its triangles.
+/// The side from which a ray crosses a triangle within its interval, if it does. Each point of a
+/// mesh belongs to exactly one of its triangles.
 pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Whether a ray that hits two triangles certainly meets both at the same t, because it meets them where they
-/// touch. The result is arbitrary for a pair that is not a hit.
+/// Whether a ray that hits two triangles is certain to hit both at the same t because it passes
+/// through a shared edge or corner. The result is meaningless unless the ray hits both.
 pub fn touch<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     shared_edge::is_met(ray, one, other)
 }
 
-/// t, correctly rounded, for a triangle whose plane the ray's line meets in one point.
+/// t, correctly rounded, for a triangle whose plane the ray's line meets in exactly one point.
 pub fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     t_from(Tier::Float, ray, triangle)
 }
 
-/// `t * 2^exponent`, correctly rounded, for a triangle whose plane the ray's line meets in one point.
+/// `t * 2^exponent`, correctly rounded, for a triangle whose plane the ray's line meets in exactly
+/// one point.
 pub fn t_times<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>, exponent: i32) -> f64 {
     t_times_from(Tier::Float, ray, triangle, exponent)
 }
 
-/// Whether a ray's interval contains any t.
+/// Whether a ray's interval is not empty.
 pub(crate) fn has_interval<S: Scalar>(ray: &RayOf<S>) -> bool {
     interval::Interval::of(ray).is_some()
 }
 
-/// t, u and v, correctly rounded, for a triangle whose plane the ray's line meets in one point.
+/// t, u, and v, correctly rounded, for a triangle whose plane the ray's line meets in exactly one
+/// point.
 pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, f64, f64) {
     attributes_from(Tier::Float, ray, triangle)
 }
 
-/// The exact order in which a ray meets two triangles whose planes its line meets.
+/// The exact order in which a ray meets two triangles. Its line must meet each plane in exactly one
+/// point.
 pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
-    // Walls and floors often coincide, and neighbours are often met where they touch.
+    // Coplanar walls and floors are common, and a ray often meets two neighbours at a shared edge.
     if across_an_axis(one, other) || shared_edge::is_met(ray, one, other) {
         return Ordering::Equal;
     }
-    // If the rounded t differ, they have the right order; for f32 integers are hardly slower.
+    // If the rounded values of t differ, their order is the exact one. For f32, integers are nearly
+    // as fast, so the rounded values are not tried.
     if const { tier::is_f64::<S>() } {
         let rounded = t(ray, one).total_cmp(&t(ray, other));
         if rounded.is_ne() {

@@ -1,4 +1,4 @@
-//! The numbers of a ray and a triangle in exact integers.
+//! The exact integers that are computed for a ray and a triangle.
 //!
 //! ```text
 //!   A, B, C  the corners from the origin      N₁ = B × C   N₂ = C × A   N₃ = A × B
@@ -10,7 +10,7 @@ use super::scale::Scale;
 use super::tier::Tier;
 use crate::Scalar;
 
-/// A ray and a triangle as finite floats.
+/// A ray and a triangle whose coordinates are finite floats.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<S> {
     pub(super) origin: [S; 3],
@@ -18,7 +18,7 @@ pub(super) struct Pair<S> {
     pub(super) corners: [[S; 3]; 3],
 }
 
-/// The scales of the points and of the direction.
+/// The scale of the points and the scale of the direction.
 #[derive(Clone, Copy)]
 pub(super) struct Scales {
     points: Scale,
@@ -43,32 +43,32 @@ impl<S: Scalar> Pair<S> {
 }
 
 impl Scales {
-    /// The first tier whose integers are sufficient for all of them.
+    /// The first tier whose integers are wide enough for both scales.
     #[inline(always)]
     pub(super) fn tier(self) -> Tier {
         self.points.tier(self.dir)
     }
 
-    /// The power of two by which T/D in integers must be multiplied.
+    /// The exponent of the power of two that converts the integer quotient T/D to t.
     #[inline(always)]
     pub(super) fn of_t(self) -> i32 {
         self.points.low - self.dir.low
     }
 }
 
-/// The numbers, whose coordinates have C limbs, normals N = 2 C and volumes V = 3 C.
+/// The integers of a pair. Coordinates have C limbs, normals N = 2 C, and volumes V = 3 C.
 pub(super) struct Numbers<const C: usize, const N: usize, const V: usize> {
     a: [Int<C>; 3],
     d: [Int<C>; 3],
-    /// N₁, N₂ and N₃.
+    /// N₁, N₂, and N₃.
     pub(super) normals: [[Int<N>; 3]; 3],
 }
 
 impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
-    /// Converts a pair at these scales, for which the limbs must be sufficient.
+    /// Converts a pair to integers at the given scales. C must be large enough for them.
     #[inline(always)]
     pub(super) fn new<S: Scalar>(pair: &Pair<S>, scales: Scales) -> Self {
-        // Convert to integers first, then subtract: in f64 the differences could round.
+        // Convert to integers first, then subtract: in floating point, the differences could round.
         let o = scales.points.vector::<S, C>(pair.origin);
         let seen = |corner: [S; 3]| {
             let c = scales.points.vector(corner);
@@ -79,14 +79,14 @@ impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
         Self { a, d: scales.dir.vector(pair.dir), normals }
     }
 
-    /// U, V and W.
+    /// The edge volumes U, V, and W.
     #[inline(always)]
     pub(super) fn edges(&self) -> [Int<V>; 3] {
         let [n1, n2, n3] = &self.normals;
         [dot(&self.d, n1), dot(&self.d, n2), dot(&self.d, n3)]
     }
 
-    /// T.
+    /// The volume T.
     #[inline(always)]
     pub(super) fn volume(&self) -> Int<V> {
         dot(&self.a, &self.normals[0])
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
     use crate::exact::quotient::Quotient;
 
-    /// t, u and v, if all are positive.
+    /// Returns t, u, and v for a pair for which all three are positive.
     fn attributes(pair: &Pair<f64>) -> [f64; 3] {
         let scales = pair.scales();
         let numbers = Numbers::<33, 66, 99>::new(pair, scales);
@@ -108,7 +108,8 @@ mod tests {
         [over(numbers.volume(), scales.of_t()), over(v, 0), over(w, 0)]
     }
 
-    /// 33 limbs are sufficient for any f64, even the largest next to the smallest.
+    /// 33 limbs are enough for any f64 pair, even one that combines the largest and smallest
+    /// values.
     #[test]
     fn the_same_code_takes_f64() {
         let pair = |x: f64, tiny: f64| Pair {
@@ -121,7 +122,8 @@ mod tests {
             assert_eq!(attributes(&pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
             assert_eq!(attributes(&pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
         }
-        // A ray that starts one f64 step from the plane, and one that starts as far away as possible.
+        // A ray that starts one f64 step from the plane, and one that starts as far away as
+        // possible.
         let mut near = pair(1.0, 0.0);
         near.origin[2] = 4.0_f64.next_down();
         assert_eq!(attributes(&near)[0], 4.0 - 4.0_f64.next_down());

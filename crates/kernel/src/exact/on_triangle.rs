@@ -5,8 +5,8 @@ use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a point lies on a triangle that has an area, including its edges and corners; false if something
-/// is not finite.
+/// Whether a point lies on a triangle, including its edges and corners. The triangle must have an
+/// area. Returns false if any coordinate is not finite.
 ///
 /// ```
 /// use intertri::Triangle;
@@ -16,8 +16,8 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// assert!(!is_on(&wall, [0.5, 0.500_000_1, 5.0]) && !is_on(&wall, [0.1, 0.1, 5.000_001]));
 /// ```
 pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
-    // Most points in the plane of a triangle are outside its box. A CPU that reads subnormal numbers as zero
-    // finds this less often, but never wrongly.
+    // Most points in a triangle's plane are outside its bounding box. If the CPU treats subnormal
+    // numbers as zero, this test rejects fewer points, but never a wrong one.
     let is_beside = |axis: usize| {
         let (x, corners) = (point[axis], &triangle.0);
         corners.iter().all(|c| c[axis] < x) || corners.iter().all(|c| c[axis] > x)
@@ -33,8 +33,8 @@ pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
     }
 }
 
-/// In the plane of a triangle T is 0, and the three normals are multiples of its own: from inside, none has
-/// another sign.
+/// For a point in the triangle's plane, T is 0, and the three normals are multiples of the
+/// triangle's own normal. The point is on the triangle if no multiple is negative.
 fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
     pair: &Pair<S>,
     scales: Scales,

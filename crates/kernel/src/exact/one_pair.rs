@@ -1,13 +1,14 @@
-//! Where one ray meets one triangle that it is known to hit: its four volumes, in lanes.
+//! The intersection of one ray with one triangle that it is known to hit: four volumes, one per
+//! lane.
 //!
 //! ```text
-//!   D = d·(h4 × h5)    T = a·(h4 × h5)    V = h5·(a × d)    W = -h4·(a × d)       each lane x·(y × z)
-//!         1                  t                  u                 v               each over D
+//!   D = d·(h4 × h5)    T = a·(h4 × h5)    V = h5·(a × d)    W = -h4·(a × d)    per lane: x·(y × z)
+//!         1                  t                  u                 v            divided by D
 //! ```
 //!
-//! It is called out of line, so it enters an instruction level itself; without a fused operation, the error
-//! of a product takes sixteen other operations. Edges of f32 triangles are exact in f64, those of f64
-//! triangles in two parts.
+//! This code is called out of line, so it selects an instruction level itself. Without a fused
+//! multiply-add, the error of a product takes sixteen operations to compute. The edges of f32
+//! triangles must be exact in f64; the edges of f64 triangles are exact in two parts.
 
 use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};
@@ -19,21 +20,22 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// Where a ray meets a triangle, and on which side of each edge it passes.
 #[derive(Clone, Copy)]
 pub(super) struct Intersection {
-    /// t, u and v.
+    /// t, u, and v.
     pub(super) quotients: [f64; 3],
-    /// Bits for those that are proven to be correctly rounded; the lowest is for t.
+    /// One bit per quotient that is proven to be correctly rounded; the lowest bit is for t.
     pub(super) sure: u32,
-    /// D, T, V and W, by part, and their error bounds; NaN if nothing is proven.
+    /// The high parts, low parts, and error bounds of D, T, V, and W. The bounds are NaN if nothing
+    /// is proven.
     volumes: [[f64; 4]; 3],
 }
 
 impl Intersection {
-    /// The signs of T, U, V and W; 0 if not proven.
+    /// The signs of T, U, V, and W; 0 if a sign is not proven.
     pub(super) fn signs(&self) -> [i8; 4] {
         let [high, low, err] = self.volumes;
         let [_, t, v, w] = [0, 1, 2, 3].map(|i| sign(high[i], err[i]));
-        // U is D minus V and W.
-        // In two parts again, because U may be small although D, V and W are not.
+        // U is D minus V and W. The difference is computed in two parts as well, because U may be
+        // small although D, V, and W are not.
         let first = sum(high[0], -high[2]);
         let rest = sum(first.high, -high[3]);
         let lows = (low[0] - low[2] - low[3]) + (first.low + rest.low);
@@ -42,15 +44,15 @@ impl Intersection {
     }
 }
 
-/// The sign of a number with an error bound.
+/// The sign of a number with the given error bound; 0 if the bound does not determine it.
 fn sign(x: f64, err: f64) -> i8 {
     i8::from(x > err) - i8::from(x < -err)
 }
 
-/// Where a ray meets a triangle. No number may be subnormal, and no f64 number so large or so small that a
-/// product overflows or underflows.
+/// Computes where a ray meets a triangle. No input may be subnormal, and f64 inputs must not be so
+/// large or so small that a product overflows or underflows.
 pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Intersection {
-    // The work fits four lanes.
+    // The work fits in four lanes.
     Level::avx2().unwrap_or(Level::PORTABLE).run(Meet { ray, triangle })
 }
 
@@ -65,12 +67,11 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
         let ([c1, c2, c3], o, d) = (self.triangle.0, self.ray.origin, self.ray.dir);
-        // The vectors A, h4 and h5 as three lanes of one subtraction; the fourth lane only fills the
-        // register.
+        // One subtraction computes A, h4, and h5 in three lanes; the fourth lane is padding.
         let (ends, starts) = (lanes::<S, X>([c1, c2, c3, c1]), lanes::<S, X>([o, c1, c1, c1]));
         let edges: TwoParts<S::F64x4> = tails::difference(ends, starts);
 
-        // By lane, x·(y × z).
+        // Each lane computes x·(y × z).
         //    lane   1        2        3        4
         //    x      d        A        h5      -h4
         //    y      h4       h4       A        A
@@ -89,7 +90,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
             (Volume::new(x, &cross(y, z), y, z), is_exact & 0b111 == 0b111)
         };
 
-        // Divide all by the first.
+        // Divide all volumes by the first, D.
         let den = Volume {
             value: Double {
                 high: first::<S>(volume.value.high),
@@ -109,7 +110,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
         volume.err.store(&mut volumes[2]);
         let [_, t, u, v] = all;
         if !exact {
-            // The error bound is NaN, so no sign is proven either.
+            // The error bound becomes NaN, so no sign is proven either.
             volumes[2] = [f64::NAN; 4];
         }
         Intersection {
@@ -120,8 +121,8 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
     }
 }
 
-/// Four vectors in lanes, element by element: an array's `map` may become a call without the level's
-/// instructions.
+/// Transposes four vectors into lanes. This is written out because an array's `map` may compile to
+/// a call that lacks the level's instructions.
 #[inline(always)]
 fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     let x: [f64; 4] = [a[0].into(), b[0].into(), c[0].into(), d[0].into()];
@@ -130,7 +131,7 @@ fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     Vec3 { x: Lanes::load(&x), y: Lanes::load(&y), z: Lanes::load(&z) }
 }
 
-/// The factors x, y and z of the volumes, from the edges a, h4 and h5 in lanes and a direction.
+/// The factors x, y, and z of each volume, from the edges a, h4, and h5 in lanes and a direction.
 #[inline(always)]
 fn factors<S: Simd>(edges: Vec3<S::F64x4>, [dx, dy, dz]: [f64; 3]) -> [Vec3<S::F64x4>; 3] {
     let [x, y, z] = [axis::<S>(edges.x, dx), axis::<S>(edges.y, dy), axis::<S>(edges.z, dz)];
@@ -141,7 +142,7 @@ fn factors<S: Simd>(edges: Vec3<S::F64x4>, [dx, dy, dz]: [f64; 3]) -> [Vec3<S::F
     ]
 }
 
-/// Their numbers along one axis.
+/// The components of the factors along one axis.
 #[inline(always)]
 fn axis<S: Simd>(edges: S::F64x4, d: f64) -> [S::F64x4; 3] {
     let mut numbers = [0.0; 4];
@@ -150,7 +151,7 @@ fn axis<S: Simd>(edges: S::F64x4, d: f64) -> [S::F64x4; 3] {
     [Lanes::load(&[d, a, h5, -h4]), Lanes::load(&[h4, h4, a, a]), Lanes::load(&[h5, h5, d, d])]
 }
 
-/// The first lane in every lane.
+/// Copies the first lane to every lane.
 #[inline(always)]
 fn first<S: Simd>(of: S::F64x4) -> S::F64x4 {
     let mut all = [0.0; 4];

@@ -1,4 +1,4 @@
-//! Where rays meet triangles that they are known to hit, for eight pairs in lanes.
+//! Hit attributes of eight pairs of a ray and a triangle that it is known to hit.
 
 use super::attributes;
 use super::input::subnormals_are_read;
@@ -7,8 +7,8 @@ use crate::Hit;
 use crate::hit_attributes::Pairs;
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of};
 
-/// t of rays and triangles in lanes that are known to hit, and the lanes in which it is proven to be
-/// correctly rounded.
+/// Returns t for each lane's ray and triangle, which are known to hit, and the lanes in which t is
+/// proven to be correctly rounded.
 #[inline(always)]
 pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     corners: [Vec3<D>; 3],
@@ -19,10 +19,11 @@ pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     (t, if subnormals_are_read() { sure.bits() } else { 0 })
 }
 
-/// The hits of the first `len` lanes, with each number correctly rounded; other lanes are meaningless.
+/// Returns the hits of the first `len` lanes, with every number correctly rounded. The other lanes
+/// are meaningless.
 #[inline(always)]
 pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
-    // Four at a time, because some CPUs lower their clock for a single division of eight lanes.
+    // Process four at a time, because some CPUs lower their clock for even one eight-lane division.
     let (mut t, mut u, mut v, mut sure) = ([0.0; 8], [0.0; 8], [0.0; 8], 0);
     for from in [0, 4] {
         let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);
@@ -35,7 +36,8 @@ pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
     }
 
     let mut hits = pairs.hits(&t, &u, &v);
-    // If the CPU reads subnormal numbers as zero, no lane is trusted: `attributes` reads the bits.
+    // If the CPU treats subnormal numbers as zero, trust no lane: `attributes` works on the bits
+    // instead.
     let sure = if subnormals_are_read() { sure } else { 0 };
     for lane in lanes_of(!sure & ((1 << len) - 1)) {
         let (ray, triangle, _) = pairs.pair(lane);

@@ -1,4 +1,4 @@
-//! Where rays meet triangles that they are known to hit, in f64: eight pairs in lanes.
+//! Hit attributes of f64 rays and triangles that they are known to hit, four pairs at a time.
 
 use super::attributes;
 use super::input::{is_plain, subnormals_are_read};
@@ -6,10 +6,10 @@ use super::tails::SeenTails;
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
 use crate::{Hit, Ray64, Triangle64};
 
-/// Rays and triangles that they are known to hit, with the triangles' indices.
+/// A ray, a triangle that it is known to hit, and the triangle's index.
 pub type Pair64<'a> = (&'a Ray64, &'a Triangle64, u32);
 
-/// The hits of pairs, with each number correctly rounded.
+/// Computes the hits of pairs, with every number correctly rounded.
 #[inline]
 pub fn hits64(level: Level, pairs: &[Pair64<'_>], hits: &mut [Hit]) {
     for (pairs, hits) in pairs.chunks(4).zip(hits.chunks_mut(4)) {
@@ -17,7 +17,7 @@ pub fn hits64(level: Level, pairs: &[Pair64<'_>], hits: &mut [Hit]) {
     }
 }
 
-/// Up to four pairs, because some CPUs lower their clock for a single division of eight lanes.
+/// Up to four pairs, because some CPUs lower their clock for even one eight-lane division.
 struct Four<'a> {
     pairs: &'a [Pair64<'a>],
     hits: &'a mut [Hit],

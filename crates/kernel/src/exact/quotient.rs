@@ -1,5 +1,5 @@
-//! The quotient of two integers: its first 64 bits, and whether more bits follow. That is enough to round it
-//! correctly, and to compare it with any float.
+//! The quotient of two integers, stored as its first 64 bits and whether any bits follow. That is
+//! enough to round it correctly and to compare it with any float.
 //!
 //! ```text
 //!   1.b₁b₂b₃ ... b₅₂ | b₅₃ ... b₆₃ | more?        rounds to nearest even, whatever follows
@@ -23,16 +23,17 @@ pub(super) struct Quotient {
 }
 
 impl Quotient {
-    /// `num / den * 2^exponent` for positive integers.
+    /// Computes `num / den * 2^exponent` for positive integers.
     #[inline(always)]
     pub(super) fn new<const V: usize>(num: &[u64; V], den: &[u64; V], exponent: i32) -> Self {
         // Normalize both to their highest bit, so that their quotient is between 1/2 and 2.
         let ((num, up), (den, down)) = (from_the_top(num), from_the_top(den));
-        // If the numerator is smaller, one more binary place moves the quotient's first bit to the top of 64.
+        // If the normalized numerator is smaller, the quotient is below 1 and needs one more binary
+        // place to fill all 64 bits.
         let less = num.iter().rev().lt(den.iter().rev());
         let exponent = exponent + down - up - 63 - i32::from(less);
 
-        // The dividend, with one more limb, which is below the divisor's highest.
+        // The dividend has one more limb, `top`, which is smaller than the divisor's highest limb.
         let mut rest = [0; V];
         rest[1..].copy_from_slice(&num[..V - 1]);
         let mut top = num[V - 1];
@@ -44,8 +45,8 @@ impl Quotient {
             top >>= 1;
         }
 
-        // One digit of Knuth's algorithm D: the quotient of the first two limbs by the divisor's first is too
-        // large by at most two.
+        // Compute one digit with Knuth's algorithm D: the quotient of the first two limbs and the
+        // divisor's first limb is too large by at most two.
         let two = u128::from(top) << 64 | u128::from(rest[V - 1]);
         let mut first = u64::try_from(two / u128::from(den[V - 1])).unwrap_or(u64::MAX);
         let (mut carry, mut borrow) = (0, false);
@@ -55,8 +56,8 @@ impl Quotient {
             (rest[i], borrow) = minus(rest[i], product as u64, borrow);
         }
         top = top.wrapping_sub(carry).wrapping_sub(borrow.into());
-        // A digit that is too large leaves a negative remainder, by Knuth's theorem B at most twice; then the
-        // divisor is added back.
+        // If the digit is too large, the remainder is negative, and the divisor is added back. By
+        // Knuth's theorem B, this happens at most twice.
         while top != 0 {
             first -= 1;
             let mut carry = false;
@@ -68,17 +69,18 @@ impl Quotient {
         Self { first, more: rest.iter().any(|&limb| limb != 0), exponent }
     }
 
-    /// Correctly rounded to the nearest f64, ties to even; infinite if it is nearer to the number that would
-    /// follow the largest.
+    /// Rounds to the nearest f64, ties to even. Returns infinity if the value is nearer to the
+    /// number that would follow the largest f64.
     #[inline(always)]
     pub(super) fn to_f64(self) -> f64 {
-        // Eleven bits more than an f64 has: the rest can be folded into the last of them.
+        // There are eleven more bits than an f64 has, so the sticky bit can be merged into the last
+        // one.
         let first = self.first | u64::from(self.more);
-        // It is at least 2^top, and less than twice that.
+        // The value is at least 2^top and less than twice that.
         let top = self.exponent.saturating_add(63);
         if (SMALLEST..=LARGEST).contains(&top) {
-            // The conversion rounds once; both products are by powers of two with a normal result, so they
-            // are exact.
+            // The conversion rounds once. Both products are by powers of two and have normal
+            // results, so they are exact.
             return first as f64 * pow2(-63) * pow2(top);
         }
         if top > LARGEST { f64::INFINITY } else { f64::from_bits(subnormal(first, top, -1074)) }
@@ -89,7 +91,8 @@ impl Quotient {
         let first = self.first | u64::from(self.more);
         let top = self.exponent.saturating_add(63);
         if (SMALLEST_F32..=LARGEST_F32).contains(&top) {
-            // At most 2, which times the largest power is infinity.
+            // The scaled mantissa is at most 2; if it rounds up to 2, its product with the largest
+            // power overflows to infinity, as it should.
             let power = f32::from_bits(((top + 127) as u32) << 23);
             return first as f32 * f32::from_bits((127 - 63) << 23) * power;
         }
@@ -99,11 +102,12 @@ impl Quotient {
         f32::from_bits(subnormal(first, top, -149) as u32)
     }
 
-    /// The square root, after two roundings: the error is at most 0.86 units in the last place, or 0.93 if
-    /// the result is subnormal. Never 0; infinite beyond the largest f64.
+    /// The square root, rounded twice: the error is at most 0.86 units in the last place, or 0.93
+    /// if the result is subnormal. The result is never 0, and it is infinite beyond the largest
+    /// f64.
     #[inline(always)]
     pub(super) fn to_sqrt(self) -> f64 {
-        // An even exponent can be halved exactly; if it is odd, a factor of 2 goes into the mantissa.
+        // An even exponent can be halved exactly; if it is odd, multiply the mantissa by 2.
         let odd = self.exponent & 1;
         let size = (self.first | u64::from(self.more)) as f64 * f64::from(1 + odd);
         let root = Lanes::sqrt(size);
@@ -119,25 +123,26 @@ impl Quotient {
         f64::from_bits(subnormal((m as u64) << 11, top, -1074).max(1))
     }
 
-    /// Compares with a finite float that is not negative.
+    /// Compares the quotient with a finite float that is not negative.
     #[inline(always)]
     pub(super) fn cmp_float<S: Scalar>(self, x: S) -> Ordering {
         let (m, e) = x.parts();
         if m == 0 {
             return Ordering::Greater;
         }
-        // In the same form, quotient and float compare by exponent, then by bits, then by whether more bits
-        // follow.
+        // Normalize the float in the same way. Then compare the exponents, then the first 64 bits,
+        // then whether more bits follow.
         let up = m.leading_zeros();
         let (first, exponent) = ((m as u64) << up, e - up as i32);
         (self.exponent, self.first, self.more).cmp(&(exponent, first, false))
     }
 }
 
-/// Shifts the limbs of a positive number until its highest bit is set, and returns by how many bits.
+/// Shifts the limbs of a positive number up until its highest bit is set. Returns the shifted limbs
+/// and the number of bits.
 #[inline(always)]
 fn from_the_top<const V: usize>(limbs: &[u64; V]) -> ([u64; V], i32) {
-    // Whole limbs, then bits.
+    // Shift by whole limbs, then by bits.
     let mut all = *limbs;
     let mut up = 0;
     // The number is positive, so this loop ends.
@@ -156,18 +161,18 @@ fn from_the_top<const V: usize>(limbs: &[u64; V]) -> ([u64; V], i32) {
     (all, up + shift as i32)
 }
 
-/// The exponents of normal f64.
+/// The smallest exponent of a normal f64.
 const SMALLEST: i32 = -1022;
-/// See [`SMALLEST`].
+/// The largest exponent of a normal f64.
 const LARGEST: i32 = 1023;
 
-/// The exponents of normal f32.
+/// The smallest exponent of a normal f32.
 const SMALLEST_F32: i32 = -126;
-/// See [`SMALLEST_F32`].
+/// The largest exponent of a normal f32.
 const LARGEST_F32: i32 = 127;
 
-/// The bits of a subnormal number whose last place is `2^last`, from 64 bits, the highest of which stands for
-/// `2^top`; correctly rounded, ties to even.
+/// Rounds 64 bits to a subnormal number whose last place is `2^last`, to nearest, ties to even. The
+/// highest of the 64 bits stands for `2^top`. Returns the bits of the result.
 #[cold]
 fn subnormal(first: u64, top: i32, last: i32) -> u64 {
     // The number of bits after the last place.
@@ -178,7 +183,8 @@ fn subnormal(first: u64, top: i32, last: i32) -> u64 {
     let all = u128::from(first);
     let (kept, rest) = ((all >> after) as u64, all & ((1 << after) - 1));
     let half = 1 << (after - 1);
-    // To nearest, ties to even. `kept + 1` may become the smallest normal number, whose bits are just these.
+    // Round to nearest, ties to even. If `kept + 1` is the smallest normal number, the bits are
+    // still right.
     let up = rest > half || rest == half && kept & 1 != 0;
     kept + u64::from(up)
 }

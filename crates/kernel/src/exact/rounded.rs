@@ -1,8 +1,9 @@
-//! t, u and v, correctly rounded: double-double arithmetic in lanes, with a proof of the rounding.
+//! Correctly rounded t, u, and v: double-double arithmetic in lanes, with a proof of the rounding.
 //!
 //! ```text
-//!        ...●─────────────┼─────────────●───────────      f64 and half-way: where all that the
-//!          f64    [══╪══] half         f64                quotient may be rounds alike, so does it
+//!        ...●─────────────┼─────────────●───────────      f64 and halfway points: if both ends of
+//!          f64    [══╪══] half         f64                the error interval round alike, so does
+//!                                                         the quotient
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 6, has the bounds and the proof.
@@ -10,11 +11,12 @@
 use super::double::{Double, cross, difference, dot};
 use crate::simd::{Lanes, Vec3};
 
-/// `2^-99`, which is `128w²`: the error of a double-double volume is at most half of this times its
-/// permanent, and that of a quotient by it is at most half of this times itself in addition.
+/// `2^-99`, which is `128w²`, where w is half an ulp of 1. The error of a double-double volume is
+/// at most half of this times its permanent. A quotient adds an error of at most half of this times
+/// its own magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
-/// A ray and a triangle in each lane, in numbers that are exact in f64.
+/// A ray and a triangle in each lane, with coordinates that are exact in f64.
 #[derive(Clone, Copy)]
 pub struct Quotients<D: Lanes> {
     a: Vec3<D>,
@@ -36,7 +38,7 @@ pub(super) struct Volume<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Volume<D> {
-    /// `x·(y × z)`, where the cross product is given as well.
+    /// `x·(y × z)`, where `product` is the cross product.
     #[inline(always)]
     pub(super) fn new(x: Vec3<D>, product: &[Double<D>; 3], y: Vec3<D>, z: Vec3<D>) -> Self {
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
@@ -45,7 +47,8 @@ impl<D: Lanes<Scalar = f64>> Volume<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Quotients<D> {
-    /// Corners, origins and directions in lanes; for f32, none may be subnormal.
+    /// Prepares the quotients of a ray and a triangle in each lane. No f32 coordinate may be
+    /// subnormal.
     #[inline(always)]
     pub fn new([c1, c2, c3]: [Vec3<D>; 3], org: Vec3<D>, dir: Vec3<D>) -> Self {
         let ((a, x), (h4, y), (h5, z)) =
@@ -53,7 +56,7 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
         let normal = cross(h4, h5);
         let den = Volume::new(dir, &normal, h4, h5);
         let inverse = D::splat(1.0) / den.value.high;
-        // The bound does not include the error of a difference that is not exact in f64.
+        // The bound does not cover the error of differences that are inexact in f64.
         let exact = (x + y + z).le(D::splat(0.0));
         Self { a, h4, h5, dir, exact, den, inverse, normal }
     }
@@ -64,7 +67,8 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
         self.over(&Volume::new(self.a, &self.normal, self.h4, self.h5))
     }
 
-    /// u and v, the weights of the second and the third corner, and the lanes in which both are proven.
+    /// u and v, the weights of the second and third corners, and the lanes in which both are proven
+    /// to be correctly rounded.
     #[inline(always)]
     pub fn weights(&self) -> (D, D, D::Mask) {
         let (a, dir) = (self.a, self.dir);
@@ -76,7 +80,7 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
         (u, v, u_sure & v_sure)
     }
 
-    /// Divides by D.
+    /// Divides a volume by D.
     #[inline(always)]
     fn over(&self, num: &Volume<D>) -> (D, D::Mask) {
         let (q, sure) = quotient(num, &self.den, self.inverse);
@@ -84,8 +88,9 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
     }
 }
 
-/// The quotient of two volumes, and the lanes in which it is proven to be correctly rounded; `inverse` is
-/// that of the denominator's high part. The error given for the denominator is twice its bound.
+/// The quotient of two volumes, and the lanes in which it is proven to be correctly rounded.
+/// `inverse` is the reciprocal of the denominator's high part. The error passed for the denominator
+/// is twice its bound.
 #[inline(always)]
 pub(super) fn quotient<D: Lanes<Scalar = f64>>(
     num: &Volume<D>,
@@ -96,16 +101,16 @@ pub(super) fn quotient<D: Lanes<Scalar = f64>>(
     let Volume { value: num, err: num_err } = *num;
     let q = num.high * inverse;
 
-    // The remainder num - q den, which cancels, divided by den.
+    // The remainder num - q den, in which the leading digits cancel, divided by den.
     let p = q * den.high;
     let lacks = ((num.high - p) - q.mul_error(den.high, p)) + (num.low - q * den.low);
     let rest = lacks * inverse;
 
-    // Rounding preserves order: if both ends of the error interval round to the same number, so does the
-    // quotient.
+    // Rounding preserves order: if both ends of the error interval round to the same number, so
+    // does the quotient.
     let doubt = q.abs().mul_add(den_err, num_err) * inverse.abs();
     let (least, most) = (q + (rest - doubt), q + (rest + doubt));
-    // Zeros are positive.
+    // Turn negative zeros into positive zeros.
     (most + D::splat(0.0), most.le(least))
 }
 
@@ -117,7 +122,7 @@ mod tests {
     use super::super::quotient::Quotient;
     use super::*;
 
-    /// A generator of numbers that are the same on every machine.
+    /// A deterministic random number generator.
     struct Numbers(u64);
 
     impl Numbers {
@@ -132,7 +137,7 @@ mod tests {
         }
     }
 
-    /// Converts an integer in f64 to an integer.
+    /// Converts an f64 with an integer value to an integer.
     fn whole(x: f64) -> Int<3> {
         let (exponent, fraction) = (x.abs().to_bits() >> 52, x.to_bits() & ((1 << 52) - 1));
         let m = (fraction | 1 << 52) as i64;
@@ -149,7 +154,7 @@ mod tests {
         a + (b + c * 2.0_f64.powi(64)) * 2.0_f64.powi(64)
     }
 
-    /// The error of a double-double volume, in `w²` of its permanent.
+    /// The error of a double-double volume, as a multiple of `w²` times its permanent.
     fn share(x: [i64; 3], y: [i64; 3], z: [i64; 3]) -> f64 {
         let lanes = |v: [i64; 3]| Vec3::<f64>::splat(v.map(|x| x as f64));
         let exact = {
@@ -166,7 +171,7 @@ mod tests {
     fn volumes_are_within_their_bound() {
         let (mut numbers, mut most) = (Numbers(1), 0.0_f64);
         for _ in 0..300 {
-            // Keep any change that increases it.
+            // Hill climbing: keep every change that increases the error.
             let mut all = [(); 3].map(|()| numbers.vector());
             let mut used = 0.0;
             for _ in 0..400 {
@@ -186,7 +191,8 @@ mod tests {
         assert!(1.5 < most && most < 27.0, "{most}");
     }
 
-    /// Quotients next to the midpoint of two f64, where rounding depends on the last digits.
+    /// Tests quotients near the midpoint of two f64 numbers, where the last digits decide the
+    /// rounding.
     #[test]
     fn a_sure_quotient_is_rounded_right() {
         let (mut numbers, mut sure_ones) = (Numbers(2), 0);
@@ -217,7 +223,7 @@ mod tests {
         assert!(sure_ones > 100_000, "{sure_ones}");
     }
 
-    /// A point on an axis, or the origin.
+    /// A unit vector along an axis, or the origin.
     fn axis(k: usize) -> Vec3<f64> {
         Vec3::splat([0, 1, 2].map(|i| f64::from(u8::from(i == k))))
     }

@@ -1,9 +1,9 @@
-//! t, u and v in f32, correctly rounded: plain f64 with a bound, which nearly always determines how a number
-//! rounds to f32.
+//! Correctly rounded t, u, and v in f32: plain f64 arithmetic with an error bound, which nearly
+//! always determines how the result rounds to f32.
 //!
 //! ```text
-//!        ...●───────────┼───────────●──────      f32 and half-way: where both ends of what the
-//!          f32   [═══] half        f32           quotient may be round alike, so does it
+//!        ...●───────────┼───────────●──────      f32 and halfway points: if both ends of the
+//!          f32   [═══] half        f32           error interval round alike, so does the quotient
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 6, has the bounds and the proof.
@@ -14,11 +14,12 @@ use crate::hit_attributes::{Pairs, SharedOriginHit};
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of, put_by_triangle};
 use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 
-/// `2^-49`, which is `16w`: the error of a volume in f64 is at most 9/16 of this times its permanent, and the
-/// roundings of a quotient by it are within 3/16 of this.
+/// `2^-49`, which is `16w`, where w is half an ulp of 1. The error of a volume in f64 is at most
+/// 9/16 of this times its permanent, and dividing by the volume adds rounding errors of at most
+/// 3/16 of this.
 const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
 
-/// Quotients by one denominator.
+/// A denominator that several numerators are divided by.
 #[derive(Clone, Copy)]
 struct Over<D> {
     err: D,
@@ -34,13 +35,13 @@ struct Ends<const N: usize> {
 }
 
 impl<D: Lanes<Scalar = f64>> Over<D> {
-    /// Divides by a denominator with an error of up to `err`.
+    /// Prepares divisions by a denominator with an error of up to `err`.
     #[inline(always)]
     fn new(den: D, err: D) -> Self {
         Self { err, inverse: D::splat(1.0) / den }
     }
 
-    /// The quotient of a numerator with an error of up to `err`.
+    /// Divides a numerator with an error of up to `err`.
     #[inline(always)]
     fn quotient<const N: usize>(&self, num: D, err: D) -> Ends<N> {
         let q = num * self.inverse;
@@ -65,14 +66,15 @@ impl<const N: usize> Ends<N> {
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct HitCoefficients32 {
-    /// By axis, the coefficients of the denominator, of the numerators of u and v, and of the denominator again.
+    /// For each axis, the coefficients of the denominator, of the numerators of u and v, and of the
+    /// denominator again.
     coefficients: [[f64; 4]; 3],
     /// The numerator of t.
     known: f64,
-    /// The error bound of the numerator.
+    /// The error bound of t's numerator.
     known_err: f64,
-    /// The error bound of the products, divided by the sum of a direction's magnitudes; NaN if nothing is
-    /// proven.
+    /// The error bound of the dot products, divided by the sum of the direction's magnitudes; NaN
+    /// if nothing is proven.
     share: f64,
     index: u32,
 }
@@ -92,7 +94,7 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let (n, v, w) = (h4.cross_fused(h5), h5.cross_fused(a), a.cross_fused(h4));
         put_by_triangle::<S>([n, v, w, n], to.iter_mut().map(|seen| &mut seen.coefficients));
 
-        // One bound is enough for all three.
+        // One bound, the largest, is enough for all three.
         let (abs_a, abs_h4, abs_h5) = (a.abs(), h4.abs(), h5.abs());
         let of_n = abs_h4.permanents(abs_h5);
         let most = (of_n.norm1().max(abs_h5.permanents(abs_a).norm1()))
@@ -115,7 +117,7 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
         let err = <S::F64x4 as Lanes>::splat(self.share * size);
 
-        // Divide all by the last; the first is t, whose numerator is known.
+        // Divide all lanes by the last. The first lane is t, whose numerator is known.
         let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
         let num = Lanes::select(first, Lanes::splat(self.known), sums);
         let num_err = Lanes::select(first, Lanes::splat(self.known_err), err);
@@ -127,13 +129,14 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
     }
 }
 
-/// The hits of the first `len` lanes in f32, with each number correctly rounded; other lanes are meaningless.
+/// Returns the f32 hits of the first `len` lanes, with every number correctly rounded. The other
+/// lanes are meaningless.
 #[inline(always)]
 pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     let mut hits = [Hit32::MISS; 8];
     let (doubt, mut unsure) = (if subnormals_are_read() { DOUBT } else { f64::NAN }, 0);
     let doubt = <S::F64x4 as Lanes>::splat(doubt);
-    // Four at a time, because some CPUs lower their clock for a single division of eight lanes.
+    // Process four at a time, because some CPUs lower their clock for even one eight-lane division.
     for from in [0, 4] {
         let ([c1, c2, c3], origin, dir) = pairs.lanes::<S::F64x4>(from);
         let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
@@ -157,18 +160,19 @@ pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     hits
 }
 
-/// The permanent of a volume: a cross product's, times a vector.
+/// The permanent of a volume, from the permanents of a cross product and the other vector.
 #[inline(always)]
 fn permanent<D: Lanes<Scalar = f64>>(product: Vec3<D>, by: Vec3<D>) -> D {
     product.dot_fused(by.abs())
 }
 
-/// The hit of a pair.
+/// Computes the hit of a pair exactly.
 fn hit32_of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
     Hit32::new(attributes32(ray, triangle), index)
 }
 
-/// A hit of `exact` in f32, with each number of the ray and its triangle correctly rounded.
+/// Converts a hit of `exact` to f32, with every number correctly rounded for the ray and the
+/// triangle.
 #[inline(always)]
 pub fn hit32<S: Scalar>(hit: &Hit, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Hit32 {
     let numbers = narrowed([hit.t, hit.u, hit.v]).unwrap_or_else(|| attributes32(ray, triangle));

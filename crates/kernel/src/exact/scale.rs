@@ -1,10 +1,12 @@
-//! From floats to integers: the common scale of a set of numbers, and how many bits that takes.
+//! From floats to integers: the common scale of a set of numbers, and the number of bits it
+//! requires.
 
 use super::int::Int;
 use super::tier::{Tier, is_f64};
 use crate::Scalar;
 
-/// Numbers as integers: all are multiples of `2^low` and below `2^(low + bits)`.
+/// The scale at which numbers become integers: all are multiples of `2^low` and below
+/// `2^(low + bits)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     pub(super) low: i32,
@@ -12,7 +14,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The scale of no numbers.
+    /// The scale of an empty set.
     const NONE: Self = Self { low: i32::MAX / 2, bits: 0 };
 
     /// The scale of vectors of finite numbers.
@@ -21,7 +23,7 @@ impl Scale {
         let (mut low, mut high) = (Self::NONE.low, -Self::NONE.low);
         for x in vectors.as_flattened() {
             let (m, e) = x.parts();
-            // x = m 2^e; a zero has no last digit and is ignored.
+            // x = m 2^e. A zero has no last digit, so it is ignored.
             let last = e + zeros::<S>(m);
             low = if m != 0 && last < low { last } else { low };
             high = if m != 0 && e > high { e } else { high };
@@ -29,21 +31,22 @@ impl Scale {
         Self { low, bits: (high - low + S::DIGITS).max(0) }
     }
 
-    /// The first tier whose integers are sufficient for two scales, one of points and one of a direction.
+    /// The first tier whose integers are wide enough for this scale of points and a direction's
+    /// scale.
     #[inline(always)]
     pub(super) fn tier(self, dir: Self) -> Tier {
         Tier::of_bits(self.bits.max(dir.bits))
     }
 
-    /// A vector as integers.
+    /// Converts a vector to integers.
     #[inline(always)]
     pub(super) fn vector<S: Scalar, const C: usize>(self, v: [S; 3]) -> [Int<C>; 3] {
         let int = |x: S| {
             let (m, e) = x.parts();
-            // The exponent of a zero may be smaller than all others.
+            // The exponent of a zero may be below `low`.
             let up = if m == 0 { 0 } else { e - self.low };
             if const { is_f64::<S>() } && up < 0 {
-                // `low` counts from the last digit that is not 0, so nothing is shifted out.
+                // `low` is the place of the last nonzero digit, so no bits are lost.
                 return Int::new(m >> -up, 0);
             }
             Int::new(m, up as u32)
@@ -52,8 +55,8 @@ impl Scale {
     }
 }
 
-/// The trailing zeros of m, only for f64: there half of the digits are often zero, and narrow integers are
-/// much faster. For f32 all digits are used.
+/// The number of trailing zeros of m, for f64 only: often half of the digits are zero, and narrow
+/// integers are much faster. For f32, all digits are used.
 #[inline(always)]
 fn zeros<S: Scalar>(m: i64) -> i32 {
     if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }
@@ -66,7 +69,7 @@ mod tests {
     #[test]
     fn zeros_below_the_last_digit_of_an_f64_do_not_count() {
         let (top, third) = (2.0_f64.powi(57), 1.0 / 3.0);
-        // 64 bits hold at most 61 places.
+        // Integers of 64 bits hold at most 61 places.
         for (last, tier) in [(0.125, Tier::Narrow), (0.0625, Tier::Middle), (third, Tier::Middle)] {
             let vector = [top, 0.0, -last];
             let scale = Scale::of(&[vector]);

@@ -1,15 +1,16 @@
-//! A directed edge relative to a ray: on which side the ray passes it, by the rule *once*.
+//! The side on which a ray passes a directed edge, by the rule *once*.
 //!
 //! ```text
 //!             b
 //!             ▲    d·(A × B) > 0    the ray passes on this side of the edge
-//!        ·    │    d·(A × B) = 0    through its line: then the ray is moved by (ε, ε², ε³)
+//!        ·    │    d·(A × B) = 0    through the edge's line: the ray is moved by (ε, ε², ε³)
 //!       ray   │
-//!             a    A, B the ends from the ray's origin, which looks along the ray
+//!             a    A, B are the ends from the ray's origin; the view is along the ray
 //! ```
 //!
-//! These are the signs that [`crossing`](super::crossing) uses for the three edges of a triangle, so a sum
-//! over edges and a count of crossings agree on the side of each edge. `docs/numerics/winding.md` needs both.
+//! [`crossing`](super::crossing) uses the same signs for the three edges of a triangle, so a sum
+//! over edges and a count of crossings agree on the side of each edge. `docs/numerics/winding.md`
+//! relies on both.
 
 use core::cmp::Ordering;
 
@@ -18,15 +19,15 @@ use super::scale::Scale;
 use super::tier::{Tier, at_tier, is_f64};
 use crate::Scalar;
 
-/// The sign of `d·(A × B)` for a ray moved by (ε, ε², ε³); equal if A and B are collinear with the origin.
-/// All numbers must be finite.
+/// The sign of `d·(A × B)` for a ray moved by (ε, ε², ε³). Returns `Equal` if A and B are collinear
+/// with the origin. All coordinates must be finite.
 ///
 /// ```
 /// use core::cmp::Ordering::{Equal, Greater, Less};
 /// use intertri::internal::exact::edge_side;
 /// let side = |dir: [f32; 3]| edge_side([0.0; 3], dir, [[1.0, -1.0, 4.0], [1.0, 1.0, 4.0]]);
 /// assert_eq!([side([0.0, 0.0, 1.0]), side([2.0, 0.0, 4.0])], [Greater, Less]);
-/// // At the edge itself: moved along x, the ray passes where x is greater.
+/// // A ray through the edge is moved along x, so it passes where x is greater.
 /// assert_eq!(side([1.0, 0.5, 4.0]), Less);
 /// assert_eq!(edge_side([0.0; 3], [1.0, 0.0, 0.0], [[1.0; 3], [2.0_f32; 3]]), Equal);
 /// ```
@@ -43,18 +44,20 @@ fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let [a, b] = edge.map(|point| seen::<S, C>(points, origin, point));
     let normal: [Int<N>; 3] = cross(&a, &b);
     let volume: Int<V> = dot(&dirs.vector::<S, C>(dir), &normal);
-    // The first nonzero one of X, Nx, Ny and Nz: the rule *once* (exact.md, section 1).
+    // The sign of the first nonzero number of X, Nx, Ny, and Nz: the rule *once* (exact.md, section
+    // 1).
     normal.iter().fold(volume.sign(), |sign, n| sign.then_with(|| n.sign()))
 }
 
-/// `d × A` for a ray moved by (ε, ε², ε³), each component with an error of a few roundings of the largest,
-/// and the largest near 1; 0 if the point is the ray's origin. All numbers must be finite.
+/// `d × A` for a ray moved by (ε, ε², ε³), scaled so that the largest component is near 1. The
+/// error of each component is a few roundings of the largest. Returns 0 if the point is the ray's
+/// origin. All coordinates must be finite.
 ///
 /// ```
 /// use intertri::internal::exact::moment;
 /// let [x, y, z] = moment([0.0; 3], [0.0, 0.0, 2.0], [3.0e-30_f32, -4.0e-30, 5.0]);
 /// assert!(x > 0.0 && (y / x - 0.75).abs() < 1e-6 && z == 0.0);
-/// // On the ray: seen from the one that is moved along x, the point lies at smaller x.
+/// // The point is on the ray. The ray is moved along x, so the point is at smaller x.
 /// let [x, y, z] = moment([0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 5.0_f32]);
 /// assert!(x == 0.0 && y < 0.0 && z == 0.0);
 /// ```
@@ -71,24 +74,24 @@ fn turn<S: Scalar, const C: usize, const N: usize, const V: usize>(
     const { assert!(V == N + C) };
     let a = seen::<S, C>(points, origin, point);
     let axis = |k: usize| [0, 1, 2].map(|i| Int::new(i64::from(i == k), 0));
-    // d × A, or if that is 0 the terms of ε and ε²: the first nonzero one outweighs those that follow. All
-    // three vanish only for A = 0.
+    // d × A or, if that is 0, the term of ε or ε²: the first nonzero term outweighs those that
+    // follow. All three vanish only if A = 0.
     let moments = [dirs.vector::<S, C>(dir), axis(0), axis(1)].map(|d| cross(&d, &a));
     let is_some = |moment: &&[Int<N>; 3]| moment.iter().any(|x| x.sign().is_ne());
     moments.iter().find(is_some).map_or([0.0; 3], rounded)
 }
 
-/// The point relative to the origin.
+/// The point relative to the origin, as integers.
 fn seen<S: Scalar, const C: usize>(scale: Scale, origin: [S; 3], point: [S; 3]) -> [Int<C>; 3] {
     let (o, p) = (scale.vector::<S, C>(origin), scale.vector::<S, C>(point));
     [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
 }
 
-/// A nonzero vector in f64, divided by a power of two so that the largest component is near 1.
+/// Converts a nonzero vector to f64 and scales it so that the largest component is near 1.
 fn rounded<const N: usize>(v: &[Int<N>; 3]) -> [f64; 3] {
     let sizes = v.map(|x| x.size());
     let top = (0..N).rev().find(|&i| sizes.iter().any(|size| size[i] != 0)).unwrap_or(0);
-    // Two limbs of each, starting at the highest that is not 0 in all.
+    // Use two limbs of each component, starting at the highest limb that is nonzero in any of them.
     let number = |k: usize| {
         let low = if top > 0 { sizes[k][top - 1] } else { 0 };
         let size = (u128::from(sizes[k][top]) << 64 | u128::from(low)) as f64;
@@ -96,7 +99,7 @@ fn rounded<const N: usize>(v: &[Int<N>; 3]) -> [f64; 3] {
     };
     let numbers = [0, 1, 2].map(number);
     let most = numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    // Divide by the largest, not by a power of two: only the direction of the vector matters.
+    // Divide by the largest component, because only the direction of the vector matters.
     numbers.map(|x| x / most)
 }
 
@@ -106,7 +109,8 @@ mod tests {
     use crate::exact::{Side, Tier, crossing_from, test_numbers::random};
     use crate::{Ray64, RayOf, TriangleOf};
 
-    /// A ray crosses a triangle if and only if it passes all three edges on the side of T.
+    /// A ray crosses a triangle if and only if it passes all three edges on the side given by T's
+    /// sign.
     #[test]
     fn sides_are_those_of_crossings() {
         let mut random = random();
@@ -133,7 +137,7 @@ mod tests {
         assert!(crossed > 300 && equal > 1000, "{crossed} crossed, {equal} equal");
     }
 
-    /// Moments of points that are closer to the ray than f64 has digits for.
+    /// Tests moments of points that are closer to the ray than f64 can resolve.
     #[test]
     fn moments_keep_their_digits() {
         let mut random = random();
@@ -141,7 +145,7 @@ mod tests {
             let dir = [0; 3].map(|_| (1000.0 * random()).round());
             let beside = [0; 3].map(|_| random());
             let far = 2.0_f64.powi(60);
-            // far · d, which is exact, from an origin off by `beside`.
+            // The point is exactly far · d, and the ray's origin is off by `beside`.
             let point = dir.map(|d| d * far);
             let cross = |a: [f64; 3], b: [f64; 3]| {
                 [0, 1, 2].map(|k| {

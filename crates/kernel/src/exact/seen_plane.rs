@@ -1,7 +1,8 @@
-//! A triangle's plane relative to one origin, to decide which of two a ray meets first, nearly always in f64.
+//! A triangle's plane relative to an origin. It decides which of two triangles a ray meets first,
+//! nearly always in f64.
 //!
 //! ```text
-//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        each of the four within a bound
+//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        each of the four has an error bound
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the bounds and the proof.
@@ -16,13 +17,13 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// `2^-49`, which is `16w`: the errors of T and D are at most half of this times their permanents.
 const BOUND: f64 = 16.0 * (f64::EPSILON / 2.0);
 
-/// A triangle's plane relative to the origin of rays that are known to hit it.
+/// A triangle's plane relative to the origin of rays that are known to hit the triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenPlane<S = f32> {
     origin: [S; 3],
-    /// The normal.
+    /// The normal of the plane.
     n: Vec3<f64>,
-    /// `BOUND` times its permanents, component by component.
+    /// The permanents of the normal, times `BOUND`.
     n_err: Vec3<f64>,
     /// |T|, and twice its error bound.
     num: f64,
@@ -30,21 +31,22 @@ pub struct SeenPlane<S = f32> {
 }
 
 impl<S: Scalar> SeenPlane<S> {
-    /// Relative to an origin.
+    /// Computes a triangle's plane relative to an origin.
     #[inline(never)]
     pub fn new(triangle: &TriangleOf<S>, origin: [S; 3]) -> Self {
         let [c1, c2, c3] = triangle.0.map(vec3);
         let (a, h4, h5) = (c1 - vec3(origin), c2 - c1, c3 - c1);
         let (n, brackets) = (h4.cross(h5), h4.abs().permanents(h5.abs()));
         let (num, num_err) = (n.dot(a), brackets.dot(a.abs()) * BOUND);
-        // If a subnormal number may have been read as 0, or one is not exact, nothing is certain.
+        // Nothing is certain if a subnormal number may have been read as 0 or if the bound does not
+        // cover the coordinates.
         let sound = !is_f64::<S>() || is_plain(&RayOf::new(origin, [S::ONE; 3]), triangle);
         let num_err = if sound && subnormals_are_read() { num_err } else { f64::NAN };
         Self { origin, n, n_err: brackets * BOUND, num: num.abs(), num_err }
     }
 
-    /// Which of two planes a ray meets first, if that is certain; it must meet both. An f32 ray starts at
-    /// their origin; for an f64 ray, perhaps only its copy does.
+    /// Which of two planes a ray meets first, if that is certain. The ray must meet both. An f32
+    /// ray must start at their origin; for an f64 ray, this function checks the origin.
     #[inline(always)]
     pub fn order(&self, other: &Self, ray: &RayOf<S>) -> Option<Ordering> {
         if const { is_f64::<S>() } {
@@ -56,14 +58,17 @@ impl<S: Scalar> SeenPlane<S> {
         }
         let dir = vec3(ray.dir);
         let ((den, den_err), (other_den, other_err)) = (self.den(dir), other.den(dir));
-        // Magnitudes, not signs: a plane so near the origin that T's sign is unknown still has an order.
+        // Compare magnitudes, not signs: a plane can have an order even if it is so near the origin
+        // that T's sign is unknown.
         let gap = self.num * other_den - other.num * den;
-        // The error of a product of two inexact numbers, for both products (exact.md, section 9).
+        // The error of a product of two inexact numbers, summed over both products (exact.md,
+        // section 9).
         let err = (self.num + self.num_err) * other_err
             + self.num_err * other_den
             + (other.num + other.num_err) * den_err
             + other.num_err * den;
-        // The effect of underflow in f64 is less than that; false for NaN, too.
+        // The effect of underflow in f64 is smaller than `MIN_POSITIVE`. The comparison is false
+        // for NaN.
         let is_sure = gap.abs() > err + f64::MIN_POSITIVE;
         is_sure.then_some(if gap < 0.0 { Ordering::Less } else { Ordering::Greater })
     }
@@ -87,8 +92,8 @@ mod tests {
     use crate::exact::{Tier, order_from};
     use crate::{Ray64, TriangleOf};
 
-    /// Triangles that coincide up to a few roundings, even with sizes at which products of four numbers
-    /// underflow or overflow.
+    /// Tests triangles that coincide up to a few roundings, including sizes at which products of
+    /// four numbers underflow or overflow.
     #[test]
     fn what_is_sure_of_f64_is_what_integers_say() {
         let mut random = random();

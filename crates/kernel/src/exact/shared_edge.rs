@@ -1,11 +1,11 @@
-//! Whether a ray meets two triangles on a shared edge or corner, and so at the same t.
+//! Whether a ray meets two triangles on a shared edge or corner, and thus at the same t.
 //!
 //! ```text
 //!        P            d × P = 0           the ray goes through the corner
 //!       /|\
-//!      / ● \          d·(P × Q) = 0       through the line of the edge
+//!      / ● \          d·(P × Q) = 0       it goes through the line of the edge
 //!     /  |  \
-//!    ·---Q---·        P, Q from the ray's origin
+//!    ·---Q---·        P and Q are relative to the ray's origin
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the proof.
@@ -20,25 +20,26 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether two triangles, whose planes the ray's line meets in one point each, certainly have the same t
-/// because that point is on a shared edge or corner.
+/// Whether a ray certainly has the same t for two triangles because it meets both on a shared edge
+/// or corner. The ray's line must meet each plane in exactly one point.
 pub(super) fn is_met<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
     other: &TriangleOf<S>,
 ) -> bool {
-    // The corners of one triangle that the other also has.
-    // Compared as bits: a CPU that reads subnormal numbers as zero would consider different corners equal.
+    // Find the corners that both triangles have. Compare their bits: on a CPU that treats subnormal
+    // numbers as zero, a floating-point comparison would consider different corners equal.
     let bits = |corner: &[S; 3]| corner.map(|x| (x.rank(), x.is_negative()));
     let is_shared = |corner: &&[S; 3]| other.0.iter().any(|c| bits(c) == bits(corner));
     let mut shared = one.0.iter().filter(is_shared);
     let Some(&p) = shared.next() else { return false };
     let q = shared.next().copied().unwrap_or(p);
-    // Three shared corners: the same plane.
+    // Three shared corners mean the same plane.
     if shared.next().is_some() {
         return true;
     }
-    // In nearly all cases it certainly does not. For f32, integers find that out equally fast.
+    // The ray nearly always passes the edge, which f64 arithmetic can prove. For f32, integers are
+    // just as fast.
     if const { is_f64::<S>() } && is_plain(ray, &TriangleOf([p, q, q])) {
         let vec3 = |v: [S; 3]| Vec3::splat(v.map(Into::into));
         if float::passes([p, q].map(vec3), vec3(ray.origin), vec3(ray.dir)) {
@@ -66,12 +67,12 @@ fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
         moment.iter().all(is_zero)
     };
     let normal: [Int<N>; 3] = cross(&p, &q);
-    // With only one shared corner the normal is 0 and decides nothing.
+    // With only one shared corner, the normal is 0 and decides nothing.
     if normal.iter().all(is_zero) {
         return through(&p);
     }
-    // d·(P × Q) = 0: the ray lies in the plane through the origin and the edge, so its line meets the edge's
-    // line.
+    // If d·(P × Q) = 0, the ray lies in the plane through its origin and the edge, so its line
+    // meets the edge's line.
     let volume: Int<V> = dot(&d, &normal);
     volume.sign().is_eq()
 }

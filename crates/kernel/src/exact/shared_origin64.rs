@@ -1,5 +1,6 @@
-//! Where rays from one origin meet the triangles that they are known to hit, in f64: each number is correctly
-//! rounded, from values of the triangle and the origin that are computed once.
+//! Hit attributes of f64 rays from one origin and triangles that they are known to hit. Every
+//! number is correctly rounded; the values that depend only on the triangle and the origin are
+//! computed once.
 //!
 //! `docs/numerics/f64.md`, section 3, has the bounds and the proof.
 
@@ -15,11 +16,11 @@ use super::tails::{DOUBT, TwoParts, cross_tails, difference, is_tame_quotient, t
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, prefetch};
 use crate::{Hit, Ray64, RayOf, Triangle64};
 
-/// The memory of a hit is prefetched this many hits before it is written.
+/// The number of hits by which prefetching runs ahead of writing.
 const AHEAD: usize = 40;
 
-/// The hits of rays from one origin, given as pairs of a ray and the position of a triangle that it is known
-/// to hit, with its index; a position beyond all of them is a miss.
+/// Computes the hits of rays from one origin. Each pair is a ray and the position in `triangles` of
+/// a triangle that it is known to hit; a position out of bounds is a miss.
 #[inline]
 pub fn hits_of_origin64(
     level: Level,
@@ -52,7 +53,7 @@ impl WithSimd for OfOrigin<'_> {
             scratch.resize(needed, Default::default());
         }
         for (i, (some, to)) in triangles.chunks(8).zip(&mut *scratch).enumerate() {
-            // Triangles are far apart in memory, so the next eight are fetched while these are computed.
+            // Triangles are far apart in memory, so prefetch the next eight while processing these.
             for (triangle, _) in triangles.iter().skip(8 * i + 8).take(8) {
                 prefetch(slice::from_ref(*triangle));
             }
@@ -77,7 +78,7 @@ impl WithSimd for OfOrigin<'_> {
     }
 }
 
-/// Eight triangles, or fewer.
+/// Computes the coefficients of up to eight triangles.
 #[inline(always)]
 fn eight<S: Simd>(
     triangles: &[(&Triangle64, u32)],
@@ -97,10 +98,11 @@ fn eight<S: Simd>(
     let [c1, c2, c3] = &numbers;
     let [c1, c2, c3] = [Vec3::<S::F64x8>::load(c1), Vec3::load(c2), Vec3::load(c3)];
     let (a, h4, h5) = (difference(c1, Vec3::splat(origin)), difference(c2, c1), difference(c3, c1));
-    // n, h5 × A and A × h4: with these, D, V and W of any ray from here are three dot products.
+    // n, h5 × A, and A × h4. With these, D, V, and W of any ray from this origin are dot products
+    // with its direction.
     let (n, v, w) = (cross_tails(&h4, &h5), cross_tails(&h5, &a), cross_tails(&a, &h4));
 
-    // The error bounds.
+    // Compute the error bounds.
     let plain = Mask::from_bits(plain);
     let num_err = h4.first.abs().permanents(h5.first.abs()).dot_fused(a.first.abs());
     let seen = EightSeen {
@@ -111,14 +113,14 @@ fn eight<S: Simd>(
     seen.put::<S>(&indices, to);
 }
 
-/// The high and the low parts.
+/// The high parts and the low parts of a vector.
 #[inline(always)]
 fn parts<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
     [Vec3 { x: x.high, y: y.high, z: z.high }, Vec3 { x: x.low, y: y.low, z: z.low }]
 }
 
 impl HitCoefficients {
-    /// Where an f64 ray meets the triangle. Returns whether that is proven.
+    /// Computes where an f64 ray meets the triangle. Returns whether the result is proven.
     #[inline(always)]
     fn hit64_in<S: Simd>(&self, ray: &Ray64, to: &mut Hit) -> bool {
         let dir = ray.dir;
@@ -133,7 +135,7 @@ impl HitCoefficients {
         let (hit, sure) = self.meet::<S>(&sums, size, to);
         let sure = (sure & is_tame_quotient(hit)).bits() & 0b111 == 0b111;
 
-        // The direction, followed by the end of the interval, which is ignored.
+        // Load the direction together with the end of the interval, whose lane is ignored.
         let [.., x, y, z, t_max]: &[f64; 8] = bytemuck::cast_ref(ray);
         let size = <S::F64x4 as Lanes>::load(&[*x, *y, *z, *t_max]).abs();
         let tame = size.ge(Lanes::splat(TAME_DIR[0])) & size.le(Lanes::splat(TAME_DIR[1]));
@@ -142,11 +144,11 @@ impl HitCoefficients {
     }
 }
 
-/// `2^-200` and `2^300`, the limits of what the proof covers.
+/// `2^-200` and `2^300`, the limits of the magnitudes that the proof covers.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
-/// The error bound of a cross product's product with a direction, divided by the sum of its magnitudes; NaN
-/// if nothing is proven.
+/// The error bound of a cross product's dot product with a direction, divided by the sum of the
+/// direction's magnitudes; NaN if nothing is proven.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: &TwoParts<D>, b: &TwoParts<D>, plain: D::Mask) -> D {
     let all = a.first.abs().permanents(b.first.abs()).norm1() * D::splat(DOUBT);

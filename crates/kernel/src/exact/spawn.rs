@@ -1,10 +1,10 @@
 //! Rays that start at a hit on a triangle, without a tuned epsilon.
 //!
 //! ```text
-//!            ╱ dir                 the hit, rounded to its scalar, may lie on either side of the triangle's
-//!      ●    ╱                      plane. Where it is on the wrong one for dir, it is moved along the
-//!   ───┼───╱──────── plane         axis nearest to the normal by a few units of its last place, until
-//!      ○                           it certainly is not
+//!            ╱ dir                 The rounded hit point may be on either side of the plane. If
+//!      ●    ╱                      dir leads through the plane from there, the point is moved
+//!   ───┼───╱──────── plane         along the axis nearest to the normal, by a few units in the
+//!      ○                           last place, until dir no longer does.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the derivation.
@@ -20,19 +20,19 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 
-/// A ray in direction `dir` from a hit on a triangle. It never hits that triangle in the mode
-/// [`Mode::exact`](crate::Mode::exact), whatever the direction.
+/// Returns a ray that starts at a hit on a triangle and has the direction `dir`. In the mode
+/// [`Mode::exact`](crate::Mode::exact), the ray never hits that triangle, whatever its direction.
 ///
-/// It starts at the point with the hit's weights, rounded to the scalar, or next to it on the side to which
-/// `dir` leads. Along each axis, the distance from the true point is at most six units in the last place of
-/// its largest coordinate, or `2^-46` of the triangle's largest coordinate if that is more. The ray may miss
-/// anything nearer than that, and it may start farther away if the weights are not those of
-/// [`Mode::exact`](crate::Mode::exact). Its interval is all of `t > 0`. Near an edge it may hit the triangle
-/// on the other side of the edge; to test whether two points see each other, use `Bvh::visible` of
-/// `intertri-trace`.
+/// The ray starts at the point that has the hit's weights, rounded to the scalar type, or next to
+/// that point on the side to which `dir` leads. Along each axis, the start is within six units in
+/// the last place of the true point's largest coordinate, or within `2^-46` of the triangle's
+/// largest coordinate if that is more. The ray may miss anything nearer than that. It may start
+/// farther away if the weights do not come from [`Mode::exact`](crate::Mode::exact). Its interval
+/// is `t > 0`. Near an edge, the ray may hit the triangle on the other side of the edge. To test
+/// whether two points see each other, use `Bvh::visible` of `intertri-trace`.
 ///
-/// If the hit is a miss, or no start can be found, the origin is NaN: the ray hits nothing, whatever its
-/// interval.
+/// If the hit is a miss, or if no start can be found, the origin is NaN, and the ray hits nothing,
+/// whatever its interval.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, spawn_ray};
@@ -46,7 +46,8 @@ use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 /// }
 /// ```
 pub fn spawn_ray<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S> {
-    // Both are compiled in this crate; generic code would be compiled with the caller's profile.
+    // Both functions are compiled in this crate; generic code would be compiled with the caller's
+    // profile.
     if const { is_f64::<S>() } {
         cast(spawn_f64(hit, &cast(*triangle), cast(dir)))
     } else {
@@ -75,23 +76,23 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
         return start;
     }
 
-    // More than the error of any coordinate.
+    // `unit` must exceed the error of any coordinate.
     let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
     let corners = triangle.0.map(|corner| largest(corner.map(Into::into)));
-    // The unit in the last place of the largest coordinate; `2^-49 M` covers the rounding of the weights (exact.md,
-    // section 9).
+    // The unit in the last place of the largest coordinate, or `2^-49 M`, which covers the rounding
+    // of the weights (exact.md, section 9).
     let last_place = largest(point) / (1_u64 << (S::DIGITS - 1)) as f64 + S::LEAST_NORMAL;
     let unit = last_place.max(largest(corners) / (1_u64 << 49) as f64);
 
-    // Along the axis nearest to the normal, to the side of the direction. If f64 cannot determine the normal,
-    // another axis or the opposite direction may be right.
+    // Move along the axis nearest to the normal, to the side to which the direction leads. If f64
+    // cannot determine the normal, another axis or the opposite way may be right.
     let normal = normal(triangle);
     let mut axes = [0, 1, 2];
     axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
     for axis in axes {
         let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
-        // The first choice works unless the normal is lost in f64; then try the other side and the other
-        // axes.
+        // The first choice works unless the normal is lost in f64. In that case, try the other way
+        // and then the other axes.
         for step in [way, -way] {
             if let Some(next) = moved(&start, point, (axis, step), triangle) {
                 return next;
@@ -101,10 +102,11 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     nowhere
 }
 
-/// A ray from a hit on a triangle to a target, which is at `t = 1`: [`spawn_ray`] with the interval
-/// `0 < t < 1`, for shadow rays to a light.
+/// Returns a ray from a hit on a triangle to a target at `t = 1`. This is [`spawn_ray`] with the
+/// interval `0 < t < 1`, for shadow rays to a light.
 ///
-/// It ends as far from the target as it starts from the hit, plus the rounding of its direction.
+/// The ray may end as far from the target as it may start from the hit, plus the rounding of its
+/// direction.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, spawn_ray_to};
@@ -112,7 +114,7 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
 /// let hit = Mode::exact().closest(&[floor], &Ray::new([0.3, 5.0, 0.1], [0.1, -1.0, 0.2])).unwrap();
 /// let to_light = spawn_ray_to(&hit, &floor, [3.0, 7.0, 1.0]);
 /// assert!(!Mode::exact().any(&[floor], &to_light));
-/// // What is behind the light casts no shadow.
+/// // Objects behind the light cast no shadow.
 /// assert_eq!(to_light.t_max, 1.0);
 /// ```
 pub fn spawn_ray_to<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, target: [S; 3]) -> RayOf<S> {
@@ -121,7 +123,7 @@ pub fn spawn_ray_to<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, target: [S; 
     spawn_ray(hit, triangle, toward).between(S::ZERO, S::ONE)
 }
 
-/// The point with a hit's weights.
+/// The point on a triangle that has the hit's weights.
 fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
     let first = (1.0 - hit.u) - hit.v;
     [0, 1, 2].map(|k| {
@@ -130,9 +132,9 @@ fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
     })
 }
 
-/// Moves the ray along an axis until it leads away from the triangle. Four steps are always enough along the
-/// axis nearest to the normal, if t is correctly rounded; otherwise it takes more. `None` if 2^39 are not
-/// enough.
+/// Moves the ray's origin along an axis until the ray leads away from the triangle. Along the axis
+/// nearest to the normal, four steps are always enough if t is correctly rounded; otherwise, it
+/// takes more. Returns `None` if 2^39 steps are not enough.
 fn moved<S: Scalar>(
     start: &RayOf<S>,
     point: [f64; 3],
@@ -141,7 +143,7 @@ fn moved<S: Scalar>(
 ) -> Option<RayOf<S>> {
     let mut next = *start;
     for doublings in 0..40 {
-        // From the point and not from the last attempt, so that roundings do not accumulate.
+        // Start from the point, not from the last attempt, so that roundings do not accumulate.
         let steps = (1_u64 << doublings) as f64;
         next.origin[axis] = S::nearest(point[axis] + steps * step);
         if !is_finite(&next, triangle) {
@@ -155,15 +157,15 @@ fn moved<S: Scalar>(
     None
 }
 
-/// A triangle's normal, of any length: f64 can represent that of any f32 triangle, but not of any f64
-/// triangle. From the corner opposite the longest edge, because the differences of a far corner and two near
-/// ones may be equal.
+/// A triangle's normal, of any length. f64 can represent the normal of every f32 triangle, but not
+/// of every f64 triangle. For f64, the edges start at the corner opposite the longest edge, because
+/// the differences between a far corner and two near ones may be equal.
 fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     if const { !is_f64::<S>() } {
         return triangle.normal();
     }
     let corners: [[f64; 3]; 3] = triangle.0.map(|corner| corner.map(Into::into));
-    // Half of each, because a difference may be beyond f64.
+    // Halve the coordinates first, because a difference may be too large for f64.
     let edge = |a: usize, b: usize| [0, 1, 2].map(|k| 0.5 * corners[b][k] - 0.5 * corners[a][k]);
     let length = |edge: [f64; 3]| edge.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
     let long = [0, 1, 2].map(|i| length(edge((i + 1) % 3, (i + 2) % 3)));
@@ -173,7 +175,7 @@ fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     [y * w - z * v, z * u - x * w, x * v - y * u]
 }
 
-/// Whether a ray starts in a triangle's plane, or leads away from it or along it.
+/// Whether a ray starts in a triangle's plane, or leads away from the plane or parallel to it.
 fn goes_away(plane: Ordering, side: Ordering) -> bool {
     plane != side || side == Ordering::Equal
 }

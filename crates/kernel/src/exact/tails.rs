@@ -1,8 +1,9 @@
-//! t, u and v for f64 input: like [`rounded`](super::rounded), but with differences in two parts.
+//! Correctly rounded t, u, and v for f64 input: like [`rounded`](super::rounded), but with
+//! differences in two parts.
 //!
 //! ```text
-//!   A = a + a'    h4 = h + h'    h5 = k + k'        each difference exactly, in two parts
-//!   n = h × k  in two parts,  and  h × k' + h' × k  in one
+//!   A = a + a'    h4 = h + h'    h5 = k + k'        each difference is exact, in two parts
+//!   n = h × k  in two parts,  plus  h × k' + h' × k  in one part
 //! ```
 //!
 //! `docs/numerics/f64.md`, section 3, has the bounds and the proof.
@@ -11,11 +12,12 @@ use super::double::{Double, cross, dot, sum};
 use super::rounded::{Volume, quotient};
 use crate::simd::{Lanes, Vec3};
 
-/// `2^-97`, which is `512w²`: the error of a volume is at most a sixth of this times its permanent, and that
-/// of a quotient by it is at most a twentieth of this times itself in addition.
+/// `2^-97`, which is `512w²`, where w is half an ulp of 1. The error of a volume is at most a sixth
+/// of this times its permanent. A quotient adds an error of at most a twentieth of this times its
+/// own magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 97) as f64;
 
-/// Proven quotients are 0 or have a magnitude between these: `2^±500`.
+/// A quotient is proven only if it is 0 or its magnitude is between these limits, `2^±500`.
 const TAME: [f64; 2] = [f64::from_bits((1023 - 500) << 52), f64::from_bits((1023 + 500) << 52)];
 
 /// A vector in two parts.
@@ -33,13 +35,13 @@ pub(super) fn difference<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>) -> TwoP
     TwoParts { first, rest: Vec3 { x: x.low, y: y.low, z: z.low } }
 }
 
-/// A number in two parts, plus a small rest.
+/// Adds a small remainder to a number in two parts.
 #[inline(always)]
 fn more<D: Lanes<Scalar = f64>>(x: &Double<D>, rest: D) -> Double<D> {
     sum(x.high, x.low + rest)
 }
 
-/// A cross product, corrected by the rests of its factors.
+/// Corrects a cross product by the contribution of its factors' second parts.
 #[inline(always)]
 fn with_rest<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3], rest: Vec3<D>) -> [Double<D>; 3] {
     [more(x, rest.x), more(y, rest.y), more(z, rest.z)]
@@ -51,12 +53,13 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     a: &TwoParts<D>,
     b: &TwoParts<D>,
 ) -> [Double<D>; 3] {
-    // `a.rest × b.rest` is below w² of the first parts' product; the bound includes it (f64.md, section 3).
+    // `a.rest × b.rest` is below w² of the first parts' product. The error bound covers it (f64.md,
+    // section 3).
     let rest = a.first.cross_fused(b.rest) + a.rest.cross_fused(b.first);
     with_rest(&cross(a.first, b.first), rest)
 }
 
-/// The product of a cross product and a vector in two parts.
+/// The dot product of a cross product and a vector in two parts.
 #[inline(always)]
 pub(super) fn times<D: Lanes<Scalar = f64>>(
     product: &[Double<D>; 3],
@@ -64,21 +67,21 @@ pub(super) fn times<D: Lanes<Scalar = f64>>(
 ) -> Double<D> {
     let [x, y, z] = product;
     let first = Vec3 { x: x.high, y: y.high, z: z.high };
-    // Second parts times `by.rest` are left out; the bound includes them.
+    // The product of both second parts is omitted; the error bound covers it.
     more(&dot(product, by.first), first.dot_fused(by.rest))
 }
 
-/// Where a quotient is far from the limits of f64's exponents.
+/// The lanes in which a quotient is far from the limits of f64's exponent range.
 #[inline(always)]
 pub(super) fn is_tame_quotient<D: Lanes<Scalar = f64>>(q: D) -> D::Mask {
-    // Closer to the limits of the exponents, parts of the proof would be subnormal. A quotient of 0 is proven
-    // as it is.
+    // Nearer to the limits, intermediate results of the proof would be subnormal. A quotient of 0
+    // needs no further check.
     let size = q.abs();
     let tame = size.ge(D::splat(TAME[0])) & size.le(D::splat(TAME[1]));
     tame | size.le(D::splat(0.0))
 }
 
-/// A ray and a triangle in each lane, with no number near the limits of f64's exponents.
+/// A ray and a triangle in each lane. No coordinate may be near the limits of f64's exponent range.
 #[derive(Clone, Copy)]
 pub(super) struct SeenTails<D: Lanes> {
     a: TwoParts<D>,
@@ -97,8 +100,8 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         let normal = cross_tails(&h4, &h5);
         let den = Volume {
             value: dot(&normal, dir),
-            // The permanent of first parts represents that of the exact differences: they differ by a factor
-            // of 1 + w.
+            // The permanent of the first parts can replace that of the exact differences: they
+            // differ by a factor of at most 1 + w.
             err: permanent(h4.first, h5.first, dir) * D::splat(DOUBT),
         };
         Self { a, h4, h5, dir, normal, den, inverse: D::splat(1.0) / den.value.high }
@@ -111,7 +114,8 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         self.over(normal, a, permanent(h4.first, h5.first, a.first))
     }
 
-    /// u and v, the weights of the second and the third corner, and the lanes in which both are proven.
+    /// u and v, the weights of the second and third corners, and the lanes in which both are proven
+    /// to be correctly rounded.
     #[inline(always)]
     pub(super) fn weights(&self) -> (D, D, D::Mask) {
         let Self { a, h4, h5, dir, .. } = self;
@@ -123,7 +127,7 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         (u, v, u_sure & v_sure)
     }
 
-    /// The product of a cross product and a vector, divided by D.
+    /// The dot product of a cross product and a vector, divided by D.
     #[inline(always)]
     fn over(&self, product: &[Double<D>; 3], by: &TwoParts<D>, permanent: D) -> (D, D::Mask) {
         let num = Volume { value: times(product, by), err: permanent * D::splat(DOUBT) };

@@ -1,6 +1,6 @@
-//! Numbers for tests, the same on every run.
+//! Random numbers for tests, the same on every run.
 
-/// Numbers between -1/2 and 1/2.
+/// Returns a generator of numbers between -1/2 and 1/2.
 pub(super) fn random() -> impl FnMut() -> f64 {
     let mut state = 1_u64;
     move || {

@@ -1,20 +1,21 @@
-//! The tiers: f64 with a bound, then integers, the last of which are sufficient for any number.
+//! The tiers of arithmetic: f64 with an error bound, then integers of increasing width. The widest
+//! integers are sufficient for any input.
 
 use crate::Scalar;
 
 /// The tiers of arithmetic, from the fastest to the one that always decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
-    /// f64, if its bound decides.
+    /// f64, for pairs that its error bound decides.
     Float,
-    /// Coordinates of 64 bits.
+    /// Integers with coordinates of 64 bits.
     Narrow,
-    /// Coordinates of 128 bits.
+    /// Integers with coordinates of 128 bits.
     Middle,
-    /// Coordinates of 320 bits: any f32, whose digits span 277 places.
+    /// Integers with coordinates of 320 bits: enough for any f32, whose digits span 277 places.
     Wide,
-    /// Coordinates of 2112 bits: any f64, whose digits span 2098 places. f32 coordinates never need more than
-    /// 320.
+    /// Integers with coordinates of 2112 bits: enough for any f64, whose digits span 2098 places.
+    /// f32 coordinates never need more than 320 bits.
     Widest,
 }
 
@@ -22,8 +23,8 @@ impl Tier {
     /// All tiers.
     pub const ALL: [Self; 5] = [Self::Float, Self::Narrow, Self::Middle, Self::Wide, Self::Widest];
 
-    /// The first tier whose integers are sufficient for coordinates with this many bits, plus the three more
-    /// that the proof requires.
+    /// The first tier whose integers are wide enough for coordinates with this many bits, plus
+    /// three bits that the proof requires.
     #[inline(always)]
     pub(super) fn of_bits(bits: i32) -> Self {
         match bits + 3 {
@@ -35,14 +36,14 @@ impl Tier {
     }
 }
 
-/// Whether coordinates are given in f64.
+/// Whether the scalar type is f64.
 #[inline(always)]
 pub(super) const fn is_f64<S: Scalar>() -> bool {
     S::DIGITS > f32::MANTISSA_DIGITS as i32
 }
 
-/// Calls a function that is generic over the limbs of coordinates, normals and volumes (and of products
-/// of two volumes), at the widths of a tier.
+/// Calls a function at the widths of a tier. The function is generic over the number of limbs of
+/// coordinates, normals, and volumes, and optionally of products of two volumes.
 macro_rules! at_tier {
     ($s:ty, $tier:expr, $f:ident::<S, C, N, V>($($arg:expr),*)) => {
         match $tier {

@@ -1,4 +1,4 @@
-//! All hits of a ray with a block of triangles, as decided by the filter.
+//! All hits of a ray in a block of triangles, as decided by the filter.
 
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd};
@@ -7,7 +7,7 @@ use super::edges::{Edges, Rays, Triangles};
 use super::verdicts::Verdicts;
 use super::{Counts, Filter, PreparedRay};
 
-/// The hits of a ray with the triangles of a block. A lane in neither mask is a miss.
+/// The hits of a ray in a block of triangles. A lane in neither mask is a miss.
 ///
 /// ```
 /// use intertri::internal::BlockHits;
@@ -30,25 +30,26 @@ use super::{Counts, Filter, PreparedRay};
 /// let inside = hits(0.25).unwrap();
 /// assert_eq!((inside.sure, inside.undecided, inside.leaves & 0b101), (0b101, 0, 0b101));
 /// assert!(inside.t_lo[2] < 3.0 && 3.0 < inside.t_hi[2]);
-/// // On an edge f32 does not decide.
+/// // The rays at x = 0 run through edges, where f32 does not decide.
 /// assert_eq!(hits(0.0).unwrap().undecided, 0b101);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct BlockHits {
-    /// Certain hits: within the interval, and inside all edges.
+    /// Certain hits: within the interval and inside all edges.
     pub sure: u32,
-    /// Lanes for the resolver.
+    /// Undecided lanes, for the resolver.
     pub undecided: u32,
-    /// Certain hits where the ray runs with the normal.
+    /// Certain hits at which the ray runs in the direction of the normal.
     pub leaves: u32,
-    /// Lower bounds of t of the certain hits.
+    /// Lower bounds of t for the certain hits.
     pub t_lo: [f32; 8],
-    /// Upper bounds of t of the certain hits.
+    /// Upper bounds of t for the certain hits.
     pub t_hi: [f32; 8],
 }
 
 impl Filter<'_> {
-    /// The hits of a ray with a block; none where t certainly exceeds `far`.
+    /// Tests a ray against a block. Returns `None` if all lanes certainly miss; a lane whose t
+    /// certainly exceeds `far` is also a miss.
     #[inline(always)]
     pub fn block_hits_in<S: Simd>(
         &self,
@@ -64,13 +65,14 @@ impl Filter<'_> {
         let far = Lanes::splat(far);
         let Verdicts { hit, undecided, t_lo, t_hi } =
             edges.decide(&triangles, &rays, far, live, (self.threshold, self.room));
-        // Most blocks end here, without storing anything.
+        // Most blocks return here, without storing anything.
         if hit | undecided == 0 {
             return None;
         }
         counts.undecided += u64::from(undecided.count_ones());
 
-        // A hit whose enclosure of t reaches the end of the interval may be beyond it, so it is not certain.
+        // If the upper bound of t reaches the end of the interval, the hit may be beyond it and is
+        // not certain.
         let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(self.sure_end(ray.ray.t_max))));
         let leaves = sure & !Mask::bits(edges.den.negative());
         let mut hits = BlockHits {

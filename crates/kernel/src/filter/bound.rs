@@ -1,24 +1,27 @@
-//! The constants of the filter's bounds. Each is derived in `docs/numerics/certified.md`.
+//! The constants of the filter's error bounds. `docs/numerics/certified.md` derives each of them.
 //!
-//! `u` is half an ulp of 1 in f32; |.|₁ and |.|₂ are the usual norms; h is the longest edge.
+//! `u` is half an ulp of 1 in f32; |.|₁ and |.|₂ are the 1-norm and the 2-norm; h is the longest
+//! edge.
 
 /// Half an ulp of 1 in f32.
 pub(super) const U: f32 = 1.0 / (1 << 24) as f32;
 
-/// The errors of V, W, U and the denominator in the precheck, all divided by h, are within
+/// The errors of V, W, U, and the denominator in the precheck, each divided by h, are within
 /// `PRECHECK |d|₂ (|c1|₁ + h + |o|₁)`.
 pub(super) const PRECHECK: f32 = 32.0 * U;
 
-/// The errors of V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)`, including the reference's own noise.
+/// The errors of V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)`, including the reference's own
+/// noise.
 pub(super) const EDGE: f32 = 6.5 * U;
 
-/// The contribution of the edges' own length to the bound. U is within twice the bound of V and W.
+/// The contribution of the edges' own length to this bound. The error of U is within twice the
+/// bound of V and W.
 pub(super) const NEAR: f32 = 0.65;
 
-/// The error of V is within `SHARP perm(h5, d, A)`, and similarly for W, apart from the noise.
+/// The error of V is within `SHARP perm(h5, d, A)`, plus noise. The error of W is bounded alike.
 pub(super) const SHARP: f32 = 6.25 * U;
 
-/// The error of U is within `SHARP_U` times the sum of all three permanents, apart from the noise.
+/// The error of U is within `SHARP_U` times the sum of all three permanents, plus noise.
 pub(super) const SHARP_U: f32 = 8.25 * U;
 
 /// The error of the denominator is within `DEN |d|₂ h²`.
@@ -27,46 +30,48 @@ pub(super) const DEN: f32 = 8.5 * U;
 /// The error of the numerator is within `NUM |A|₁ h²`.
 pub(super) const NUM: f32 = 8.5 * U;
 
-/// The sharp bound of the numerator: `SHARP_NUM perm(h4, h5, A)`, and the reference's noise (2^-49)
-/// relative to `|A|₁ h²`.
+/// The sharp bound of the numerator is `SHARP_NUM perm(h4, h5, A)`, plus the reference's noise,
+/// which is `NUM_NOISE` (2^-49) times `|A|₁ h²`.
 pub(super) const SHARP_NUM: f32 = 8.25 * U;
 /// See [`SHARP_NUM`].
 pub(super) const NUM_NOISE: f32 = f32::from_bits((127 - 49) << 23);
 
-/// Nothing is decided if the denominator is below `GRAZING |d|₂ h²`, because the reference's own rounding is
-/// amplified too much.
+/// The filter decides nothing if the denominator is below `GRAZING |d|₂ h²`, because the
+/// reference's own rounding errors are amplified too much.
 pub(super) const GRAZING: f32 = 24.0 * U;
 
-/// The enclosure of t: `SLACK (NUM |A|₁ h² + |t| DEN |d|₂ h²) / |den| + ROUND |t|`.
+/// The error of t is within `SLACK (NUM |A|₁ h² + |t| DEN |d|₂ h²) / |den| + ROUND |t|`.
 pub(super) const SLACK: f32 = 1.6;
 /// See [`SLACK`].
 pub(super) const ROUND: f32 = 8.0 * U;
 
-/// A denominator beyond this multiple of `Threshold |n|` is not parallel.
+/// A ray is certainly not parallel if its denominator exceeds this multiple of `Threshold |n|`.
 pub(super) const PARALLEL: f32 = 1.001;
 
-/// |n|₂ is at most `AREA h²`: no triangle has more area for its longest edge than an equilateral one.
+/// |n|₂ is at most `AREA h²`: among the triangles with a given longest edge, the equilateral one
+/// has the largest area.
 pub(super) const AREA: f32 = 0.8661;
 
-/// The rounding of the hit point, relative to the origin's |.|₁: 2^-51.
+/// The rounding error of the hit point, relative to the 1-norm of the origin: 2^-51.
 pub(super) const ORIGIN: f32 = f32::from_bits((127 - 51) << 23);
 
-/// If a coordinate or a direction is larger than this (2^40), the filter does not decide. So no product
-/// overflows.
+/// If a coordinate or a direction is larger than this (2^40), the filter does not decide. This
+/// keeps products from overflowing.
 pub(super) const LARGEST: f32 = (1_u64 << 40) as f32;
 /// If a direction is shorter than this (2^-40), the filter does not decide.
 pub(super) const SHORTEST_DIR: f32 = 1.0 / LARGEST;
 
-/// Added to `GRAZING h²` (2^-80): times a direction's length it exceeds the effect of underflow on the
-/// denominator.
+/// Added to `GRAZING h²` (2^-80). Multiplied by the length of a direction, it exceeds the effect of
+/// underflow on the denominator.
 pub(super) const GRAZING_ADD: f32 = f32::from_bits((127 - 80) << 23);
 
 /// The bound of an edge is at least `h` times this (2^-72), which exceeds the effect of underflow.
 pub(super) const OFF_ADD: f32 = f32::from_bits((127 - 72) << 23);
 
-/// A bound on the effect of underflow, flushed to zero or not, on a product or a sum.
+/// A bound on the effect of underflow on a product or a sum, whether or not results are flushed to
+/// zero.
 pub(super) const TINY: f32 = f32::from_bits((127 - 120) << 23);
-/// A bound on the effect of underflow on an edge, a direction or a translated corner, as a length.
+/// A bound on the effect of underflow on an edge, a direction, or a translated corner, as a length.
 pub(super) const SMALL: f32 = f32::from_bits((127 - 100) << 23);
 
 /// Rounds the square root of a sum of squares up; [`NORM_ADD`] covers underflow.
@@ -74,20 +79,21 @@ pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
 /// See [`NORM_UP`]: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
 
-/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and the rounding of f64 in a view.
+/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and the rounding of f64 in a frame.
 pub(super) const NOISE: f32 = 0.25 * U;
 
-/// On a projection no point is farther from the centre than this, in x or in y.
+/// The largest distance of a projected point from the centre, along x and along y.
 pub(super) const SCREEN_EDGE: f32 = 0.5;
 
-/// A direction on the projection is at most this times as long as its depth.
+/// A direction on the projection is at most this many times as long as its depth.
 pub(super) const LEAN: f32 = 1.23;
 
-/// The error of a linear form at a point of the projection, rounded to f32, is within `SCREEN |form|₁`.
+/// The error of a linear form at a point of the projection, rounded to f32, is within
+/// `SCREEN |form|₁`.
 pub(super) const SCREEN: f32 = 9.25 * U;
 
-/// In the projection's axes, the errors of the coefficients of an edge form are within `EDGES h (|A|₁ + h)`,
-/// including the reference's noise.
+/// In the projection's axes, the errors of an edge form's coefficients are within
+/// `EDGES h (|A|₁ + h)`, including the reference's noise.
 pub(super) const EDGES: f32 = 16.75 * U;
 
 /// The error of the inverse depth is within `DEPTH |s|₁` plus `LOST h² / |T|`.
@@ -95,12 +101,13 @@ pub(super) const DEPTH: f32 = 16.0 * U;
 /// See [`DEPTH`]: 2^-45.
 pub(super) const LOST: f32 = 1.0 / (1_u64 << 45) as f32;
 
-/// The relative error of the inverse of a t times a depth.
+/// The relative error of `1 / (t * depth)`.
 pub(super) const INVERSE: f32 = 10.0 * U;
 
-/// On the projection, the reference may accept a point outside a triangle by `ROOM h + ROOM_AWAY |o|₁`
-/// divided by its least depth. The error of the corners is within `CORNER |A|₁`, and rounding adds
-/// `ROOM_SCREEN`. 2^-19, 2^-46, 2^-20.
+/// On the projection, the reference may accept a point outside a triangle by
+/// `ROOM h + ROOM_AWAY |o|₁`, divided by the triangle's least depth. The error of the corners is
+/// within `CORNER |A|₁`, and rounding adds `ROOM_SCREEN`. `ROOM` is 2^-19, `ROOM_AWAY` is 2^-46,
+/// and `ROOM_SCREEN` is 2^-20.
 pub(super) const ROOM: f32 = 1.0 / (1_u64 << 19) as f32;
 /// See [`ROOM`].
 pub(super) const ROOM_AWAY: f32 = 1.0 / (1_u64 << 46) as f32;
@@ -109,55 +116,56 @@ pub(super) const CORNER: f32 = 11.0 * U;
 /// See [`ROOM`].
 pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 
-/// If `h² / |n|₁` exceeds this (2^24), a triangle has no rectangle.
+/// A triangle for which `h² / |n|₁` exceeds this (2^24) has no bounding rectangle.
 pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 
-/// On a projection a t below this (2^-80) counts as unknown: its product with a depth could be subnormal, which
-/// rounds by more than `INVERSE`.
+/// On a projection, a t below this (2^-80) counts as unknown: its product with a depth could be
+/// subnormal, and subnormal results round by more than `INVERSE`.
 pub(super) const SHORTEST_T: f32 = f32::from_bits((127 - 80) << 23);
 
 /// If rays miss the origin by up to `off`, the bound of an edge grows by `OFF_EDGE h off`.
 pub(super) const OFF_EDGE: f32 = 1.25;
-/// The error of the inverse depth then grows by `OFF_DEPTH off |s|₁`, relative to its largest value on the
-/// part of the projection that rays reach, extended by [`OFF_REACH`]: 2^-19.
+/// The error of the inverse depth then grows by `OFF_DEPTH off |s|₁`, relative to its largest value
+/// on the part of the projection that rays reach. That part is extended by [`OFF_REACH`], 2^-19.
 pub(super) const OFF_DEPTH: f32 = 1.5;
 /// See [`OFF_DEPTH`].
 pub(super) const OFF_REACH: f32 = 1.0 / (1 << 19) as f32;
 /// The margin around a triangle grows by `OFF_ROOM off`.
 pub(super) const OFF_ROOM: f32 = 1.25;
-/// T is known if `|s|₁ off` times this is less than 1.
+/// The sign of T is known if `OFF_PLANE |s|₁ off` is less than 1.
 pub(super) const OFF_PLANE: f32 = 4.0;
 
-/// f32 copies of f64 originals (`docs/numerics/f64.md`, section 4): the relative error of a corner, of an origin, and
-/// of each component of an edge and a direction.
+/// For f32 copies of f64 originals (`docs/numerics/f64.md`, section 4): the relative error of a
+/// corner, of an origin, and of each component of an edge and a direction.
 pub(super) const COPY: f32 = 1.02 * U;
-/// [`EDGE`] of copies.
+/// [`EDGE`] for copies.
 pub(super) const COPY_EDGE: f32 = 7.5 * U;
-/// [`DEN`] of copies.
+/// [`DEN`] for copies.
 pub(super) const COPY_DEN: f32 = 9.5 * U;
-/// [`GRAZING`] of copies.
+/// [`GRAZING`] for copies.
 pub(super) const COPY_GRAZING: f32 = 27.0 * U;
-/// [`NUM`] of copies.
+/// [`NUM`] for copies.
 pub(super) const COPY_NUM: f32 = 9.75 * U;
-/// [`SHARP`] of copies.
+/// [`SHARP`] for copies.
 pub(super) const COPY_SHARP: f32 = 7.25 * U;
-/// [`SHARP_U`] of copies.
+/// [`SHARP_U`] for copies.
 pub(super) const COPY_SHARP_U: f32 = 9.25 * U;
-/// [`SCREEN`] of copies.
+/// [`SCREEN`] for copies.
 pub(super) const COPY_SCREEN: f32 = 11.25 * U;
-/// [`EDGES`] of copies.
+/// [`EDGES`] for copies.
 pub(super) const COPY_EDGES: f32 = 18.5 * U;
-/// For copies, the error of the inverse depth grows by `COPY_DEPTH q`, and by `COPY_SLANT q |A|₁` relative to
-/// its largest value on the part of the projection that rays reach.
+/// For copies, the error of the inverse depth grows by `COPY_DEPTH q`, and by `COPY_SLANT q |A|₁`
+/// relative to its largest value on the part of the projection that rays reach.
 pub(super) const COPY_DEPTH: f32 = 4.0 * U;
 /// See [`COPY_DEPTH`].
 pub(super) const COPY_SLANT: f32 = 3.25 * U;
-/// T of a copy is known if `q |A|₁` times this, together with the other errors of T, is less than 1.
+/// For copies, the sign of T is known if `COPY_PLANE q |A|₁`, together with the other errors of T,
+/// is less than 1.
 pub(super) const COPY_PLANE: f32 = 10.0 * U;
 
-/// Rays parallel to an axis: the error of V, W and U relative to the distance from the axis.
+/// For rays parallel to an axis: the error of V, W, and U, relative to the distance from the axis.
 pub(super) const BESIDE: f32 = 16.0 * U;
-/// The part of that error relative to the magnitude of the origins' coordinates.
+/// The additional error, relative to the magnitude of the origins' coordinates.
 pub(super) const AWAY: f32 = 7.0 * U;
-/// [`AWAY`] of copies.
+/// [`AWAY`] for copies.
 pub(super) const COPY_AWAY: f32 = 16.0 * U;

@@ -1,4 +1,4 @@
-//! The f32 test with its bound, for rays from any origin.
+//! The f32 intersection test and its error bounds, for rays from any origin.
 //!
 //! ```text
 //!   A = c1 - o      R = A × d                     c3
@@ -8,8 +8,8 @@
 //!   t = num / den                             c1  h4  c2
 //! ```
 //!
-//! V, W and U divided by den are the weights of c2, c3, c1. The translation comes first, so large offsets
-//! cost nothing. `docs/numerics/certified.md` has the bounds and the proof.
+//! V, W, and U divided by den are the weights of c2, c3, and c1. The corner is translated first, so
+//! large offsets cost no precision. `docs/numerics/certified.md` has the bounds and the proof.
 
 use crate::packet::{RayLanes, RayPacket, TriangleBlock};
 use crate::simd::Vec3;
@@ -21,32 +21,32 @@ use super::longest_edge::longest_edge;
 use super::room::Room;
 use super::verdicts::Verdicts;
 
-/// Triangles as lanes, with the values that the filter needs.
+/// Triangles in lanes, with the values that the filter needs.
 #[derive(Clone, Copy)]
 pub struct Triangles<F> {
     pub(super) c1: Vec3<F>,
-    /// `-h4`, which saves a negation.
+    /// `-h4`. Storing it negated saves a negation in every test.
     pub(super) minus_h4: Vec3<F>,
     pub(super) h5: Vec3<F>,
     pub(super) n: Vec3<F>,
     /// The longest edge, rounded up; NaN if the filter must not decide.
     pub(super) h: F,
-    /// h²
+    /// `h²`
     hh: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Triangles<F> {
-    /// N triangles.
+    /// The N triangles of a block.
     #[inline(always)]
     pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>, room: &Room) -> Self {
-        // Not `map`, which would be compiled without the level's instructions.
+        // Do not use `map` here: it would be compiled without the level's instructions.
         let [c1, c2, c3] = block.corners();
         let corners = [Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)];
         let h = F::load(block.longest_edges());
         if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
     }
 
-    /// One of N triangles for all lanes.
+    /// One triangle of a block, in all lanes.
     #[inline(always)]
     pub(crate) fn of_lane<const N: usize>(
         block: &TriangleBlock<N>,
@@ -59,33 +59,33 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
     }
 
-    /// One triangle for all lanes.
+    /// One triangle in all lanes.
     #[inline(always)]
     pub(crate) fn splat(TriangleOf([c1, c2, c3]): &Triangle, h: f32) -> Self {
         Self::new([Vec3::splat(*c1), Vec3::splat(*c2), Vec3::splat(*c3)], F::splat(h))
     }
 
-    /// From the corners and the longest edge.
+    /// Creates triangles from their corners and longest edges.
     #[inline(always)]
     pub(crate) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
         Self::of_edges([c1, c1 - c2, c3 - c1], h)
     }
 
-    /// From only the corners: the longest edge is measured in f32.
+    /// Creates triangles from their corners alone. The longest edges are measured in f32.
     #[inline(always)]
     pub(crate) fn of_corners([c1, c2, c3]: [Vec3<F>; 3]) -> Self {
         let (minus_h4, h5) = (c1 - c2, c3 - c1);
         Self::of_edges([c1, minus_h4, h5], longest_edge(c1, minus_h4, h5))
     }
 
-    /// From a corner, the edges `-h4` and `h5`, and the longest edge.
+    /// Creates triangles from a corner, the edges `-h4` and `h5`, and the longest edge of each.
     #[inline(always)]
     fn of_edges([c1, minus_h4, h5]: [Vec3<F>; 3], h: F) -> Self {
         Self { c1, minus_h4, h5, n: h5.cross_fused(minus_h4), h, hh: h * h }
     }
 }
 
-/// A corner of the triangle in a lane, for all lanes.
+/// Copies a corner of one lane's triangle to all lanes.
 #[inline(always)]
 fn splat_lane<F: Lanes<Scalar = f32>, const N: usize>(
     [x, y, z]: &[[f32; N]; 3],
@@ -94,7 +94,7 @@ fn splat_lane<F: Lanes<Scalar = f32>, const N: usize>(
     Vec3 { x: F::splat(x[lane]), y: F::splat(y[lane]), z: F::splat(z[lane]) }
 }
 
-/// Rays as lanes, with the values that the filter needs.
+/// Rays in lanes, with the values that the filter needs.
 #[derive(Clone, Copy)]
 pub struct Rays<F> {
     rays: RayLanes<F>,
@@ -112,34 +112,36 @@ pub struct Rays<F> {
     grazing_add: F,
     /// `SLACK DEN |d|₂`
     den_err: F,
-    /// A t above `above` is certainly large enough, a t below `below` certainly is not.
+    /// Any t above `above` is certainly beyond the near end of the interval; any t below `below`
+    /// certainly is not.
     above: F,
     below: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Rays<F> {
-    /// Computes a ray's constants, lane by lane.
+    /// Computes the constants of each lane's ray.
     #[inline(always)]
     pub(crate) fn new(rays: RayLanes<F>, threshold: Threshold, room: &Room) -> Self {
         let splat = F::splat;
         let (dir, org) = (rays.dir, rays.org.norm1());
         let len = dir.dot(dir).sqrt().mul_add(splat(bound::NORM_UP), splat(bound::NORM_ADD));
 
-        // Within these limits nothing overflows, and the bound covers underflow. Beyond them the length becomes NaN, so
-        // that no comparison decides anything.
+        // Within these limits, nothing overflows, and the bound covers underflow. Beyond them, the
+        // length becomes NaN, so no comparison decides anything.
         let sane = org.le(splat(bound::LARGEST))
             & len.le(splat(bound::LARGEST))
             & len.ge(splat(bound::SHORTEST_DIR));
         let len = F::select(sane, len, splat(f32::NAN));
-        // How far the copy of a corner may have moved relative to the copy of the origin, apart from a
-        // fraction of |A|: 0 unless the scene was given in f64 (f64.md, section 4).
+        // How far a corner's copy may have moved relative to the origin's copy, apart from a
+        // fraction of |A|. This is 0 unless the scene was given in f64 (f64.md, section 4).
         let copied = (org * splat(room.copied[0])).min(splat(room.copied[1]));
-        // The part of an edge's bound that grows with the origin: the rounding of the reference's hit point
-        // (`ORIGIN`), that of the copies, and the effect of underflow (`SMALL`, `OFF_ADD`).
+        // The part of an edge's bound that grows with the origin: the rounding of the reference's
+        // hit point (`ORIGIN`), the rounding of copies, and the effect of underflow (`SMALL`,
+        // `OFF_ADD`).
         let off = org.mul_add(splat(room.off[0]), copied + splat(room.off[1]));
         let off = len.mul_add(off, splat(bound::OFF_ADD));
 
-        // The larger of t_min and Threshold; a NaN in t_min stays NaN, and decides nothing.
+        // The larger of t_min and the threshold. A NaN in t_min stays NaN and decides nothing.
         let near = rays.t_min.mul_add(splat(room.near[0]), splat(room.near[1]));
         Self {
             rays,
@@ -155,7 +157,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         }
     }
 
-    /// N different rays.
+    /// The N rays of a packet.
     #[inline(always)]
     pub(crate) fn of_packet<const N: usize>(
         packet: &RayPacket<N>,
@@ -165,7 +167,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         Self::new(RayLanes::of_packet(packet), threshold, room)
     }
 
-    /// One ray for all lanes.
+    /// One ray in all lanes.
     #[inline(always)]
     pub(crate) fn splat(one: &Rays<f32>) -> Self {
         Self {
@@ -198,7 +200,7 @@ impl Rays<f32> {
     }
 }
 
-/// The larger of lanes and a number; NaN lanes stay NaN.
+/// The larger of each lane and a number. NaN lanes stay NaN.
 #[inline(always)]
 pub(super) fn at_least<F: Lanes<Scalar = f32>>(lanes: F, x: f32) -> F {
     F::select(lanes.lt(F::splat(x)), F::splat(x), lanes)
@@ -223,7 +225,7 @@ impl<F: Copy> Rays<F> {
     }
 }
 
-/// The edge functions.
+/// The edge functions of a ray and a triangle.
 #[derive(Clone, Copy)]
 pub(super) struct Edges<F> {
     a: Vec3<F>,
@@ -231,51 +233,54 @@ pub(super) struct Edges<F> {
     pub(super) v: F,
     pub(super) w: F,
     pub(super) u: F,
-    /// The filter decides only if `den` exceeds this. It is NaN, which nothing exceeds, if the ray's `len` or
-    /// the triangle's `h` is NaN.
+    /// The filter decides only if the magnitude of `den` exceeds this. If the ray's `len` or the
+    /// triangle's `h` is NaN, this is NaN too, and nothing exceeds it.
     least: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
     #[inline(always)]
     pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>) -> Self {
-        // Translate to the origin first: large offsets of the scene cancel before they are multiplied.
+        // Translate to the origin first, so that large offsets of the scene cancel before any
+        // multiplication.
         let a = tri.c1 - of.rays.org;
         let r = a.cross_fused(of.rays.dir);
         let den = tri.n.dot_fused(of.rays.dir);
         let v = tri.h5.dot_fused(r);
         let w = tri.minus_h4.dot_fused(r);
-        // The three sum to `den`, so the third edge costs two subtractions instead of a cross product. It
-        // inherits the errors of the others, so its bound is twice theirs.
+        // V, W, and U sum to `den`, so the third edge costs two subtractions instead of a dot
+        // product. It inherits the errors of the others, so its bound is twice theirs.
         Self { a, den, v, w, u: (den - v) - w, least: tri.hh.mul_add(of.grazing, of.grazing_add) }
     }
 
-    /// Whether the ray is far enough from grazing for the sign of `den` to be certain and the reference's
-    /// noise to be small.
+    /// Whether the ray is far enough from grazing that the sign of `den` is certain and the
+    /// reference's noise is small.
     #[inline(always)]
     pub(super) fn sure(&self) -> F::Mask {
         self.den.abs().gt(self.least)
     }
 
-    /// The weights, positive inside, from whichever side the ray comes.
+    /// The weights V, W, and U times the sign of `den`: positive inside, from whichever side the
+    /// ray comes.
     #[inline(always)]
     pub(super) fn weights(&self) -> [F; 3] {
         [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
     }
 
-    /// Beyond this the signs of V and W are certain; beyond twice this, that of U.
+    /// The bound on the errors of V and W. The bound on the error of U is twice this.
     #[inline(always)]
     pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
         // `EDGE |d|₂ h (|A|₁ + NEAR h) + h off`: section 2 of certified.md.
         tri.h * of.edge.mul_add(tri.h.mul_add(F::splat(bound::NEAR), self.a.norm1()), of.off)
     }
 
-    /// A separate bound for V, W and U, which takes a few times as long as [`Edges::bound`].
+    /// Separate bounds for V, W, and U. They are tighter than [`Edges::bound`] and take a few times
+    /// as long to compute.
     #[inline(always)]
     pub(super) fn sharp_bounds(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> [F; 3] {
         let splat = F::splat;
 
-        // The sums of the magnitudes of all products.
+        // The permanents: the sums of the magnitudes of all products.
         let (a, d) = (self.a.abs(), of.rays.dir.abs());
         let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
         let q = a.permanents(d);
@@ -290,8 +295,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(sharp_u, noise)]
     }
 
-    /// Using the sharp bounds: the lanes that no edge makes a certain miss, and the lanes that all edges make
-    /// a certain hit if [`Edges::sure`].
+    /// Uses the sharp bounds. Returns the lanes that no edge proves to be a miss, and the lanes
+    /// that all edges prove to be a hit if [`Edges::sure`] is set.
     #[inline(always)]
     fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> (F::Mask, F::Mask) {
         let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of, room);
@@ -302,16 +307,16 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
     }
 }
 
-/// The t at which the ray meets the plane, as a quotient with error bounds.
+/// The t at which a ray meets a triangle's plane, as a quotient with error bounds.
 #[derive(Clone, Copy)]
 pub(super) struct PlaneHit<F> {
     /// The numerator, multiplied by the sign of `den`.
     pub(super) num: F,
-    /// `SLACK` times its bound.
+    /// `SLACK` times the error bound of the numerator.
     pub(super) num_err: F,
     /// The absolute value of the denominator.
     den: F,
-    /// `SLACK` times its bound.
+    /// `SLACK` times the error bound of the denominator.
     pub(super) den_err: F,
 }
 
@@ -328,25 +333,26 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         }
     }
 
-    /// Lanes whose t is certainly outside the interval: above `far`, or below its near end. For most lanes
-    /// this is enough, and it takes no division.
+    /// Returns the lanes whose t is certainly outside the interval: above `far` or below the near
+    /// end. This is enough for most lanes, and it takes no division.
     #[inline(always)]
     pub(super) fn out_of_range(&self, of: &Rays<F>, far: F) -> F::Mask {
         let Self { num, num_err, den, den_err } = *self;
-        // num / den > far, multiplied by the positive den.
+        // num / den > far, with both sides multiplied by the positive den.
         let beyond = num.gt(far.mul_add(den + den_err, num_err));
-        // `den - den_err` is positive if the sign of `den` is certain, because `GRAZING` exceeds `SLACK DEN`.
+        // `den - den_err` is positive if the sign of `den` is certain, because `GRAZING` exceeds
+        // `SLACK DEN`.
         let before = num.lt(of.below.mul_add(den - den_err, -num_err));
         beyond | before
     }
 
-    /// The enclosure of t.
+    /// Lower and upper bounds of t.
     #[inline(always)]
     pub(super) fn enclosure(&self) -> (F, F) {
         enclose(self.num, self.num_err, self.den, self.den_err)
     }
 
-    /// A bound on the numerator's error that takes a few times as long.
+    /// A tighter bound on the numerator's error, which takes a few times as long to compute.
     #[inline(always)]
     pub(super) fn sharp_num_err(
         tri: &Triangles<F>,
@@ -363,7 +369,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         perm.mul_add(splat(bound::SHARP_NUM), (noise + splat(bound::TINY)) + copied)
     }
 
-    /// The enclosure of t with that bound.
+    /// Lower and upper bounds of t, using the tighter bound on the numerator's error.
     #[inline(always)]
     pub(super) fn sharper(
         &self,
@@ -377,13 +383,14 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
     }
 }
 
-/// The enclosure of t from its numerator and its positive denominator, each with `SLACK` times its bound. The
-/// products with the reciprocal come first, so that t waits for at most one of them.
+/// Lower and upper bounds of t from its numerator and its positive denominator, each with `SLACK`
+/// times its error bound. Multiplying by the reciprocal first lets t wait for at most one of the
+/// products.
 #[inline(always)]
 pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {
     let recip = F::splat(1.0) / den;
     let t = num * recip;
-    // err = |t| share + rest: relative errors are collected in one factor, absolute ones in the other.
+    // err = |t| share + rest: one factor collects the relative errors, the other the absolute ones.
     let share = den_err.mul_add(recip, F::splat(bound::ROUND));
     let rest = num_err.mul_add(recip, F::splat(bound::TINY));
     let err = t.abs().mul_add(share, rest);
@@ -391,7 +398,8 @@ pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_er
 }
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
-    /// Decides whatever the bound allows. A lane whose t certainly exceeds `far` is also a miss.
+    /// Decides every lane that the bound allows. A lane whose t certainly exceeds `far` is also a
+    /// miss.
     #[inline(always)]
     pub(super) fn decide(
         &self,
@@ -405,20 +413,22 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let Self { den, least, .. } = *self;
         let sure = self.sure();
 
-        // The smallest weight decides. U's bound is twice that of V and W, so U is halved. A rounded sum has
-        // the right sign, so its sign bit is the comparison.
+        // Only the smallest weight matters. U's bound is twice that of V and W, so U is halved.
+        // Rounding preserves the sign of a sum, so the sign bit alone is the result of the
+        // comparison.
         let bound = self.bound(tri, of);
         let [v, w, u] = self.weights();
         let edge = v.min(w).min(u * splat(0.5));
         let nothing = Verdicts { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
         let outside = if F::N == 1 {
-            // A single lane is compared without a minimum, which would be a branch in WebAssembly.
+            // Compare a single lane without a minimum, which would be a branch in WebAssembly.
             (v + bound).or_sign(w + bound).or_sign(u * splat(0.5) + bound).negative()
         } else {
             (edge + bound).negative()
         };
-        // An edge misses most triangles, so with few lanes often all are outside, and this returns early.
-        // With eight lanes or more, usually at least one is not, and the branch costs more than it saves.
+        // Most triangles are rejected by an edge. With four lanes or fewer, often all lanes are
+        // outside, and this returns early. With eight lanes or more, usually at least one is not,
+        // and the branch costs more than it saves.
         if F::N <= 4 && !(!(sure & outside)).any() {
             return nothing;
         }
@@ -431,25 +441,29 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
             return nothing;
         }
 
-        // A hit if nothing is in doubt: not the parallel test, not the range, and not the edges.
+        // A lane is a hit if nothing is in doubt: not the parallel test, not the range, and not the
+        // edges.
         let (t_lo, t_hi) = plane.enclosure();
-        // `least` accounts for the error of `den` itself; the rest is the document's test `|vd| > Threshold`,
-        // multiplied by an upper bound on the normal's length (certified.md, section 4).
+        // `least` accounts for the error of `den` itself. The other term is the document's test
+        // `|vd| > Threshold`, multiplied by an upper bound on the normal's length (certified.md,
+        // section 4).
         let parallel = splat(threshold.near * (bound::PARALLEL * bound::AREA));
         let parallel = tri.hh.mul_add(parallel, least);
         let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
         let mut hit = (slanted & t_lo.gt(of.above) & edge.gt(bound)).bits() & maybe;
         let mut undecided = maybe & !hit;
         if undecided != 0 {
-            // The last attempt, with bounds that take a few times as long. Most of these lanes are rays that
-            // start on the triangle, so that t is near 0, or rays near an edge.
+            // Make a last attempt with tighter bounds, which take a few times as long. Most of
+            // these lanes are rays near an edge, or rays that start on the triangle, so that t is
+            // near 0.
             let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);
             let (maybe, inside) = self.sharper(tri, of, room);
             let mut maybe = maybe & in_range;
             if room.exact {
-                // Two weights of different signs are a miss, even if the sign of the denominator is unknown.
+                // Two weights of different signs mean a miss, even if the sign of the denominator
+                // is unknown.
                 let most = v.max(w).max(u * splat(0.5));
                 maybe = maybe & !(edge.lt(-bound) & most.gt(bound));
             }

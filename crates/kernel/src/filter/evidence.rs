@@ -1,5 +1,5 @@
-//! The numbers with which the filter decides, exposed so that tests can compare its bounds with exact
-//! arithmetic.
+//! The numbers on which the filter bases its decisions. They are public so that tests can compare
+//! the bounds with exact arithmetic.
 
 use crate::packet::{Copy32, TriangleBlock};
 use crate::simd::{Lanes, Level, Mask, Simd, WithSimd};
@@ -10,11 +10,11 @@ use super::edges::{Edges, PlaneHit, Rays, Triangles};
 use super::precheck::{Constants, Precheck};
 use super::room::Room;
 
-/// The numbers with which the mode `certified` decides one test, as its level computes them, each with its
-/// error bound.
+/// The numbers on which the mode `certified` bases one decision, as computed at a given SIMD level,
+/// each with its error bound.
 ///
-/// In the notation of `docs/numerics/certified.md`: `v`, `w`, `u` and `den` are the edge functions and the
-/// denominator, `t` is `num / den`. NaN and infinities are passed through.
+/// The notation follows `docs/numerics/certified.md`: `v`, `w`, and `u` are the edge functions,
+/// `den` is the denominator, and t is `num / den`. NaN and infinities are passed through.
 ///
 /// ```
 /// use intertri::internal::Evidence;
@@ -24,7 +24,7 @@ use super::room::Room;
 ///     let ray = Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]);
 ///     Evidence::of(&ray, &triangle, Threshold::DEFAULT, Level::best())
 /// };
-/// // Certainly inside, and on an edge, where f32 does not decide.
+/// // The first ray is certainly inside. The second is on an edge, where f32 does not decide.
 /// assert!(evidence(0.25).w.abs() > evidence(0.25).edge);
 /// assert!(evidence(0.0).v.abs() <= evidence(0.0).edge);
 /// ```
@@ -40,29 +40,29 @@ pub struct Evidence {
     pub edge: f32,
     /// The error bound of U.
     pub u_edge: f32,
-    /// The sharp bounds of V, W and U, for pairs that the others leave undecided.
+    /// The sharp bounds of V, W, and U, for pairs that the other bounds leave undecided.
     pub sharp: [f32; 3],
-    /// D, the normal (not of unit length) times the direction.
+    /// D, the dot product of the normal (not of unit length) and the direction.
     pub den: f32,
     /// The error bound of D.
     pub den_err: f32,
-    /// T, the normal times the vector from the origin to the first corner.
+    /// T, the dot product of the normal and the vector from the origin to the first corner.
     pub num: f32,
     /// The error bound of T.
     pub num_err: f32,
-    /// The sharp bound of T, for pairs that the other one leaves undecided.
+    /// The sharp bound of T, for pairs that the other bound leaves undecided.
     pub sharp_num: f32,
-    /// The enclosure of t with the sharp bounds, valid if [`Evidence::sure`].
+    /// Lower and upper bounds of t from the sharp bound of T, valid if [`Evidence::sure`].
     pub sharp_t: [f32; 2],
-    /// The enclosure of t, valid if [`Evidence::sure`].
+    /// The lower bound of t, valid if [`Evidence::sure`].
     pub t_lo: f32,
-    /// See [`Evidence::t_lo`].
+    /// The upper bound of t, valid if [`Evidence::sure`].
     pub t_hi: f32,
-    /// V, W, U and D divided by `h`, as computed in the precheck.
+    /// V, W, U, and D divided by `h`, as computed in the precheck.
     pub precheck: [f32; 4],
-    /// The bound of each of these.
+    /// The error bound of each number in `precheck`.
     pub precheck_bound: f32,
-    /// The longest edge.
+    /// The longest edge of the triangle.
     pub h: f32,
     /// Whether t is certainly outside the ray's interval, or not above the threshold; valid if
     /// [`Evidence::sure`].
@@ -72,7 +72,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// The filter's numbers for a ray and a triangle, at a SIMD level.
+    /// Computes the filter's numbers for a ray and a triangle at a SIMD level.
     ///
     /// ```
     /// use intertri::internal::Evidence;
@@ -88,8 +88,8 @@ impl Evidence {
         level.run(BlockEvidence { threshold, ray, triangle, block: &block, room })
     }
 
-    /// [`Evidence::of`] for copies of f64 originals. `reach` bounds the sum of the coordinates of every
-    /// corner. The precheck's numbers are meaningless here.
+    /// [`Evidence::of`] for copies of f64 originals. `reach` bounds the sum of the coordinates'
+    /// magnitudes of every corner. The precheck's numbers are meaningless here.
     pub fn of_copies(ray: &Ray, copy: &Copy32, reach: f32, level: Level) -> Self {
         let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
         let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));
@@ -101,7 +101,7 @@ impl Evidence {
 struct BlockEvidence<'a> {
     threshold: Threshold,
     ray: &'a Ray,
-    /// For the precheck.
+    /// The triangle for the precheck.
     triangle: &'a Triangle,
     block: &'a TriangleBlock<8>,
     room: &'a Room,
@@ -137,9 +137,10 @@ impl WithSimd for BlockEvidence<'_> {
             u_edge: 2.0 * edge,
             sharp: [lane(sharp_v), lane(sharp_w), lane(sharp_u)],
             den: lane(edges.den),
-            // The kernel keeps `SLACK` times the bounds of D and T; the tests compare with the bounds themselves.
+            // The kernel stores `SLACK` times the bounds of D and T. Tests compare with the bounds
+            // themselves.
             den_err: lane(plane.den_err) / bound::SLACK,
-            // `plane.num` carries the sign of D: flipping it again restores T.
+            // `plane.num` is multiplied by the sign of D; flipping it again restores T.
             num: lane(plane.num.flip(edges.den)),
             num_err: lane(plane.num_err) / bound::SLACK,
             sharp_num: lane(PlaneHit::sharp_num_err(&triangles, &rays, &edges, room)),

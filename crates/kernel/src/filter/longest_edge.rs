@@ -1,16 +1,17 @@
-//! The longest edges of triangles, measured in f32.
+//! Upper bounds on the longest edges of triangles, computed in f32.
 //!
-//! A block of triangles stores them, computed in f64. A triangle that is tested only once does not need that
-//! precision: any upper bound on its longest edge is valid. `docs/numerics/certified.md`, section 11, has the
-//! proof.
+//! A block of triangles stores its longest edges, which are computed in f64. A triangle that is
+//! tested only once does not need that precision: any upper bound on its longest edge is valid.
+//! `docs/numerics/certified.md`, section 11, has the proof.
 
 use crate::packet::SHORTEST;
 use crate::simd::{Lanes, Vec3};
 
 use super::bound;
 
-/// An upper bound on the longest edge, at least [`SHORTEST`]; NaN if a corner is so far out that f32 must not
-/// decide. Takes the first corner and the edges `-h4` and `h5` that begin there.
+/// An upper bound on the longest edge, at least [`SHORTEST`]. It is NaN if a corner is so far from
+/// the origin that f32 must not decide. Takes the first corner and the edges `-h4` and `h5` that
+/// begin there.
 #[inline(always)]
 pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     c1: Vec3<F>,
@@ -19,14 +20,14 @@ pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
 ) -> F {
     let splat = F::splat;
     let (length, sane) = if F::N <= 4 {
-        // With few lanes, a square root would be too expensive. The sum of two norms is cheaper, and no edge
-        // is longer.
+        // With few lanes, a square root is too expensive. The sum of two norms is cheaper, and no
+        // edge is longer than that.
         let sum = minus_h4.norm1() + h5.norm1();
         (sum, (c1.norm1() + sum).le(splat(bound::LARGEST)))
     } else {
         let squares = |v: Vec3<F>| v.dot_fused(v);
         let (a, b, c) = (squares(minus_h4), squares(h5), squares(h5 + minus_h4));
-        // The sum is too large, or a NaN, if any of its parts is.
+        // The sum is too large or NaN if any of its parts is.
         let sum = squares(c1) + a + (b + c);
         (a.max(b).max(c).sqrt(), sum.le(splat(bound::LARGEST * bound::LARGEST)))
     };
@@ -39,7 +40,8 @@ mod tests {
     use super::*;
     use crate::simd::{Level, Simd, WithSimd};
 
-    /// The longest edge of one triangle, computed in the first lane of a width and as a single number.
+    /// Measures the longest edge of one triangle twice: in lanes, returning the first lane, and as
+    /// a scalar.
     struct Measured([[f32; 3]; 3]);
 
     impl WithSimd for Measured {
@@ -57,8 +59,8 @@ mod tests {
         }
     }
 
-    /// Numbers of every kind in every corner: the bound holds, is not much too large, and is NaN where f32
-    /// must not decide.
+    /// Tests all kinds of numbers in all corners: the bound holds, is not much too large, and is
+    /// NaN if f32 must not decide.
     #[test]
     fn no_edge_is_longer_than_its_bound() {
         let numbers = [0.0, -0.0, 1e-45, 3e-20, 1.0, 1.000_000_1, -3.7, 1e9, 1e12, -1e12];
@@ -67,7 +69,7 @@ mod tests {
         for i in 0..9 * all.len() * all.len() {
             let mut corners = [[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7_f32]];
             if i % 2 == 0 {
-                // Differences that cancel.
+                // Use coordinates whose differences cancel.
                 corners = corners.map(|c| c.map(|x| 1.0 + 1e-7 * x));
             }
             corners.as_flattened_mut()[i % 9] = all[i / 9 % all.len()];
@@ -88,7 +90,8 @@ mod tests {
                     let at = || format!("{h:e} of {corners:?}, {}", level.name());
                     assert!(!far || h.is_nan(), "{}", at());
                     assert!(h.is_nan() || f64::from(h) > longest && h >= SHORTEST, "{}", at());
-                    // The sum of all edges and the corner may exceed the limit although each of them is below it.
+                    // The sum of all edges and the corner may exceed the limit even if each of them
+                    // is below it.
                     let near = corners.as_flattened().iter().all(|x| x.abs() <= 1e9);
                     let limit = longest * most + 2.0 * f64::from(SHORTEST);
                     assert!(!(sane && near) || f64::from(h) <= limit, "{}", at());

@@ -1,15 +1,15 @@
-//! The filter: f32 lanes decide every pair that a proven bound allows. The rare undecided lane goes to a
-//! resolver, which depends on the mode.
+//! The filter: f32 lanes decide every pair for which a proven error bound allows it. The few
+//! undecided lanes go to a resolver, which depends on the mode.
 //!
 //! ```text
-//!   rays, triangles ──► filter (f32, 8 lanes) ──► certain miss    nearly all, by their edges
-//!                                            ├──► certain hit     t lies in an f32 interval; its f64
-//!                                            │                    bits are computed where they are needed
-//!                                            └──► undecided       about 1 in 10,000: to the resolver
+//!   rays, triangles ──► filter (f32, 8 lanes) ──► certain miss   nearly all pairs, by their edges
+//!                                            ├──► certain hit    t is in an f32 interval; its f64
+//!                                            │                   bits are computed on demand
+//!                                            └──► undecided      about 1 in 10,000: to the resolver
 //! ```
 //!
-//! Two forms: any rays and triangles ([`edges`]), and bundles of rays that share an origin, projected
-//! ([`projection`]).
+//! There are two forms: one for any rays and triangles ([`edges`]), and one for bundles of rays
+//! that share an origin, which projects the triangles ([`projection`]).
 
 mod block_hits;
 mod bound;
@@ -43,18 +43,20 @@ use crate::simd::{Lanes, Level, Simd};
 use edges::Edges;
 use projection::{Frame, Outlines, Points, Starts};
 
-/// f32 lanes with a proven bound, and a resolver for what they leave undecided: the test of a mode, for your
-/// own loops over packets and blocks. Create one with [`Mode::filter`](crate::Mode::filter).
+/// The intersection test of a mode, for your own loops over packets and blocks: f32 lanes with a
+/// proven error bound, and a resolver for the pairs that they leave undecided. Create one with
+/// [`Mode::filter`](crate::Mode::filter).
 ///
-/// Enter a loop through [`WithSimd`](crate::simd::WithSimd), which compiles it for each instruction level. A
-/// [`TriangleId`](crate::TriangleId) is a triangle's own number, which breaks ties; a
-/// [`LeafSlot`](crate::LeafSlot) is where you store the triangle, and is passed to `find` closures.
+/// Run your loop through [`WithSimd`](crate::simd::WithSimd), which compiles it for each
+/// instruction level. A [`TriangleId`](crate::TriangleId) identifies a triangle and breaks ties. A
+/// [`LeafSlot`](crate::LeafSlot) is the position at which you store the triangle; it is passed to
+/// `find` closures.
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 /// use intertri::{Counts, Filter, Mode, Ray, Triangle, TriangleBlock};
 ///
-/// /// Which of up to eight triangles a ray hits.
+/// /// Finds which of up to eight triangles a ray hits.
 /// struct Hits<'a>(Filter<'a>, &'a Ray, &'a TriangleBlock<8>);
 /// impl WithSimd for Hits<'_> {
 ///     type Output = u32;
@@ -73,45 +75,47 @@ pub struct Filter<'a> {
     threshold: Threshold,
     resolver: Resolver<'a>,
     level: Level,
-    /// A reference, because a filter is copied for every query and should stay small.
+    /// A reference, because a filter is copied for every query and should be small.
     room: &'a Room,
 }
 
 impl<'a> Filter<'a> {
-    /// A filter with document A's operations as the resolver, and its threshold.
+    /// Creates a filter that resolves undecided pairs with document A's operations and has the
+    /// given threshold.
     #[inline]
     pub fn certified(threshold: Threshold, level: Level) -> Self {
         Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: &Room::NONE }
     }
 
-    /// A filter for any rays and triangles, right for their coordinates (`docs/numerics/exact.md`).
+    /// Creates a filter for any rays and triangles. Its results are correct for their coordinates
+    /// (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(rule: Rule, level: Level) -> Self {
         let resolver = Resolver::Exact(rule);
         Self { threshold: Threshold::ZERO, resolver, level, room: &Room::EXACT }
     }
 
-    /// A filter for f32 copies of f64 coordinates: answers are exact for the originals. `room` bounds the
-    /// rounding of the copies (`docs/numerics/f64.md`).
+    /// Creates a filter for f32 copies of f64 coordinates. Its results are exact for the originals.
+    /// `room` bounds the rounding of the copies (`docs/numerics/f64.md`).
     #[doc(hidden)]
     #[inline]
     pub fn on_copies(originals: &'a dyn Originals, room: &'a Room, level: Level) -> Self {
         Self { threshold: Threshold::ZERO, resolver: Resolver::Originals(originals), level, room }
     }
 
-    /// The instruction level to run on.
+    /// The instruction level on which the filter runs.
     #[inline]
     pub fn level(&self) -> Level {
         self.level
     }
 
-    /// The resolver of undecided pairs.
+    /// The resolver for undecided pairs.
     #[inline]
     pub fn resolver(&self) -> Resolver<'a> {
         self.resolver
     }
 
-    /// The document's threshold; zero for a mode without one.
+    /// The document's threshold; zero for modes without one.
     #[inline]
     pub fn threshold(&self) -> Threshold {
         self.threshold
@@ -123,17 +127,18 @@ impl<'a> Filter<'a> {
         self.room
     }
 
-    /// Any t below this is certainly before the far end of a ray; this is the end itself if it is exact.
+    /// Any t below the result is certainly before the ray's far end. The result is `t_max` itself
+    /// unless the ray is a copy.
     #[inline(always)]
     pub(crate) fn sure_end(&self, t_max: f32) -> f32 {
         // The end of a copied ray is rounded up.
         if self.room.copies { t_max.next_down() } else { t_max }
     }
 
-    /// [`Filter::sure_end`] of N rays.
+    /// [`Filter::sure_end`] for N rays.
     #[inline(always)]
     pub(crate) fn sure_ends<F: Lanes<Scalar = f32>, const N: usize>(&self, t_max: &[f32; N]) -> F {
-        // Not `map`, which is not always inlined.
+        // Avoid `map`, which is not always inlined.
         let mut ends = *t_max;
         if self.room.copies {
             for t_max in &mut ends {
@@ -143,7 +148,8 @@ impl<'a> Filter<'a> {
         F::load(&ends)
     }
 
-    /// Which of the `live` lanes are hits with `t_min <= t` and, certainly or possibly, `t <= far`.
+    /// Finds which of the `live` lanes are hits with `t_min <= t` and, certainly or possibly,
+    /// `t <= far`.
     #[inline(always)]
     pub(crate) fn test<F: Lanes<Scalar = f32>>(
         &self,
@@ -154,7 +160,7 @@ impl<'a> Filter<'a> {
         counts: &mut Counts,
     ) -> Verdicts<F> {
         counts.tests += u64::from(live.count_ones());
-        // The edge functions first: they rule out nearly every pair before t is computed.
+        // Compute the edge functions first: they reject nearly every pair before t is computed.
         let edges = Edges::new(triangles, rays);
         let verdicts = edges.decide(triangles, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(verdicts.undecided.count_ones());
@@ -163,8 +169,8 @@ impl<'a> Filter<'a> {
 }
 
 impl Filter<'_> {
-    /// The triangles of one or two blocks, projected by a frame, for rays whose z is at least `slowest`. The
-    /// second block begins at lane 8.
+    /// Projects the triangles of one or two blocks by a frame, for rays whose z is at least
+    /// `slowest`. The second block begins at lane 8.
     ///
     /// See [`Outlines`] for an example.
     #[inline(always)]
@@ -175,7 +181,7 @@ impl Filter<'_> {
         frame: &Frame,
         slowest: f32,
     ) -> Outlines {
-        // The slack in PARALLEL is much larger than the rounding here.
+        // The slack in `PARALLEL` is much larger than the rounding error here.
         let least = if self.threshold.get() > 0.0 { self.threshold.above } else { 0.0 };
         let parallel = bound::PARALLEL * least / slowest;
         Outlines::new::<S>(first, second, frame, parallel, self.room.exact)
@@ -188,8 +194,9 @@ impl Filter<'_> {
         self.room.copies
     }
 
-    /// A frame for bundles whose rays miss the origin by at most `off`. For copies of f64 originals, `off`
-    /// grows by the rounding of the copies. `reach` is how far rays get from the centre of the projection.
+    /// Prepares a frame for bundles whose rays miss the origin by at most `off`. For copies of f64
+    /// originals, `off` grows by the rounding of the copies. `reach` is the largest distance of the
+    /// rays from the centre of the projection.
     #[inline]
     pub fn frame(&self, frame: Frame, off: f32, reach: [f32; 2]) -> Frame {
         let frame = if self.room.copies { frame.of_copies() } else { frame };
@@ -197,8 +204,9 @@ impl Filter<'_> {
         if off > 0.0 { frame.passed_within(off, reach) } else { frame }
     }
 
-    /// Adds the live rays of a packet to the depths where rays begin to look for hits: none before the first
-    /// `t_min`, and certainly beyond the second.
+    /// Adds the live rays of a packet to `starts`, the depths at which rays begin to look for hits.
+    /// No hit is before the first `t_min`, and any t beyond the second is certainly past the near
+    /// end.
     ///
     /// See [`Starts`] for an example.
     #[inline(always)]

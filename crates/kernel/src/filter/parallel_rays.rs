@@ -1,10 +1,10 @@
-//! Parallel rays with lines close together: finds the triangles of a block that some of them may hit, and
-//! which of sixteen rays hit one of these triangles.
+//! Parallel rays whose lines are close together. Finds the triangles of a block that some of the
+//! rays may hit, and which of sixteen rays hit one of these triangles.
 //!
 //! ```text
 //!   axis ──► block of eight        V, W, U of a ray along the axis, and their gradients across it
 //!   rays ──► remaining triangles   V, W, U of sixteen rays: three multiply-adds
-//!     └────► remaining pairs       the test for any rays
+//!     └────► remaining pairs       the general test for any rays
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 10, has the bound and the proof.
@@ -17,7 +17,7 @@ use super::edges::{Edges, Rays, Triangles};
 use super::verdicts::Verdicts;
 use super::{Counts, Filter, PreparedPacket, bound};
 
-/// The axis of parallel rays.
+/// The common axis of parallel rays.
 #[derive(Clone, Copy)]
 pub struct Axis {
     rays: Rays<f32>,
@@ -25,14 +25,14 @@ pub struct Axis {
     reach: [f32; 3],
 }
 
-/// Eight triangles relative to parallel rays.
+/// The edge functions of eight triangles along the axis of parallel rays.
 ///
 /// ```
 /// use intertri::internal::{AlongAxis, LaneHits};
 /// use intertri::simd::{Simd, Vec3, WithSimd, dispatch};
 /// use intertri::{Counts, Mode, Ray, RayPacket, Triangle, TriangleBlock};
 ///
-/// /// Rays up from a row of points, around an axis at x = 0.
+/// /// Rays upward from a row of points around an axis at x = 0.
 /// struct Up<'a>(&'a [Ray], &'a TriangleBlock<8>);
 /// impl WithSimd for Up<'_> {
 ///     type Output = (u32, u32, LaneHits);
@@ -47,7 +47,7 @@ pub struct Axis {
 ///     }
 /// }
 ///
-/// // Out of reach, and in reach of half of the rays.
+/// // One triangle out of reach, and one in reach of half of the rays.
 /// let at = |x| Triangle::new([x, -1.0, 5.0], [x + 9.0, -1.0, 5.0], [x, 9.0, 5.0]);
 /// let rays: Vec<Ray> =
 ///     (0..16).map(|i| Ray::new([(i as f32 - 7.5) / 16.0, 0.0, 0.0], [0.0, 0.0, 1.0])).collect();
@@ -56,30 +56,31 @@ pub struct Axis {
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AlongAxis {
-    /// V and W on the axis, positive inside, and the absolute value of D.
+    /// V and W on the axis, positive inside, and the magnitude of D.
     v: [f32; 8],
     w: [f32; 8],
     den: [f32; 8],
     /// The gradients of V and W perpendicular to the axis.
     of_v: [[f32; 8]; 3],
     of_w: [[f32; 8]; 3],
-    /// Below this an edge makes a certain miss.
+    /// If an edge function is less than this, the ray certainly misses.
     least: [f32; 8],
 }
 
-/// The hits of sixteen rays with one triangle. A lane in neither mask is a miss.
+/// The hits of sixteen rays on one triangle. A lane in neither mask is a miss.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneHits {
-    /// Certain hits: within the interval, and inside all edges.
+    /// Certain hits: within the interval and inside all edges.
     pub sure: u32,
-    /// Lanes for the resolver.
+    /// Undecided lanes, for the resolver.
     pub undecided: u32,
-    /// Whether the rays of the certain hits run with the normal.
+    /// Whether the rays of the certain hits run in the direction of the normal.
     pub leaves: bool,
 }
 
 impl AlongAxis {
-    /// Which of sixteen rays may hit the triangle in a lane, given their lines' offsets from the axis.
+    /// Finds which of sixteen rays may hit the triangle in a lane, given the offsets of their lines
+    /// from the axis.
     #[inline(always)]
     pub fn maybe_in<S: Simd>(&self, lane: usize, beside: &Vec3<S::F32x16>) -> u32 {
         let splat = |row: &[f32; 8]| S::F32x16::splat(row[lane % 8]);
@@ -87,7 +88,7 @@ impl AlongAxis {
             let [x, y, z] = of;
             Vec3 { x: splat(x), y: splat(y), z: splat(z) }.dot_add(*beside, axis)
         };
-        // All rays are parallel, so D is the same for all, and V and W are linear in the offset.
+        // The rays are parallel, so all have the same D, and V and W are linear in the offset.
         let (v, w) = (at(&self.of_v, splat(&self.v)), at(&self.of_w, splat(&self.w)));
         let u = (splat(&self.den) - v) - w;
         let edge = v.min(w).min(u * S::F32x16::splat(0.5));
@@ -96,21 +97,22 @@ impl AlongAxis {
 }
 
 impl Filter<'_> {
-    /// The axis of parallel rays with lines within `reach` of it in each coordinate. `away` bounds the sum of
-    /// the coordinates of every origin.
+    /// Prepares the axis of parallel rays whose lines are within `reach` of it along each
+    /// coordinate. `away` bounds the sum of the coordinates' magnitudes of every origin.
     #[inline(always)]
     pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
         let [x, y, z] = reach;
         let away = away * if self.room.copies { bound::COPY_AWAY } else { bound::AWAY };
-        // How much V, W and U may change from the axis to a ray beyond their computed gradients, plus the
-        // rounding from subtracting large coordinates (exact.md, section 10).
+        // The amount by which V, W, and U of a ray may differ from what the axis and the computed
+        // gradients predict, including the rounding from subtracting large coordinates (exact.md,
+        // section 10).
         let off = Lanes::mul_add(x + y + z, bound::BESIDE, away);
         let rays = Rays::of_ray(axis, self.threshold, self.room).passed_within(off);
         Axis { rays, dir: axis.dir, reach }
     }
 
-    /// The triangles of a block that a ray around an axis may hit, as bits. If there are any, fills `along`
-    /// for them.
+    /// Finds the triangles of a block that a ray around an axis may hit, as bits. If there are any,
+    /// fills in `along` for them.
     #[inline(always)]
     pub fn along_in<S: Simd>(
         &self,
@@ -122,15 +124,15 @@ impl Filter<'_> {
         let rays = Rays::splat(&axis.rays);
         let edges = Edges::new(&triangles, &rays);
         let bound = edges.bound(&triangles, &rays);
-        // If the sign of D is unknown, no edge rules a triangle out.
+        // If the sign of D is unknown, no edge can reject a triangle.
         let least = Lanes::select(edges.sure(), -bound, S::F32x8::splat(f32::NEG_INFINITY));
         let [v, w, u] = edges.weights();
 
-        // The largest values that V, W and U reach anywhere in the tube around the axis.
+        // The largest values that V, W, and U reach in the tube around the axis.
         let (dir, reach) = (Vec3::<S::F32x8>::splat(axis.dir), Vec3::splat(axis.reach));
         let (of_v, of_w) = (triangles.h5.cross_fused(dir), triangles.minus_h4.cross_fused(dir));
-        // A linear form over the box `±reach` has its maximum at a corner: its value on the axis plus |gradient| ·
-        // reach.
+        // A linear form over the box `±reach` has its maximum at a corner: its value on the axis
+        // plus |gradient| · reach.
         let most = |at: S::F32x8, of: Vec3<S::F32x8>| of.abs().dot_add(reach, at);
         let least_of_v_and_w = most(v, of_v).min(most(w, of_w));
         let edge = least_of_v_and_w.min(most(u, of_v + of_w) * S::F32x8::splat(0.5));
@@ -147,7 +149,7 @@ impl Filter<'_> {
         reached
     }
 
-    /// The hits of the `live` rays among sixteen with the triangle in a lane of a block.
+    /// Finds which of the `live` rays among sixteen hit the triangle in a lane of a block.
     #[inline(always)]
     pub fn lane_hits_in<S: Simd>(
         &self,
@@ -165,14 +167,15 @@ impl Filter<'_> {
             edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(undecided.count_ones());
 
-        // A hit whose enclosure of t reaches the end of the interval may be beyond it, so it is not certain.
+        // If the upper bound of t reaches the end of the interval, the hit may be beyond it and is
+        // not certain.
         let sure = hit & Mask::bits(t_hi.lt(self.sure_ends(&packet.t_max)));
         let leaves = sure & !Mask::bits(edges.den.negative()) != 0;
         LaneHits { sure, undecided: undecided | hit & !sure, leaves }
     }
 }
 
-/// Flips the signs where a number is negative.
+/// Flips the sign of each component in lanes where `of` is negative.
 #[inline(always)]
 fn flipped<F: Lanes<Scalar = f32>>(Vec3 { x, y, z }: Vec3<F>, of: F) -> Vec3<F> {
     Vec3 { x: x.flip(of), y: y.flip(of), z: z.flip(of) }

@@ -1,15 +1,16 @@
-//! The precheck of packets: do rays from any origins certainly miss a triangle?
+//! The precheck for packets: finds the rays, from any origins, that certainly miss a triangle.
 //!
 //! ```text
 //!   V/h = v·d + h5/h·m     with the moments   v = h5 × c1 / h         of an edge
 //!   W/h = w·d - h4/h·m                        w = c1 × h4 / h
 //!   D/h = n·d / h                             m = d × o               of a ray
-//!   U = D - V - W          a miss: two of them have different signs
+//!   U = D - V - W          a miss if two of the three have different signs
 //! ```
 //!
-//! It needs no translation, and only sixteen numbers of a triangle. In return its error grows with the
-//! distance from the world's origin. A precheck can afford that, because the filter tests every pair that
-//! passes. `docs/numerics/certified.md`, section 8, has the bound and the proof.
+//! The precheck requires no translation and only sixteen numbers per triangle. The price is an
+//! error that grows with the distance from the world's origin. This is acceptable because the
+//! filter tests every pair that passes. `docs/numerics/certified.md`, section 8, has the bound and
+//! the proof.
 
 use crate::Triangle;
 use crate::packet::TriangleBlock;
@@ -22,7 +23,7 @@ use super::room::Room;
 
 /// The constants of a triangle, computed once.
 //
-// The values that every precheck reads fill one cache line.
+// All values that a precheck reads fit in one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Constants {
@@ -39,7 +40,7 @@ pub(crate) struct Constants {
 }
 
 impl Constants {
-    /// From a triangle.
+    /// Computes the constants of a triangle.
     pub(super) fn new(triangle: &Triangle) -> Self {
         let one = TriangleBlock::<1>::new(core::slice::from_ref(triangle));
         let Triangles { c1, minus_h4, h5, n, h, .. } =
@@ -68,34 +69,35 @@ pub(crate) struct Precheck<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Precheck<F> {
-    /// Computes the moments of rays.
+    /// Computes the moments of the rays.
     #[inline(always)]
     pub(super) fn new(rays: &Rays<F>) -> Self {
         let (org, dir, len) = (rays.org(), rays.dir(), rays.len());
-        // `PRECHECK |d|₂ |o|₁ + off`; the triangle's part, `reach`, is added for each triangle.
+        // `PRECHECK |d|₂ |o|₁ + off`. The triangle's part of the bound, `reach`, is added for each
+        // triangle.
         let away = (len * F::splat(bound::PRECHECK)).mul_add(org.norm1(), rays.off());
         Self { dir, moment: dir.cross_fused(org), len, away }
     }
 
-    /// V, W, U and the denominator, divided by h, and their error bound.
+    /// V, W, U, and the denominator, divided by h, and their common error bound.
     #[inline(always)]
     pub(super) fn values(&self, at: &Constants) -> ([F; 4], F) {
         let splat = |x: Vec3<f32>| Vec3::<F>::splat([x.x, x.y, x.z]);
 
-        // Two short sums take less time than a long one.
+        // Two short sums take less time than one long sum.
         let v = self.moment.dot_fused(splat(at.h5)) + self.dir.dot_fused(splat(at.v));
         let w = self.moment.dot_fused(splat(at.minus_h4)) + self.dir.dot_fused(splat(at.w));
         let den = self.dir.dot_fused(splat(at.n));
         ([v, w, (den - v) - w, den], self.len.mul_add(F::splat(at.reach), self.away))
     }
 
-    /// Lanes that certainly miss: two edge functions have different signs for certain, and the ray does not
-    /// graze.
+    /// Returns the lanes that certainly miss: two edge functions certainly have different signs,
+    /// and the ray does not graze the plane.
     #[inline(always)]
     pub(super) fn sure_miss(&self, at: &Constants) -> F::Mask {
         let ([v, w, u, den], bound) = self.values(at);
         let (least, most) = (v.min(w).min(u), v.max(w).max(u));
-        // If f32 must not decide, the bound is NaN, and the comparison is false.
+        // If f32 must not decide, the bound is NaN, so the comparison is false.
         den.abs().min(most).min(-least).gt(bound)
     }
 }

@@ -1,4 +1,4 @@
-//! Precomputed values: of a triangle for many rays, or of rays for many triangles.
+//! Precomputed values of a triangle for many rays, or of rays for many triangles.
 
 use super::precheck::{Constants, Precheck};
 use super::{Counts, Filter, Rays, Triangles, Verdicts};
@@ -10,7 +10,7 @@ use crate::{Ray, RayId, Triangle};
 ///
 /// ```
 /// use intertri::{Mode, PreparedTriangle, Ray, RayPacket, Triangle};
-/// // Prepared once, for many packets.
+/// // Prepare the triangle once for many packets.
 /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let wall = PreparedTriangle::new(&wall);
 /// let rays: Vec<Ray> =
@@ -21,7 +21,7 @@ use crate::{Ray, RayId, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedTriangle {
-    /// First, so that the precheck reads only one cache line.
+    /// This field is first so that the precheck reads only one cache line.
     constants: Constants,
     triangle: Triangle,
 }
@@ -32,13 +32,14 @@ impl PreparedTriangle {
         Self { constants: Constants::new(triangle), triangle: *triangle }
     }
 
-    /// The triangle.
+    /// The original triangle.
     pub fn triangle(&self) -> &Triangle {
         &self.triangle
     }
 }
 
-/// A ray with the constants that every block of triangles needs. Create one with [`Filter::prepare_ray`].
+/// A ray with the constants that every block of triangles needs. Create one with
+/// [`Filter::prepare_ray`].
 ///
 /// ```
 /// use intertri::{Mode, PreparedRay, Ray, RayId};
@@ -49,13 +50,13 @@ impl PreparedTriangle {
 #[derive(Clone, Copy)]
 pub struct PreparedRay {
     pub(crate) ray: Ray,
-    /// The id of its original.
+    /// The ray's id, with which a resolver finds the original.
     pub(crate) id: RayId,
     pub(crate) lanes: Rays<f32>,
 }
 
 impl PreparedRay {
-    /// The ray.
+    /// The original ray.
     #[inline(always)]
     pub fn ray(&self) -> &Ray {
         &self.ray
@@ -68,14 +69,14 @@ impl PreparedRay {
     }
 }
 
-/// N rays with the constants that every triangle needs, at one instruction level. Create it with
+/// N rays with the constants that every triangle needs, for one instruction level. Create one with
 /// [`Filter::prepare_packet_in`].
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 /// use intertri::{Counts, Mode, PreparedPacket, PreparedTriangle, Ray, RayPacket, Triangle};
 ///
-/// /// Which of eight rays hit a triangle.
+/// /// Finds which of eight rays hit a triangle.
 /// struct Hits<'a>(&'a RayPacket<8>, &'a PreparedTriangle);
 /// impl WithSimd for Hits<'_> {
 ///     type Output = u32;
@@ -102,20 +103,20 @@ where
 }
 
 impl Filter<'_> {
-    /// Prepares a ray for one block after another.
+    /// Prepares a ray to be tested against many blocks.
     #[inline(always)]
     pub fn prepare_ray(&self, ray: &Ray) -> PreparedRay {
         self.prepare_numbered(ray, RayId(0))
     }
 
-    /// Prepares a ray with an id, with which a resolver finds its f64 original.
+    /// Prepares a ray with an id, with which a resolver finds the ray's f64 original.
     #[doc(hidden)]
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
         PreparedRay { ray: *ray, id, lanes: Rays::of_ray(ray, self.threshold(), self.room()) }
     }
 
-    /// Prepares N rays for one triangle after another.
+    /// Prepares N rays to be tested against many triangles.
     #[inline(always)]
     pub fn prepare_packet_in<'a, S: Simd, const N: usize>(
         &self,
@@ -128,7 +129,7 @@ impl Filter<'_> {
         PreparedPacket { packet, lanes, precheck: Precheck::new(&lanes) }
     }
 
-    /// The filter's verdicts for N rays and one triangle.
+    /// Returns the filter's verdicts on N rays and one triangle.
     #[inline(always)]
     pub(crate) fn test_packet<S: Simd, const N: usize>(
         &self,
@@ -141,7 +142,7 @@ impl Filter<'_> {
     where
         Lane<N>: Width,
     {
-        // In nearly all cases the precheck rules out all rays of a packet.
+        // The precheck nearly always rejects all rays of a packet.
         if !rays.may_hit(triangle, live) {
             counts.tests += u64::from(live.count_ones());
             return Verdicts::miss();
@@ -162,8 +163,8 @@ impl Filter<'_> {
     where
         Lane<N>: Width,
     {
-        // The precheck's numbers are relative to the world's origin; the test itself translates first and
-        // needs only h.
+        // The precheck's constants are relative to the world's origin. The test itself translates
+        // first and only needs h.
         self.test(&Triangles::splat(triangle, constants.h), &rays.lanes, far, live, counts)
     }
 }
@@ -172,10 +173,10 @@ impl<S: Simd, const N: usize> PreparedPacket<'_, S, N>
 where
     Lane<N>: Width,
 {
-    /// Whether the precheck leaves it possible that a live ray hits the triangle.
+    /// Whether any live ray may hit the triangle, according to the precheck.
     #[inline(always)]
     pub(crate) fn may_hit(&self, triangle: &PreparedTriangle, live: u32) -> bool {
-        // Only live rays count.
+        // Ignore the lanes without a live ray.
         (!self.precheck.sure_miss(&triangle.constants)).bits() & live != 0
     }
 }

@@ -1,23 +1,24 @@
-//! The parts of the filter's bounds that depend on the scene: a scene given in f64 is tested as f32 copies,
-//! and the bounds must cover their rounding.
+//! The parts of the filter's error bounds that depend on the scene. A scene given in f64 is tested
+//! as f32 copies, whose rounding the bounds must cover.
 //!
 //! ```text
-//!   given in f64        copies in f32                        error
-//!   c1, o               about the scene's centre, rounded    u of themselves: a translation of A
-//!   h4, h5, d           scaled, rounded                      u of each component
+//!   given in f64    copies in f32                             error
+//!   c1, o           relative to the scene's centre, rounded   u times themselves, a shift of A
+//!   h4, h5, d       scaled, rounded                           u times each component
 //! ```
 //!
 //! `docs/numerics/f64.md`, section 4, has the derivation.
 
 use super::bound::{self, U};
 
-/// The coefficients of the filter's bounds that depend on the scene. `docs/numerics/certified.md` explains the names.
+/// The coefficients of the filter's error bounds that depend on the scene.
+/// `docs/numerics/certified.md` explains the names.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
-    /// Whether blocks contain copies: a corner and two edges, not three corners.
+    /// Whether blocks contain copies: one corner and two edges instead of three corners.
     pub(super) copies: bool,
-    /// Whether all hits are on their triangles. The reference may accept a point outside a triangle whose
-    /// normal is inaccurate.
+    /// Whether all hits are on their triangles. The reference, in contrast, may accept a point
+    /// outside a triangle whose normal is inaccurate.
     pub(super) exact: bool,
     /// `EDGE`
     pub(super) edge: f32,
@@ -25,22 +26,24 @@ pub struct Room {
     pub(super) grazing: f32,
     /// `SLACK DEN`
     pub(super) den: f32,
-    /// `SLACK NUM`, and `SLACK` times the part of the error of A that does not depend on its length.
+    /// `SLACK NUM`, and `SLACK` times the part of A's error that does not depend on its length.
     pub(super) num: [f32; 2],
     /// `SHARP` and `SHARP_U`
     pub(super) sharp: [f32; 2],
-    /// Added to the sharp bounds of edges and of T, relative to `|A|₁`.
+    /// The noise that is added to the sharp bounds of edges and of T, relative to `|A|₁`.
     pub(super) sharp_away: [f32; 2],
-    /// The part of an edge's bound relative to `h |d|₂`: a factor of `|o|₁`, and a constant.
+    /// The part of an edge's bound that is relative to `h |d|₂`: a factor of `|o|₁` and a constant.
     pub(super) off: [f32; 2],
-    /// The error of copies of A apart from a fraction of their length: a factor of `|o|₁`, and its maximum.
+    /// The error of copies of A, apart from a fraction of their length: a factor of `|o|₁` and a
+    /// maximum.
     pub(super) copied: [f32; 2],
-    /// A t beyond the interval's near end, times the first and plus the second, is certainly in the interval.
+    /// A factor and a summand. A t that exceeds the near end, times the factor plus the summand, is
+    /// certainly in the interval.
     pub(super) near: [f32; 2],
 }
 
 impl Room {
-    /// For f32 scenes, with the reference's operations as the truth.
+    /// For f32 scenes, if the reference's operations define the result.
     pub(crate) const NONE: Self = Self {
         copies: false,
         exact: false,
@@ -58,22 +61,24 @@ impl Room {
     /// For f32 scenes and exact hits.
     pub(crate) const EXACT: Self = Self { exact: true, ..Self::NONE };
 
-    /// How far rays may miss the copy of their origin, relative to triangles: the rounding of the origin and
-    /// of the corners, except for a fraction of the distance between them.
+    /// The maximum distance by which rays miss the copy of their origin, relative to triangles. It
+    /// covers the rounding of the origin and the corners, except for a fraction of the distance
+    /// between them.
     pub(super) fn passed(&self, origin: [f32; 3]) -> f32 {
         if !self.copies {
             return 0.0;
         }
         let away = origin.iter().fold(0.0, |sum, x| sum + x.abs());
-        // The same limit as in `Rays::new`, with a margin for a subnormal coordinate.
+        // This is the limit that `Rays::new` uses, with a margin for a subnormal coordinate.
         (away * self.copied[0]).min(self.copied[1]) + bound::SMALL
     }
 
-    /// For copies of f64 scenes. `reach` bounds the sum of the coordinates of every corner.
+    /// For copies of f64 scenes. `reach` bounds the sum of the coordinates' magnitudes of every
+    /// corner.
     pub fn of_copies(reach: f32) -> Self {
-        // The corner and the origin are both rounded, each by a fraction `COPY` of itself. A corner is no
-        // farther out than `reach`, so the contribution of a far origin is limited by that (f64.md, section
-        // 4).
+        // The corner and the origin are both rounded, each by a fraction `COPY` of itself. No
+        // corner is farther out than `reach`, which limits the contribution of a far origin
+        // (f64.md, section 4).
         let twice = 2.0 * bound::COPY;
         Self {
             copies: true,

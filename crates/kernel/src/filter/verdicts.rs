@@ -2,7 +2,7 @@
 
 use crate::simd::Lanes;
 
-/// The number of tests, and how many of them the f32 bound left undecided.
+/// The number of tests, and the number of tests that the f32 bound left undecided.
 ///
 /// ```
 /// let mut all = intertri::Counts { tests: 64, undecided: 1 };
@@ -11,7 +11,7 @@ use crate::simd::Lanes;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Ray/triangle tests, without dead lanes.
+    /// Tests of one ray against one triangle, not counting dead lanes.
     pub tests: u64,
     /// Tests that a resolver had to settle.
     pub undecided: u64,
@@ -27,18 +27,18 @@ impl core::ops::AddAssign for Counts {
 /// A verdict on each lane. A lane in neither mask is a miss.
 #[derive(Clone, Copy)]
 pub(crate) struct Verdicts<F> {
-    /// Hits, except that t may be beyond the far end of the interval.
+    /// Hits whose t may still be beyond the far end of the interval.
     pub(crate) hit: u32,
-    /// Pairs for the resolver to settle.
+    /// Pairs that the resolver must settle.
     pub(crate) undecided: u32,
-    /// In the lanes of [`Verdicts::hit`]: an enclosure of the mode's t.
+    /// The lower bound of the mode's t, in the lanes of [`Verdicts::hit`].
     pub(crate) t_lo: F,
-    /// See [`Verdicts::t_lo`].
+    /// The upper bound of the mode's t, in the lanes of [`Verdicts::hit`].
     pub(crate) t_hi: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Verdicts<F> {
-    /// All lanes miss.
+    /// The verdict that all lanes miss.
     #[inline(always)]
     pub(crate) fn miss() -> Self {
         Self { hit: 0, undecided: 0, t_lo: F::splat(0.0), t_hi: F::splat(0.0) }
@@ -46,13 +46,13 @@ impl<F: Lanes<Scalar = f32>> Verdicts<F> {
 }
 
 impl<F> Verdicts<F> {
-    /// All lanes that may be hits.
+    /// The lanes that are or may be hits.
     #[inline(always)]
     pub(crate) fn lanes(&self) -> u32 {
         self.hit | self.undecided
     }
 
-    /// Turns all other lanes into misses.
+    /// Turns all lanes except the given ones into misses.
     #[inline(always)]
     pub(crate) fn keep(&mut self, lanes: u32) {
         self.hit &= lanes;

@@ -1,17 +1,17 @@
-//! The worst case of rounding, to first order: numbers that record how much each rounding may have changed
-//! them.
+//! The worst case of rounding, to first order: numbers that record by how much each rounding may
+//! have changed them.
 //!
 //! ```text
-//!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ         a share for each rounding, each input that is a copy,
-//!                                            ±  u|value|        and this sum's own
+//!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ      one share per earlier rounding and
+//!                                            ±  u|value|     per copied input, plus the sum's own
 //! ```
 //!
-//! The filter's code runs on them unchanged. No known input has roundings that all have the same sign. A
-//! bound that covers even that case holds by its derivation, not by luck. Products and sums are rounded
-//! separately, as on a level without fused operations.
+//! The filter's code runs on these numbers unchanged. No known input makes all roundings have the
+//! same sign, but a bound that covers even that case holds by its derivation, not by luck. Products
+//! and sums are rounded separately, as on a level without fused operations.
 //!
-//! Rump, Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describes the idea and
-//! more.
+//! Rump and Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describes the
+//! general method.
 
 use core::cell::{Cell, RefCell};
 use core::ops::{Add, Div, Mul, Neg, Sub};
@@ -27,11 +27,11 @@ const SHARES: usize = 320;
 thread_local! {
     /// The number of roundings so far.
     static USED: Cell<usize> = const { Cell::new(0) };
-    /// The errors of the next numbers to be loaded.
+    /// The errors of the numbers that are loaded next.
     static LOADED: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
 }
 
-/// A number, and how much each rounding may have changed it.
+/// A number, and by how much each rounding may have changed it.
 #[derive(Clone, Copy)]
 pub(super) struct Worst {
     pub(super) value: f64,
@@ -39,7 +39,7 @@ pub(super) struct Worst {
 }
 
 impl Worst {
-    /// An exact number.
+    /// A number without an error.
     fn exact(value: f64) -> Self {
         Self { value, shares: [0.0; SHARES] }
     }
@@ -49,23 +49,24 @@ impl Worst {
         let number = USED.get();
         USED.set(number + 1);
         let mut all = Self::exact(value);
-        // Each rounding has its own column: if one rounding enters twice with opposite signs, its shares cancel.
+        // Each rounding has its own column. If a rounding enters twice with opposite signs, its
+        // shares cancel.
         all.shares[number] = share;
         all
     }
 
-    /// The copy of a number.
+    /// The rounded copy of a number.
     pub(super) fn copy(value: f64) -> Self {
         Self::off_by(value, f64::from(bound::U) * value.abs())
     }
 
-    /// Copies.
+    /// The rounded copy of a vector.
     pub(super) fn copies(v: [f64; 3]) -> Vec3<Self> {
         let [x, y, z] = v.map(Self::copy);
         Vec3 { x, y, z }
     }
 
-    /// The number after another rounding.
+    /// The number after one more rounding.
     pub(super) fn rounded(self) -> Self {
         let mut rounded = Self::copy(self.value);
         for (to, from) in rounded.shares.iter_mut().zip(self.shares) {
@@ -76,7 +77,8 @@ impl Worst {
 
     /// The product, without rounding.
     pub(super) fn times(&self, b: &Self) -> Self {
-        // To first order d(ab) = b da + a db; the product of two shares is of second order and left out.
+        // To first order, d(ab) = b da + a db. The product of two shares is of second order and is
+        // omitted.
         Self::combined(self.value * b.value, (self, b.value), (b, self.value))
     }
 
@@ -88,17 +90,17 @@ impl Worst {
     /// The quotient, without rounding.
     pub(super) fn over(&self, b: Self) -> Self {
         let q = self.value / b.value;
-        // To first order d(a/b) = da/b - (a/b) db/b.
+        // To first order, d(a/b) = da/b - (a/b) db/b.
         Self::combined(q, (self, 1.0 / b.value), (&b, -q / b.value))
     }
 
     /// The largest possible error.
     pub(super) fn most(&self) -> f64 {
-        // With all shares of the same sign; no sequence of roundings can be worse.
+        // Assume that all shares have the same sign; no sequence of roundings can be worse.
         self.shares.iter().map(|share| share.abs()).sum()
     }
 
-    /// `value`, with the shares of two numbers, each multiplied by a factor.
+    /// A number with the shares of two numbers, each multiplied by a factor.
     fn combined(value: f64, (a, times_a): (&Self, f64), (b, times_b): (&Self, f64)) -> Self {
         let mut all = Self::exact(value);
         for (to, (a, b)) in all.shares.iter_mut().zip(a.shares.iter().zip(&b.shares)) {
@@ -107,7 +109,7 @@ impl Worst {
         all
     }
 
-    /// Begins another case; `loaded` are the errors of the next numbers to be loaded.
+    /// Begins a new case. `loaded` contains the errors of the numbers that are loaded next.
     pub(super) fn begin(loaded: &[f64]) {
         USED.set(0);
         LOADED.with_borrow_mut(|next| {
@@ -174,7 +176,7 @@ impl Lanes for Worst {
         self.store(to);
     }
     fn mul_add(self, b: Self, c: Self) -> Self {
-        // Rounded twice, as on a CPU without fused operations, where the bounds must also hold.
+        // Round twice, as on a CPU without fused operations, where the bounds must hold as well.
         self * b + c
     }
     fn mul_error(self, _: Self, _: Self) -> Self {
@@ -190,7 +192,7 @@ impl Lanes for Worst {
         self.flip(self)
     }
     fn power(self) -> Self {
-        // A power of two is read from the exponent bits, so it has no error.
+        // The power of two is read from the exponent bits, so it has no error.
         Self::exact(self.value.log2().floor().exp2())
     }
     fn flip(self, of: Self) -> Self {
@@ -204,7 +206,8 @@ impl Lanes for Worst {
     }
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
-        // The derivative of the square root converts a share of its argument to one of the root.
+        // The derivative of the square root converts the shares of the argument to shares of the
+        // root.
         Self::combined(root, (&self, 0.5 / root), (&self, 0.0)).rounded()
     }
     fn lt(self, other: Self) -> bool {
@@ -218,7 +221,7 @@ impl Lanes for Worst {
     }
 }
 
-/// A level with such numbers; its f64 are ordinary.
+/// A SIMD level whose f32 lanes are such numbers. Its f64 lanes are ordinary.
 #[derive(Clone, Copy)]
 pub(super) struct Worsts;
 
@@ -235,7 +238,7 @@ impl Simd for Worsts {
     const LEVEL: Level = Level::PORTABLE;
 }
 
-/// No integers.
+/// A stand-in for integer lanes, which are not used here.
 #[derive(Clone, Copy)]
 pub(super) struct NoInts;
 
@@ -280,8 +283,8 @@ impl Ints for NoInts {
     }
 }
 
-/// A search for inputs that use most of a bound: numbers change a little or a lot, and a change that uses
-/// more is kept.
+/// A hill-climbing search for the inputs that come closest to a bound. It changes numbers by a
+/// little or a lot, and keeps every change that does not reduce the share.
 pub(super) struct Search(u64);
 
 impl Search {
@@ -289,10 +292,11 @@ impl Search {
         Self(seed)
     }
 
-    /// Between -1 and 1.
+    /// A random number between -1 and 1.
     pub(super) fn number(&mut self) -> f64 {
-        // A linear congruential generator with Knuth's constants for MMIX. Its low bits have short periods,
-        // so a xor and a multiplication mix in the high ones before the top 53 are used.
+        // This is a linear congruential generator with Knuth's constants for MMIX. Its low bits
+        // have short periods, so a xor and a multiplication mix in the high bits before the top 53
+        // are used.
         self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         let mixed = (self.0 ^ self.0 >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -303,7 +307,8 @@ impl Search {
         ((self.number() + 1.0) * 0.5 * n as f64) as usize % n
     }
 
-    /// The largest value of `share` in several climbs of several steps, each starting from different inputs.
+    /// The largest value of `share` in several climbs of several steps each. Every climb starts
+    /// from a different input.
     pub(super) fn most<const N: usize>(
         &mut self,
         [climbs, steps]: [usize; 2],
@@ -312,17 +317,20 @@ impl Search {
     ) -> f64 {
         let mut most = 0.0_f64;
         for _ in 0..climbs {
-            // Each climb starts from a different input, so that one local maximum does not end the search.
+            // Start each climb from a different input, so that one local maximum does not end the
+            // search.
             let mut best = start(self);
             let Some(mut used) = share(&best) else { continue };
             for _ in 0..steps {
                 let mut next = best;
-                // Step sizes between 1 and 1e-4: large ones leave a hill, small ones reach its top.
+                // Use step sizes between 1 and 1e-4: large steps leave a hill, and small steps
+                // reach its top.
                 let size = 10.0_f64.powf(-4.0 * (self.number() + 1.0) * 0.5);
                 for _ in 0..=self.below(3) {
                     let number = &mut next[self.below(N)];
                     *number += size * self.number();
-                    // A random step never reaches 0 exactly, where products vanish and bounds are tightest.
+                    // Occasionally set a number to exactly 0, which random steps never reach:
+                    // products vanish there, and bounds are tightest.
                     if self.below(8) == 0 {
                         *number = 0.0;
                     }

@@ -1,4 +1,4 @@
-//! One ray against a block of triangles, such as a leaf of a hierarchy.
+//! Tests one ray against a block of triangles, such as a leaf of a BVH.
 
 use super::determinants::Determinants;
 use super::edges::{Edges, cross, i64s, load, load_f32, splat, splat_f32, volume};
@@ -7,14 +7,14 @@ use super::{Crossing, IntWidth, Prepared, Ray, Triangle};
 use crate::simd::{Lane, Width, lanes_of};
 use crate::simd::{Lanes, Simd};
 
-/// N prepared triangles in lanes, 4 or 8, each with its index. Lanes beyond the given triangles are points,
-/// which nothing hits.
+/// N prepared triangles in lanes, 4 or 8, each with its index. Unused lanes contain points, which
+/// no ray hits.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Block, Grid, RayLanes};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
-/// /// The triangles of a block that a ray crosses, in a walk of one's own.
+/// /// Finds the triangles of a block that a ray crosses, for a custom traversal.
 /// struct Leaf<'a>(&'a Block<8>, &'a intertri::fixed::Ray);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<u32>;
@@ -45,9 +45,9 @@ pub struct Block<const N: usize> {
 }
 
 impl<const N: usize> Block<N> {
-    /// A block of the first N triangles, each with its index, or of fewer if there are fewer.
+    /// Creates a block from the first N triangles, each with its index. There may be fewer than N.
     pub fn new(triangles: impl IntoIterator<Item = (Triangle, u32)>) -> Self {
-        // Lanes without a triangle contain one that no ray crosses.
+        // Unused lanes contain a triangle that no ray crosses.
         let (mut prepared, mut indices) = ([Prepared::NONE; N], [u32::MAX; N]);
         for (lane, (triangle, index)) in triangles.into_iter().take(N).enumerate() {
             prepared[lane] = Prepared::new(&triangle);
@@ -66,15 +66,16 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// The indices of the triangles; [`u32::MAX`] for a lane without one.
+    /// The indices of the triangles; [`u32::MAX`] for unused lanes.
     pub fn indices(&self) -> &[u32; N] {
         &self.indices
     }
 
-    /// Every crossing of a ray with `t_min <= t < t_max`, each with the index of its triangle, lane by lane.
-    /// To be called in a loop at some level.
+    /// Calls `each` for every crossing of a ray with `t_min <= t < t_max`, lane by lane, with the
+    /// index of the triangle. Call this function in a loop that is compiled for an instruction
+    /// level.
     ///
-    /// With `FILTER`, f32 lanes are tested first; the answers are the same.
+    /// With `FILTER`, f32 lanes are tested first, which does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -106,7 +107,8 @@ impl<const N: usize> Block<N> {
 
         let at = Determinants::of(&edges);
         for lane in lanes_of(with | against) {
-            // Corners are stored in f32, where they are exact, and converted where integers are needed.
+            // Corners are stored in f32, where they are exact, and converted only where integers
+            // are needed.
             let (c1, o) = (integers(&self.c1, lane), i64s(ray.ray.origin()));
             let a = [c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]];
             let num = volume(a, integers(&self.h4, lane), integers(&self.h5, lane));
@@ -117,7 +119,7 @@ impl<const N: usize> Block<N> {
     }
 }
 
-/// The integers of a lane.
+/// The integer vector in a lane.
 #[inline(always)]
 fn integers<const N: usize>(of: &[[f32; N]; 3], lane: usize) -> [i64; 3] {
     [of[0][lane] as i64, of[1][lane] as i64, of[2][lane] as i64]
@@ -126,7 +128,7 @@ fn integers<const N: usize>(of: &[[f32; N]; 3], lane: usize) -> [i64; 3] {
 type F<S, const N: usize> = <Lane<N> as Width>::F<S>;
 type I<S, const N: usize> = <Lane<N> as IntWidth>::I<S>;
 
-/// A ray prepared for one block after another, at one instruction level.
+/// A ray prepared to be tested against many blocks, for one instruction level.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, RayLanes};
@@ -137,7 +139,7 @@ type I<S, const N: usize> = <Lane<N> as IntWidth>::I<S>;
 ///     type Output = ();
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) {
-///         // Once, and then block after block.
+///         // Prepare the ray once, then test block after block.
 ///         let lanes = RayLanes::<S, 8>::new(self.0);
 ///     }
 /// }
@@ -160,7 +162,7 @@ impl<S: Simd, const N: usize> RayLanes<S, N>
 where
     Lane<N>: IntWidth,
 {
-    /// The ray in all lanes.
+    /// Copies a ray to all lanes.
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         Self {

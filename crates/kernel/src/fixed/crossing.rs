@@ -1,4 +1,4 @@
-//! One crossing of a ray and a triangle, and the closest of many.
+//! A crossing of a ray and a triangle, and the closest of several crossings.
 
 use super::numbers::pow2;
 use super::quotient::{parts, quotient};
@@ -28,19 +28,19 @@ pub struct Crossing {
     pub v: u64,
     /// The weight of the third corner, times the denominator of t.
     pub w: u64,
-    /// Whether the ray runs with the normal `h4 ^ h5`, that is, out of a mesh whose corners run
-    /// counter-clockwise as seen from outside.
+    /// Whether the ray runs in the direction of the normal `h4 ^ h5`, that is, out of a mesh whose
+    /// corners run counter-clockwise as seen from outside.
     pub leaves: bool,
 }
 
 impl Crossing {
-    /// The crossing in f64, with `t` in multiples of the direction before snapping. All three numbers are
-    /// correctly rounded.
+    /// Converts the crossing to f64, with `t` in multiples of the direction before snapping. All
+    /// three numbers are correctly rounded.
     #[inline(always)]
     pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
         let Self { t, v, w, .. } = *self;
         let geometry = 0;
-        // The other numbers are always below that.
+        // The other numbers are always below this limit.
         if t.num < 1 << 62 {
             let den = parts(t.den);
             let over = |num: u64| quotient(parts(num), den);
@@ -54,7 +54,8 @@ impl Crossing {
     }
 }
 
-/// The closest crossing of one ray so far; if several have the same t, the lowest index wins.
+/// The closest crossing of a ray so far. If several crossings have the same t, the lowest index
+/// wins.
 ///
 /// ```
 /// use intertri::fixed::{Best, Bits, Grid, scalar};
@@ -74,12 +75,12 @@ impl Crossing {
 pub struct Best(Option<(Crossing, u32)>);
 
 impl Best {
-    /// The crossing and the index of its triangle.
+    /// The closest crossing and the index of its triangle.
     pub fn get(&self) -> Option<(Crossing, u32)> {
         self.0
     }
 
-    /// Offers a crossing. The order in which crossings are offered does not matter.
+    /// Offers a crossing. The order of the offers does not matter.
     #[inline(always)]
     pub fn offer(&mut self, crossing: Crossing, triangle: u32) {
         if self.0.is_none_or(|(best, index)| (crossing.t, triangle) < (best.t, index)) {
@@ -87,17 +88,18 @@ impl Best {
         }
     }
 
-    /// An upper bound on t in multiples of the snapped direction, infinity before the first crossing: boxes
-    /// of a hierarchy that begin behind it can be skipped.
+    /// An upper bound on t in multiples of the snapped direction; infinity before the first
+    /// crossing. You can skip BVH boxes that begin beyond it.
     pub fn t_hi(&self) -> f32 {
         self.0.map_or(f32::INFINITY, |(crossing, _)| {
-            // Three roundings of f64 are far smaller than one of f32, so two steps up are enough.
+            // Three f64 roundings are far smaller than one f32 rounding, so two steps up are
+            // enough.
             let Ratio { num, den } = crossing.t;
             ((num as f64 / den as f64) as f32).next_up().next_up()
         })
     }
 
-    /// The hit in f64.
+    /// The closest hit in f64.
     pub fn to_hit(&self, ray: &Ray) -> Option<Hit> {
         self.0.map(|(crossing, triangle)| crossing.to_hit(ray, triangle))
     }

@@ -1,4 +1,5 @@
-//! The determinants of a ray and a triangle as plain integers: where the ray crosses, exactly.
+//! The determinants of a ray and a triangle as plain integers. They define exactly where the ray
+//! crosses the triangle.
 
 use super::crossing::Crossing;
 use super::edges::{Edges, cross_i64, i64s, splat, volume};
@@ -8,7 +9,7 @@ use super::snapped::{Ray, Triangle};
 use crate::simd::{Ints, One};
 
 impl Crossing {
-    /// Whether and where a ray crosses one triangle: the lanes' test for a single pair.
+    /// Whether and where a ray crosses one triangle: the same test as in lanes, for a single pair.
     ///
     /// ```
     /// use intertri::fixed::{Bits, Crossing, Grid, scalar};
@@ -45,7 +46,7 @@ impl Determinants {
         Self::new(edges.u, edges.v, edges.w)
     }
 
-    /// The determinants of up to eight lanes.
+    /// Stores the determinants of up to eight lanes.
     #[inline(always)]
     pub(super) fn new<I: Ints>(u: I, v: I, w: I) -> Self {
         let mut at = Self { u: [0; 8], v: [0; 8], w: [0; 8] };
@@ -55,8 +56,8 @@ impl Determinants {
         at
     }
 
-    /// The crossing of a lane whose determinants have the same sign, if it is in front and within the ray's
-    /// interval.
+    /// The crossing in a lane whose determinants have the same sign, if it is in front of the
+    /// origin and within the ray's interval.
     #[inline(always)]
     pub(super) fn crossing(
         &self,
@@ -65,12 +66,12 @@ impl Determinants {
         leaves: bool,
         ray: &Ray,
     ) -> Option<Crossing> {
-        // T and D must have the same sign, or the crossing is behind the origin; T = 0 is a start in the
-        // plane.
+        // T and D must have the same sign; otherwise, the crossing is behind the origin. If T = 0,
+        // the ray starts in the plane.
         if num == 0 || (num > 0) != leaves {
             return None;
         }
-        // All three have the same sign or are 0, and not all are 0, because `num` is not.
+        // All three have the same sign or are 0. They are not all 0, because `num` is not.
         let u = self.u[lane].unsigned_abs();
         let v = self.v[lane].unsigned_abs();
         let w = self.w[lane].unsigned_abs();

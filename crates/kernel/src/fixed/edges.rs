@@ -1,7 +1,7 @@
-//! The three edge determinants in i64 lanes, and their signs with the tie rule.
+//! The three edge determinants in i64 lanes, and their signs according to the tie rule.
 //!
 //! ```text
-//!           C                A, B, C   the corners as seen from the origin
+//!           C                A, B, C   the corners relative to the origin
 //!          / \               h4 = B - A, h5 = C - A, n = h4 x h5, R = d x A
 //!      h5 /   \
 //!        /     \             V = d . (C x A) = -h5 . R
@@ -12,7 +12,7 @@
 use super::numbers::round;
 use crate::simd::{Ints, Lanes};
 
-/// N integer vectors.
+/// N integer vectors, one per lane.
 pub(super) type V3<I> = [I; 3];
 
 /// The determinants of N pairs of a ray and a triangle.
@@ -29,34 +29,37 @@ pub(super) struct Edges<I> {
 }
 
 impl<I: Ints> Edges<I> {
-    /// For N pairs, where `n` is `h4 x h5`. Every product fits: `2 b + q <= 58`.
+    /// Computes the determinants of N pairs, where `n` is `h4 x h5`. Every product fits:
+    /// `2 b + q <= 58`.
     #[inline(always)]
     pub(super) fn new(origin: V3<I>, d: V3<I>, [c1, h4, h5, n]: [V3<I>; 4]) -> Self {
-        // Narrow factors: a, h4 and h5 of b + 2 bits and a sign, d of q + 1.
+        // The narrow factors: a, h4, and h5 have b + 2 bits and a sign; d has q + 1.
         let a = sub(c1, origin);
         let r = cross(d, a);
         // r and n are wide.
         let v = I::splat(0) - I::dot(h5, r);
         let w = I::dot(h4, r);
-        // The sum of the three is d·n, so the third determinant needs no cross product.
+        // The three determinants sum to d·n, so the third needs no cross product.
         let u = I::dot(d, n) - v - w;
         Self { a, h4, h5, u, v, w }
     }
 
-    /// Among the given lanes, those in which the ray's line crosses with the normal, and those in which it
-    /// crosses against it. A lane whose origin is in the triangle's plane may be among them.
+    /// Among the given lanes, finds those in which the ray's line crosses in the direction of the
+    /// normal and those in which it crosses against it. The ray's origin may be in the triangle's
+    /// plane.
     #[inline(always)]
     pub(super) fn sides(&self, lanes: u32) -> (u32, u32) {
         let (nu, nv, nw) = (self.u.negative(), self.v.negative(), self.w.negative());
         let (zu, zv, zw) = (self.u.zero(), self.v.zero(), self.w.zero());
 
-        // It is rare that a zero matters, given the other signs.
+        // Given the other signs, a zero rarely matters.
         let open = !(nu | nv | nw) | ((nu | zu) & (nv | zv) & (nw | zw));
         if lanes & open & (zu | zv | zw) == 0 {
             return (lanes & !(nu | nv | nw), lanes & nu & nv & nw);
         }
 
-        // The direction moves by (e, e^2, e^3): the first nonzero component of B x C, C x A or A x B decides.
+        // The direction is moved by (e, e^2, e^3): the first nonzero component of B x C, C x A, or
+        // A x B decides.
         let (b, c) = (add(self.a, self.h4), add(self.a, self.h5));
         let nu = nu | zu & first_sign_negative(cross(b, c));
         let nv = nv | zv & first_sign_negative(cross(c, self.a));
@@ -71,13 +74,13 @@ pub(super) fn first_sign_negative<I: Ints>([x, y, z]: V3<I>) -> u32 {
     x.negative() | x.zero() & (y.negative() | y.zero() & z.negative())
 }
 
-/// `A . (h4 x h5)`, the numerator of t, for one pair: its `3 b + 5` bits may exceed i64.
+/// `A . (h4 x h5)`, the numerator of t, for one pair. Its `3 b + 5` bits may exceed i64.
 #[inline(always)]
 pub(super) fn volume(a: [i64; 3], h4: [i64; 3], h5: [i64; 3]) -> i128 {
     product(a, cross_i64(h4, h5))
 }
 
-/// `a . n`, which may exceed i64.
+/// The dot product `a . n`, which may exceed i64.
 #[inline(always)]
 pub(super) fn product(a: [i64; 3], n: [i64; 3]) -> i128 {
     i128::from(a[0]) * i128::from(n[0])
@@ -101,7 +104,7 @@ pub(super) fn sub<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// The cross product of vectors within i32.
+/// The cross product of vectors whose components fit in i32.
 #[inline(always)]
 pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
     [
@@ -111,7 +114,8 @@ pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
     ]
 }
 
-// Closures over registers are not always inlined, and then lose their level, so there is no `map` here.
+// There is no `map` here, because closures over registers are not always inlined and then lose the
+// instruction level.
 
 /// The same integer vector in every lane.
 #[inline(always)]
@@ -119,13 +123,13 @@ pub(super) fn splat<I: Ints>([x, y, z]: [i64; 3]) -> V3<I> {
     [I::splat(x), I::splat(y), I::splat(z)]
 }
 
-/// N integer vectors from f32 that are integers.
+/// Converts N vectors from f32 components that are integers.
 #[inline(always)]
 pub(super) fn load<I: Ints, const N: usize>([x, y, z]: &[[f32; N]; 3]) -> V3<I> {
     [I::load_f32(x), I::load_f32(y), I::load_f32(z)]
 }
 
-/// N f32 vectors.
+/// Loads N f32 vectors.
 #[inline(always)]
 pub(super) fn load_f32<F: Lanes<Scalar = f32>, const N: usize>([x, y, z]: &[[f32; N]; 3]) -> V3<F> {
     [F::load(x), F::load(y), F::load(z)]
@@ -137,20 +141,20 @@ pub(super) fn splat_f32<F: Lanes<Scalar = f32>>([x, y, z]: [f32; 3]) -> V3<F> {
     [F::splat(x), F::splat(y), F::splat(z)]
 }
 
-/// A grid vector as i64.
+/// Converts a grid vector to i64.
 #[inline(always)]
 pub(super) fn i64s([x, y, z]: [i32; 3]) -> [i64; 3] {
     [i64::from(x), i64::from(y), i64::from(z)]
 }
 
-/// A grid vector from f32 that are exact integers. Rounding costs less than the casts' handling of numbers
-/// that are too large.
+/// Converts f32 components that are exact integers to a grid vector. Rounding is cheaper than a
+/// cast, which has to handle numbers that are too large.
 #[inline(always)]
 pub(super) fn i32s([x, y, z]: [f32; 3]) -> [i32; 3] {
     [round(x.into()) as i32, round(y.into()) as i32, round(z.into()) as i32]
 }
 
-/// A grid vector as f32, exactly.
+/// Converts a grid vector to f32, exactly.
 #[inline(always)]
 pub(super) fn f32s([x, y, z]: [i32; 3]) -> [f32; 3] {
     [x as f32, y as f32, z as f32]

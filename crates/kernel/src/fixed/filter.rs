@@ -1,23 +1,23 @@
-//! The f32 filter: most lanes are misses, and f32 can prove it.
+//! The f32 filter: most lanes are misses, and f32 arithmetic can prove it.
 //!
-//! Integers up to 2^24 are exact in f32, and so are their differences here. Only the products are rounded;
-//! `docs/fixed-point.md` derives by how much, with or without fused operations. With `u = 2^-24` and the
-//! largest components a of A, h of both edges and s of d:
+//! Integers up to 2^24 are exact in f32, and so are the differences computed here. Only products
+//! are rounded; `docs/fixed-point.md` derives by how much, with or without fused operations. Let
+//! `u = 2^-24`, and let a, h, and s be the largest components of A, of both edges, and of d. Then:
 //!
 //! ```text
 //!   |V - exact|, |W - exact| <= 30.1 u s h a      |U - exact| <= u s h (84.3 a + 36.2 h)
 //! ```
 //!
-//! A lane with one certainly positive and one certainly negative value is a miss. No other lane is decided
-//! here.
+//! A lane with one certainly positive and one certainly negative value is a miss. The filter
+//! decides no other lane.
 
 use super::edges::{V3, splat_f32};
 use crate::simd::{Lanes, Mask};
 
 const U: f32 = f32::EPSILON / 2.0;
 
-/// The lanes that may be hits. `s` bounds the components of the directions, `h` those of the edges; `n` is
-/// `h4 x h5`, rounded to f32.
+/// Returns the lanes that may be hits. `s` bounds the components of the directions, `h` bounds
+/// those of the edges, and `n` is `h4 x h5`, rounded to f32.
 #[inline(always)]
 pub(super) fn maybe<F: Lanes<Scalar = f32>>(
     origin: V3<F>,
@@ -33,13 +33,13 @@ pub(super) fn maybe<F: Lanes<Scalar = f32>>(
     let u = dot(d, n) + minus_v - w;
     let longest = a[0].abs().max(a[1].abs()).max(a[2].abs());
 
-    // The constants are rounded up far enough to cover the rounding of this line.
+    // The constants are rounded up far enough to cover the rounding of this expression.
     let bound = s * h * longest.mul_add(F::splat(86.0 * U), h * F::splat(44.0 * U));
     opposite(u, -minus_v, w, bound)
 }
 
-/// [`maybe`] for rays that share their origin: from the cross products B x C, C x A and A x B,
-/// rounded to f32, and `bound >= 4.1 u s (|x| + |y| + |z|)` of each.
+/// [`maybe`] for rays that share an origin. Takes the cross products B x C, C x A, and A x B,
+/// rounded to f32. `bound` must be at least `4.1 u s (|x| + |y| + |z|)` for each of them.
 #[inline(always)]
 pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
     d: V3<F>,
@@ -52,7 +52,8 @@ pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
     opposite(u, v, w, bound)
 }
 
-/// The lanes that do not have two certainly opposite signs. If the bound is 0, the triangle is a point.
+/// Returns the lanes without two certainly opposite signs. If the bound is 0, the triangle is a
+/// point.
 #[inline(always)]
 fn opposite<F: Lanes<Scalar = f32>>(u: F, v: F, w: F, bound: F) -> u32 {
     let least = u.min(v).min(w);
@@ -60,7 +61,7 @@ fn opposite<F: Lanes<Scalar = f32>>(u: F, v: F, w: F, bound: F) -> u32 {
     (least.gt(-bound) | most.lt(bound)).bits()
 }
 
-/// The factor for `s (|x| + |y| + |z|)` that gives [`maybe_seen`] its bound, in f32.
+/// The bound for [`maybe_seen`] is this times `s (|x| + |y| + |z|)`, in f32.
 pub(super) const SEEN: f32 = 4.5 * U;
 
 #[inline(always)]

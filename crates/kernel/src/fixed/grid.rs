@@ -1,15 +1,15 @@
-//! The grid: converts f32 to integers, the only step of this mode that rounds.
+//! The grid converts f32 coordinates to integers. This is the only step of the mode that rounds.
 //!
 //! ```text
 //!   scene, f32                      grid, integers
 //!   p            ── * 2^scale, rounded, - centre ──►   -2^b ..= 2^b
-//!   dir          ── * 2^k of its own, rounded    ──►   2^(q-1) <= longest component < 2^q
+//!   dir          ── * its own 2^k, rounded       ──►   2^(q-1) <= longest component < 2^q
 //!   t            ◄── * 2^(k - scale)             ──    num / den
 //! ```
 //!
-//! Multiplying an f32 by a power of two is exact in f64, so each coordinate is rounded once, to the nearest
-//! integer, ties to even. A snapped point converted back to the scene is exact in f32, and snapping it again
-//! does not change it.
+//! Multiplying an f32 by a power of two is exact in f64, so each coordinate is rounded only once,
+//! to the nearest integer, ties to even. A snapped point converts back to the scene exactly, and
+//! snapping it again does not change it.
 
 use core::fmt;
 
@@ -19,8 +19,8 @@ use crate::{Triangle as Corners, TriangleOf};
 
 /// The number of bits of a grid's integers.
 ///
-/// Coordinates are in `-2^b ..= 2^b`, components of directions in `-2^q ..= 2^q`. The lanes compute in i64,
-/// which is sufficient for every intermediate value if `2 b + q <= 58`.
+/// Coordinates are in `-2^b ..= 2^b`, and components of directions are in `-2^q ..= 2^q`. The lanes
+/// compute in i64, which is sufficient for every intermediate value if `2 b + q <= 58`.
 ///
 /// ```
 /// use intertri::fixed::Bits;
@@ -44,7 +44,7 @@ impl Bits {
     /// Custom bits: `1 <= b <= 20`, `1 <= q <= 24`, `2 b + q <= 58`.
     ///
     /// # Errors
-    /// Fails if they are outside these budgets.
+    /// Fails if `b` or `q` is outside these limits.
     ///
     /// ```
     /// use intertri::fixed::Bits;
@@ -59,7 +59,7 @@ impl Bits {
         }
     }
 
-    /// The grid with `b` bits and the longest directions that these allow.
+    /// The grid with `b` bits per coordinate and the largest `q` that this allows.
     ///
     /// # Errors
     /// Fails if `b` is not in `1..=20`.
@@ -68,12 +68,12 @@ impl Bits {
         Self::new(b, q)
     }
 
-    /// The bits of a coordinate.
+    /// The number of bits of a coordinate.
     pub fn b(self) -> u32 {
         self.b
     }
 
-    /// The bits of a direction.
+    /// The number of bits of a direction.
     pub fn q(self) -> u32 {
         self.q
     }
@@ -85,7 +85,7 @@ impl Default for Bits {
     }
 }
 
-/// Why something does not fit a grid.
+/// The reason why an input does not fit a grid.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, GridError};
@@ -97,11 +97,11 @@ impl Default for Bits {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GridError {
-    /// Bits outside the budgets.
+    /// Numbers of bits outside the limits.
     Bits {
-        /// The bits of a coordinate.
+        /// The number of bits of a coordinate.
         b: u32,
-        /// The bits of a direction.
+        /// The number of bits of a direction.
         q: u32,
     },
     /// A scale or a centre outside the limits of a grid.
@@ -111,13 +111,13 @@ pub enum GridError {
         /// The grid's centre.
         centre: [i64; 3],
     },
-    /// A point with a NaN or an infinity.
+    /// A point with a NaN or infinite coordinate.
     NotFinite([f32; 3]),
     /// A point outside the grid.
     Outside([f32; 3]),
-    /// A direction that is zero or has a NaN or an infinity.
+    /// A direction that is zero or has a NaN or infinite component.
     Direction([f32; 3]),
-    /// Integers outside the grid's budgets.
+    /// Integers outside the grid's limits.
     Integers([i32; 3]),
 }
 
@@ -126,24 +126,21 @@ impl fmt::Display for GridError {
         match self {
             Self::Bits { b, q } => write!(
                 f,
-                "a grid of {b} bits with directions of {q}: choose 1 to 20 and 1 to 24 with 2 * grid + direction <= 58"
+                "invalid grid of {b} bits with directions of {q} bits: choose 1 to 20 and 1 to 24, with 2 * grid + direction <= 58"
             ),
             Self::Place { scale, centre } => write!(
                 f,
-                "a grid of scale 2^{scale} around {centre:?}: choose a scale of 2^-149 to 2^149 and a centre within 2^50"
+                "invalid grid of scale 2^{scale} around {centre:?}: choose a scale of 2^-149 to 2^149 and a centre within 2^50"
             ),
             Self::NotFinite(p) => {
-                write!(f, "the point {p:?} is not finite: leave it out before snapping")
+                write!(f, "the point {p:?} is not finite: remove it before snapping")
             }
             Self::Outside(p) => write!(
                 f,
-                "the point {p:?} lies outside the grid: make the grid around all points that it must hold"
+                "the point {p:?} is outside the grid: create the grid around all points you need"
             ),
             Self::Direction(d) => {
-                write!(
-                    f,
-                    "the direction {d:?} is zero or not finite: give one that points somewhere"
-                )
+                write!(f, "the direction {d:?} is zero or not finite")
             }
             Self::Integers(i) => {
                 write!(f, "the integers {i:?} are outside the grid's bits, or a direction is zero")
@@ -167,7 +164,7 @@ impl core::error::Error for GridError {}
 /// ```
 /// use intertri::fixed::{Bits, Grid};
 /// use intertri::{Ray, Triangle};
-/// // The same grid for every scene: sixteen steps to a unit.
+/// // The same grid for every scene: sixteen steps per unit.
 /// let grid = Grid::at(Bits::COARSE, 4, [0; 3])?;
 /// assert_eq!((grid.bits(), grid.scale(), grid.step()), (Bits::COARSE, 4, 1.0 / 16.0));
 /// assert_eq!(grid.unsnap(grid.snap([1.0, 2.01, -3.0])?), [1.0, 2.0, -3.0]);
@@ -184,12 +181,13 @@ pub struct Grid {
     centre: [i64; 3],
 }
 
-/// A point whose scaled coordinate exceeds this is not snapped, because f64 represents halves up to there.
+/// Points whose scaled coordinates exceed this are not snapped: f64 can represent halves only up to
+/// here.
 const FAR: f64 = (1_i64 << 51) as f64;
 
 impl Grid {
-    /// The finest grid that holds all of the points: the corners of a scene and the origins of the rays to
-    /// trace.
+    /// The finest grid that contains all of the points. Pass the corners of the scene and the
+    /// origins of the rays.
     ///
     /// # Errors
     /// Fails if a point is not finite.
@@ -208,7 +206,7 @@ impl Grid {
             }
         }
 
-        // Without points, or with only zeros, any scale works.
+        // Without points, or if all coordinates are zero, any scale works.
         let far = lo.iter().chain(&hi).fold(0.0, |far: f64, &x| {
             let x = f64::from(x).abs();
             if x > far { x } else { far }
@@ -217,9 +215,8 @@ impl Grid {
             return Ok(Self { bits, scale: 0, centre: [0; 3] });
         }
 
-        // From the finest scale at which far coordinates are below 2^50, down to the first at which the scene
-        // is not wider than the grid.
-        // `round` takes numbers up to 2^51; these stay below 2^50.
+        // Start at the finest scale at which all coordinates are below 2^50, because `round` takes
+        // numbers only up to 2^51. Then reduce the scale until the scene is no wider than the grid.
         let mut scale = (49 - exponent(far)).min(149);
         loop {
             let ends: [[i64; 2]; 3] = [0, 1, 2]
@@ -232,11 +229,11 @@ impl Grid {
         }
     }
 
-    /// A predefined grid, the same for every scene: a coordinate x becomes `x * 2^scale`, rounded, minus the
-    /// centre.
+    /// A predefined grid that is the same for every scene. A coordinate x becomes `x * 2^scale`,
+    /// rounded, minus the centre.
     ///
     /// # Errors
-    /// Fails if the scale is not in `-149..=149`, or the centre not in `-2^50..=2^50`.
+    /// Fails if the scale is not in `-149..=149` or if the centre is not in `-2^50..=2^50`.
     pub fn at(bits: Bits, scale: i32, centre: [i64; 3]) -> Result<Self, GridError> {
         if scale.unsigned_abs() <= 149 && centre.iter().all(|x| x.unsigned_abs() <= 1 << 50) {
             Ok(Self { bits, scale, centre })
@@ -245,18 +242,18 @@ impl Grid {
         }
     }
 
-    /// The bits of the integers.
+    /// The numbers of bits of the grid's integers.
     pub fn bits(&self) -> Bits {
         self.bits
     }
 
-    /// The exponent of the scale: a unit has two to this many grid steps.
+    /// The exponent of the scale: there are `2^scale` grid steps per unit.
     pub fn scale(&self) -> i32 {
         self.scale
     }
 
-    /// The distance between neighbouring grid points, in units of the scene. Snapping moves no coordinate
-    /// farther than half of it.
+    /// The distance between neighbouring grid points, in units of the scene. Snapping moves each
+    /// coordinate by at most half of this.
     pub fn step(&self) -> f64 {
         pow2(-self.scale)
     }
@@ -264,14 +261,15 @@ impl Grid {
     /// The grid point nearest to a point of the scene.
     ///
     /// # Errors
-    /// Fails if the point is not finite, or outside the grid.
+    /// Fails if the point is not finite or is outside the grid.
     #[inline]
     pub fn snap(&self, p: [f32; 3]) -> Result<[i32; 3], GridError> {
         let (mut snapped, mut inside) = ([0; 3], true);
         for axis in 0..3 {
             let x = f64::from(p[axis]) * pow2(self.scale);
             let on_grid = round(x).wrapping_sub(self.centre[axis]);
-            // Test both limits without a branch. Which one was exceeded is only determined for the error.
+            // Check both limits without a branch. Only the error needs to know which one was
+            // exceeded.
             inside &= (x.abs() <= FAR) & (on_grid.unsigned_abs() <= 1 << self.bits.b);
             snapped[axis] = on_grid as i32;
         }
@@ -284,30 +282,31 @@ impl Grid {
         }
     }
 
-    /// The position of a grid point in the scene, exactly.
+    /// The exact position of a grid point in the scene.
     pub fn unsnap(&self, i: [i32; 3]) -> [f64; 3] {
         [0, 1, 2].map(|axis| (i64::from(i[axis]) + self.centre[axis]) as f64 * self.step())
     }
 
-    /// How far snapping moves a point, along the axis where it moves most, in units of the scene.
+    /// The distance by which snapping moves a point, along the axis on which it moves farthest, in
+    /// units of the scene.
     ///
     /// # Errors
-    /// Those of [`Grid::snap`].
+    /// The same errors as [`Grid::snap`].
     pub fn moved(&self, p: [f32; 3]) -> Result<f64, GridError> {
         let to = self.unsnap(self.snap(p)?);
         let moved = [0, 1, 2].map(|axis| (to[axis] - f64::from(p[axis])).abs());
         Ok(moved.into_iter().fold(0.0, |far, x| if x > far { x } else { far }))
     }
 
-    /// A triangle with its corners snapped. It may lose its area; nothing hits it then.
+    /// Snaps the corners of a triangle. If the triangle loses its area, nothing hits it.
     ///
     /// # Errors
-    /// Those of [`Grid::snap`].
+    /// The same errors as [`Grid::snap`].
     pub fn triangle(&self, &TriangleOf([c1, c2, c3]): &Corners) -> Result<Triangle, GridError> {
         Ok(Triangle([self.snap(c1)?, self.snap(c2)?, self.snap(c3)?]))
     }
 
-    /// A triangle from integers.
+    /// Creates a triangle from integers.
     ///
     /// # Errors
     /// Fails if a coordinate is outside `-2^b ..= 2^b`.
@@ -318,7 +317,8 @@ impl Grid {
         }
     }
 
-    /// A ray from integers, with the whole half-line `0 < t` and `t` in multiples of the direction.
+    /// Creates a ray from integers, with the interval `0 < t` and `t` in multiples of the
+    /// direction.
     ///
     /// # Errors
     /// Fails if a coordinate is outside `-2^b ..= 2^b`, a component of the direction is outside

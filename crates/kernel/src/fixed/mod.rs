@@ -1,22 +1,23 @@
-//! The mode `fixed`: exact on a grid of integers, watertight, and every crossing counted once.
+//! The mode `fixed`: exact on an integer grid, watertight, and with every crossing counted once.
 //!
-//! Corners and origins are snapped to integers by a power of two, and directions to integers with their own
-//! scale; that is the only rounding. The rest is integer arithmetic within proven budgets, so the answers
-//! have the same bits on every CPU. `docs/fixed-point.md` has the proofs.
+//! Corners and origins are scaled by a power of two and snapped to integers. Directions are snapped
+//! to integers at a scale of their own. Nothing else is rounded: the rest is integer arithmetic
+//! within proven bit budgets, so the results have the same bits on every CPU. `docs/fixed-point.md`
+//! has the proofs.
 //!
-//! A ray that meets an edge or a corner exactly is decided as if its direction were moved by (e, e^2, e^3)
-//! with an arbitrarily small e. So it crosses a closed mesh like a ray in general position: never through an
-//! edge, never through a corner, each surface once. A crossing has `t > 0`: a ray that starts on a surface
-//! does not cross it there.
+//! A ray that meets an edge or a corner exactly is decided as if its direction were moved by
+//! `(e, e^2, e^3)`, with an arbitrarily small e. It therefore crosses a closed mesh like a ray in
+//! general position: never through an edge or a corner, and every surface once. A crossing has
+//! `t > 0`, so a ray that starts on a surface does not cross it there.
 //!
 //! ```text
-//!   f32 ── Grid ──► Ray, Triangle ──► Block, Packet, SeenTriangle ──► Crossing ──► Best ──► Hit, f64
-//!          rounds     i32               f32 filter, i64        t = num / den         rounds
+//!   f32 ─ Grid ──► Ray, Triangle ──► Block, Packet, SeenTriangle ──► Crossing ──► Best ──► Hit, f64
+//!         rounds     i32               f32 filter, i64        t = num / den         rounds
 //! ```
 //!
-//! Rays and triangles that meet must come from one grid. To use this in a hierarchy of your own, build it
-//! over [`Triangle::to_f32`], traverse it with [`Ray::to_f32`] and [`Best::t_hi`], and test leaves with
-//! [`Block::crossings_in`].
+//! Rays and triangles that you test against each other must come from the same grid. To use this
+//! mode in your own BVH, build it over [`Triangle::to_f32`], traverse it with [`Ray::to_f32`] and
+//! [`Best::t_hi`], and test its leaves with [`Block::crossings_in`].
 
 mod block;
 mod crossing;
@@ -45,12 +46,12 @@ pub use queries::{Fixed, blocks};
 pub use ratio::Ratio;
 pub use snapped::{Ray, Triangle};
 
-/// The widths that also have integer lanes: `Lane<4>` and `Lane<8>`.
+/// The widths that have integer lanes as well: `Lane<4>` and `Lane<8>`.
 ///
 /// ```
 /// use intertri::fixed::{IntWidth, Packet, Prepared};
 /// use intertri::simd::{Lane, Simd};
-/// // Generic over the number of lanes.
+/// // This function is generic over the number of lanes.
 /// #[inline(always)]
 /// fn crossed<S: Simd, const N: usize>(rays: &Packet<N>, triangle: &Prepared) -> usize
 /// where
@@ -62,7 +63,7 @@ pub use snapped::{Ray, Triangle};
 /// }
 /// ```
 pub trait IntWidth: Width {
-    /// Lanes of i64.
+    /// Lanes of i64 integers.
     type I<S: Simd>: Ints;
 }
 

@@ -1,4 +1,4 @@
-//! Packets of rays against one triangle, with any origins or with a shared one.
+//! Tests packets of rays, with or without a common origin, against one triangle.
 
 use super::determinants::Determinants;
 use super::edges::{Edges, cross_i64, i64s, load, load_f32, product, splat, splat_f32, volume};
@@ -8,13 +8,13 @@ use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
 use crate::simd::{Ints, Lanes, Simd};
 use crate::simd::{Lane, Width, lanes_of};
 
-/// N rays in lanes, 4 or 8. Lanes beyond the given rays are dead: no result includes them.
+/// N rays in lanes, 4 or 8. Unused lanes are dead: no result includes them.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, Prepared};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
-/// /// The rays of a packet that cross a triangle, in a walk of one's own.
+/// /// Finds the rays of a packet that cross a triangle, for a custom traversal.
 /// struct Leaf<'a>(&'a Packet<8>, &'a Prepared);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<usize>;
@@ -39,14 +39,14 @@ use crate::simd::{Lane, Width, lanes_of};
 pub struct Packet<const N: usize> {
     origin: [[f32; N]; 3],
     dir: [[f32; N]; 3],
-    /// The longest component of all directions.
+    /// The longest component of all directions in the packet.
     longest: f32,
     live: u32,
     rays: [Ray; N],
 }
 
 impl<const N: usize> Packet<N> {
-    /// A packet of the first N rays of a slice, or of fewer if it is shorter.
+    /// Creates a packet from the first N rays of a slice, which may contain fewer.
     pub fn new(rays: &[Ray]) -> Self {
         let live = rays.len().min(N);
         let none = Ray::new([0; 3], [0; 3]);
@@ -68,18 +68,19 @@ impl<const N: usize> Packet<N> {
         packet
     }
 
-    /// Bit i is set if lane i is a given ray.
+    /// Bit i is set if lane i contains a ray.
     pub fn live(&self) -> u32 {
         self.live
     }
 
-    /// The rays by lane.
+    /// The rays, by lane.
     pub fn rays(&self) -> &[Ray; N] {
         &self.rays
     }
 
-    /// The crossings of the `live` rays with a triangle, each with its lane. To be called in a loop at some
-    /// level. With `FILTER`, f32 lanes are tested first; the answers are the same.
+    /// Calls `each` for every crossing of a `live` ray with a triangle, with the ray's lane. Call
+    /// this function in a loop that is compiled for an instruction level. With `FILTER`, f32 lanes
+    /// are tested first, which does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -108,7 +109,7 @@ impl<const N: usize> Packet<N> {
         let (origin, dir) = (load(&self.origin), load(&self.dir));
         let triangle = [splat(c1), splat(h4), splat(h5), splat(cross_i64(h4, h5))];
         let edges = Edges::<I<S, N>>::new(origin, dir, triangle);
-        // At a crossing all three determinants have the same sign, which is the side.
+        // At a crossing, all three determinants have the same sign, which determines the side.
         let (with, against) = edges.sides(lanes);
         if with | against == 0 {
             return;
@@ -117,7 +118,7 @@ impl<const N: usize> Packet<N> {
         for lane in lanes_of(with | against) {
             let ray = &self.rays[lane];
             let o = i64s(ray.origin());
-            // The numerator of t takes i128; it is the only number that does not fit i64.
+            // The numerator of t needs i128; it is the only number that does not fit in i64.
             let num = volume([c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]], h4, h5);
             if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, ray) {
                 each(lane, crossing);
@@ -126,15 +127,15 @@ impl<const N: usize> Packet<N> {
     }
 }
 
-/// A triangle relative to one origin: the values for rays that share it, computed once.
+/// A triangle relative to an origin, with the values that rays from that origin share.
 ///
-/// Document D's idea: only the products with the direction are left for each test.
+/// This is the idea of document D: each test needs only the products with the direction.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
-/// /// The rays of a packet that cross a triangle, all from the origin from which it is seen.
+/// /// Finds the rays of a packet that cross a triangle; all start at the triangle's origin.
 /// struct Leaf<'a>(&'a Packet<8>, &'a SeenTriangle);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<usize>;
@@ -159,13 +160,14 @@ pub struct SeenTriangle {
     origin: [i32; 3],
     sides: Sides,
     normals_f32: [[f32; 3]; 3],
-    /// The sign that each determinant has if it is 0: 1 or -1.
+    /// The sign that is used for each determinant if it is 0: 1 or -1.
     ties: [i64; 3],
-    /// The largest `|x| + |y| + |z|` of the normals, times the filter's factor.
+    /// The largest 1-norm of a normal, times the filter's factor.
     bound: f32,
 }
 
-/// The integers of a triangle relative to one origin, to compute where rays that are known to hit it do so.
+/// The integers of a triangle relative to an origin. They determine where rays from that origin
+/// cross the triangle. The rays must be known to cross it.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Sides};
@@ -178,13 +180,13 @@ pub struct SeenTriangle {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Sides {
-    /// B x C, C x A and A x B.
+    /// B x C, C x A, and A x B.
     normals: [[i64; 3]; 3],
     num: i128,
 }
 
 impl Sides {
-    /// The triangle relative to an origin.
+    /// Computes a triangle relative to an origin.
     #[inline(always)]
     pub fn new(&Triangle([c1, c2, c3]): &Triangle, origin: [i32; 3]) -> Self {
         let a = i64s(minus(c1, origin));
@@ -194,7 +196,8 @@ impl Sides {
         Self { normals, num: product(a, normals[0]) }
     }
 
-    /// Where a ray from that origin, which is known to cross the triangle, crosses it.
+    /// Computes where a ray from that origin crosses the triangle. The ray must be known to cross
+    /// it.
     #[inline(always)]
     pub fn crossing(&self, ray: &Ray) -> Crossing {
         let [x, y, z] = i64s(ray.dir());
@@ -206,8 +209,8 @@ impl Sides {
 }
 
 impl SeenTriangle {
-    /// The triangle relative to an origin. `None` if the origin is in its plane, or the triangle has no area:
-    /// then no ray from there crosses it.
+    /// Computes a triangle relative to an origin. Returns `None` if the origin is in the triangle's
+    /// plane or if the triangle has no area, because no ray from there crosses it.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
         let sides = Sides::new(triangle, origin);
@@ -215,8 +218,8 @@ impl SeenTriangle {
         if num == 0 {
             return None;
         }
-        // If num is not 0, no normal is. Arrays compare by the first component that differs: this is the sign
-        // that a direction moved by (e, e², e³) gives.
+        // If num is not 0, no normal is 0. Arrays compare by the first component that differs, so
+        // this is the sign that results from moving the direction by (e, e², e³).
         let ties = normals.map(|n| if n < [0; 3] { -1 } else { 1 });
         let normals_f32 = normals.map(|n| n.map(|x| x as f32));
         let norm = |n: &[f32; 3]| n[0].abs() + n[1].abs() + n[2].abs();
@@ -224,9 +227,10 @@ impl SeenTriangle {
         Some(Self { origin, sides, normals_f32, ties, bound })
     }
 
-    /// The crossings of the `live` rays with the triangle, each with its lane. All of them must start at the
-    /// origin that it is relative to. To be called in a loop at some level. With `FILTER`, f32 lanes are
-    /// tested first; the answers are the same.
+    /// Calls `each` for every crossing of a `live` ray with the triangle, with the ray's lane. All
+    /// live rays must start at the triangle's origin. Call this function in a loop that is compiled
+    /// for an instruction level. With `FILTER`, f32 lanes are tested first, which does not change
+    /// the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool, const N: usize>(
         &self,
@@ -239,7 +243,8 @@ impl SeenTriangle {
         debug_assert!(lanes_of(live).all(|lane| packet.rays[lane].origin() == self.origin));
         let mut lanes = live;
         if FILTER {
-            // The triangle's part of the bound is precomputed; the packet's is its longest component.
+            // The triangle's part of the bound is precomputed. The packet's part is its longest
+            // component.
             let bound = <F<S, N>>::splat(self.bound * packet.longest);
             lanes &= maybe_seen(load_f32(&packet.dir), &self.normals_f32, bound);
             if lanes == 0 {
@@ -247,7 +252,7 @@ impl SeenTriangle {
             }
         }
 
-        // Twice the determinant plus the tie's sign: never 0, and with the right sign.
+        // Twice the determinant plus the tie's sign is never 0 and has the right sign.
         let Sides { normals, num } = &self.sides;
         let d = load::<I<S, N>, N>(&packet.dir);
         let u = Ints::dot(d, splat(normals[0]));
@@ -270,7 +275,7 @@ impl SeenTriangle {
     }
 }
 
-/// Converts f32 that are exact integers.
+/// Converts f32 components that are exact integers.
 #[inline(always)]
 fn whole([x, y, z]: [f32; 3]) -> [i64; 3] {
     [x as i64, y as i64, z as i64]

@@ -1,10 +1,10 @@
-//! A triangle's constants, computed once.
+//! The constants of a triangle, computed once.
 
 use super::Triangle;
 use super::edges::{cross_i64, f32s, i64s};
 
-/// A triangle prepared for packets and blocks. The integers are stored as f32, where they are exact: the
-/// filter reads them directly, and the integer lanes convert them.
+/// A triangle prepared for packets and blocks. Its integers are stored as f32, in which they are
+/// exact: the filter reads them directly, and the integer lanes convert them.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Prepared};
@@ -16,22 +16,22 @@ use super::edges::{cross_i64, f32s, i64s};
 pub struct Prepared {
     /// The first corner.
     pub(super) c1: [f32; 3],
-    /// The edge from it to the second.
+    /// The edge from the first to the second corner.
     pub(super) h4: [f32; 3],
-    /// The edge from it to the third.
+    /// The edge from the first to the third corner.
     pub(super) h5: [f32; 3],
-    /// `h4 x h5`, rounded; only used by the filter.
+    /// `h4 x h5`, rounded. Used only by the filter.
     pub(super) n: [f32; 3],
-    /// The longest component of both edges.
+    /// The longest component of the two edges.
     pub(super) longest: f32,
 }
 
 impl Prepared {
-    /// The contents of a lane without a triangle: a point, which nothing hits.
+    /// The contents of an unused lane: a point, which no ray hits.
     pub(super) const NONE: Self =
         Self { c1: [0.0; 3], h4: [0.0; 3], h5: [0.0; 3], n: [0.0; 3], longest: 0.0 };
 
-    /// A prepared triangle.
+    /// Computes the constants of a triangle.
     #[inline]
     pub fn new(&Triangle([c1, c2, c3]): &Triangle) -> Self {
         let (h4, h5) = (minus(c2, c1), minus(c3, c1));
@@ -51,7 +51,7 @@ pub(super) fn minus(a: [i32; 3], b: [i32; 3]) -> [i32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// The longest component.
+/// The largest magnitude of a component.
 #[inline(always)]
 pub(super) fn longest(v: [i32; 3]) -> i32 {
     v[0].abs().max(v[1].abs()).max(v[2].abs())

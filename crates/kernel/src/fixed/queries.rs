@@ -9,17 +9,17 @@ use super::{
 use crate::simd::{Level, Simd, WithSimd};
 use crate::{Crossings, Hit};
 
-/// The mode `fixed`, at some instruction level. The answers are the same at every level.
+/// The mode `fixed`, at a given instruction level. All levels return the same results.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
-/// // A tetrahedron of integers, its corners counter-clockwise as seen from outside.
+/// // An integer tetrahedron with corners counter-clockwise as seen from outside.
 /// let [o, x, y, z] = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]];
 /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|f| grid.triangle_of(f));
 /// let solid: Vec<_> = blocks(&faces.into_iter().collect::<Result<Vec<_>, _>>()?).collect();
 ///
-/// // From inside, out through the face across.
+/// // From inside, the ray leaves through the opposite face.
 /// let fixed = Fixed::default();
 /// let ray = grid.ray_of([1, 1, 1], [1, 1, 1])?;
 /// let count = fixed.crossings(&solid, &ray);
@@ -33,7 +33,7 @@ use crate::{Crossings, Hit};
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
 /// use intertri::{Hit, simd::Level};
-/// // The closest of many rays, at the portable level: it changes no answer.
+/// // The closest hits of many rays at the portable level, which returns the same results.
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let plain = Fixed::at(Level::PORTABLE);
 /// assert_eq!(plain.level(), Level::PORTABLE);
@@ -42,7 +42,7 @@ use crate::{Crossings, Hit};
 /// let mut hits = [Hit::MISS; 2];
 /// plain.closest_batch(&walls, &rays, &mut hits);
 /// assert_eq!(hits.map(|hit| hit.triangle), [1, Hit::NO_TRIANGLE]);
-/// // A sheet winds around nothing; see above for what does.
+/// // An open sheet winds around nothing. See the example above for a closed mesh.
 /// assert_eq!(plain.winding(&blocks(&walls).collect::<Vec<_>>(), &grid, [1.0, 1.0, 9.0])?, 0);
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
@@ -57,7 +57,8 @@ impl Default for Fixed {
     }
 }
 
-/// Snapped triangles in blocks of eight, for the queries; a triangle's index is its position in the slice.
+/// Splits snapped triangles into blocks of eight for the queries. A triangle's index is its
+/// position in the slice.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
@@ -80,17 +81,18 @@ pub fn blocks(triangles: &[Triangle]) -> impl Iterator<Item = Block<8>> {
 }
 
 impl Fixed {
-    /// The mode at a given level.
+    /// The mode at a given instruction level.
     pub fn at(level: Level) -> Self {
         Self { level }
     }
 
-    /// The instruction level to run on.
+    /// The instruction level on which queries run.
     pub fn level(&self) -> Level {
         self.level
     }
 
-    /// The closest hit; if several have the same t, compared as exact ratios, the lowest index wins.
+    /// The closest hit. If several hits have the same t, compared as exact ratios, the lowest index
+    /// wins.
     pub fn closest(&self, blocks: &[Block<8>], ray: &Ray) -> Option<Hit> {
         let mut best = Best::default();
         self.each(blocks, ray, |crossing, index| {
@@ -100,7 +102,7 @@ impl Fixed {
         best.to_hit(ray)
     }
 
-    /// Whether anything is hit.
+    /// Whether the ray hits anything.
     pub fn any(&self, blocks: &[Block<8>], ray: &Ray) -> bool {
         let mut any = false;
         self.each(blocks, ray, |_, _| {
@@ -110,7 +112,7 @@ impl Fixed {
         any
     }
 
-    /// Every hit, in order of the exact t; if several have the same t, in order of the index.
+    /// Every hit, sorted by the exact t and, for equal t, by the index.
     pub fn all(&self, blocks: &[Block<8>], ray: &Ray) -> Vec<Hit> {
         let mut crossings = Vec::new();
         self.each(blocks, ray, |crossing, index| {
@@ -121,7 +123,7 @@ impl Fixed {
         crossings.iter().map(|(crossing, index)| crossing.to_hit(ray, *index)).collect()
     }
 
-    /// How often the ray crosses, with each shared edge or corner counted once.
+    /// Counts the crossings of a ray. A crossing at a shared edge or corner counts once.
     pub fn crossings(&self, blocks: &[Block<8>], ray: &Ray) -> Crossings {
         let mut count = Crossings::default();
         self.each(blocks, ray, |crossing, _| {
@@ -131,9 +133,10 @@ impl Fixed {
         count
     }
 
-    /// How often a closed mesh winds around a point, as seen from outside, from the signed crossings of a
-    /// ray: 1 inside and 0 outside a mesh whose corners run counter-clockwise; -1 inside one that is inside
-    /// out. For a point on the surface, the answer is that of a neighbouring point.
+    /// The winding number of a closed mesh around a point, from the signed crossings of a ray. If
+    /// corners run counter-clockwise as seen from outside, it is 1 inside and 0 outside; for a mesh
+    /// that is inside out, it is -1 inside. A point on the surface has the winding number of a
+    /// neighbouring point.
     ///
     /// # Errors
     /// Fails if the point is not on the grid.
@@ -147,7 +150,7 @@ impl Fixed {
         Ok(self.crossings(blocks, &ray).signed)
     }
 
-    /// Whether a closed mesh contains a point: whether it winds around it.
+    /// Whether a closed mesh contains a point, that is, whether the winding number is not 0.
     ///
     /// # Errors
     /// Fails if the point is not on the grid.
@@ -160,8 +163,8 @@ impl Fixed {
         Ok(self.winding(blocks, grid, point)? != 0)
     }
 
-    /// [`Fixed::closest`] for many rays, eight at a time: `hits[i]` becomes the answer to `rays[i]`.
-    /// Consecutive rays that share their origin share its work.
+    /// [`Fixed::closest`] for many rays, eight at a time: `hits[i]` becomes the hit of `rays[i]`.
+    /// Consecutive rays with the same origin share the work that depends on it.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -170,7 +173,7 @@ impl Fixed {
         self.level.run(ClosestBatch { triangles, rays, hits });
     }
 
-    /// Every crossing, until `go_on` returns false.
+    /// Calls `go_on` for every crossing, until it returns false.
     fn each(self, blocks: &[Block<8>], ray: &Ray, go_on: impl FnMut(Crossing, u32) -> bool) {
         self.level.run(Each { blocks, ray, go_on });
     }
@@ -191,7 +194,8 @@ impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
         let mut more = true;
         for block in self.blocks {
             block.crossings_in::<S, true>(&ray, |crossing, index| {
-                // A block reports all of its crossings; those after the one that ends the query are dropped.
+                // A block reports all of its crossings. Drop those that follow the one that ended
+                // the query.
                 more = more && (self.go_on)(crossing, index);
             });
             if !more {
@@ -222,8 +226,8 @@ impl WithSimd for ClosestBatch<'_> {
             let packets = &packets[..rays.len().div_ceil(8)];
             let mut bests = [[Best::default(); 8]; PACKETS];
 
-            // Rays from one origin need only the products with their directions: the values that depend on
-            // the origin are computed once for all eight packets.
+            // If all rays have the same origin, compute the values that depend on it once for all
+            // eight packets. Each ray then needs only the products with its direction.
             let origin = rays[0].origin();
             let shared = rays.iter().all(|ray| ray.origin() == origin);
             for (index, triangle) in (0..).zip(self.triangles) {

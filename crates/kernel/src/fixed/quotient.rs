@@ -1,50 +1,50 @@
-//! The quotient of two integers in f64, correctly rounded, though the integers may not be exact in f64.
+//! The correctly rounded f64 quotient of two integers, which may be inexact in f64.
 //!
 //! ```text
-//!   q ≈ num / den     p = q den ──► what p lacks of num, and that over den ──► q + lacks
-//!                                                                               │
-//!                        ...●─────────────┼─────────────●───────────            ▼
-//!                           f64         half           f64      not too near a half?
+//!   q ≈ num / den     p = q den ──► rest = (num - p) / den ──► q + rest
+//!                                                                │
+//!                        ...●─────────────┼─────────────●─────── ▼
+//!                           f64         half           f64    not too near the halfway point?
 //! ```
 //!
 //! `docs/fixed-point.md` has the derivation.
 
 use crate::simd::Lanes;
 
-/// A number in two parts: the nearest f64, and the remainder.
+/// A number in two parts: the nearest f64 and the remainder.
 pub(super) type Parts<F> = [F; 2];
 
-/// The sum of two numbers in two parts, exactly, if the larger is a multiple of the smaller's last unit, as
-/// integers are.
+/// The exact sum of two numbers, in two parts. The larger number must be a multiple of the smaller
+/// number's last unit, which always holds for integers.
 #[inline(always)]
 pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
     let sum = high + low;
     [sum, (high - sum) + low]
 }
 
-/// `num / den`, rounded to the nearest f64, ties to even, and where that is certain: everywhere except at
-/// ties. For integers below `2^67`.
+/// Returns `num / den`, rounded to the nearest f64, ties to even, and the lanes in which that is
+/// certain: all except ties. The integers must be below `2^67`.
 #[inline(always)]
 pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> (F, F::Mask) {
-    // With an error of four roundings.
+    // The estimate q has an error of four roundings.
     let inverse = F::splat(1.0) / den[0];
     let q = num[0] * inverse;
 
-    // The remainder num - q den, which cancels, divided by den.
+    // The remainder num - q den, in which the leading digits cancel, divided by den.
     let p = q * den[0];
     let lacks = ((num[0] - p) - q.mul_error(den[0], p)) + (num[1] - q * den[1]);
     let [q, rest] = sum(q, lacks * inverse);
 
-    // Rounding preserves order: if both ends of the error interval round to the same number, so does the
-    // quotient.
+    // Rounding preserves order: if both ends of the error interval round to the same number, so
+    // does the quotient.
     let doubt = q.abs() * F::splat(DOUBT);
     (q, (q + (rest + doubt)).le(q) & (q + (rest - doubt)).ge(q))
 }
 
-/// `2^-96`: the relative error of the quotient in two parts is less than `2^-100`.
+/// `2^-96`, a safe bound: the relative error of the quotient in two parts is less than `2^-100`.
 const DOUBT: f64 = 1.0 / (1_u128 << 96) as f64;
 
-/// A number below `2^62` in two parts.
+/// Splits a number below `2^62` into two parts.
 #[inline(always)]
 pub(super) fn parts(x: u64) -> Parts<f64> {
     debug_assert!(x < 1 << 62);
@@ -58,7 +58,7 @@ mod tests {
     use crate::fixed::Ratio;
     use crate::simd::{Level, Mask, Simd, WithSimd};
 
-    /// Four quotients, computed at a level.
+    /// Computes four quotients at an instruction level.
     struct Quotients([Ratio; 4]);
     impl WithSimd for Quotients {
         type Output = ([f64; 4], u32);
@@ -78,7 +78,8 @@ mod tests {
         }
     }
 
-    /// Quotients of any magnitude, exact ones, ties between two f64, and their neighbours.
+    /// Tests quotients of any magnitude, exact ones, ties between two f64, and the neighbours of
+    /// these.
     #[test]
     fn a_sure_quotient_is_the_nearest() {
         let mut state = 1_u64;
@@ -90,7 +91,7 @@ mod tests {
         let (mut unsure, mut all) = (0, 0);
         for i in 0..100_000_u32 {
             let den = random(1 + i % 62).max(1);
-            // A quotient of 54 bits ends in half a unit; one of 53 bits or fewer is exact.
+            // A 54-bit quotient ends in half a unit; a quotient of 53 bits or fewer is exact.
             let bits = 1 + i / 62 % 54;
             let near = (u128::from(random(bits)) * u128::from(den)).min(1 << 64);
             let num = u128::from(random(1 + i % 64)) << (i & 1);
@@ -103,7 +104,8 @@ mod tests {
                     if sure >> lane & 1 != 0 {
                         assert_eq!(nearest[lane], exact, "{ratio:?} {level:?}");
                     } else {
-                        // Only if the ratio is halfway, as far as can be determined.
+                        // Only a ratio that is halfway, as far as the bound can determine, may be
+                        // uncertain.
                         unsure += u32::from(level == Level::PORTABLE);
                     }
                     all += u32::from(level == Level::PORTABLE);

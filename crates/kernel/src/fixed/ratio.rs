@@ -1,4 +1,4 @@
-//! t as an exact ratio of integers, and its comparisons.
+//! t as an exact ratio of integers, with comparisons.
 
 use core::cmp::Ordering;
 
@@ -7,8 +7,8 @@ use super::quotient::{parts, quotient};
 
 /// A positive t in multiples of the snapped direction: `num / den`, exact, not reduced.
 ///
-/// Within the budgets `num <= 2^64` and `den < 2^62`, so the product of one's numerator and the other's
-/// denominator fits 128 bits.
+/// Within the bit budgets, `num <= 2^64` and `den < 2^62`, so the product of one ratio's numerator
+/// and another's denominator fits in 128 bits.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, scalar};
@@ -18,7 +18,7 @@ use super::quotient::{parts, quotient};
 /// let t = scalar::crossing(&grid.ray_of([1, 1, 0], [0, 0, 3])?, &wall).unwrap().t;
 /// assert_eq!(3 * t.num(), t.den().into());
 /// assert_eq!(t.to_f64(0), 1.0 / 3.0);
-/// // No f32 is a third.
+/// // No f32 equals one third.
 /// assert_eq!(t.cmp_f32(1.0 / 3.0), Some(Ordering::Less));
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
@@ -29,18 +29,18 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// The numerator, positive.
+    /// The numerator, which is positive.
     pub fn num(self) -> u128 {
         self.num
     }
 
-    /// The denominator, positive.
+    /// The denominator, which is positive.
     pub fn den(self) -> u64 {
         self.den
     }
 
-    /// `num / den * 2^exponent`, correctly rounded to the nearest f64, ties to even. The exponent is one from
-    /// [`Ray::exponent`](super::Ray::exponent).
+    /// Converts `num / den * 2^exponent` to the nearest f64, ties to even. Pass the exponent of the
+    /// ray: [`Ray::exponent`](super::Ray::exponent).
     #[inline]
     pub fn to_f64(self, exponent: i32) -> f64 {
         if self.num < 1 << 62 {
@@ -52,11 +52,12 @@ impl Ratio {
         self.divide(exponent)
     }
 
-    /// [`Ratio::to_f64`] by a division of integers.
+    /// [`Ratio::to_f64`] by integer division.
     #[cold]
     #[inline(never)]
     pub(super) fn divide(self, exponent: i32) -> f64 {
-        // A quotient of 56 bits or more, with a sticky bit for the remainder, rounds like the ratio.
+        // A quotient of at least 56 bits, with a sticky bit for the remainder, rounds like the
+        // ratio itself.
         let shift = (56 + bits(u128::from(self.den)) - bits(self.num)).max(0);
         let den = u128::from(self.den);
         let num = self.num << shift;
@@ -65,7 +66,7 @@ impl Ratio {
         (quotient | sticky) as f64 * pow2(exponent - shift)
     }
 
-    /// Compares `num / den` with an f32, exactly. `None` for a NaN.
+    /// Compares `num / den` with an f32, exactly. Returns `None` for NaN.
     pub fn cmp_f32(self, x: f32) -> Option<Ordering> {
         if x.is_nan() {
             return None;
@@ -76,27 +77,27 @@ impl Ratio {
         if x == f32::INFINITY {
             return Some(Ordering::Less);
         }
-        // x = m * 2^e: compare num with m * den * 2^e.
-        // Use the bits, so that a CPU that reads subnormal numbers as zero sees the same x.
+        // Let x = m * 2^e, and compare num with m * den * 2^e. Take m and e from the bits of x,
+        // because a CPU that treats subnormal numbers as zero would change its value.
         let field = (x.to_bits() >> 23) as i32;
         let fraction = x.to_bits() & 0x7f_ffff;
         let (m, shift) =
             if field == 0 { (fraction, -149) } else { (fraction | 1 << 23, field - 150) };
         let (left, right) = (self.num, u128::from(m) * u128::from(self.den));
-        // The number of bits decides if they differ; if they are equal, the shift loses none.
+        // If the numbers of bits differ, they decide. If they are equal, the shift loses no bits.
         Some((bits(left)).cmp(&(bits(right) + shift)).then_with(|| {
             if shift < 0 { (left << -shift).cmp(&right) } else { left.cmp(&(right << shift)) }
         }))
     }
 
-    /// Whether it is within the interval of a ray of integers; false for NaN.
+    /// Whether t is within the interval of a snapped ray. Returns false for NaN.
     pub(super) fn within(self, ray: &crate::Ray) -> bool {
         self.cmp_f32(ray.t_min).is_some_and(Ordering::is_ge)
             && self.cmp_f32(ray.t_max).is_some_and(Ordering::is_lt)
     }
 }
 
-/// Equal as numbers, reduced or not.
+/// Ratios are equal if their values are, whether or not they are reduced.
 impl PartialEq for Ratio {
     #[inline(always)]
     fn eq(&self, other: &Self) -> bool {
@@ -113,12 +114,13 @@ impl PartialOrd for Ratio {
 impl Ord for Ratio {
     #[inline(always)]
     fn cmp(&self, other: &Self) -> Ordering {
-        // Crosswise, as both denominators are positive: below 2^65 times below 2^62 fits 128 bits.
+        // Both denominators are positive, so multiply crosswise. A number of at most 2^64 times one
+        // below 2^62 fits in 128 bits.
         (self.num * u128::from(other.den)).cmp(&(other.num * u128::from(self.den)))
     }
 }
 
-/// The number of bits of a positive number.
+/// The number of bits of a positive integer.
 fn bits(x: u128) -> i32 {
     128 - x.leading_zeros() as i32
 }

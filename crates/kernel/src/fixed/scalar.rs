@@ -1,20 +1,21 @@
-//! The scalar reference in i128: the test of one triangle, written as plainly as possible.
+//! The scalar reference in i128: the test of one triangle, in its plainest form.
 //!
-//! With the corners A, B, C relative to the origin and the direction d, the ray's line passes inside if the
-//! three determinants
+//! Let A, B, and C be the corners relative to the origin, and d the direction. The ray's line
+//! passes inside the triangle if the three determinants
 //!
 //! ```text
 //!   U = d . (B x C)      V = d . (C x A)      W = d . (A x B)
 //! ```
 //!
-//! have the same sign, and it meets the plane at `t = A . (B x C) / (U + V + W)`.
+//! have the same sign. It meets the plane at `t = A . (B x C) / (U + V + W)`.
 
 use super::{Crossing, Ratio, Ray, Triangle};
 
-/// Whether and where the ray crosses the triangle.
+/// Whether and where a ray crosses a triangle.
 ///
-/// The whole rule: a determinant that is 0 takes the sign of the first nonzero component of its cross
-/// product. The three signs and that of `A . (B x C)` must be equal and nonzero, and `t_min <= t < t_max`.
+/// The complete rule is as follows. A determinant that is 0 takes the sign of the first nonzero
+/// component of its cross product. The ray crosses if the three signs and the sign of `A . (B x C)`
+/// are equal and nonzero, and if `t_min <= t < t_max`.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, scalar};

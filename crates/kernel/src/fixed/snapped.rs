@@ -1,4 +1,4 @@
-//! Snapped geometry: triangles and rays of integers.
+//! Snapped geometry: triangles and rays with integer coordinates.
 
 use super::edges::{f32s, i32s};
 use super::numbers::pow2;
@@ -18,18 +18,19 @@ use crate::{Triangle as Corners, TriangleOf};
 pub struct Triangle(pub(super) [[i32; 3]; 3]);
 
 impl Triangle {
-    /// The corners.
+    /// The corners of the triangle.
     #[inline(always)]
     pub fn corners(&self) -> [[i32; 3]; 3] {
         self.0
     }
 
-    /// The same triangle in f32, in units of the grid: this is exact, so boxes around it are exact too.
+    /// The same triangle in f32, in units of the grid. The conversion is exact, so boxes around it
+    /// are exact, too.
     pub fn to_f32(&self) -> Corners {
         Corners(self.0.map(f32s))
     }
 
-    /// The triangle from which [`Triangle::to_f32`] made this one.
+    /// Reverses [`Triangle::to_f32`].
     ///
     /// ```
     /// use intertri::fixed::{Bits, Grid, Triangle};
@@ -44,56 +45,56 @@ impl Triangle {
     }
 }
 
-/// A ray whose origin and direction are integers of a grid.
+/// A ray whose origin and direction are integers on a grid.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid};
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let ray = grid.ray(&intertri::Ray::new([3.0, 4.0, 5.0], [0.0, 0.0, 0.5]))?.between(1.0, 8.0);
 /// assert_eq!(ray.origin(), [3, 4, 5]);
-/// // The direction has all bits; two to the exponent makes up for it.
+/// // The snapped direction uses all bits. It is the original times two to the exponent.
 /// let unit = f64::from(ray.exponent()).exp2();
 /// assert_eq!(f64::from(ray.dir()[2]), 0.5 * unit);
-/// // In f32, and in units of the grid.
+/// // The same ray in f32, in units of the grid.
 /// assert_eq!((ray.to_f32().origin, ray.to_f32().dir), ([3.0, 4.0, 5.0], [0.0, 0.0, ray.dir()[2] as f32]));
 /// assert_eq!(f64::from(ray.to_f32().t_max), 8.0 / unit);
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Integers, which are exact in f32; the interval is in multiples of that direction.
+    /// Integers, which are exact in f32. The interval is in multiples of the snapped direction.
     pub(super) line: crate::Ray,
-    /// The caller's `t` is the `t` of the integers times two to this.
+    /// The caller's `t` is the `t` of the integers times two to this power.
     pub(super) exponent: i32,
 }
 
 impl Ray {
-    /// A ray of integers, with `0 < t`.
+    /// Creates a ray from integers, with the interval `0 < t`.
     pub(super) fn new(origin: [i32; 3], dir: [i32; 3]) -> Self {
         Self { line: crate::Ray::new(f32s(origin), f32s(dir)), exponent: 0 }
     }
 
-    /// The origin.
+    /// The snapped origin.
     #[inline(always)]
     pub fn origin(&self) -> [i32; 3] {
         i32s(self.line.origin)
     }
 
-    /// The direction.
+    /// The snapped direction.
     #[inline(always)]
     pub fn dir(&self) -> [i32; 3] {
         i32s(self.line.dir)
     }
 
-    /// A `t` in multiples of [`Ray::dir`], times two to this, is a `t` in multiples of the direction before
-    /// snapping.
+    /// A `t` in multiples of [`Ray::dir`], times two to this power, is a `t` in multiples of the
+    /// direction before snapping.
     #[inline(always)]
     pub fn exponent(&self) -> i32 {
         self.exponent
     }
 
-    /// Converts a `t` in multiples of [`Ray::dir`] to multiples of the direction before snapping. This is
-    /// exact, because the factor is a power of two.
+    /// Converts a `t` in multiples of [`Ray::dir`] to multiples of the direction before snapping.
+    /// This is exact because the factor is a power of two.
     ///
     /// ```
     /// use intertri::fixed::{Bits, Grid};
@@ -107,11 +108,12 @@ impl Ray {
         t * pow2(self.exponent)
     }
 
-    /// The same line with the interval `t_min <= t < t_max`, in addition to `0 < t`, in multiples of the
-    /// direction before snapping.
+    /// Limits the ray to the interval `t_min <= t < t_max`, in addition to `0 < t`, in multiples of
+    /// the direction before snapping.
     #[inline(always)]
     pub fn between(self, t_min: f32, t_max: f32) -> Self {
-        // Exact, except where no crossing is possible: within the budgets, `2^-62 < t <= 2^64`.
+        // This is exact except where no crossing is possible: within the bit budgets,
+        // `2^-62 < t <= 2^64`.
         let unit = pow2(-self.exponent);
         let end = |t: f32| (f64::from(t) * unit) as f32;
         Self { line: self.line.between(end(t_min), end(t_max)), ..self }
@@ -123,7 +125,7 @@ impl Ray {
         self.line.dir.iter().fold(0.0, |far, x| x.abs().max(far))
     }
 
-    /// The same ray in f32, in units of the grid and of [`Ray::dir`]. Its interval is that of the ray
+    /// The same ray in f32, in units of the grid and of [`Ray::dir`]. Its interval is exact
     /// wherever a crossing is possible.
     #[inline(always)]
     pub fn to_f32(&self) -> &crate::Ray {

@@ -1,6 +1,6 @@
-//! t, u and v for rays and triangles that are known to hit, eight pairs in lanes.
+//! t, u, and v for rays and triangles that are known to hit: eight pairs in lanes.
 //!
-//! The operations and their order are the reference's, so t has the same bits; the weights are those of
+//! The operations and their order match the reference, so t has the same bits. The weights follow
 //! document D.
 
 use crate::barycentric::Coefficients;
@@ -9,7 +9,8 @@ use crate::simd::Vec3;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray, RayOf, Scalar, Triangle, TriangleId, TriangleOf};
 
-/// Up to eight rays, each with a triangle that it is known to hit, for a loop at some instruction level.
+/// Up to eight rays, each with a triangle that it is known to hit, for a loop at an instruction
+/// level.
 ///
 /// ```
 /// use intertri::internal::Pairs;
@@ -44,13 +45,13 @@ impl Default for Pairs {
 }
 
 impl Pairs {
-    /// No pairs yet.
+    /// Creates an empty set of pairs.
     pub fn new() -> Self {
         let zero = [[0.0; 8]; 3];
         Self { corners: [zero; 3], origin: zero, dir: zero, index: [0; 8] }
     }
 
-    /// Puts a ray and its triangle into a lane of eight.
+    /// Stores a ray and its triangle in one of the eight lanes.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, ray: &Ray, triangle: &Triangle, id: TriangleId) {
         for axis in 0..3 {
@@ -77,7 +78,7 @@ impl Pairs {
         self.index[lane]
     }
 
-    /// Corners, origins and directions of the lanes from `from` on.
+    /// The corners, origins, and directions of the lanes from `from` on.
     #[inline(always)]
     pub(crate) fn lanes<D: Lanes<Scalar = f64>>(
         &self,
@@ -88,10 +89,12 @@ impl Pairs {
         (corners, some(&self.origin, from), some(&self.dir, from))
     }
 
-    /// The hits of all lanes by the document's operations; meaningless in lanes that were not set.
+    /// Computes the hits of all lanes with the document's operations. Lanes that were not set are
+    /// meaningless.
     #[inline(always)]
     pub fn hits_in<S: Simd>(&self) -> [Hit; 8] {
-        // Four at a time, because some CPUs lower their clock for a single division of eight lanes.
+        // Process four at a time, because some CPUs lower their clock for even one eight-lane
+        // division.
         let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
         for from in [0, 4] {
             let (corners, origin, dir) = self.lanes::<S::F64x4>(from);
@@ -104,7 +107,7 @@ impl Pairs {
         self.hits(&t, &u, &v)
     }
 
-    /// The hits of all lanes.
+    /// Combines the numbers of all lanes into hits.
     #[inline(always)]
     pub(crate) fn hits(&self, t: &[f64; 8], u: &[f64; 8], v: &[f64; 8]) -> [Hit; 8] {
         core::array::from_fn(|lane| {
@@ -114,14 +117,15 @@ impl Pairs {
     }
 }
 
-/// The lanes from `from` on.
+/// Loads the lanes from `from` on.
 #[inline(always)]
 fn some<D: Lanes<Scalar = f64>>(rows: &[[f32; 8]; 3], from: usize) -> Vec3<D> {
     let [x, y, z] = rows;
     Vec3 { x: D::load_f32(&x[from..]), y: D::load_f32(&y[from..]), z: D::load_f32(&z[from..]) }
 }
 
-/// The exact t of triangles that are known to be hit, and the weights of their second and third corners.
+/// The document's t for triangles that are known to be hit, and the weights of their second and
+/// third corners.
 #[inline(always)]
 fn crossing<D: Lanes<Scalar = f64>>(
     corners: [Vec3<D>; 3],
@@ -130,8 +134,8 @@ fn crossing<D: Lanes<Scalar = f64>>(
 ) -> [D; 3] {
     let t = Tri::new(corners).t(origin, dir);
     let seen = Coefficients::of(corners, origin);
-    // The document's t divides by a normal of length 1, the weights by one of any length, so there are two
-    // denominators.
+    // The document's t divides by a normal of length 1, the weights by a normal of any length, so
+    // there are two denominators.
     let den = seen.n.dot(dir);
     [t, seen.v.dot(dir) / den, seen.w.dot(dir) / den]
 }

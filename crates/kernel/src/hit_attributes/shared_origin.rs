@@ -1,14 +1,14 @@
-//! t, u and v for rays from one origin, with triangles that they are known to hit.
+//! t, u, and v for rays from one origin and triangles that they are known to hit.
 //!
 //! ```text
-//!   num:  nrm & a   V & dir   W & dir              all but the direction is computed once for a
-//!   den:  nrm & dir N & dir   N & dir              triangle and an origin; then each ray takes a
-//!           = t       = u       = v    triangle    dot product and a division in four lanes:
-//!                                                  nrm, V, W and N
+//!   num:  nrm & a   V & dir   W & dir              the coefficients are computed once for a
+//!   den:  nrm & dir N & dir   N & dir              triangle and an origin; each ray then takes
+//!           = t       = u       = v    triangle    a dot product and a division in four lanes:
+//!                                                  nrm, V, W, and N
 //! ```
 //!
-//! t is that of document A, the weights are those of document D. The operations and their order are the
-//! reference's, so t has the same bits.
+//! t follows document A, and the weights follow document D. The operations and their order match
+//! the reference, so t has the same bits.
 
 use super::shared_origin_hit::SharedOriginHit;
 use crate::barycentric::Coefficients;
@@ -17,7 +17,8 @@ use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
 use crate::{Hit, Hit32};
 
-/// A triangle relative to one origin, with the coefficients of t, u and v for rays from there.
+/// A triangle relative to an origin, with the coefficients of t, u, and v for rays from that
+/// origin.
 ///
 /// ```
 /// use intertri::internal::{HitCoefficients, SharedOriginHit};
@@ -45,10 +46,11 @@ use crate::{Hit, Hit32};
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct HitCoefficients {
-    /// By axis, the coefficients of t's denominator, of the numerators of u and v, and of their
-    /// denominator.
+    /// For each axis, the coefficients of t's denominator, of the numerators of u and v, and of the
+    /// denominator of u and v.
     coefficients: [[f64; 4]; 3],
-    /// The numerator of t, and in the last place the indices of the triangle and the geometry, as bits.
+    /// The numerator of t and, in the last element, the indices of the triangle and the geometry as
+    /// bits.
     known: [f64; 4],
 }
 
@@ -77,8 +79,9 @@ impl SharedOriginHit for HitCoefficients {
     #[inline(always)]
     fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit) -> bool {
         let dir = Vec3::<S::F64x4>::splat([dir[0].into(), dir[1].into(), dir[2].into()]);
-        // The four sums are t's denominator, the numerators of u and v, and their common denominator. The numerator of t
-        // is known, so one division of four lanes yields t, u and v. Lane 3 then takes the indices.
+        // The four sums are t's denominator, the numerators of u and v, and their common
+        // denominator. The numerator of t is known, so one four-lane division yields t, u, and v.
+        // Lane 3 then takes the indices.
         let lane = |i: u32| <S::F64x4 as Lanes>::Mask::from_bits(1 << i);
         let known = S::F64x4::load(&self.known);
         let sums = Vec3::load(&self.coefficients).dot(dir);

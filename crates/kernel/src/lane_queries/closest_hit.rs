@@ -1,5 +1,5 @@
-//! The closest hit of one ray so far: an interval in f32 if that decides, f64 if not, and the resolver if
-//! rounded t are equal.
+//! The closest hit of one ray so far. Hits are compared by f32 intervals if these decide, by t in
+//! f64 if not, and by the resolver if the rounded values of t are equal.
 
 use core::cmp::Ordering;
 
@@ -10,9 +10,9 @@ use crate::{LeafSlot, TriangleId};
 
 /// The closest hit of one ray so far.
 ///
-/// `t_lo <= t <= t_hi` encloses the mode's t. Two hits are compared by these intervals, by their t in f64
-/// only if the intervals overlap, and exactly if those are equal; if both have the same t, the lower index
-/// wins.
+/// The mode's t is in `t_lo..=t_hi`. Two hits are compared by these intervals. If the intervals
+/// overlap, the hits are compared by their t in f64, and if these are equal, exactly. If both have
+/// the same t, the lower index wins.
 ///
 /// [`Filter::closest_in`](crate::Filter::closest_in) has an example.
 ///
@@ -23,7 +23,7 @@ use crate::{LeafSlot, TriangleId};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestHit {
-    /// t in f64, NaN until it is needed.
+    /// t in f64; NaN until it is needed.
     pub(super) t: f64,
     pub(super) t_lo: f32,
     pub(super) t_hi: f32,
@@ -33,7 +33,7 @@ pub struct ClosestHit {
 }
 
 impl ClosestHit {
-    /// No hit yet: anything closer than `t_max` is closest.
+    /// Creates a record with no hit yet: any hit before `t_max` is closer.
     #[inline(always)]
     pub fn new(t_max: f32) -> Self {
         Self {
@@ -45,13 +45,14 @@ impl ClosestHit {
         }
     }
 
-    /// No hit yet, for a far end that is only known to be between `sure` and `t_max`.
+    /// Creates a record with no hit yet, for a far end that is only known to be between `sure` and
+    /// `t_max`.
     #[inline(always)]
     pub(crate) fn before(sure: f32, t_max: f32) -> Self {
         Self { t_lo: sure, ..Self::new(t_max) }
     }
 
-    /// No hit with a larger t can become the closest.
+    /// An upper bound on t: no hit beyond it can become the closest.
     #[inline(always)]
     pub fn t_hi(&self) -> f32 {
         self.t_hi
@@ -63,13 +64,13 @@ impl ClosestHit {
         self.triangle != TriangleId::NONE
     }
 
-    /// The index of the triangle, and where the caller stores it.
+    /// The index of the closest triangle, and the slot in which the caller stores it.
     #[inline(always)]
     pub fn triangle(&self) -> Option<(TriangleId, LeafSlot)> {
         self.is_hit().then_some((self.triangle, self.slot))
     }
 
-    /// Offers the hit of a lane, whose t is known.
+    /// Offers a lane's hit whose t is known.
     #[inline(always)]
     fn offer_known(
         &mut self,
@@ -80,7 +81,8 @@ impl ClosestHit {
     ) {
         let (triangle, slot) = new;
         let (t_lo, t_hi) = enclose(t);
-        // Before the first hit there is nothing to compare with; the far end was already compared.
+        // Before the first hit, there is nothing to compare with: the far end has already been
+        // checked.
         let closer = !self.is_hit()
             || t_hi < self.t_lo
             || t_lo <= self.t_hi && self.is_beaten_by(t, triangle, lane, pairs);
@@ -89,7 +91,8 @@ impl ClosestHit {
         }
     }
 
-    /// Offers the hit of a lane, whose t is in `t_lo..=t_hi`. It may be beyond the far end of the ray.
+    /// Offers a lane's hit whose t is in `t_lo..=t_hi`. The hit may be beyond the far end of the
+    /// ray.
     #[inline(always)]
     fn offer_near(
         &mut self,
@@ -100,12 +103,12 @@ impl ClosestHit {
     ) {
         if t_hi < self.t_lo {
             let (triangle, slot) = new;
-            // Entirely in front. Its t is not needed unless a rival comes close: NaN records that it is not
-            // known yet.
+            // The new hit is entirely in front. Its t is not needed unless another hit comes close;
+            // until then, it is NaN.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
-            // If there is no hit so far, the enclosure overlaps the far end of the ray, which the resolver
-            // has to check, too.
+            // Without a hit so far, the interval overlaps the far end of the ray, so the resolver
+            // has to check the far end, too.
             let t = if self.is_hit() { Some(pairs.t(lane)) } else { pairs.hit(lane) };
             if let Some(t) = t {
                 self.offer_known(t, new, lane, pairs);
@@ -113,7 +116,7 @@ impl ClosestHit {
         }
     }
 
-    /// Offers the pair of a lane that the filter left undecided.
+    /// Offers a lane's pair that the filter left undecided.
     #[inline(always)]
     fn offer_undecided(
         &mut self,
@@ -122,8 +125,8 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) {
         let (triangle, slot) = new;
-        // If it touches the closest triangle on the ray, both have the same t: the index decides, and t is
-        // not needed.
+        // If the triangle touches the closest one where the ray meets them, both have the same t.
+        // The index decides, and t is not needed.
         if self.is_hit() && pairs.touch(lane, self.slot) {
             if triangle < self.triangle && pairs.hit(lane).is_some() {
                 (self.triangle, self.slot) = (triangle, slot);
@@ -133,7 +136,7 @@ impl ClosestHit {
         }
     }
 
-    /// Offers the filter's verdict on a lane, whose triangle has this id and slot.
+    /// Offers the filter's verdict on a lane whose triangle has the given id and slot.
     #[inline(always)]
     pub(super) fn offer_lane<F: Lanes<Scalar = f32>>(
         &mut self,
@@ -152,8 +155,8 @@ impl ClosestHit {
         }
     }
 
-    /// Offers the filter's verdicts on a block of triangles; the i-th has the index `indices[i]` and the slot
-    /// `slot + i`.
+    /// Offers the filter's verdicts on a block of triangles. Triangle i has the index `indices[i]`
+    /// and the slot `slot + i`.
     #[inline(always)]
     pub(crate) fn offer_block<F: Lanes<Scalar = f32>>(
         &mut self,
@@ -166,7 +169,8 @@ impl ClosestHit {
             return;
         }
 
-        // Among the certain hits, the one whose enclosure ends first, and all that begin before that end.
+        // Among the certain hits, find the one whose interval ends first, and all hits that begin
+        // before that.
         let hit = F::Mask::from_bits(verdicts.hit);
         let ends = F::select(hit, verdicts.t_hi, F::splat(f32::INFINITY));
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
@@ -175,8 +179,8 @@ impl ClosestHit {
         let first = least(&t_hi);
         let rivals = (hit & verdicts.t_lo.le(F::splat(first))).bits();
 
-        // In nearly all cases there is only one, and it is certain to win.
-        // `rivals & (rivals - 1)` clears the lowest bit, which leaves the other rivals.
+        // There is nearly always only one, and it is certain to win. `rivals & (rivals - 1)` clears
+        // the lowest bit, which leaves the other rivals.
         let doubtful = rivals & rivals.wrapping_sub(1) | verdicts.undecided;
         if doubtful == 0 && first < self.t_lo {
             let lane = rivals.trailing_zeros() as usize % 8;
@@ -189,7 +193,8 @@ impl ClosestHit {
         self.offer_one_by_one(&lanes, |lane| lane_names(indices, slot, lane), pairs);
     }
 
-    /// Offers the filter's verdicts on a row of triangles; the i-th has the index and the slot `first + i`.
+    /// Offers the filter's verdicts on a row of triangles. Triangle i has the index and the slot
+    /// `first + i`.
     #[inline(always)]
     pub(crate) fn offer_row<F: Lanes<Scalar = f32>>(
         &mut self,
@@ -209,8 +214,8 @@ impl ClosestHit {
         );
     }
 
-    /// [`ClosestHit::offer_block`] if the enclosures do not decide. Out of line, which keeps registers free
-    /// when they do.
+    /// [`ClosestHit::offer_block`] for intervals that do not decide. It is out of line to keep
+    /// registers free for the common case.
     #[inline(never)]
     fn offer_one_by_one(
         &mut self,
@@ -228,7 +233,7 @@ impl ClosestHit {
         }
     }
 
-    /// Whether a hit of a lane with this t and index comes before the closest so far.
+    /// Whether a lane's hit with this t and index comes before the closest hit so far.
     #[inline(always)]
     fn is_beaten_by(
         &mut self,
@@ -238,7 +243,7 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) -> bool {
         if self.t.is_nan() {
-            // The first rival that comes close makes the best hit compute its t, which is then stored.
+            // The best hit computes its t only when another hit comes close, and stores it.
             self.t = pairs.t_in(lane, self.slot);
         }
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
@@ -246,7 +251,7 @@ impl ClosestHit {
     }
 }
 
-/// The filter's verdicts on lanes, stored to be processed one by one.
+/// The filter's verdicts on lanes, stored so that they can be processed one by one.
 struct OneByOne<'a> {
     lanes: u32,
     hit: u32,
@@ -254,7 +259,8 @@ struct OneByOne<'a> {
     t_hi: &'a [f32],
 }
 
-/// The index and the slot of the triangle in a lane of a block whose first slot is given.
+/// The index and the slot of the triangle in a lane of a block. `slot` is the slot of the first
+/// lane.
 #[inline(always)]
 fn lane_names(indices: &[u32; 8], LeafSlot(slot): LeafSlot, lane: usize) -> (TriangleId, LeafSlot) {
     (TriangleId(indices[lane]), LeafSlot(slot + lane as u32))
@@ -263,13 +269,13 @@ fn lane_names(indices: &[u32; 8], LeafSlot(slot): LeafSlot, lane: usize) -> (Tri
 /// The smallest of eight numbers.
 #[inline(always)]
 fn least(of: &[f32; 8]) -> f32 {
-    // `if b < a` is one instruction; `f32::min` would have to handle NaN as well.
+    // `if b < a` is one instruction; `f32::min` would have to handle NaN, too.
     let less = |a: f32, b: f32| if b < a { b } else { a };
     let [a, b, c, d, e, f, g, h] = *of;
     less(less(less(a, e), less(b, f)), less(less(c, g), less(d, h)))
 }
 
-/// The two neighbouring f32 around a t.
+/// The two f32 numbers nearest to t on either side; the same number twice if t is an f32.
 #[inline(always)]
 fn enclose(t: f64) -> (f32, f32) {
     let near = t as f32;
@@ -290,7 +296,7 @@ mod tests {
         (TriangleId(i), LeafSlot(i))
     }
 
-    /// Hits with given t, for a ray that ends at 1; the slot is the index.
+    /// Hits with given values of t, for a ray that ends at the first field. The slot is the index.
     struct FixedHits(f32, Vec<f64>);
 
     impl LanePairs for FixedHits {

@@ -15,7 +15,7 @@ use crate::{LeafSlot, RayId, Triangle, TriangleId, TriangleOf};
 ///
 /// ```
 /// use intertri::ClosestHits;
-/// // Of four rays that nothing has been offered to yet; one f32 is a lane, too.
+/// // A ray without any hits yet. An f32 counts as one lane.
 /// let closest = ClosestHits::<f32, 1>::new(&[9.0]);
 /// assert_eq!(closest.t_hi(), 9.0);
 /// assert!(!closest.lane(0).is_hit());
@@ -24,16 +24,16 @@ use crate::{LeafSlot, RayId, Triangle, TriangleId, TriangleOf};
 pub struct ClosestHits<F, const N: usize> {
     t_lo: F,
     t_hi: F,
-    /// Indices and slots as bits, so that whole registers of them can be selected.
+    /// Indices and slots are stored as the bits of floats, so that whole registers can be selected.
     triangle: F,
     slot: F,
-    /// t for the lanes whose bit is set in `known`.
+    /// t in the lanes whose bit is set in `known`.
     t: [f64; N],
     known: u32,
 }
 
 impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
-    /// No hits yet; see [`ClosestHit::new`].
+    /// Creates a record with no hits yet. See [`ClosestHit::new`].
     #[inline(always)]
     pub fn new(t_max: &[f32; N]) -> Self {
         let t = F::load(t_max);
@@ -47,7 +47,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         }
     }
 
-    /// No hits yet; see [`ClosestHit::before`].
+    /// Creates a record with no hits yet. See [`ClosestHit::before`].
     #[inline(always)]
     pub(crate) fn before(sure: F, t_max: &[f32; N]) -> Self {
         Self { t_lo: sure, ..Self::new(t_max) }
@@ -59,10 +59,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         self.t_hi
     }
 
-    /// The closest hit of a lane.
+    /// The closest hit in a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> ClosestHit {
-        // Each lane with a constant index, because a variable index would force the registers to memory.
+        // Access every lane with a constant index, because a variable index would force the
+        // registers to memory.
         let mut t = f64::NAN;
         for i in 0..N {
             if i == lane && self.known >> i & 1 != 0 {
@@ -99,7 +100,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         )
     }
 
-    /// The hits with their t; see [`Filter::hits_in`](crate::Filter::hits_in).
+    /// The hits with their t. See [`Filter::hits_in`](crate::Filter::hits_in).
     #[inline(always)]
     pub(crate) fn hits<D: Lanes<Scalar = f64>>(
         &self,
@@ -111,9 +112,9 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         self.triangle.store(&mut index);
         self.slot.store(&mut slot);
 
-        // The triangles whose t is not known yet.
+        // Load the triangles whose t is not known yet.
         let (mut bits, mut unknown) = (0, 0);
-        // Lanes whose t is known stay 0; their results are not used.
+        // The corners stay 0 in lanes whose t is known; the results for these lanes are not used.
         let mut corners = [[[0.0; N]; 3]; 3];
         for lane in 0..N {
             if index[lane].to_bits() == TriangleId::NONE.0 {
@@ -135,7 +136,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         match resolver {
             _ if unknown == 0 => {}
             _ => {
-                // All at once, by the document's operations or exactly; the rest one by one.
+                // Compute all lanes at once, with the document's operations or exactly, and then
+                // the uncertain lanes one by one.
                 let [c1, c2, c3] = &corners;
                 let corners = [Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
                 let (org, dir) = (Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir));
@@ -158,11 +160,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         hits
     }
 
-    /// Changes the closest hit of a lane.
+    /// Sets the closest hit in a lane.
     #[doc(hidden)]
     #[inline(always)]
     pub fn set(&mut self, lane: usize, closest: &ClosestHit) {
-        // By a selection in all lanes, because writing an element with a variable index would force the
+        // Select in all lanes, because writing an element with a variable index would force the
         // registers to memory.
         let at = F::Mask::from_bits(1 << lane);
         let put = |x: f32, old| F::select(at, F::splat(x), old);
@@ -176,7 +178,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         self.known = self.known & !(1 << lane) | u32::from(!closest.t.is_nan()) << lane;
     }
 
-    /// Offers to each lane the filter's verdict on it and a triangle with that index and slot.
+    /// Offers the filter's verdicts on one triangle, which has the given index and slot, to all
+    /// lanes.
     #[inline(always)]
     pub(crate) fn offer(
         &mut self,
@@ -184,7 +187,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         (triangle, slot): (TriangleId, LeafSlot),
         pairs: &impl LanePairs,
     ) {
-        // If the enclosures decide: all lanes at once, without a branch.
+        // Where the intervals decide, update all lanes at once, without a branch.
         let wins = F::Mask::from_bits(verdicts.hit) & verdicts.t_hi.lt(self.t_lo);
         self.t_lo = F::select(wins, verdicts.t_lo, self.t_lo);
         self.t_hi = F::select(wins, verdicts.t_hi, self.t_hi);
@@ -192,7 +195,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         self.slot = F::select(wins, F::splat(f32::from_bits(slot.0)), self.slot);
         self.known &= !wins.bits();
 
-        // The others one by one.
+        // Process the other lanes one by one.
         for lane in lanes_of(verdicts.lanes() & !wins.bits()) {
             let mut closest = self.lane(lane);
             closest.offer_lane(verdicts, (triangle, slot), lane, pairs);
@@ -201,7 +204,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     }
 }
 
-/// One of N lanes.
+/// Reads one of N lanes.
 #[inline(always)]
 fn get<F: Lanes<Scalar = f32>, const N: usize>(lanes: F, lane: usize) -> f32 {
     let mut all = [0.0; N];

@@ -1,4 +1,4 @@
-//! Packets of rays and blocks of triangles against each other, and the closest hits so far.
+//! Tests of ray packets and triangle blocks, and the closest hits so far.
 
 mod closest_hit;
 mod closest_hits;

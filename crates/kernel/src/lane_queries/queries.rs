@@ -1,4 +1,4 @@
-//! The filter's queries, for your own hierarchies: call them in loops that run under
+//! The filter's queries, for your own BVHs. Call them in loops that run under
 //! [`WithSimd`](crate::simd::WithSimd).
 
 use super::lane_pairs::{LanePairs, RayOnBlock, RaysOnTriangle};
@@ -9,12 +9,12 @@ use crate::packet::{PacketHits, RayPacket, TriangleBlock};
 use crate::simd::{Lane, Lanes, Mask, Simd, Width, lanes_of};
 use crate::{Hit, LeafSlot, Ray, RayId, Triangle, TriangleId};
 
-/// N f32 lanes of a level.
+/// N f32 lanes at an instruction level.
 type F32s<S, const N: usize> = <Lane<N> as Width>::F<S>;
 
-/// One ray against N triangles: all hits, or the closest so far.
+/// Tests of one ray against N triangles: all hits, or the closest hit so far.
 impl Filter<'_> {
-    /// All hits of one ray with N triangles.
+    /// Finds all hits of one ray on N triangles.
     #[inline(always)]
     pub fn block_in<S: Simd, const N: usize>(
         &self,
@@ -28,7 +28,7 @@ impl Filter<'_> {
         self.block_at_in::<S, N>(&self.prepare_ray(ray), block, LeafSlot(0), counts)
     }
 
-    /// All hits of a prepared ray with N triangles, in slots from `first` on.
+    /// Finds all hits of a prepared ray on N triangles, which are in slots from `first` on.
     #[doc(hidden)]
     #[inline(always)]
     pub fn block_at_in<S: Simd, const N: usize>(
@@ -49,14 +49,14 @@ impl Filter<'_> {
         all_hits(&verdicts, |_| self.sure_end(ray.t_max), &pairs)
     }
 
-    /// Offers the hits of one ray with a block to the ray's closest. Lane i of the block has the index
-    /// `indices[i]` and the slot `first + i`.
+    /// Tests one ray against a block, and offers the hits to the ray's closest hit. Lane i of the
+    /// block has the index `indices[i]` and the slot `first + i`.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
     /// use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, Mode, Ray, Triangle, TriangleBlock};
     ///
-    /// /// The closest hit of a ray, eight triangles at a time.
+    /// /// Finds the closest hit of a ray, eight triangles at a time.
     /// struct Loop<'a>(Filter<'a>, &'a Ray, &'a [Triangle]);
     /// impl WithSimd for Loop<'_> {
     ///     type Output = Option<Hit>;
@@ -95,14 +95,14 @@ impl Filter<'_> {
         self.closest_among_in::<S>(ray, block, indices, first, find, keep, closest, counts);
     }
 
-    /// [`Filter::closest_in`] among some of the triangles: `keep` is called with the lanes that may be hits,
-    /// if there are any, and returns those to consider.
+    /// [`Filter::closest_in`] for some of the triangles. If any lanes may be hits, `keep` is called
+    /// with these lanes and returns the lanes to consider.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
     /// use intertri::{ClosestHit, Counts, LeafSlot, Mode, Ray, Triangle, TriangleBlock, TriangleId};
     ///
-    /// /// The closest of two walls, without those in the lanes of a mask.
+    /// /// Finds the closest of two walls, ignoring the lanes in a mask.
     /// struct Without<'a>(u32, &'a Ray, &'a [Triangle; 2]);
     /// impl WithSimd for Without<'_> {
     ///     type Output = Option<TriangleId>;
@@ -136,10 +136,11 @@ impl Filter<'_> {
         counts: &mut Counts,
     ) {
         let (lanes, triangles) = (Rays::splat(lanes), Triangles::of_block(block, self.room()));
-        // The filter treats anything that is certainly beyond the best hit so far as a miss.
+        // The filter treats any lane that is certainly beyond the best hit so far as a miss.
         let far = Lanes::splat(closest.t_hi());
         let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, block.live(), counts);
-        // Before `keep`: a leaf without candidates, the usual case, never pays for the selection.
+        // Return before calling `keep`: a leaf usually has no candidates and then does not pay for
+        // the selection.
         if verdicts.lanes() == 0 {
             return;
         }
@@ -148,7 +149,7 @@ impl Filter<'_> {
         closest.offer_block(&verdicts, indices, first, &pairs);
     }
 
-    /// The closest hit of a ray, with its t and weights.
+    /// The closest hit of a ray, with t and the weights.
     #[inline(always)]
     pub fn hit(
         &self,
@@ -160,7 +161,7 @@ impl Filter<'_> {
         Some(self.resolver().hit_attributes(ray, &find(slot), triangle, (RayId(0), slot)))
     }
 
-    /// The initial closest hit of a ray.
+    /// The initial record of a ray, with no hit yet.
     #[doc(hidden)]
     #[inline(always)]
     pub fn no_hit(&self, ray: &Ray) -> ClosestHit {
@@ -169,7 +170,7 @@ impl Filter<'_> {
 }
 
 impl Filter<'_> {
-    /// The initial closest hits of N rays.
+    /// The initial records of N rays, with no hits yet.
     #[doc(hidden)]
     #[inline(always)]
     pub fn no_hits<F: Lanes<Scalar = f32>, const N: usize>(
@@ -180,9 +181,10 @@ impl Filter<'_> {
     }
 }
 
-/// N rays against one triangle: all hits, whether there are any, or the closest so far.
+/// Tests of N rays against one triangle: all hits, whether there are any, or the closest hits so
+/// far.
 impl Filter<'_> {
-    /// All hits of N rays with one triangle.
+    /// Finds all hits of N rays on one triangle.
     #[inline(always)]
     pub fn packet_in<S: Simd, const N: usize>(
         &self,
@@ -201,14 +203,15 @@ impl Filter<'_> {
         all_hits(&verdicts, |lane| self.sure_end(packet.t_max[lane]), &pairs)
     }
 
-    /// The lanes of N rays that hit one triangle, as bits: those of [`Filter::packet_in`] without their t,
-    /// whose f64 bits are slow to compute for close pairs. Only the lanes in `live` take part.
+    /// Finds which of N rays hit one triangle, as bits. Unlike [`Filter::packet_in`], this does not
+    /// compute t, whose f64 bits are slow to compute for close pairs. Only the lanes in `live` take
+    /// part.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
     /// use intertri::{Counts, Mode, PreparedTriangle, Ray, RayPacket, Triangle};
     ///
-    /// /// The rays that a wall stops.
+    /// /// Finds the rays that a wall stops.
     /// struct Shadow<'a>(&'a RayPacket<8>, &'a Triangle);
     /// impl WithSimd for Shadow<'_> {
     ///     type Output = u32;
@@ -221,7 +224,7 @@ impl Filter<'_> {
     /// }
     ///
     /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// // Inside, on the longest edge, a step of f32 beside it, and a ray that ends before the wall.
+    /// // Rays inside, on the longest edge, one f32 step beside it, and one that ends before the wall.
     /// let ray = |y: f32| Ray::new([0.5, y, 0.0], [0.0, 0.0, 1.0]);
     /// let rays = [ray(0.25), ray(0.5), ray(0.5_f32.next_up()), ray(0.25).between(0.0, 5.0)];
     /// assert_eq!(dispatch(Shadow(&RayPacket::new(&rays), &wall)), 0b0011);
@@ -241,21 +244,23 @@ impl Filter<'_> {
         let verdicts = self.test_packet(rays, triangle, Lanes::load(&packet.t_max), live, counts);
         let find = |_| *triangle.triangle();
         let pairs = self.rays_on(packet, triangle.triangle(), LeafSlot(0), find);
-        // A certain hit whose t is certainly before the end does not need its t.
+        // A certain hit does not need its t if t is certainly before the far end.
         let sure = verdicts.hit & verdicts.t_hi.lt(self.sure_ends(&packet.t_max)).bits();
         let meets = |hits, lane| hits | u32::from(pairs.meets(lane)) << lane;
-        // The rest: undecided lanes, and hits whose enclosure of t reaches the far end of their ray.
+        // The resolver decides the others: undecided lanes, and hits whose interval of t reaches
+        // the far end.
         lanes_of(verdicts.lanes() & !sure).fold(sure, meets)
     }
 
-    /// Offers the hits of N rays with one triangle to their closest; only the lanes in `live` take part.
+    /// Tests N rays against one triangle, and offers the hits to the rays' closest hits. Only the
+    /// lanes in `live` take part.
     ///
     /// ```
     /// use intertri::simd::{Lane, Simd, Width, WithSimd, dispatch};
     /// use intertri::{ClosestHits, Counts, Filter, LeafSlot, Mode, PreparedTriangle, Ray, RayPacket};
     /// use intertri::{Triangle, TriangleId};
     ///
-    /// /// What each of eight rays hits first, and where.
+    /// /// Finds what each of eight rays hits first, and where.
     /// struct Closest<'a>(Filter<'a>, &'a RayPacket<8>, &'a [Triangle]);
     /// impl WithSimd for Closest<'_> {
     ///     type Output = ([Option<TriangleId>; 8], [f64; 8]);
@@ -302,17 +307,17 @@ impl Filter<'_> {
         }
     }
 
-    /// [`Filter::packet_closest_in`] for many triangles: the i-th has the index and the slot i.
+    /// [`Filter::packet_closest_in`] for many triangles. Triangle i has the index i and the slot i.
     ///
-    /// This is faster than one by one, because sixty-four triangles are prechecked before any is tested. The
-    /// ones that pass are written to a mask without a branch: a mispredicted branch takes as long as many
-    /// prechecks.
+    /// This is faster than testing the triangles one by one, because sixty-four triangles are
+    /// prechecked before any is tested. Triangles that pass are recorded in a mask without a
+    /// branch: one mispredicted branch takes as long as many prechecks.
     ///
     /// ```
     /// use intertri::simd::{Lane, Simd, Width, WithSimd, dispatch};
     /// use intertri::{ClosestHits, Counts, LeafSlot, Mode, PreparedTriangle, Ray, RayPacket, Triangle};
     ///
-    /// /// How far away eight rays hit the closest of some triangles.
+    /// /// Finds the t at which eight rays hit the closest of some triangles.
     /// struct Depths<'a>(&'a RayPacket<8>, &'a [PreparedTriangle]);
     /// impl WithSimd for Depths<'_> {
     ///     type Output = [f64; 8];
@@ -344,7 +349,7 @@ impl Filter<'_> {
         Lane<N>: Width,
     {
         let find = |LeafSlot(slot)| *triangles[slot as usize].triangle();
-        // Local copies stay in registers; all tests are counted at once.
+        // Local copies stay in registers. All tests are counted at the end.
         let (mut own, mut tested) = (*closest, Counts::default());
         for (first, some) in (0..).step_by(64).zip(triangles.chunks(64)) {
             let mut candidates = 0_u64;
@@ -353,7 +358,7 @@ impl Filter<'_> {
             }
             while candidates != 0 {
                 let number = candidates.trailing_zeros();
-                // Clears the lowest set bit.
+                // Clear the lowest set bit.
                 candidates &= candidates - 1;
                 let triangle = &some[number as usize];
                 let verdicts = self.test_candidate(rays, triangle, own.t_hi(), live, &mut tested);
@@ -369,8 +374,8 @@ impl Filter<'_> {
         *closest = own;
     }
 
-    /// The closest hits of N rays with their t, u and v, computed together; a lane's bit is set if it has a
-    /// hit.
+    /// The closest hits of N rays with their t, computed together. A lane's bit is set if the ray
+    /// has a hit.
     #[inline(always)]
     pub fn hits_in<S: Simd, const N: usize>(
         &self,
@@ -384,7 +389,7 @@ impl Filter<'_> {
         closest.hits::<<Lane<N> as Width>::D<S>>(self.resolver(), rays.packet, find)
     }
 
-    /// Their pairs, for the resolver.
+    /// The pairs of a packet's rays and a triangle, for the resolver.
     #[inline(always)]
     fn rays_on<'a, P: Fn(LeafSlot) -> Triangle, const N: usize>(
         &'a self,
@@ -397,18 +402,19 @@ impl Filter<'_> {
     }
 }
 
-/// Sixteen rays with consecutive numbers, some of which take part.
+/// Sixteen rays with consecutive ids, some of which take part in a test.
 pub struct NumberedPacket<'a, 'b, S: Simd> {
     /// The rays.
     pub packet: &'a PreparedPacket<'b, S, 16>,
-    /// The number of the first.
+    /// The id of the first ray.
     pub first: RayId,
-    /// Those that take part, a bit each.
+    /// The rays that take part, one bit each.
     pub live: u32,
 }
 
 impl<S: Simd> NumberedPacket<'_, '_, S> {
-    /// Offers the rays' hits with the triangle in a lane of a block to their closest hits.
+    /// Tests the rays against the triangle in a lane of a block, and offers the hits to the rays'
+    /// closest hits.
     #[inline(always)]
     pub fn offer_hits_with(
         &self,
@@ -431,7 +437,7 @@ impl<S: Simd> NumberedPacket<'_, '_, S> {
     }
 }
 
-/// The hits among the lanes, each with its t, within the far end of its interval.
+/// Finds the hits among the lanes, with their t. Hits must be before the far end of the interval.
 #[inline(always)]
 fn all_hits<F: Lanes<Scalar = f32>, const N: usize>(
     verdicts: &Verdicts<F>,
@@ -442,7 +448,7 @@ fn all_hits<F: Lanes<Scalar = f32>, const N: usize>(
     let mut t_hi = [0.0; N];
     verdicts.t_hi.store(&mut t_hi);
     for lane in lanes_of(verdicts.lanes()) {
-        // A certain hit before the far end only needs its t; any other lane may still be a miss.
+        // A certain hit before the far end only needs its t. Any other lane may still be a miss.
         let is_sure = verdicts.hit >> lane & 1 != 0 && t_hi[lane] < t_max(lane);
         let t = if is_sure { Some(pairs.t(lane)) } else { pairs.hit(lane) };
         if let Some(t) = t {

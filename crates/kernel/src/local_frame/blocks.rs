@@ -1,28 +1,29 @@
-//! The copies of eight triangles in lanes.
+//! Copies of eight triangles in lanes.
 
 use super::{LocalFrame, pow2};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd, Vec3};
 
 impl LocalFrame {
-    /// The copies of eight triangles in lanes, where `corners[k][axis][lane]` is of corner k+1, as computed
-    /// by [`LocalFrame::triangle`]. Lanes that are not `live` are dead.
+    /// Computes the copies of eight triangles in lanes, with the same results as
+    /// [`LocalFrame::triangle`]. `corners[k][axis][lane]` belongs to corner k+1. Lanes that are not
+    /// `live` are dead.
     #[inline(always)]
     pub fn block_in<S: Simd>(&self, corners: &[[[f64; 8]; 3]; 3], live: u32) -> TriangleBlock<8> {
         let (centre, scale) =
             (Vec3::<S::F64x8>::splat(self.centre), S::F64x8::splat(pow2(self.up)));
         let [c1, c2, c3] = corners;
         let (c1, c2, c3) = (Vec3::<S::F64x8>::load(c1), Vec3::load(c2), Vec3::load(c3));
-        // The product with a power of two is exact, so a coordinate is rounded by the difference in f64 and
-        // once to f32.
+        // Multiplying by a power of two is exact, so a coordinate is rounded only twice: by the
+        // difference in f64 and by the conversion to f32.
         let at = (c1 - centre) * scale;
         let (minus_h4, h5, h6) = ((c1 - c2) * scale, (c3 - c1) * scale, (c3 - c2) * scale);
         TriangleBlock::of_copied_lanes([at, minus_h4, h5], h6, live)
     }
 
-    /// The box around the boxes of all live triangles, as computed by [`LocalFrame::bounds`]. They must be
-    /// finite. If no triangle is live, the box is inverted: its lower sides are infinite, its upper sides
-    /// minus infinity.
+    /// Computes the box around all live triangles, from the same boxes as [`LocalFrame::bounds`].
+    /// The triangles must be finite. If no triangle is live, the box is inverted: its lower sides
+    /// are infinity and its upper sides are minus infinity.
     #[inline(always)]
     pub fn bounds_in<S: Simd>(&self, corners: &[[[f64; 8]; 3]; 3], live: u32) -> [[f32; 3]; 2] {
         let scale = S::F64x8::splat(pow2(self.up));
@@ -36,7 +37,7 @@ impl LocalFrame {
             let centre = S::F64x8::splat(self.centre[axis]);
             let (a, b) = (S::F64x8::load(&c1[axis]), S::F64x8::load(&c2[axis]));
             let c = S::F64x8::load(&c3[axis]);
-            // Rounding preserves order, so it is enough to round the extremes.
+            // Rounding preserves order, so only the extremes have to be rounded.
             let (mut lo, mut hi) = ([0.0; 8], [0.0; 8]);
             ((a.min(b).min(c) - centre) * scale).store_f32(&mut lo);
             ((a.max(b).max(c) - centre) * scale).store_f32(&mut hi);
@@ -68,7 +69,7 @@ mod tests {
         }
     }
 
-    /// Ordinary triangles and unusual ones, at every level.
+    /// Tests ordinary and unusual triangles at every level.
     #[test]
     fn copies_in_lanes_are_those_of_one_triangle() {
         let frame = LocalFrame::around(
@@ -113,7 +114,7 @@ mod tests {
                 let (parts, longest) = bits(&block);
                 let (expected_parts, expected_longest) = bits(&one_by_one);
                 assert_eq!(parts, expected_parts, "{corners:?}");
-                // All NaNs are equal here.
+                // Treat all NaNs as equal.
                 for (a, b) in longest.into_iter().zip(expected_longest) {
                     let same = a == b || (f32::from_bits(a).is_nan() && f32::from_bits(b).is_nan());
                     assert!(same, "{corners:?}");

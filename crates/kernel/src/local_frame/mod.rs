@@ -1,16 +1,16 @@
-//! The frame of the f32 copies of a scene given in f64: relative to the scene's centre, and scaled by a power
-//! of two.
+//! The frame for the f32 copies of a scene given in f64. The copies are relative to the scene's
+//! centre and scaled by a power of two.
 //!
 //! ```text
 //!        f64                          f32, for the filter and traversal
 //!   528 980.13 ────────────┐
 //!   528 981.20 ──┐ centre  │          c1 ──►  2ⁿ (c1 - centre)        rounded
-//!                ▼    ▼    ▼          h4 ──►  2ⁿ (c2 - c1)            rounded: small ones stay sharp
+//!                ▼    ▼    ▼          h4 ──►  2ⁿ (c2 - c1)            rounded; precise if short
 //!   ─────────────●────┼────●───       o  ──►  2ⁿ (o - centre)         rounded
 //!                                     d  ──►  2ᵐ d                    rounded
 //! ```
 //!
-//! The filter's bounds cover the rounding of the copies: `docs/numerics/f64.md`, section 4.
+//! The filter's error bounds cover the rounding of the copies (`docs/numerics/f64.md`, section 4).
 
 mod blocks;
 mod rays;
@@ -21,56 +21,60 @@ use crate::scalar::Bits;
 use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
-/// The smallest and largest exponent of the scale, which brings the farthest corner to between 1 and 2.
-/// Within these limits the scale is a normal f64, and numbers that the CPU may read as 0 stay below all
-/// bounds.
+/// The smallest and largest exponents of the scale, which brings the farthest corner to between 1
+/// and 2. Within these limits, the scale is a normal f64, and numbers that the CPU may read as 0
+/// stay below all error bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
-/// A direction is scaled like points if the exponent of its scaled length is within ± this. Any other gets
-/// its own scale, which brings its length close to 1.
+/// A direction is scaled like points if the exponent of its scaled length is within ± this. Any
+/// other direction gets its own scale, which brings its length close to 1.
 const SAME: i32 = 30;
 
-/// Coordinates of origins are clamped to this. It is beyond the limits of the slab test and of the filter, so
-/// all triangles are tested in f64. Clamping to less would bend the line of a ray that the slab test accepts.
+/// The limit to which coordinates of origins are clamped. It is beyond the limits of the slab test
+/// and the filter, so all triangles are tested in f64. A smaller limit would bend the line of a ray
+/// that the slab test accepts.
 const FAR_OUT: f64 = f32::MAX as f64;
 
 /// A ray that hits nothing.
 const DEAD: Ray = Ray { origin: [0.0; 3], t_min: 1.0, dir: [1.0, 0.0, 0.0], t_max: 0.0 };
 
-/// The frame of the f32 copies of a scene given in f64.
+/// The frame for the f32 copies of a scene given in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalFrame {
     centre: [f64; 3],
     /// The exponent of the scale.
     up: i32,
-    /// A bound on the sum of a corner's coordinates relative to the centre.
+    /// An upper bound on the sum of the coordinates' magnitudes of a corner, relative to the
+    /// centre.
     reach: f32,
 }
 
 impl LocalFrame {
-    /// The frame for corners between the lowest and the highest coordinates, most of which are in the box
-    /// `crowd`. An empty frame if the coordinates are not finite. Its centre is the point of the crowd that
-    /// is nearest to the centre of all, so that a few distant triangles do not cost the others their digits.
+    /// Creates a frame for corners between the lowest and the highest coordinates, most of which
+    /// are in the box `crowd`. The frame is empty if the coordinates are not finite. Its centre is
+    /// the point of the crowd that is nearest to the centre of the whole scene, so that a few
+    /// distant triangles do not cost the others precision.
     pub fn around([lo, hi]: [[f64; 3]; 2], crowd: [[f64; 3]; 2]) -> Self {
         if !lo.iter().chain(&hi).all(|x| x.is_finite()) {
             return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
         }
         let middle = |k: usize| 0.5 * lo[k] + 0.5 * hi[k];
-        // The centre of all, unless a few distant triangles pull it away from most of the scene (f64.md,
-        // section 4).
+        // The centre of the scene, unless a few distant triangles pull it away from most of the
+        // scene (f64.md, section 4).
         let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
-        // The distance of the farthest side from the centre along each axis, which the scale brings to
-        // between 1 and 2.
+        // The distance from the centre to the farther side along each axis. The scale brings the
+        // largest of these to between 1 and 2.
         let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
         let up = -exponent(half[0].max(half[1]).max(half[2]));
         let up = up.clamp(SCALES.0, SCALES.1);
-        // Slightly more than the sum, which covers the rounding of the copies and of the sum.
+        // Use slightly more than the sum, to cover the rounding of the copies and of the sum
+        // itself.
         let reach = half.iter().map(|x| x * pow2(up)).sum::<f64>();
         Self { centre, up, reach: reach as f32 * (1.0 + 1.0 / 1024.0) }
     }
 
-    /// The frame with this centre and exponent, if they are valid. `farthest` bounds the scaled distance of corners from
-    /// the centre along each axis.
+    /// Creates the frame with this centre and exponent, if they are valid. `farthest` bounds the
+    /// scaled distance of corners from the centre along each axis.
     pub fn of(centre: [f64; 3], up: i32, farthest: [f32; 3]) -> Option<Self> {
         let sane = centre.iter().all(|x| x.is_finite()) && (SCALES.0..=SCALES.1).contains(&up);
         let reach = farthest.iter().map(|&x| f64::from(x)).sum::<f64>() as f32;
@@ -82,7 +86,7 @@ impl LocalFrame {
         (self.centre, self.up)
     }
 
-    /// A bound on the sum of the coordinates of a corner's copy.
+    /// An upper bound on the sum of the coordinates' magnitudes of a corner's copy.
     pub fn reach(&self) -> f32 {
         self.reach
     }
@@ -92,20 +96,22 @@ impl LocalFrame {
         pow2(self.up)
     }
 
-    /// The scaled coordinate of a number on an axis.
+    /// The scaled coordinate of a number along an axis.
     #[inline(always)]
     fn place(&self, x: f64, axis: usize) -> f64 {
         (x - self.centre[axis]) * pow2(self.up)
     }
 
-    /// The box of a triangle's copy, which contains the scaled triangle; `None` if it is not finite.
+    /// The box of a triangle's copy, which contains the scaled triangle. Returns `None` if a corner
+    /// is not finite.
     #[inline]
     pub fn bounds(&self, TriangleOf(corners): &Triangle64) -> Option<[[f32; 3]; 2]> {
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;
         }
         let mut bounds = [[0.0; 3]; 2];
-        // A step of f32 outward exceeds all roundings, so the scaled triangle is inside the box.
+        // One f32 step outward exceeds all rounding errors, so the scaled triangle is inside the
+        // box.
         for axis in 0..3 {
             let [a, b, c] = corners.map(|corner| corner[axis]);
             bounds[0][axis] = (self.place(a.min(b).min(c), axis) as f32).next_down();
@@ -117,8 +123,8 @@ impl LocalFrame {
     /// The copy of a triangle.
     #[inline]
     pub fn triangle(&self, TriangleOf([c1, c2, c3]): &Triangle64) -> Copy32 {
-        // Edges are differences of the originals, not of copies, so a small triangle far from the centre
-        // keeps its digits.
+        // Edges are differences of the originals, not of the copies, so a small triangle far from
+        // the centre keeps its precision.
         let scale = pow2(self.up);
         let sub = |a: &[f64; 3], b: &[f64; 3]| [0, 1, 2].map(|k| (a[k] - b[k]) * scale);
         let (minus_h4, h5, h6) = (sub(c1, c2), sub(c3, c1), sub(c3, c2));
@@ -126,13 +132,13 @@ impl LocalFrame {
         let square = |v: &[f64; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
         let (a, b, c) = (square(&minus_h4), square(&h5), square(&h6));
 
-        // A NaN in any edge makes the sum NaN, which is not less than infinity.
+        // A NaN in any edge makes the sum NaN, and the comparison is then false.
         let far = f64::from(LARGEST);
         let near =
             (0..3).all(|k| at[k].abs() <= far && minus_h4[k].abs() <= far && h5[k].abs() <= far);
         let known = near && a + b + c < f64::INFINITY;
         let longest = Lanes::sqrt(a.max(b).max(c)) as f32;
-        // Two steps up, which covers all roundings of the length.
+        // Two steps up cover all rounding errors of the length.
         let above = f32::from_bits((longest + SHORTEST).to_bits() + 2);
         Copy32 {
             parts: [at, minus_h4, h5].map(|v| v.map(|x| x as f32)),
@@ -140,7 +146,8 @@ impl LocalFrame {
         }
     }
 
-    /// The copy of a point: it is in every box from [`LocalFrame::bounds`] that contains the point.
+    /// The copy of a point. It is inside the box that [`LocalFrame::bounds`] returns for any
+    /// triangle whose own box contains the point.
     #[inline]
     pub fn point(&self, point: [f64; 3]) -> [f32; 3] {
         [0, 1, 2].map(|k| self.place(point[k], k) as f32)
@@ -149,26 +156,28 @@ impl LocalFrame {
     /// Two points that enclose the scaled original of a finite point.
     #[inline]
     pub fn around_point(&self, point: [f64; 3]) -> [[f32; 3]; 2] {
-        // Halved first, because the difference may exceed the range of f64.
+        // Halve both first, because the difference may exceed the range of f64.
         let half = |k: usize| (0.5 * point[k] - 0.5 * self.centre[k]) * pow2(self.up + 1);
         let near = [0, 1, 2].map(|k| half(k) as f32);
         [near.map(f32::next_down), near.map(f32::next_up)]
     }
 
-    /// How far, along an axis, a scaled corner may be from the sum of its copy's parts in f32.
+    /// The maximum distance, along an axis, between a scaled corner and the sum of its copy's parts
+    /// in f32.
     #[inline]
     pub fn corner_room(&self) -> f32 {
         self.reach * (5.0 / (1 << 24) as f32)
     }
 
-    /// The copy of a ray: its interval contains the scaled one.
+    /// The copy of a ray. Its interval contains the scaled interval of the original.
     #[inline]
     pub fn ray(&self, ray: &Ray64) -> Ray {
         let scale = pow2(self.up);
         let origin = [0, 1, 2].map(|k| self.place(ray.origin[k], k));
         let dir = ray.dir.map(|x| x * scale);
 
-        // Nearly always true, and false for NaN: then t is that of the ray.
+        // The condition is nearly always true, and false for NaN. If it is true, the copy's t is
+        // the ray's t.
         let has_interval = ray.t_min < ray.t_max && ray.t_max > 0.0;
         let is_near = origin.iter().all(|x| x.abs() <= FAR_OUT);
         let is_short = dir.iter().all(|x| x.abs() <= pow2(SAME));
@@ -193,9 +202,10 @@ impl LocalFrame {
         if !(has_interval(ray) && finite(&ray.origin) && finite(&ray.dir) && goes) {
             return DEAD;
         }
-        // A clamped origin stays finite in f32, and is so far out that no test in f32 depends on it.
+        // A clamped origin is finite in f32, but so far out that no test in f32 depends on it.
         let at = |k: usize| self.place(ray.origin[k], k).clamp(-FAR_OUT, FAR_OUT) as f32;
-        // Such a ray is so short or so long that its copy has its own scale, and t has other units.
+        // The direction of such a ray may be so short or so long that the copy needs its own scale,
+        // and t then has different units.
         let times = self.exponent(ray);
         Ray {
             origin: [at(0), at(1), at(2)],
@@ -205,7 +215,7 @@ impl LocalFrame {
         }
     }
 
-    /// The t of a ray's copy is the ray's t times 2 to this exponent, which is nearly always 0.
+    /// The exponent e for which the copy's t is the ray's t times `2^e`; nearly always 0.
     #[inline]
     pub fn exponent(&self, ray: &Ray64) -> i32 {
         let length = self.up + longest_exponent(ray);
@@ -213,42 +223,43 @@ impl LocalFrame {
     }
 }
 
-/// The exponent of the largest component of a direction; 0 if all are 0.
+/// The exponent of the largest component of a direction; 0 if all components are 0.
 #[inline]
 fn longest_exponent(ray: &Ray64) -> i32 {
     let [x, y, z] = ray.dir.map(Bits::rank);
     exponent(f64::from_bits(x.max(y).max(z)))
 }
 
-/// The exponent e of a positive number from `2^e` up to twice that; 0 for 0.
+/// The e for which `2^e <= x < 2^(e+1)`, for a positive x; 0 for 0.
 #[inline]
 fn exponent(x: f64) -> i32 {
     let (m, e) = x.parts();
     if m == 0 { 0 } else { 63 - m.leading_zeros() as i32 + e }
 }
 
-/// `x 2^by`, rounded; infinite or about 0 if that is too large or too small. Works on the bits, because a CPU
-/// may be set to read a subnormal x as 0.
+/// Rounds `x 2^by`. The result is infinite if it is too large, and about 0 if it is too small. This
+/// function works on the bits, because a CPU may be set to read a subnormal x as 0.
 #[inline]
 fn scaled(x: f64, by: i32) -> f64 {
     if !Bits::is_finite(x) {
         return x;
     }
     let (m, e) = x.parts();
-    // Two factors, because 2^by alone may be beyond the range of f64.
+    // Use two factors, because 2^by may be beyond the range of f64.
     let to = e + by;
     let half = (to / 2).clamp(-600, 600);
     m as f64 * pow2(half) * pow2((to - half).clamp(-1000, 1000))
 }
 
-/// A positive number or 0 rounded down.
+/// Rounds a positive number or 0 down.
 #[inline]
 fn below(x: f64) -> f32 {
     let near = x as f32;
     if f64::from(near) > x || near == f32::INFINITY { near.next_down().max(0.0) } else { near }
 }
 
-/// A positive far end, rounded up; at least the smallest normal number, since a CPU may read smaller ones as 0.
+/// Rounds a positive far end up. The result is at least the smallest normal number, because a CPU
+/// may read smaller numbers as 0.
 #[inline]
 fn end(x: f64) -> f32 {
     let near = x as f32;
@@ -256,7 +267,7 @@ fn end(x: f64) -> f32 {
     above.max(f32::MIN_POSITIVE)
 }
 
-/// `2^e`, a normal number.
+/// `2^e`, where the result must be a normal number.
 #[inline(always)]
 fn pow2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)

@@ -1,4 +1,4 @@
-//! The copies of many rays, with the eight numbers of a ray in lanes.
+//! Copies of many rays, with the eight numbers of each ray in lanes.
 
 use alloc::vec::Vec;
 
@@ -7,7 +7,7 @@ use crate::simd::{Lanes, Level, Mask, Simd, WithSimd};
 use crate::{Ray, Ray64};
 
 impl LocalFrame {
-    /// The copies of rays, as computed by [`LocalFrame::ray`].
+    /// Computes the copies of rays, with the same results as [`LocalFrame::ray`].
     #[inline]
     pub fn rays(&self, level: Level, rays: &[Ray64], copies: &mut Vec<Ray>) {
         copies.resize(rays.len(), super::DEAD);
@@ -30,7 +30,7 @@ impl WithSimd for Copies<'_> {
         let ([x, y, z], scale) = (frame.centre, pow2(frame.up));
         let centre = S::F64x8::load(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let scale = S::F64x8::load(&[scale, scale, scale, 1.0, scale, scale, scale, 1.0]);
-        // Within these limits t is that of the ray, and its origin is near.
+        // Within these limits, the copy's t is the ray's t, and the ray's origin is near.
         let (least, most) = (pow2(-SAME), pow2(SAME));
         let infinity = f64::INFINITY;
         let most = [FAR_OUT, FAR_OUT, FAR_OUT, infinity, most, most, most, infinity];
@@ -42,7 +42,7 @@ impl WithSimd for Copies<'_> {
             let size = placed.abs();
             let goes = size.ge(least).bits() & 0b0111_0000 != 0;
             let has_interval = ray.t_min < ray.t_max && ray.t_max > 0.0;
-            // False for NaN.
+            // The comparison is false for NaN.
             if goes & has_interval && size.le(most).bits() == 0b1111_1111 {
                 let to: &mut [f32; 8] = bytemuck::cast_mut(copy);
                 placed.store_f32(to);
@@ -63,7 +63,7 @@ mod tests {
     use crate::simd::Level;
     use crate::{Ray, Ray64};
 
-    /// Ordinary rays and unusual ones, at every level.
+    /// Tests ordinary and unusual rays at every level.
     #[test]
     fn copies_in_lanes_are_those_of_one_ray() {
         let frame = LocalFrame::around(

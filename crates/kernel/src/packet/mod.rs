@@ -1,4 +1,4 @@
-//! Packets: N rays, or N triangles, in structure-of-arrays order.
+//! Packets: N rays or N triangles in structure-of-arrays order.
 
 use bytemuck::Zeroable;
 
@@ -8,7 +8,7 @@ use crate::{Ray, RayOf, Scalar, Triangle};
 
 /// N rays in lanes: `origin[axis][lane]`.
 ///
-/// Lanes beyond the given rays repeat the last one and are dead: no result includes them.
+/// Unused lanes repeat the last ray and are dead: no result includes them.
 ///
 /// ```
 /// use intertri::{Ray, RayPacket};
@@ -20,9 +20,9 @@ use crate::{Ray, RayOf, Scalar, Triangle};
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct RayPacket<const N: usize> {
-    /// The origins by axis.
+    /// The origins, by axis.
     pub origin: [[f32; N]; 3],
-    /// The directions by axis.
+    /// The directions, by axis.
     pub dir: [[f32; N]; 3],
     /// The near ends of the intervals.
     pub t_min: [f32; N],
@@ -32,7 +32,7 @@ pub struct RayPacket<const N: usize> {
 }
 
 impl<const N: usize> RayPacket<N> {
-    /// A packet of the first N rays of a slice, or of fewer if it is shorter.
+    /// Creates a packet from the first N rays of a slice, which may contain fewer.
     ///
     /// ```
     /// use intertri::{Ray, RayPacket};
@@ -62,7 +62,7 @@ impl<const N: usize> RayPacket<N> {
         packet
     }
 
-    /// Bit i is set if lane i is a given ray.
+    /// The live lanes: bit i is set if lane i contains one of the given rays.
     #[inline(always)]
     pub fn live(&self) -> u32 {
         self.live
@@ -82,17 +82,17 @@ impl<const N: usize> RayPacket<N> {
 
 /// N triangles in lanes.
 ///
-/// Lanes beyond the given triangles repeat the last one and are dead: no result includes them.
+/// Unused lanes repeat the last triangle and are dead: no result includes them.
 ///
 /// ```
 /// use intertri::{Triangle, TriangleBlock};
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
 /// let block = TriangleBlock::<8>::new(&[at(5.0), at(7.0)]);
 /// assert_eq!((block.live(), block.triangle(1)), (0b11, at(7.0)));
-/// // The z of the first corners.
+/// // The z coordinates of the first corners.
 /// assert_eq!(block.corners()[0][2][..3], [5.0, 7.0, 7.0]);
 /// ```
-// A row of eight is 32 bytes, so a block with eight indices is six cache lines.
+// A row of eight is 32 bytes, so a block together with eight indices takes six cache lines.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub struct TriangleBlock<const N: usize> {
@@ -102,7 +102,7 @@ pub struct TriangleBlock<const N: usize> {
 }
 
 impl<const N: usize> TriangleBlock<N> {
-    /// A block of the first N triangles of a slice, or of fewer if it is shorter.
+    /// Creates a block from the first N triangles of a slice, which may contain fewer.
     ///
     /// ```
     /// use intertri::{Triangle, TriangleBlock};
@@ -120,7 +120,7 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// Up to N copies of triangles, the rest filled with the last.
+    /// Creates a block from up to N copies of triangles. Unused lanes repeat the last copy.
     #[doc(hidden)]
     pub fn of_copies(copies: &[Copy32]) -> Self {
         let live = copies.len().min(N);
@@ -138,7 +138,7 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// Without the longest edges.
+    /// Creates a block without the longest edges.
     #[inline(always)]
     fn of_corners(triangles: &[Triangle]) -> Self {
         let live = triangles.len().min(N);
@@ -157,19 +157,19 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// The corners: `corners()[k][axis][lane]` is of corner k+1.
+    /// The corners: `corners()[k][axis][lane]` belongs to corner k+1.
     #[inline(always)]
     pub fn corners(&self) -> &[[[f32; N]; 3]; 3] {
         &self.corners
     }
 
-    /// An upper bound on each lane's longest edge, at least [`SHORTEST`].
+    /// An upper bound on the longest edge in each lane, at least [`SHORTEST`].
     #[inline(always)]
     pub(crate) fn longest_edges(&self) -> &[f32; N] {
         &self.longest_edges
     }
 
-    /// Bit i is set if lane i is a given triangle.
+    /// The live lanes: bit i is set if lane i contains one of the given triangles.
     #[inline(always)]
     pub fn live(&self) -> u32 {
         self.live
@@ -178,7 +178,7 @@ impl<const N: usize> TriangleBlock<N> {
     /// The triangle in a lane.
     #[inline(always)]
     pub fn triangle(&self, lane: usize) -> Triangle {
-        // Not `map`, which is not always inlined.
+        // Avoid `map`, which is not always inlined.
         let mut triangle = Triangle([[0.0; 3]; 3]);
         for (to, from) in triangle.0.iter_mut().zip(&self.corners) {
             for (to, from) in to.iter_mut().zip(from) {
@@ -190,7 +190,7 @@ impl<const N: usize> TriangleBlock<N> {
 }
 
 impl TriangleBlock<8> {
-    /// [`TriangleBlock::new`], to be called in a loop at some level.
+    /// [`TriangleBlock::new`] for loops that are compiled for an instruction level.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -220,8 +220,8 @@ impl TriangleBlock<8> {
         block
     }
 
-    /// A block from triangles that are already in lanes: `corners[k][axis][lane]` is of corner k+1. Any lane
-    /// may be dead: those that are not `live`.
+    /// Creates a block from triangles that are already in lanes: `corners[k][axis][lane]` belongs
+    /// to corner k+1. Lanes whose bit in `live` is 0 are dead.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -249,7 +249,8 @@ impl TriangleBlock<8> {
         block
     }
 
-    /// A block of copies from the lanes of their parts: a corner, the edges -h4 and h5, and the third edge.
+    /// Creates a block of copies from their parts in lanes: a corner, the edges -h4 and h5, and the
+    /// third edge.
     #[inline(always)]
     pub(crate) fn of_copied_lanes<D: Lanes<Scalar = f64>>(
         parts: [Vec3<D>; 3],
@@ -271,13 +272,14 @@ impl TriangleBlock<8> {
 /// The f32 copy of a triangle given in f64.
 #[derive(Clone, Copy, Debug)]
 pub struct Copy32 {
-    /// The first corner, and the edges from the second to it and from it to the third.
+    /// The first corner, the edge from the second corner to the first, and the edge from the first
+    /// corner to the third.
     pub parts: [[f32; 3]; 3],
-    /// At least the longest edge; NaN if f32 must not decide.
+    /// An upper bound on the longest edge; NaN if f32 must not decide.
     pub longest: f32,
 }
 
-/// The results of a packet of rays or a block of triangles.
+/// The hits of a packet of rays or in a block of triangles.
 ///
 /// ```
 /// use intertri::{Mode, PacketHits, Ray, Triangle, TriangleBlock};
@@ -291,12 +293,12 @@ pub struct Copy32 {
 pub struct PacketHits<const N: usize> {
     /// Bit i is set if lane i is a hit.
     pub bits: u32,
-    /// The `t` of each lane; meaningful if its bit is set.
+    /// The `t` of each lane, valid if the lane's bit is set.
     pub t: [f64; N],
 }
 
 impl<const N: usize> PacketHits<N> {
-    /// The lanes that are hits, from the lowest, each with its `t`.
+    /// Iterates over the lanes that are hits, in ascending order, with their `t`.
     ///
     /// ```
     /// let hits = intertri::PacketHits { bits: 0b1010, t: [0.0, 5.0, 0.0, 3.0] };
@@ -309,49 +311,50 @@ impl<const N: usize> PacketHits<N> {
     }
 }
 
-/// Edges count as at least this long (2^-48), so that the effect of underflow on the product of two stays
-/// below that of a rounding.
+/// Shorter edges are treated as if they had this length (2^-48), so that the effect of underflow on
+/// the product of two edges stays below the effect of a rounding.
 pub(crate) const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 
-/// If a coordinate is larger than this (2^40), f32 does not decide; so no product overflows.
+/// If a coordinate is larger than this (2^40), f32 does not decide. This keeps products from
+/// overflowing.
 pub(crate) const LARGEST: f32 = (1_u64 << 40) as f32;
 
-/// The lengths of the longest edges, rounded up and at least [`SHORTEST`]; NaN if a corner is too far out for
-/// f32 to decide anything.
+/// Computes the lengths of the longest edges, rounded up and at least [`SHORTEST`]. A length is NaN
+/// if a corner is too far out for f32 to decide.
 #[inline(always)]
 fn longest_edges<D: Lanes<Scalar = f64>>([c1, c2, c3]: &[Vec3<D>; 3], edges: &mut [f32]) {
     longest_of([*c1 - *c2, *c2 - *c3, *c3 - *c1], largest([*c1, *c2, *c3]), edges);
 }
 
-/// The largest coordinate of three vectors.
+/// The largest magnitude of a coordinate of three vectors.
 #[inline(always)]
 fn largest<D: Lanes>([a, b, c]: [Vec3<D>; 3]) -> D {
     let (a, b, c) = (a.abs(), b.abs(), c.abs());
     a.x.max(a.y).max(a.z).max(b.x.max(b.y).max(b.z)).max(c.x.max(c.y).max(c.z))
 }
 
-/// [`longest_edges`] of edges, given the largest coordinates.
+/// [`longest_edges`] for given edges and the largest coordinate of the corners.
 #[inline(always)]
 fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges: &mut [f32]) {
     let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
-    // The conversion may round down; the two steps below bring the bound back above the length.
+    // The conversion may round down. The two steps up below restore the bound.
     a.max(b).max(c).sqrt().store_f32(edges);
-    // A NaN in any edge makes the sum NaN, which is not less than infinity.
+    // A NaN in any edge makes the sum NaN, and the comparison is then false.
     let known = (a + b + c).lt(D::splat(f64::INFINITY));
     let sane = (known & largest.le(D::splat(f64::from(LARGEST)))).bits();
     for (lane, edge) in edges.iter_mut().enumerate() {
-        // Two steps up, which covers all roundings of the length; for a NaN any bits are fine.
+        // Two steps up cover all rounding errors of the length. For NaN, the bits do not matter.
         let above = f32::from_bits((*edge + SHORTEST).to_bits().wrapping_add(2));
         *edge = if sane >> lane & 1 != 0 { above } else { f32::NAN };
     }
 }
 
-/// The lowest `n` bits.
+/// A mask of the lowest `n` bits.
 fn mask(n: usize) -> u32 {
     ((1_u64 << n) - 1) as u32
 }
 
-/// Rays in lanes, with the values that a test needs; one ray may fill all lanes.
+/// Rays in lanes, with the values that a test needs. All lanes may contain the same ray.
 #[derive(Clone, Copy)]
 pub struct RayLanes<L> {
     pub(crate) org: Vec3<L>,
@@ -361,7 +364,7 @@ pub struct RayLanes<L> {
 }
 
 impl<L: Lanes> RayLanes<L> {
-    /// N different rays.
+    /// Loads N different rays.
     #[inline(always)]
     pub(crate) fn of_packet<const N: usize>(packet: &RayPacket<N>) -> Self {
         Self {
@@ -374,7 +377,7 @@ impl<L: Lanes> RayLanes<L> {
 }
 
 impl<L: Lanes> RayLanes<L> {
-    /// One ray for all lanes.
+    /// Copies one ray to all lanes.
     #[inline(always)]
     pub(crate) fn splat(one: &RayLanes<L::Scalar>) -> Self {
         let vec3 = |v: Vec3<L::Scalar>| Vec3::splat([v.x, v.y, v.z]);
@@ -388,7 +391,7 @@ impl<L: Lanes> RayLanes<L> {
 }
 
 impl<L: Lanes> RayLanes<L> {
-    /// The same ray in every lane.
+    /// Converts one ray and copies it to all lanes.
     #[inline(always)]
     pub fn of_ray<S: Scalar + Into<L::Scalar>>(ray: &RayOf<S>) -> Self {
         Self {
@@ -399,7 +402,7 @@ impl<L: Lanes> RayLanes<L> {
         }
     }
 
-    /// The same rays with different far ends.
+    /// Replaces the far ends of the rays.
     #[inline(always)]
     pub fn until(self, t_max: L) -> Self {
         Self { t_max, ..self }
@@ -421,8 +424,8 @@ mod tests {
         }
     }
 
-    /// Numbers of every kind in every corner: the blocks are the same, and each bound on a longest edge is
-    /// valid, or NaN.
+    /// Tests all kinds of numbers in all corners: the blocks are the same at every level, and every
+    /// bound on a longest edge is valid or NaN.
     #[test]
     fn longest_edges_are_the_same_at_every_level() {
         let numbers = [0.0, -0.0, 1e-45, 1.0, -3.7, 1e9, LARGEST, -LARGEST, 2.0 * LARGEST];
@@ -440,7 +443,8 @@ mod tests {
                 assert_eq!(block.live, plain.live);
             }
 
-            // Compared with f64, which can represent the square of any edge that f32 may decide about.
+            // Compare with f64, which can represent the square of any edge for which f32 may
+            // decide.
             let sane = triangle.0.as_flattened().iter().all(|x| x.abs() <= LARGEST);
             assert_eq!(plain.longest_edges[0].is_nan(), !sane, "{triangle:?}");
             for k in 0..3 {

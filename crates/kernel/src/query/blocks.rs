@@ -8,9 +8,9 @@ use crate::simd::{Lanes, Vec3};
 
 /// Triangles prepared for many rays.
 ///
-/// Queries of [`Mode`](crate::Mode) over plain slices load the triangles into lanes for each ray. `Blocks`
-/// does it once, and keeps a copy of them. The answers are those of the slice. For more than a few hundred
-/// triangles, a hierarchy is faster, such as `Bvh` in the crate `intertri-trace`.
+/// The queries of [`Mode`](crate::Mode) over plain slices load the triangles into lanes for each
+/// ray. `Blocks` loads them once and keeps a copy. Its results are the same as for the slice. For
+/// more than a few hundred triangles, a BVH is faster, such as `Bvh` in the crate `intertri-trace`.
 ///
 /// ```
 /// use intertri::{Blocks, Mode, Ray, Triangle};
@@ -31,7 +31,7 @@ pub struct Blocks {
     len: usize,
 }
 
-/// A block, aligned so that each row of sixteen numbers is a cache line.
+/// A block, aligned so that each row of sixteen numbers is one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Aligned(TriangleBlock<16>);
@@ -60,7 +60,7 @@ impl Blocks {
         self.len == 0
     }
 
-    /// A triangle.
+    /// Returns the triangle with the given index.
     ///
     /// # Panics
     /// Panics if the index is out of bounds.
@@ -69,10 +69,10 @@ impl Blocks {
         self.blocks[index / 16].0.triangle(index % 16)
     }
 
-    /// The corners of as many triangles as there are lanes, and bounds on their longest edges.
+    /// Loads a row: one triangle per lane, with upper bounds on the longest edges.
     #[inline(always)]
     pub(super) fn row<F: Lanes<Scalar = f32>>(&self, first: usize) -> ([Vec3<F>; 3], F) {
-        // Sixteen is a multiple of every level's width, so a row never spans two blocks.
+        // Sixteen is a multiple of the width at every level, so a row never spans two blocks.
         let (Aligned(block), lane) = (&self.blocks[first / 16], first % 16);
         let [c1, c2, c3] = block.corners();
         let longest_edges = F::load(&block.longest_edges()[lane..]);
@@ -80,7 +80,7 @@ impl Blocks {
     }
 }
 
-/// The lanes of three rows, from `lane` on.
+/// Loads three rows, from `lane` on.
 #[inline(always)]
 fn lanes_from<F: Lanes<Scalar = f32>>([x, y, z]: &[[f32; 16]; 3], lane: usize) -> Vec3<F> {
     Vec3 { x: F::load(&x[lane..]), y: F::load(&y[lane..]), z: F::load(&z[lane..]) }

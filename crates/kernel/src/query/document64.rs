@@ -1,4 +1,4 @@
-//! Slices given in f64, with the document's operations: a plain loop, one triangle at a time.
+//! Queries over f64 slices with the document's operations: a plain loop, one triangle at a time.
 
 use alloc::vec::Vec;
 
@@ -6,7 +6,7 @@ use crate::document;
 use crate::hit_attributes::of_pair;
 use crate::{Hit, Ray64, Threshold, Triangle64, TriangleId};
 
-/// The triangles that a ray hits, in order, with their t.
+/// The triangles that a ray hits, in the order of the slice, with their t.
 fn found<'a>(
     threshold: Threshold,
     triangles: &'a [Triangle64],
@@ -17,24 +17,24 @@ fn found<'a>(
     })
 }
 
-/// The closest hit; if two have the same t, the lowest index.
+/// The closest hit. If several hits have the same t, the lowest index wins.
 pub(super) fn closest(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -> Option<Hit> {
-    // `min_by` returns the first of equal elements, and they are in the order of their indices.
+    // `min_by` returns the first of several equal elements, and the elements are in index order.
     let (_, id) = found(threshold, triangles, ray).min_by(|(a, _), (b, _)| a.total_cmp(b))?;
     Some(of_pair(ray, &triangles[id.0 as usize], id))
 }
 
-/// Whether anything is hit.
+/// Whether the ray hits anything.
 pub(super) fn any(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -> bool {
     found(threshold, triangles, ray).next().is_some()
 }
 
-/// Every hit, by t; if two have the same t, by index.
+/// Every hit, sorted by t and, for equal t, by the index.
 pub(super) fn all(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let hits = found(threshold, triangles, ray);
     let mut hits: Vec<Hit> =
         hits.map(|(_, id)| of_pair(ray, &triangles[id.0 as usize], id)).collect();
-    // A stable sort: hits with equal t stay in the order of their indices.
+    // The sort is stable, so hits with equal t stay in index order.
     hits.sort_by(|a, b| a.t.total_cmp(&b.t));
     hits
 }

@@ -1,5 +1,5 @@
-//! Exact queries over f64 slices: a plain loop, eight triangles at a time, in f64 lanes with a bound.
-//! Integers settle the lanes that it leaves undecided.
+//! Exact queries over f64 slices: a plain loop over groups of eight triangles, in f64 lanes with an
+//! error bound. Integers settle the lanes that the bound leaves undecided.
 
 use alloc::vec::Vec;
 use core::cmp::Ordering;
@@ -9,7 +9,7 @@ use crate::packet::RayLanes;
 use crate::simd::{Level, Mask, Simd, Vec3, WithSimd, lanes_of};
 use crate::{Hit, Ray64, Triangle64};
 
-/// The closest hit; if two have the same t, the lower index wins.
+/// The closest hit. If two hits have the same t, the lower index wins.
 #[inline]
 pub(super) fn closest(
     rule: Rule,
@@ -25,7 +25,8 @@ pub(super) fn closest(
         found: |index| {
             let triangle = &triangles[index as usize];
             let t = exact::t(ray, triangle);
-            // Rounding preserves order, so the exact t are compared only if the rounded ones are equal.
+            // Rounding preserves order, so exact values of t are compared only if the rounded ones
+            // are equal.
             let closer = best.is_none_or(|(least, other)| match t.total_cmp(&least) {
                 Ordering::Equal => exact::order(ray, triangle, &triangles[other as usize]).is_lt(),
                 order => order.is_lt(),
@@ -42,7 +43,7 @@ pub(super) fn closest(
     hit[0].some()
 }
 
-/// Whether anything is hit.
+/// Whether the ray hits anything.
 #[inline]
 pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> bool {
     let mut any = false;
@@ -58,7 +59,7 @@ pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     any
 }
 
-/// Every hit, in order of the exact t; if several have the same t, in order of the index.
+/// Every hit, sorted by the exact t and, for equal t, by the index.
 #[inline]
 pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let mut pairs = Vec::new();
@@ -82,7 +83,8 @@ pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     hits
 }
 
-/// Calls `found` with the triangles that a ray hits, in order, until it returns false.
+/// Calls `found` for each triangle that a ray hits, in the order of the slice, until it returns
+/// false.
 struct Found<'a, F> {
     rule: Rule,
     triangles: &'a [Triangle64],
@@ -98,8 +100,8 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
         let Self { rule, triangles, ray, mut found } = self;
         let lanes = RayLanes::<S::F64x8>::of_ray(ray);
         for (some, first) in triangles.chunks(8).zip((0..).step_by(8)) {
-            // The bound does not hold for numbers that could overflow or underflow; such triangles are left
-            // to the integers.
+            // The error bound does not hold for numbers that could overflow or underflow. Triangles
+            // with such numbers are left to the integers.
             let (mut numbers, mut plain) = ([[[0.0; 8]; 3]; 3], 0_u32);
             for (lane, triangle) in some.iter().enumerate() {
                 for (to, from) in numbers.iter_mut().zip(&triangle.0) {
@@ -109,11 +111,11 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
             }
             let [c1, c2, c3] = &numbers;
             let decided = decide([Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)], &lanes);
-            // With the closed rule an edge that is met exactly is a hit; with `once` the tie rule has to
-            // decide it.
+            // An edge that is met exactly is a hit under the closed rule. Under `once`, the tie
+            // rule has to decide.
             let sure = if rule == Rule::Closed { decided.closed } else { decided.inside };
             let given = (1_u32 << some.len()) - 1;
-            // Neither verdict holds for a lane that is not plain.
+            // Neither verdict is valid for a lane that is not plain.
             let (miss, hit) = (decided.miss.bits() & plain, sure.bits() & plain);
             for lane in lanes_of(given & !miss) {
                 let is_hit = hit >> lane & 1 != 0 || exact::hit(rule, ray, &some[lane]);

@@ -1,4 +1,4 @@
-//! Queries over slices of any length, and the modes that answer them.
+//! Queries over slices of any length, and the modes that define their results.
 
 mod blocks;
 mod document64;

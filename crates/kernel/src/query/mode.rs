@@ -1,4 +1,4 @@
-//! The modes, and the queries over slices that each of them answers.
+//! The modes, and the queries over slices that they support.
 
 use alloc::vec::Vec;
 
@@ -10,49 +10,51 @@ use crate::packet::{PacketHits, RayPacket, TriangleBlock};
 use crate::simd::{Lane, Level, Simd, Width, WithSimd};
 use crate::{Hit, Ray, Threshold};
 
-/// How hits are decided, and on which CPU instructions.
+/// How hits are decided, and which CPU instructions are used.
 ///
 /// | mode | a triangle is hit if |
 /// | --- | --- |
 /// | [`Mode::exact`], the default | the true ray meets the closed triangle: its edges and corners belong to it |
 /// | [`Mode::once`] | the same, but each point of a mesh belongs to one of its triangles |
-/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: bit for bit a plain loop over that scalar reference |
+/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: results equal those of a plain loop over that scalar reference, bit for bit |
 ///
-/// In every mode a hit counts if `t_min <= t < t_max` and `t > 0`. A ray or a triangle with a NaN or an
-/// infinity is never hit, nor is a triangle without area. If two triangles are hit at the same t, the lower
-/// index is the closer one. Answers are the same on every CPU and at every [`Level`].
+/// In every mode, a hit counts if `t_min <= t < t_max` and `t > 0`. A ray or triangle with a NaN or
+/// infinite coordinate is never hit, nor is a triangle without area. If two triangles are hit at
+/// the same t, the lower index counts as closer. Results are the same on every CPU and at every
+/// [`Level`].
 ///
-/// [`closest`](Mode::closest), [`any`](Mode::any), [`all`](Mode::all) and [`crossings`](Mode::crossings) take
-/// slices of any length, in f32 or f64, and return t, u and v in f64. [`packet`](Mode::packet) and
-/// [`block`](Mode::block) take 4, 8 or 16 rays or triangles in lanes. If you write your own hierarchy, use
-/// the mode's [`filter`](Mode::filter) in its loops.
+/// [`closest`](Mode::closest), [`any`](Mode::any), [`all`](Mode::all), and
+/// [`crossings`](Mode::crossings) take slices of any length, in f32 or f64, and return t, u, and v
+/// in f64. [`packet`](Mode::packet) and [`block`](Mode::block) take 4, 8, or 16 rays or triangles
+/// in lanes. If you write your own BVH, use the mode's [`filter`](Mode::filter) in its loops.
 ///
 /// # Exact
-/// f32 lanes under a proven bound, and exact arithmetic if it does not decide. A hit is decided on the
-/// coordinates as given; t, u and v are the true numbers, correctly rounded. No ray slips through a mesh
-/// between two triangles that share an edge. A ray that starts on a triangle does not hit it there, and a ray
-/// parallel to a triangle does not hit it. `docs/numerics/exact.md` has the definition and the proof.
+/// Tests run in f32 lanes under a proven error bound, with exact arithmetic for the pairs that the
+/// bound leaves undecided. Hits are decided for the coordinates as given, and t, u, and v are the
+/// true numbers, correctly rounded. No ray slips through a mesh between two triangles that share an
+/// edge. A ray that starts on a triangle or is parallel to it does not hit it.
+/// `docs/numerics/exact.md` has the definition and the proof.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, simd::Level};
-/// // A square of two triangles, and a ray exactly through their common edge.
+/// // A square made of two triangles, and a ray exactly through their common edge.
 /// let [a, b, c, d] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
 /// let square = [Triangle::new(a, b, c), Triangle::new(d, c, b)];
 /// let ray = Ray::new([0.3, 0.7, 0.0], [0.0, 0.0, 3.0]);
 /// let hit = Mode::exact().closest(&square, &ray).unwrap();
 /// assert_eq!((hit.triangle, hit.t), (0, 5.0 / 3.0));
 /// assert_eq!(Mode::exact().at(Level::PORTABLE).closest(&square, &ray), Some(hit));
-/// // Both triangles own their edge; once, only one of them does.
+/// // Both triangles own their common edge; in the mode `once`, only one of them does.
 /// assert_eq!((Mode::exact().all(&square, &ray).len(), Mode::once().all(&square, &ray).len()), (2, 1));
 /// ```
 ///
 /// # Certified
-/// The same f32 lanes, and the reference's own f64 operations if they do not decide. It uses the document's
-/// [`Threshold`].
+/// Tests run in the same f32 lanes, with the reference's own f64 operations for undecided pairs.
+/// The mode uses the document's [`Threshold`].
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};
-/// // In a scene of size 1e-7 the default threshold of 1e-9 is a distance.
+/// // In a scene of size 1e-7, the default threshold of 1e-9 is a significant distance.
 /// let small = Triangle::new([0.0, 0.0, 5e-10], [1e-7, 0.0, 5e-10], [0.0, 1e-7, 5e-10]);
 /// let ray = Ray::new([2e-8, 2e-8, 0.0], [0.0, 0.0, 1.0]);
 /// assert!(!Mode::certified().any(&[small], &ray));
@@ -78,39 +80,42 @@ impl Default for Mode {
 }
 
 impl Mode {
-    /// Right on the coordinates as given; edges and corners belong to every triangle that has them.
+    /// The mode that is correct for the coordinates as given. Edges and corners belong to every
+    /// triangle that has them.
     pub fn exact() -> Self {
         Self::of(Arithmetic::Exact(Rule::Closed))
     }
 
-    /// Right on the coordinates as given; a point on an edge or a corner belongs to only one of its
-    /// triangles, as if the ray's direction were moved by (ε, ε², ε³). A ray through an edge of a closed mesh
-    /// crosses it once.
+    /// The mode that is correct for the coordinates as given and assigns each point on an edge or a
+    /// corner to only one of its triangles, as if the ray's direction were moved by (ε, ε², ε³). A
+    /// ray through an edge of a closed mesh crosses it once.
     pub fn once() -> Self {
         Self::of(Arithmetic::Exact(Rule::Once))
     }
 
-    /// The answers of document A's f64 reference, bit for bit, with the default threshold.
+    /// The mode that returns the results of document A's f64 reference, bit for bit, with the
+    /// default threshold.
     pub fn certified() -> Self {
         Self::certified_with(Threshold::DEFAULT)
     }
 
-    /// The answers of document A's f64 reference, bit for bit, with this threshold.
+    /// The mode that returns the results of document A's f64 reference, bit for bit, with the given
+    /// threshold.
     pub fn certified_with(threshold: Threshold) -> Self {
         Self::of(Arithmetic::Document(threshold))
     }
 
     fn of(arithmetic: Arithmetic) -> Self {
-        // Detected once: `Level::best` caches the result.
+        // `Level::best` caches its result, so CPU features are detected only once.
         Self { arithmetic, level: Level::best() }
     }
 
-    /// The same mode at another instruction level. The answers do not depend on it.
+    /// Selects another instruction level, which does not affect results.
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }
 
-    /// The instruction level that it runs on: this CPU's best unless you choose another.
+    /// The instruction level on which queries run: this CPU's best unless you choose another.
     pub fn level(self) -> Level {
         self.level
     }
@@ -124,7 +129,7 @@ impl Mode {
         }
     }
 
-    /// Which triangles own an edge, if the mode is exact.
+    /// The rule that determines which triangles own an edge, if the mode is exact.
     ///
     /// ```
     /// use intertri::{Mode, Rule};
@@ -143,9 +148,9 @@ impl Mode {
     }
 }
 
-/// Rays or triangles in lanes.
+/// Queries for rays or triangles in lanes.
 impl Mode {
-    /// N rays, 4, 8 or 16, against one triangle.
+    /// Tests N rays, 4, 8, or 16, against one triangle.
     ///
     /// ```
     /// use intertri::{Mode, PreparedTriangle, Ray, RayPacket, Triangle};
@@ -165,7 +170,7 @@ impl Mode {
         self.level.run(Packet { filter: self.filter(), rays, triangle })
     }
 
-    /// One ray against N triangles, 4, 8 or 16.
+    /// Tests one ray against N triangles, 4, 8, or 16.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle, TriangleBlock};

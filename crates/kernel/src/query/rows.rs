@@ -1,4 +1,4 @@
-//! Rows of triangles: as many as a register has lanes.
+//! Rows of triangles: one triangle per lane of a register.
 
 use bytemuck::Zeroable;
 
@@ -7,7 +7,7 @@ use crate::filter::Triangles;
 use crate::simd::{Lanes, Simd, Vec3};
 use crate::{LeafSlot, Triangle};
 
-/// Triangles that can be read in rows.
+/// Triangles that can be loaded in rows.
 #[derive(Clone, Copy)]
 pub(super) enum Rows<'a> {
     Slice(&'a [Triangle]),
@@ -24,7 +24,7 @@ impl Rows<'_> {
         }
     }
 
-    /// A triangle.
+    /// The triangle in a slot.
     #[inline(always)]
     pub(super) fn triangle(self, LeafSlot(index): LeafSlot) -> Triangle {
         match self {
@@ -33,7 +33,8 @@ impl Rows<'_> {
         }
     }
 
-    /// The row that begins at a triangle. Lanes beyond the last triangle contain arbitrary numbers.
+    /// Loads the row that begins at a triangle. Lanes beyond the last triangle contain arbitrary
+    /// numbers.
     #[inline(always)]
     pub(super) fn row<S: Simd>(self, first: usize) -> Triangles<S::F32s> {
         match self {
@@ -46,17 +47,17 @@ impl Rows<'_> {
     }
 }
 
-/// The corners of the first triangles of a slice.
+/// Loads the corners of the first triangles of a slice into lanes.
 #[inline(always)]
 fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
-    // A transposition reads whole rows, so the last ones are copied to where enough memory follows.
+    // The transposition reads whole rows, so a shorter last row is copied to a padded buffer.
     let mut padded = None;
     let row = match triangles.get(..S::F32s::N) {
         Some(row) => row,
         None => &padded.insert(padded_row(triangles))[..S::F32s::N],
     };
-    // Transposing takes four numbers of each triangle at a time. Three overlapping groups of four cover its
-    // nine numbers.
+    // A transposition takes four numbers of each triangle. Three overlapping groups of four cover a
+    // triangle's nine numbers.
     let four = |lane: usize, from: usize| {
         row[lane].0.as_flattened()[from..].first_chunk().expect("four numbers")
     };
@@ -66,7 +67,7 @@ fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
     [Vec3 { x: x1, y: y1, z: z1 }, Vec3 { x: x2, y: y2, z: z2 }, Vec3 { x: x3, y: y3, z: z3 }]
 }
 
-/// The last row, which has fewer triangles than lanes.
+/// Pads the last row, which has fewer triangles than lanes.
 #[cold]
 #[inline(never)]
 fn padded_row(triangles: &[Triangle]) -> [Triangle; 16] {

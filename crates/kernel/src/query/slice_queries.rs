@@ -1,5 +1,5 @@
-//! Queries over slices in f32 or f64. They are compiled here for each scalar; generic functions would be
-//! compiled again by every crate that calls them.
+//! Queries over f32 and f64 slices. They are compiled in this crate for each scalar; generic
+//! functions would be compiled again in every crate that calls them.
 
 use alloc::vec::Vec;
 
@@ -21,7 +21,7 @@ impl Mode {
     /// let hit = Mode::certified().closest(&[far, near], &ray).unwrap();
     /// assert_eq!((hit.triangle, hit.t, hit.u, hit.v), (1, 2.5, 0.25, 0.25));
     ///
-    /// // A wall at UTM coordinates, in f64, and a ray that leaves it a nanometre away.
+    /// // A wall at UTM coordinates, in f64, and a ray that starts a nanometre away from it.
     /// let [x, y] = [148_376.0, 528_980.0];
     /// let wall = Triangle64::new([x, y, 0.0], [x, y + 4.0, 0.0], [x, y, 3.0]);
     /// let ray = |dir| Ray64::new([x + 1e-9, y + 1.0, 1.0], [dir, 0.0, 0.0]);
@@ -36,7 +36,7 @@ impl Mode {
         S::closest(self, triangles, ray)
     }
 
-    /// Whether anything is hit.
+    /// Whether the ray hits anything.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle};
@@ -50,7 +50,7 @@ impl Mode {
         S::any(self, triangles, ray)
     }
 
-    /// Every hit, by t; if two have the same t, by index.
+    /// Every hit, sorted by t and, for equal t, by the index.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle};
@@ -63,11 +63,12 @@ impl Mode {
         S::all(self, triangles, ray)
     }
 
-    /// The crossings of a ray with a surface, by t; if two have the same t, by index.
+    /// The crossings of a ray and a surface, sorted by t and, for equal t, by the index.
     ///
     /// A point on an edge or a corner belongs to only one of the triangles that share it, as in
-    /// [`Mode::once`]. So in a closed mesh, the crossings with the normal minus those against it are the
-    /// winding number around the ray's origin. Crossings are decided exactly in every mode.
+    /// [`Mode::once`]. For a closed mesh, the number of crossings with the normal minus the number
+    /// against it is therefore the winding number around the ray's origin. Crossings are decided
+    /// exactly in every mode.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle};
@@ -86,8 +87,8 @@ impl Mode {
         Self::once().at(self.level()).all(triangles, ray).into_iter().map(crossing).collect()
     }
 
-    /// [`Mode::closest`] for many rays: `hits[i]` becomes the answer to `rays[i]`, or [`Hit::MISS`]. The
-    /// triangles are loaded into lanes once for all rays.
+    /// [`Mode::closest`] for many rays: `hits[i]` becomes the closest hit of `rays[i]`, or
+    /// [`Hit::MISS`]. For several f32 rays, the triangles are loaded into lanes only once.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -111,11 +112,11 @@ impl Mode {
     }
 }
 
-/// A scalar whose slices [`Mode`] takes: f32 or f64. The trait is sealed.
+/// A scalar type whose slices [`Mode`] accepts: f32 or f64. This trait is sealed.
 ///
 /// ```
 /// use intertri::{Mode, RayOf, SliceScalar, TriangleOf};
-/// /// How many triangles a ray meets, in either scalar.
+/// /// The number of triangles that a ray hits, for either scalar type.
 /// fn depth<S: SliceScalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> usize {
 ///     Mode::exact().all(triangles, ray).len()
 /// }

@@ -1,4 +1,5 @@
-//! Queries over slices: one row of triangles at a time, as many as a register has lanes.
+//! Queries over slices, one row of triangles at a time. A row has one triangle per lane of a
+//! register.
 
 use alloc::vec::Vec;
 
@@ -21,7 +22,8 @@ pub(super) fn any(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> bool {
 
 /// See [`Mode::all`](super::Mode::all).
 pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
-    // Sort by the exact t if rounded ones are equal: the resolver compares the triangles themselves.
+    // Sort by the exact t if rounded values are equal: the resolver compares the triangles
+    // themselves.
     let mut hits = filter.level().run(All { filter, rows, ray });
     let found = |hit: &Hit| rows.triangle(LeafSlot(hit.triangle));
     hits.sort_unstable_by(|a, b| {
@@ -32,7 +34,7 @@ pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
     hits
 }
 
-/// With at least this many rays, loading the triangles into lanes once is worthwhile.
+/// The minimum number of rays for which loading the triangles into lanes only once pays off.
 const MANY: usize = 4;
 
 /// See [`Mode::closest_batch`](super::Mode::closest_batch).
@@ -54,8 +56,9 @@ pub(super) fn closest_batch(
     }
 }
 
-/// Tests a ray against all triangles, row by row. If a row may have hits, `visit` takes them with the index
-/// of the row's first triangle, and returns the new far end, or `None` to end the loop.
+/// Tests a ray against all triangles, row by row. If a row may contain hits, this calls `visit`
+/// with the verdicts and the index of the row's first triangle. `visit` returns the new far end, or
+/// `None` to stop.
 #[inline(always)]
 fn each_row<S: Simd>(
     filter: &Filter<'_>,
@@ -67,8 +70,8 @@ fn each_row<S: Simd>(
     let (mut far, mut counts) = (ray.t_max, Counts::default());
     for first in (0..rows.len()).step_by(S::F32s::N) {
         let triangles = rows.row::<S>(first);
-        // The last row may have fewer triangles than lanes.
-        // `len - first` is at least 1, so the shift stays below 32.
+        // The last row may have fewer triangles than lanes. `len - first` is at least 1, so the
+        // shift stays below 32.
         let live = u32::MAX >> (32 - (rows.len() - first).min(S::F32s::N));
         let verdicts =
             filter.test::<S::F32s>(&triangles, &lanes, Lanes::splat(far), live, &mut counts);
@@ -81,7 +84,7 @@ fn each_row<S: Simd>(
     }
 }
 
-/// The lanes of a row that are hits, as bits.
+/// The lanes of a row that are hits, as bits. If `enough` is set, one hit suffices.
 #[inline(always)]
 fn hits_in_row<S: Simd>(
     verdicts: &Verdicts<S::F32s>,
@@ -89,11 +92,11 @@ fn hits_in_row<S: Simd>(
     pairs: &impl LanePairs,
     enough: bool,
 ) -> u32 {
-    // The filter's hits may be beyond the end of the interval, so those whose enclosure reaches it are
-    // settled, too.
+    // The filter's hits may be beyond the end of the interval, so the resolver also settles hits
+    // whose interval of t reaches it.
     let mut hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
     for lane in lanes_of(verdicts.lanes() & !hits) {
-        // One hit is enough; the others would only cost calls of the resolver.
+        // One hit suffices; further calls of the resolver would be wasted.
         if enough && hits != 0 {
             break;
         }
@@ -102,7 +105,7 @@ fn hits_in_row<S: Simd>(
     hits
 }
 
-/// The closest hit of a ray.
+/// Finds the closest hit of a ray.
 struct Closest<'a> {
     filter: Filter<'a>,
     rows: Rows<'a>,
@@ -123,8 +126,8 @@ impl WithSimd for Closest<'_> {
             #[inline(always)]
             |verdicts, first| {
                 let pairs = RayOnRow { resolver: filter.resolver(), ray, first, find };
-                // The nearer the best hit, the more of the following rows are ruled out without an enclosure
-                // of t.
+                // The nearer the best hit, the more of the following rows are rejected before their
+                // t is enclosed.
                 closest.offer_row(verdicts, first, &pairs);
                 Some(closest.t_hi())
             },
@@ -133,7 +136,7 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// Whether a ray hits anything.
+/// Tests whether a ray hits anything.
 struct Any<'a> {
     filter: Filter<'a>,
     rows: Rows<'a>,
@@ -162,7 +165,7 @@ impl WithSimd for Any<'_> {
     }
 }
 
-/// Every hit of a ray, in the order of the triangles.
+/// Finds every hit of a ray, in the order of the triangles.
 struct All<'a> {
     filter: Filter<'a>,
     rows: Rows<'a>,
@@ -218,7 +221,7 @@ mod tests {
         const LEVEL: Level = S::LEVEL;
     }
 
-    /// The closest hit, whether there is one, and all.
+    /// Finds the closest hit, whether there is any hit, and the number of all hits.
     struct ByOneLane<'a>(Filter<'a>, &'a [Triangle], &'a Ray);
 
     impl WithSimd for ByOneLane<'_> {
@@ -234,7 +237,7 @@ mod tests {
         }
     }
 
-    /// Small integers, so that rays often meet edges, corners and planes exactly.
+    /// Returns small integers, so that rays often meet edges, corners, and planes exactly.
     fn number(state: &mut u64) -> f32 {
         *state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         ((*state >> 33) % 9) as f32 - 4.0

@@ -1,4 +1,4 @@
-//! The exact resolver: f64 if a bound allows it to decide, otherwise sufficiently wide integers.
+//! The exact resolver: f64 if an error bound allows it, otherwise integers that are wide enough.
 
 use core::cmp::Ordering;
 

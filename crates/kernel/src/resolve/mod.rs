@@ -1,15 +1,15 @@
 //! Settles the pairs of a ray and a triangle that the f32 filter leaves undecided.
 //!
 //! ```text
-//!   filter (f32 lanes) ──► certain miss       nearly all
-//!                     ├──► certain hit        its t lies in an f32 interval
+//!   filter (f32 lanes) ──► certain miss       nearly all pairs
+//!                     ├──► certain hit        its t is in an f32 interval
 //!                     └──► undecided ──► Resolver ──► document   the f64 operations of document A
-//!                                                ├──► exact      f64 under a bound, or integers
-//!                                                └──► originals  the same, of coordinates given in f64
+//!                                                ├──► exact      f64 with a bound, or integers
+//!                                                └──► originals  the same, for the f64 originals
 //! ```
 //!
-//! The resolver determines the mode: the filter and the traversal of a hierarchy are the same for all modes.
-//! It is called rarely and out of line.
+//! The resolver determines the mode: the filter and the traversal of a BVH are the same for all
+//! modes. It is called rarely and out of line.
 
 mod exact;
 mod originals;
@@ -25,27 +25,28 @@ use crate::hit_attributes::Pairs;
 use crate::simd::Simd;
 use crate::{Hit, Hit32, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
 
-/// Decides, one at a time, the pairs that the filter leaves undecided.
+/// Decides the pairs that the filter leaves undecided, one at a time.
 #[derive(Clone, Copy, Debug)]
 pub enum Resolver<'a> {
     /// The operations of document A in f64, with this threshold.
     Document(f64),
-    /// Exact arithmetic on the given coordinates. The rule says which triangles own a shared edge or corner.
+    /// Exact arithmetic on the given coordinates. The rule determines which triangles own a shared
+    /// edge or corner.
     Exact(Rule),
-    /// Exact arithmetic on f64 originals, if the filter tests their f32 copies.
+    /// Exact arithmetic on the f64 originals, for a filter that tests their f32 copies.
     Originals(&'a dyn Originals),
 }
 
 impl<'a> Resolver<'a> {
-    /// Whether every hit is on its triangle. Exact resolvers guarantee that; the document's rounded
-    /// operations may report a hit next to it.
+    /// Whether every hit is on its triangle. Exact resolvers guarantee this; the document's rounded
+    /// operations may report a hit beside its triangle.
     #[inline]
     pub fn hits_lie_on_triangles(self) -> bool {
         !matches!(self, Self::Document(_))
     }
 
-    /// The memory to prefetch while `count` rays are traced, starting with this one: the `next` rays, or if
-    /// those are copies, their originals.
+    /// The memory to prefetch while `count` rays, starting with `ray`, are traced: the `next` rays
+    /// or, if rays are copies, their originals.
     #[inline]
     pub fn memory_after<'b>(self, (ray, count): (RayId, usize), next: &'b [Ray]) -> &'b [u8]
     where
@@ -57,8 +58,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Prefetches the memory that a query about a pair will read: the originals, because everything else is
-    /// already loaded.
+    /// Prefetches the memory that a query about a pair will read. Only originals are prefetched,
+    /// because everything else is already loaded.
     #[inline(always)]
     pub fn prefetch(self, (id, slot): (RayId, LeafSlot)) {
         if let Self::Originals(originals) = self {
@@ -66,7 +67,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// t, rounded to f64, if the ray hits the triangle within its interval.
+    /// The t of the hit, rounded to f64, if the ray hits the triangle within its interval.
     #[cold]
     #[inline(never)]
     pub fn hit(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> Option<f64> {
@@ -77,18 +78,19 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether the ray hits the triangle within its interval, if t is not needed.
+    /// Whether the ray hits the triangle within its interval. Faster than [`Resolver::hit`] if you
+    /// do not need t.
     #[cold]
     #[inline(never)]
     pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
-            // Signs are enough here; an exact t may take a division of integers.
+            // Signs are enough here, whereas an exact t may take an integer division.
             Self::Exact(rule) => crate::exact::hit(rule, ray, triangle),
             _ => self.hit(ray, triangle, (id, slot)).is_some(),
         }
     }
 
-    /// t, rounded to f64, for a triangle that the ray is known to hit.
+    /// The t of a hit, rounded to f64. The ray must be known to hit the triangle.
     #[inline(never)]
     pub fn t(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> f64 {
         match self {
@@ -98,8 +100,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The side from which a ray crosses a triangle that it is known to hit, by the rule *once*: each point
-    /// of a mesh belongs to only one of its triangles. Always exact.
+    /// The side from which a ray crosses a triangle that it is known to hit, by the rule *once*:
+    /// each point of a mesh belongs to only one of its triangles. The result is always exact.
     #[inline(never)]
     pub fn crossing(
         self,
@@ -109,12 +111,13 @@ impl<'a> Resolver<'a> {
     ) -> Option<Side> {
         match self {
             Self::Originals(originals) => originals.crossing(id, slot),
-            // The document has no rule for shared edges, so its modes also count crossings by exact signs.
+            // The document has no rule for shared edges, so its modes count crossings by exact
+            // signs, too.
             _ => crate::exact::crossing(ray, triangle),
         }
     }
 
-    /// Whether a ray starts on a triangle, exactly.
+    /// Whether a ray starts on a triangle, decided exactly.
     #[inline(never)]
     pub fn starts_on(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
@@ -123,8 +126,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether a ray runs with a triangle's normal or against it, exactly; `None` if it runs parallel to the
-    /// plane.
+    /// Whether a ray runs in the direction of a triangle's normal or against it, decided exactly.
+    /// Returns `None` if the ray is parallel to the plane.
     #[inline(never)]
     pub fn facing(
         self,
@@ -138,7 +141,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Which of two triangles with equal rounded t the ray hits first. The document has no other t.
+    /// Which of two triangles with equal rounded t the ray hits first. For the document, the
+    /// rounded t is the only t, so the two are equal.
     #[cold]
     #[inline(never)]
     pub fn order(
@@ -154,9 +158,9 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether a ray that hits two triangles is certain to hit both at the same t, because it meets them
-    /// where they touch. If it misses one, the result is arbitrary; a resolver that cannot decide returns
-    /// false without calling `pair`.
+    /// Whether a ray that hits two triangles is certain to hit both at the same t, because it meets
+    /// them where they touch. If the ray misses one of them, the result is meaningless. A resolver
+    /// that cannot decide this returns false without calling `pair`.
     #[inline(always)]
     pub fn touch(
         self,
@@ -165,7 +169,7 @@ impl<'a> Resolver<'a> {
     ) -> bool {
         match self {
             Self::Exact(_) => {
-                // Only this resolver needs the triangles themselves; others never load them.
+                // Only this resolver needs the triangles themselves; the others never load them.
                 let (ray, [a, b]) = pair();
                 exact::touch(&ray, &a, &b)
             }
@@ -174,7 +178,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Which of two hits of a ray comes first: by t, and if that is equal, by the index.
+    /// Which of two hits of a ray comes first: by t and, if that is equal, by the index.
     #[inline]
     pub fn first(
         self,
@@ -187,7 +191,7 @@ impl<'a> Resolver<'a> {
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// The values that rays from one origin share to decide which triangle comes first.
+    /// The values that rays from one origin share when deciding which triangle comes first.
     #[inline(always)]
     pub fn shared_origin(
         self,
@@ -206,7 +210,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Where the ray meets a triangle that it is known to hit.
+    /// Computes where a ray meets a triangle that it is known to hit.
     #[inline(always)]
     pub fn hit_attributes(
         self,
@@ -239,7 +243,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Where rays meet triangles that they are known to hit, for the first `len` of eight pairs.
+    /// Computes where rays meet triangles that they are known to hit, for the first `len` of eight
+    /// pairs.
     #[inline(always)]
     pub fn hits_in<S: Simd>(
         self,
@@ -247,7 +252,7 @@ impl<'a> Resolver<'a> {
         ids: &[(RayId, LeafSlot); 8],
         len: usize,
     ) -> [Hit; 8] {
-        // Out of line: it has many callers, and is called once per eight hits.
+        // Keep this out of line: it has many callers and is called once per eight hits.
         S::vectorize(
             #[inline(always)]
             || match self {

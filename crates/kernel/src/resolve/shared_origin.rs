@@ -1,5 +1,5 @@
-//! Which of two triangles rays with a common origin meet first: the values that depend on the origin and a
-//! triangle are computed once.
+//! Which of two triangles a ray meets first, for rays with a common origin. The values that depend
+//! only on the origin and a triangle are computed once.
 
 use core::cmp::Ordering;
 
@@ -13,9 +13,9 @@ use crate::{LeafSlot, Ray, RayId, Triangle};
 pub enum SharedOrigin<'a> {
     /// For the document's operations.
     Document(SeenPlane),
-    /// For exact answers.
+    /// For exact results.
     Exact(exact::SeenPlane, Triangle),
-    /// For originals, with its slot.
+    /// For originals, with the triangle's slot.
     Originals(exact::SeenPlane<f64>, &'a dyn Originals, LeafSlot),
 }
 
@@ -25,13 +25,15 @@ impl SharedOrigin<'_> {
         Self::Document(SeenPlane::new(triangle, origin))
     }
 
-    /// Which of two triangles, of the same resolver, a ray hits first; the id is for originals.
+    /// Which of two triangles a ray hits first. Both must belong to the same resolver; the id is
+    /// for originals.
     #[inline(always)]
     pub fn order(&self, other: &Self, ray: &Ray, id: RayId) -> Ordering {
         match (self, other) {
             (Self::Document(a), Self::Document(b)) => a.t(ray.dir).total_cmp(&b.t(ray.dir)),
             (Self::Exact(a, one), Self::Exact(b, other)) => {
-                // f64 with a bound first; integers if the two t are closer than that.
+                // Try f64 with an error bound first; use integers if the two values of t are closer
+                // than that.
                 a.order(b, ray).unwrap_or_else(|| exact::order(ray, one, other))
             }
             (Self::Originals(a, originals, one), Self::Originals(b, _, other)) => {

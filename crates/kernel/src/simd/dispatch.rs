@@ -6,15 +6,15 @@ use super::level_lanes::Simd;
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 
-/// A piece of work that is written once over [`Simd`] and compiled for every level.
+/// Work that is written once, generic over [`Simd`], and compiled for every level.
 ///
-/// `run` and whatever it calls in its hot loops must be `#[inline(always)]`: a function that is
-/// called rather than inlined is compiled without the level's instructions.
+/// `run` and the functions that it calls in its hot loops must be `#[inline(always)]`. A function
+/// that is called rather than inlined is compiled without the level's instructions.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Level, Mask, Simd, WithSimd};
 ///
-/// /// How many of eight numbers are negative?
+/// /// Counts how many of eight numbers are negative.
 /// struct Negative([f32; 8]);
 /// impl WithSimd for Negative {
 ///     type Output = u32;
@@ -52,15 +52,15 @@ impl Level {
 #[inline(always)]
 fn enter<S: Simd, W: WithSimd>(work: W) -> W::Output {
     debug_assert!(Level::all().any(|level| level == S::LEVEL));
-    // The only call between the plain build and the level's instructions: code that uses lanes is inlined
-    // into it.
+    // This is the only call from baseline code to code with the level's instructions: all code that
+    // uses lanes is inlined into it.
     S::vectorize(
         #[inline(always)]
         || work.run::<S>(),
     )
 }
 
-/// Runs the work on the widest lanes of this CPU.
+/// Runs the work on the widest lanes that this CPU supports.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};

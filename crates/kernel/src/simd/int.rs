@@ -4,14 +4,15 @@ use core::ops::{Add, Sub};
 
 use super::pair::Pair;
 
-/// N i64. `+` and `-` wrap, as on the CPU; the caller must ensure that nothing overflows.
+/// N i64 integers in lanes. `+` and `-` wrap, as they do on the CPU; make sure that nothing
+/// overflows.
 ///
-/// A mask is a plain number here: bit i is lane i.
+/// A mask is a plain integer here: bit i stands for lane i.
 ///
 /// ```
 /// use intertri::simd::{Ints, Simd, WithSimd, dispatch};
 ///
-/// /// `3 x - 2^40`, and where that is negative or 0.
+/// /// `3 x - 2^40`, and the lanes in which a result is negative or 0.
 /// struct Line([i64; 4]);
 /// impl WithSimd for Line {
 ///     type Output = ([i64; 4], u32, u32);
@@ -34,14 +35,14 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// The number of lanes.
     const N: usize;
 
-    /// The same number in every lane.
+    /// Copies a number to every lane.
     fn splat(x: i64) -> Self;
-    /// The first N integers of a slice.
+    /// Loads the first N integers of a slice.
     ///
     /// # Panics
     /// Panics if the slice is shorter than N.
     fn load(from: &[i64]) -> Self;
-    /// The first N numbers of a slice, f32 that are integers within i32.
+    /// Loads the first N numbers of a slice. They must be integers that fit in i32.
     ///
     /// # Panics
     /// Panics if the slice is shorter than N.
@@ -52,23 +53,25 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// Panics if the slice is shorter than N.
     fn store(self, to: &mut [i64]);
 
-    /// The exact product of two lanes that are both within i32.
+    /// The exact product of two lanes that both fit in i32.
     fn mul_narrow(self, b: Self) -> Self;
-    /// The dot product of a vector within i32 and any `b`: exact if it fits, though its parts may wrap.
+    /// The dot product of a vector that fits in i32 and any `b`. It is exact if it fits in i64,
+    /// even if intermediate results wrap.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
-    /// The lanes below 0.
+    /// The lanes that are negative.
     fn negative(self) -> u32;
     /// The lanes that are 0.
     fn zero(self) -> u32;
 
-    /// [`Ints::negative`] for these lanes and, above them, for others: both at once if that is faster.
+    /// [`Ints::negative`] for these lanes and, in the bits above, for the lanes of `last`. Computes
+    /// both at once if that is faster.
     #[doc(hidden)]
     #[inline(always)]
     fn negative_of_two(self, last: Self) -> u32 {
         self.negative() | last.negative() << Self::N
     }
-    /// [`Ints::zero`] for these lanes and for others.
+    /// [`Ints::zero`] for these lanes and, in the bits above, for the lanes of `last`.
     #[doc(hidden)]
     #[inline(always)]
     fn zero_of_two(self, last: Self) -> u32 {
@@ -117,7 +120,7 @@ impl<L: Ints> Ints for Pair<L> {
     }
 }
 
-/// One i64 whose `+` and `-` wrap in every build.
+/// A single i64 whose `+` and `-` wrap in every build.
 #[derive(Clone, Copy)]
 pub(crate) struct One(i64);
 
@@ -162,7 +165,8 @@ impl Ints for One {
     }
     #[inline(always)]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-        // Wrapping is arithmetic modulo 2^64: if the sum fits, it is right even if its parts overflow.
+        // Wrapping is arithmetic modulo 2^64: if the sum fits, it is right even if intermediate
+        // results overflow.
         a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2])
     }
     #[inline(always)]
@@ -175,7 +179,7 @@ impl Ints for One {
     }
 }
 
-/// The vectors of `wide`.
+/// Implements integer lanes for the vectors of `wide`.
 macro_rules! wide {
     ($t:ident, $n:literal) => {
         impl Ints for ::wide::$t {

@@ -1,22 +1,22 @@
-//! Lanes of numbers, and masks.
+//! Lanes of floating-point numbers, and masks.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// N numbers, f32 or f64, in lanes.
+/// N floating-point numbers, f32 or f64, in lanes.
 ///
-/// `+ - * /`, negation, [`Lanes::abs`], [`Lanes::sqrt`] and comparisons are those of IEEE 754, lane by lane
-/// and correctly rounded, the same at every level; they are never fused or reassociated. Only
-/// [`Lanes::mul_add`] may round once or twice.
+/// `+ - * /`, negation, [`Lanes::abs`], [`Lanes::sqrt`], and comparisons follow IEEE 754: they are
+/// correctly rounded, lane by lane, and the same at every level. They are never fused or
+/// reassociated. Only [`Lanes::mul_add`] may round either once or twice.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Mask};
 ///
-/// /// How far numbers are outside an interval.
+/// /// The distance of each number from an interval; 0 inside.
 /// fn outside<L: Lanes<Scalar = f32>>(x: L, lo: L, hi: L) -> L {
 ///     let out = x.lt(lo) | x.gt(hi);
 ///     L::select(out, (lo - x).max(x - hi), L::splat(0.0))
 /// }
-/// // One f32 is a lane, too; f32 has methods of the same names, so the trait's are named here.
+/// // An f32 counts as one lane. f32 has methods with the same names, so the calls name the trait.
 /// assert_eq!([3.0_f32, -1.0, 9.0].map(|x| outside(x, 0.0, 5.0)), [0.0, 1.0, 4.0]);
 /// assert_eq!((Lanes::min(1.0_f32, 2.0), Lanes::max(1.0_f32, 2.0)), (1.0, 2.0));
 /// assert_eq!((Lanes::abs(-3.0_f32), Lanes::sqrt(9.0_f64)), (3.0, 3.0));
@@ -44,21 +44,21 @@ pub trait Lanes:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// One lane: f32 or f64.
+    /// The type of one lane: f32 or f64.
     type Scalar: Copy;
     /// A mask with one bool per lane.
     type Mask: Mask;
     /// The number of lanes.
     const N: usize;
 
-    /// The same number in every lane.
+    /// Copies a number to every lane.
     fn splat(x: Self::Scalar) -> Self;
-    /// The first N numbers of a slice.
+    /// Loads the first N numbers of a slice.
     ///
     /// # Panics
     /// Panics if the slice is shorter than N.
     fn load(from: &[Self::Scalar]) -> Self;
-    /// The first N f32 of a slice, converted (exactly, for f64 lanes).
+    /// Loads the first N f32 of a slice and converts them. For f64 lanes, the conversion is exact.
     ///
     /// # Panics
     /// Panics if the slice is shorter than N.
@@ -74,24 +74,26 @@ pub trait Lanes:
     /// Panics if the slice is shorter than N.
     fn store_f32(self, to: &mut [f32]);
 
-    /// `self * b + c`, rounded once if the CPU can, otherwise twice.
+    /// `self * b + c`, rounded once if the CPU supports that, otherwise twice.
     fn mul_add(self, b: Self, c: Self) -> Self;
-    /// The error of `product`, which is `self * b`: exact unless a number is too large or too small.
+    /// The error of `product`, which must be `self * b`. It is exact unless a number is too large
+    /// or too small.
     fn mul_error(self, b: Self, product: Self) -> Self;
-    /// The larger number; if one is NaN, either.
+    /// The larger number; if one is NaN, either of the two.
     fn max(self, other: Self) -> Self;
-    /// The smaller number; if one is NaN, either.
+    /// The smaller number; if one is NaN, either of the two.
     fn min(self, other: Self) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
-    /// The largest power of two that does not exceed the number, if that is positive and normal; otherwise
-    /// arbitrary.
+    /// The largest power of two that does not exceed the number. The number must be positive and
+    /// normal; otherwise, the result is meaningless.
     fn power(self) -> Self;
-    /// The number with its sign flipped where `of` has the sign bit set.
+    /// The number, with its sign flipped in lanes where the sign bit of `of` is set.
     fn flip(self, of: Self) -> Self;
-    /// A number whose sign bit is set if it is set in either; its magnitude is arbitrary.
+    /// A number whose sign bit is set if the sign bit of either number is set. Its magnitude is
+    /// arbitrary.
     fn or_sign(self, other: Self) -> Self;
-    /// Where the sign bit is set; arbitrary for a zero or a NaN with the sign bit set.
+    /// The lanes whose sign bit is set. Arbitrary for a zero or a NaN whose sign bit is set.
     fn negative(self) -> Self::Mask;
     /// The square root, correctly rounded.
     fn sqrt(self) -> Self;
@@ -110,15 +112,15 @@ pub trait Lanes:
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)
     }
-    /// Lane by lane `if mask { yes } else { no }`.
+    /// `if mask { yes } else { no }`, lane by lane.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }
 
-/// One bool per lane.
+/// A mask: one bool per lane.
 ///
 /// ```
 /// use intertri::simd::Mask;
-/// // One bool is a mask, too.
+/// // A bool counts as a mask with one lane.
 /// assert_eq!((bool::from_bits(0b1), true.bits(), <bool as Mask>::N), (true, 0b1, 1));
 /// assert!(!(true & false).any() && (true | false).any());
 /// ```
@@ -126,15 +128,15 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     /// The number of lanes.
     const N: usize;
 
-    /// Bit i is lane i; the bits above the last lane are 0.
+    /// The mask as bits: bit i is lane i, and the bits above the last lane are 0.
     fn bits(self) -> u32;
-    /// The bits of a mask with twice as many lanes, whose first half this is.
+    /// The bits of a mask with twice as many lanes: this mask, followed by `last`.
     #[doc(hidden)]
     #[inline(always)]
     fn bits_of_two(self, last: Self) -> u32 {
         self.bits() | last.bits() << Self::N
     }
-    /// Lane i is bit i; the bits above the last lane are ignored.
+    /// Creates a mask from bits: lane i is bit i, and the bits above the last lane are ignored.
     fn from_bits(bits: u32) -> Self;
     /// Whether any lane is true.
     #[inline(always)]
@@ -143,27 +145,28 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     }
 }
 
-/// [`Lanes::mul_error`] without fused operations: with the factors split in halves, whose products are exact.
-/// `split` is `2^k + 1`, where k is half the number of digits, rounded up.
+/// [`Lanes::mul_error`] without fused operations: it splits the factors into halves, whose products
+/// are exact. `split` is `2^k + 1`, where k is half the number of digits, rounded up.
 ///
 /// Dekker, A Floating-Point Technique for Extending the Available Precision, 1971.
 #[inline(always)]
 pub(super) fn mul_error<L: Lanes>(a: L, b: L, product: L, split: L) -> L {
-    // Adding and subtracting a large multiple rounds a factor to its upper half; the lower half is the exact
-    // remainder.
+    // Adding and subtracting a large multiple rounds a factor to its upper half. The lower half is
+    // the exact remainder.
     let (by_a, by_b) = (a * split, b * split);
     let (a_high, b_high) = (by_a - (by_a - a), by_b - (by_b - b));
     let (a_low, b_low) = (a - a_high, b - b_high);
-    // Products of halves are exact. Subtracted from the rounded product in this order, nothing is lost.
+    // Products of halves are exact. Subtracting them from the rounded product in this order loses
+    // nothing.
     a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
 }
 
-/// The lanes whose bits are set in a mask, starting from the lowest.
+/// Iterates over the lanes whose bits are set in a mask, starting from the lowest.
 #[inline(always)]
 pub fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     core::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;
-        // Clears the lowest set bit. A mask of 0 has 32 trailing zeros, which ends the iteration.
+        // Clear the lowest set bit. A mask of 0 has 32 trailing zeros, which ends the iteration.
         bits &= bits.wrapping_sub(1);
         (lane < 32).then_some(lane)
     })

@@ -1,24 +1,24 @@
-//! Instruction levels: what the CPU supports.
+//! Instruction levels: the SIMD instructions that the CPU supports.
 
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 use core::sync::atomic::{AtomicU8, Ordering};
 
 /// An instruction level that this CPU supports.
 ///
-/// It is impossible to create one for a CPU that lacks it.
+/// You cannot create a level that the CPU does not support.
 ///
 /// ```
 /// use intertri::simd::Level;
 /// use intertri::{Mode, Ray, Triangle};
 ///
-/// // The answers do not depend on it.
+/// // Results do not depend on the level.
 /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let ray = Ray::new([0.25, 0.25, 0.0], [0.1, 0.0, 2.0]);
 /// let answers = Level::all().map(|level| Mode::certified().at(level).closest(&[wall], &ray));
 /// assert!(answers.into_iter().all(|hit| hit == Mode::certified().closest(&[wall], &ray)));
 ///
 /// assert!(["portable", "neon", "simd128"].contains(&Level::PORTABLE.name()));
-/// // A wider level is there only with the narrower.
+/// // A CPU with a wider level also has the narrower ones.
 /// assert!(Level::avx512().is_none() || Level::avx2().is_some());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +43,8 @@ const PORTABLE_NAME: &str =
         "portable"
     };
 
-/// Whether the CPU has all of these features: detected at run time with `std`, otherwise fixed by the build.
+/// Whether the CPU has all of these features. With `std`, this is detected at run time; otherwise,
+/// it is fixed by the build.
 #[cfg(target_arch = "x86_64")]
 macro_rules! has {
     ($($feature:tt),*) => {{
@@ -54,13 +55,14 @@ macro_rules! has {
     }};
 }
 
-/// The widest level once it is known, as 1 plus its kind.
+/// The widest level, once it is known, stored as 1 plus its kind.
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 static BEST: AtomicU8 = AtomicU8::new(0);
 
 impl Level {
-    /// What every CPU of the build's target supports: NEON on 64-bit ARM, simd128 in WebAssembly that was
-    /// built with it, otherwise the crate `wide` with the instructions that the build was compiled for.
+    /// The level that every CPU of the build's target supports: NEON on 64-bit ARM; simd128 in
+    /// WebAssembly that is built with it; otherwise, the crate `wide` with the instructions for
+    /// which the crate was compiled.
     pub const PORTABLE: Self = Self(Kind::Portable);
 
     #[cfg(target_arch = "x86_64")]
@@ -92,7 +94,7 @@ impl Level {
         None
     }
 
-    /// The widest level of this CPU.
+    /// The widest level that this CPU supports.
     #[inline]
     pub fn best() -> Self {
         #[cfg(all(feature = "std", target_arch = "x86_64"))]
@@ -106,7 +108,7 @@ impl Level {
         Self::avx512().or(Self::avx2()).unwrap_or(Self::PORTABLE)
     }
 
-    /// Detects the widest level once, because that takes as long as a box test.
+    /// Detects the widest level only once, because detection takes as long as a box test.
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     #[cold]
     fn find_best() -> Self {
@@ -115,7 +117,7 @@ impl Level {
         best
     }
 
-    /// Every level of this CPU, from the narrowest to the widest.
+    /// All levels that this CPU supports, from the narrowest to the widest.
     ///
     /// ```
     /// use intertri::simd::Level;
@@ -125,7 +127,8 @@ impl Level {
         [Some(Self::PORTABLE), Self::avx2(), Self::avx512()].into_iter().flatten()
     }
 
-    /// `avx2` or `avx512`; for the portable level `neon` or `simd128` if it is that, otherwise `portable`.
+    /// The name of the level: `avx2` or `avx512`; for the portable level, `neon` or `simd128` if it
+    /// uses those, otherwise `portable`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Portable => PORTABLE_NAME,

@@ -7,7 +7,8 @@ use super::vec3::Vec3;
 
 /// The lane types of one instruction level.
 ///
-/// Only [`dispatch`](super::dispatch) and [`Level::run`] provide one, on a CPU that has the instructions.
+/// Only [`dispatch`](super::dispatch) and [`Level::run`] provide this type, on a CPU that has the
+/// instructions.
 ///
 /// ```
 /// use intertri::simd::{Ints, Lanes, Simd, WithSimd, dispatch};
@@ -23,29 +24,29 @@ use super::vec3::Vec3;
 /// assert_eq!(dispatch(Widths), [4, 8, 16, 4, 8, 4, 8]);
 /// ```
 pub trait Simd: Copy {
-    /// Four f32.
+    /// Four f32 lanes.
     type F32x4: Lanes<Scalar = f32>;
-    /// Eight f32.
+    /// Eight f32 lanes.
     type F32x8: Lanes<Scalar = f32>;
-    /// Sixteen f32.
+    /// Sixteen f32 lanes.
     type F32x16: Lanes<Scalar = f32>;
-    /// Four f64.
+    /// Four f64 lanes.
     type F64x4: Lanes<Scalar = f64>;
-    /// Eight f64.
+    /// Eight f64 lanes.
     type F64x8: Lanes<Scalar = f64>;
-    /// Four i64.
+    /// Four i64 lanes.
     type I64x4: Ints;
-    /// Eight i64.
+    /// Eight i64 lanes.
     type I64x8: Ints;
-    /// As many f32 as one register holds.
+    /// As many f32 lanes as fit in one register.
     type F32s: Lanes<Scalar = f32>;
-    /// As many f64.
+    /// As many f64 lanes as [`Simd::F32s`] has f32 lanes.
     type F64s: Lanes<Scalar = f64>;
-    /// Which level this is.
+    /// The level.
     const LEVEL: Level;
 
-    /// Runs a piece of work in a separate function, compiled with this level's instructions. The closure must
-    /// be `#[inline(always)]`, and so must what it calls.
+    /// Runs work in a separate function that is compiled with this level's instructions. The
+    /// closure and the functions it calls must be `#[inline(always)]`.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -69,8 +70,8 @@ pub trait Simd: Copy {
         work()
     }
 
-    /// Permutes lanes: lane i becomes the lane with the number in byte i of `order`, from the lowest, modulo
-    /// 8.
+    /// Permutes lanes. Byte i of `order`, starting at the lowest, is the number of the lane that
+    /// becomes lane i, modulo 8.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -88,8 +89,8 @@ pub trait Simd: Copy {
     /// ```
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
-        // Through memory, like the other defaults here: correct at every level, and overridden if a level has
-        // an instruction for it.
+        // Like the other defaults here, this goes through memory. It is correct at every level, and
+        // levels that have an instruction for it override it.
         let (mut from, mut to) = ([0.0; 8], [0.0; 8]);
         lanes.store(&mut from);
         for (to, lane) in to.iter_mut().zip(order.to_le_bytes()) {
@@ -98,8 +99,9 @@ pub trait Simd: Copy {
         Lanes::load(&to)
     }
 
-    /// The lane of the smallest number in a mask. If several are equal up to their last three bits, any of
-    /// them; for negative numbers or an empty mask, any of the eight.
+    /// Returns the lane of the smallest number among the lanes in a mask. If several numbers are
+    /// equal except for their last three bits, the result may be any of them. For negative numbers
+    /// or an empty mask, it may be any of the eight lanes.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -122,7 +124,7 @@ pub trait Simd: Copy {
         let mut least = (u32::MAX, 0);
         for (lane, number) in numbers.iter().enumerate() {
             if bits >> lane & 1 != 0 {
-                // Numbers that are not negative have the order of their bits.
+                // Numbers that are not negative are ordered like their bits.
                 least = least.min((number.to_bits(), lane));
             }
         }
@@ -160,7 +162,7 @@ pub trait Simd: Copy {
         [column(0), column(1), column(2), column(3)]
     }
 
-    /// Transposes sixteen rows of four numbers; `row` returns a row by its index.
+    /// Transposes sixteen rows of four numbers. `row` returns a row by its index.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -190,8 +192,7 @@ pub trait Simd: Copy {
         [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
     }
 
-    /// Transposes rows of four numbers, as many rows as a register has lanes; `row` returns a row by its
-    /// index.
+    /// Transposes one row of four numbers per lane of a register. `row` returns a row by its index.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -221,7 +222,7 @@ pub trait Simd: Copy {
         [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
     }
 
-    /// Eight lanes from one array and eight from another.
+    /// Loads eight lanes from one array and eight from another.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -281,7 +282,7 @@ pub trait Simd: Copy {
         [column(0), column(1), column(2), column(3)]
     }
 
-    /// The first lane, followed by the last one three times.
+    /// The first lane, followed by three copies of the last lane.
     #[inline(always)]
     fn first_and_last(lanes: Self::F64x4) -> Self::F64x4 {
         let mut numbers = [0.0; 4];
@@ -291,12 +292,13 @@ pub trait Simd: Copy {
     }
 }
 
-/// Regroups four numbers of each of eight triangles by triangle.
+/// Regroups lanes with four numbers of each of eight triangles, so that each triangle's numbers are
+/// together.
 #[inline(always)]
 pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2] {
     let mut rows = [[0.0; 8]; 4];
-    // Eight lanes are stored to memory and loaded as two halves of four, because transpositions work on
-    // blocks of four by four.
+    // Store eight lanes to memory and load them as two halves of four, because transpositions work
+    // on blocks of four by four.
     for (lanes, row) in numbers.into_iter().zip(&mut rows) {
         lanes.store(row);
     }
@@ -308,7 +310,7 @@ pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2]
     ]
 }
 
-/// Writes four vectors of each of eight triangles, axis by axis, to their triangles.
+/// Writes four vectors of each of eight triangles to the triangles' rows, axis by axis.
 #[inline(always)]
 pub(crate) fn put_by_triangle<'a, S: Simd>(
     [a, b, c, d]: [Vec3<S::F64x8>; 4],
@@ -321,7 +323,8 @@ pub(crate) fn put_by_triangle<'a, S: Simd>(
     ];
     for (i, to) in to.enumerate() {
         for (rows, to) in axes.iter().zip(to) {
-            // The first four triangles are in the first half. A row has four numbers, one for each of the four vectors.
+            // The first four triangles are in the first half. A row holds one number of each of the
+            // four vectors.
             rows[i / 4][i % 4].store(to);
         }
     }

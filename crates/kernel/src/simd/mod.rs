@@ -1,16 +1,16 @@
-//! Lanes of numbers, and the only module that knows what the CPU supports.
+//! Lanes of numbers. This is the only module that knows what the CPU supports.
 //!
-//! Every algorithm is written once, generic over [`Lanes`] or [`Simd`], and reaches the CPU's widest
-//! registers through [`dispatch`]. All `unsafe` of the workspace is in this folder.
+//! Every algorithm is written once, generic over [`Lanes`] or [`Simd`], and [`dispatch`] runs it on
+//! the CPU's widest registers. All of the workspace's `unsafe` code is in this folder.
 //!
 //! ```text
-//!   algorithm<S: Simd>  ──►  dispatch ──► Baseline what every CPU of the build's target has: 128-bit registers of
-//!                                    │            NEON or WebAssembly's simd128, else the crate `wide`
+//!   algorithm<S: Simd>  ──►  dispatch ──► Baseline what every CPU of the target has: 128-bit NEON
+//!                                    │            or simd128 registers, otherwise the crate `wide`
 //!                                    ├──► Avx2     256 bits, fused multiply-add
 //!                                    └──► Avx512   512 bits, mask registers
 //! ```
 
-/// Calls an intrinsic of a level, for the files with registers.
+/// Calls an intrinsic of a level, for the files that work with registers.
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 #[allow(unused_macros)]
 macro_rules! cpu {
@@ -20,8 +20,8 @@ macro_rules! cpu {
     };
 }
 
-// The build target's baseline: 128-bit registers if their instructions are implemented here, otherwise
-// `wide`.
+// The baseline of the build target: 128-bit registers if their instructions are implemented here,
+// otherwise `wide`.
 #[cfg(not(any(
     all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"),
     all(target_arch = "wasm32", target_feature = "simd128")

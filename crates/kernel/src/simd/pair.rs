@@ -1,10 +1,10 @@
-//! Lanes made of two halves, if one register does not hold them all.
+//! Lanes that consist of two halves, for lanes that do not fit in one register.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::lanes::{Lanes, Mask};
 
-/// The lanes of the first half, then those of the second; also the mask for such lanes.
+/// The lanes of the first half, followed by those of the second half. Also the mask for such lanes.
 #[derive(Clone, Copy)]
 pub struct Pair<L>(pub(super) L, pub(super) L);
 

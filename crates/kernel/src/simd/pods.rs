@@ -1,4 +1,4 @@
-//! Casts for types that are generic over their scalar, for which no derive works.
+//! Casts for types that are generic over their scalar, for which bytemuck's derives do not work.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -11,7 +11,7 @@ const _: () = assert!(size_of::<RayOf<f64>>() == 8 * size_of::<f64>());
 #[allow(unsafe_code)]
 unsafe impl<S: Scalar> Zeroable for RayOf<S> {}
 
-// SAFETY: eight consecutive scalars of one type (`repr(C)`), so there is no padding; scalars are only f32 and
-// f64, which are both `Pod`.
+// SAFETY: eight consecutive scalars of one type (`repr(C)`), so there is no padding; scalars are
+// only f32 and f64, which are both `Pod`.
 #[allow(unsafe_code)]
 unsafe impl<S: Scalar> Pod for RayOf<S> {}

@@ -1,4 +1,4 @@
-//! The vectors of the crate `wide`: SSE2, NEON, wasm, or whatever the build was compiled for.
+//! The vectors of the crate `wide`: SSE2, NEON, wasm, or whatever the crate was compiled for.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -6,7 +6,7 @@ use super::lanes::{Lanes, Mask, mul_error};
 use super::level::Level;
 use super::level_lanes::Simd;
 
-/// A vector of `wide`, or the mask from its comparisons.
+/// A vector of `wide`, or the mask that results from comparing two vectors.
 #[derive(Clone, Copy)]
 pub(super) struct V<T>(T);
 
@@ -78,7 +78,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn from_bits(bits: u32) -> Self {
-                // `wide` cannot make a mask from bits; comparing 0 with 0 or 1 does.
+                // `wide` cannot create a mask from bits, so compare 0 with 0 or 1 in each lane.
                 let lane = |i: usize| if bits >> i & 1 != 0 { 1.0 } else { 0.0 };
                 Self(<$t>::splat(0.0).simd_lt(<$t>::new(core::array::from_fn(lane))))
             }
@@ -117,7 +117,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Two to the power of half the digits, rounded up, plus one.
+                // The split factor: two to the power of half the digits (rounded up), plus one.
                 const SPLIT: $scalar =
                     ((1 << <$scalar>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $scalar;
                 mul_error(self, b, product, Self::splat(SPLIT))
@@ -136,8 +136,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // The bits of infinity are exactly those of the exponent, so this clears sign and fraction
-                // and leaves a power of two.
+                // Infinity has exactly the exponent bits set, so this clears the sign and the
+                // fraction and leaves a power of two.
                 Self(self.0 & <$t>::splat(<$scalar>::INFINITY))
             }
             #[inline(always)]
@@ -146,12 +146,12 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn or_sign(self, other: Self) -> Self {
-                // Not by combining the bits: those of two numbers may form a NaN, which is not below 0.
+                // Do not combine the bits: the result may be a NaN, which is not less than 0.
                 Self(self.0.fast_min(other.0))
             }
             #[inline(always)]
             fn negative(self) -> Self {
-                // The masks of `wide` fill all bits.
+                // The masks of `wide` set or clear all bits of a lane.
                 Self(self.0.simd_lt(<$t>::splat(0.0)))
             }
             #[inline(always)]
@@ -180,7 +180,7 @@ lanes!(::wide::f32x16, f32, 16, |x| x);
 lanes!(::wide::f64x4, f64, 4, f64::from);
 lanes!(::wide::f64x8, f64, 8, f64::from);
 
-/// The level that every CPU has.
+/// The level that every CPU supports.
 #[derive(Clone, Copy)]
 pub(super) struct Baseline;
 
@@ -202,7 +202,7 @@ impl Simd for Baseline {
     }
 }
 
-/// Four lanes if `wide` has registers.
+/// Four lanes, on targets for which `wide` has registers.
 #[cfg(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128"))]
 mod registers {
     use super::V;
@@ -218,7 +218,7 @@ mod registers {
     }
 }
 
-/// Without registers, more than one lane would only be moved to memory and back.
+/// One lane: without registers, wider lanes would only be moved to memory and back.
 #[cfg(not(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")))]
 mod registers {
     pub(super) type F32s = f32;

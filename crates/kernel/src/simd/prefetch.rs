@@ -1,6 +1,6 @@
 //! Prefetching: requests memory before it is used.
 
-/// Prefetches the memory of values that will be used soon, if the CPU has an instruction for that.
+/// Prefetches values that will be used soon, if the CPU has an instruction for it.
 ///
 /// ```
 /// let far_away = vec![1.0_f32; 1000];
@@ -11,8 +11,8 @@ pub fn prefetch<T>(things: &[T]) {
     ask::<FIRST_CACHE, T>(things);
 }
 
-/// Prefetches values that will be used later into the second-level cache, so that they do not evict what is
-/// used meanwhile.
+/// Prefetches values that will be used later into the second-level cache, so that they do not evict
+/// values that are used in the meantime.
 ///
 /// ```
 /// let far_away = vec![1.0_f32; 1000];
@@ -23,7 +23,7 @@ pub fn prefetch_early<T>(things: &[T]) {
     ask::<SECOND_CACHE, T>(things);
 }
 
-/// x86's hints for cache levels: `_MM_HINT_T0` and `_MM_HINT_T1`.
+/// The x86 hints for cache levels: `_MM_HINT_T0` and `_MM_HINT_T1`.
 const FIRST_CACHE: i32 = 3;
 const SECOND_CACHE: i32 = 2;
 

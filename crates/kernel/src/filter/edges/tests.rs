@@ -1,5 +1,5 @@
-//! The bounds for copies, against the worst case of all roundings: they are sufficient, and half of any would
-//! not be.
+//! Tests the bounds for copies against the worst case of all roundings: the bounds hold, and half
+//! of any constant would be too small.
 
 use super::super::worst::{Search, Worst};
 use super::*;
@@ -7,7 +7,7 @@ use super::*;
 /// The names of the bounds, in the order of [`Case::shares`].
 const NAMES: [&str; 9] = ["V", "W", "U", "D", "grazing", "T", "sharp V", "sharp U", "sharp T"];
 
-/// A copied ray and triangle.
+/// A ray and a triangle that are copies of f64 originals.
 struct Case {
     triangle: Triangles<Worst>,
     rays: Rays<Worst>,
@@ -15,8 +15,8 @@ struct Case {
 }
 
 impl Case {
-    /// From fifteen numbers: an origin, the vector from there to a corner, the edges from that, and a
-    /// direction. The scene reaches no farther than the corner.
+    /// Builds a case from fifteen numbers: an origin, the vector from there to a corner, the two
+    /// edges from that corner, and a direction. The corner is the farthest point of the scene.
     #[expect(
         clippy::large_stack_arrays,
         reason = "the arrays are of numbers with all their shares"
@@ -47,7 +47,7 @@ impl Case {
         })
     }
 
-    /// The shares of the bounds that roundings can use.
+    /// The worst-case errors, each as a share of its bound.
     fn shares(&self) -> [f64; 9] {
         let Self { triangle, rays, room } = self;
         let edges = Edges::new(triangle, rays);
@@ -56,14 +56,14 @@ impl Case {
         let [sharp_v, _, sharp_u] = edges.sharp_bounds(triangle, rays, room).map(|x| x.value);
         let sharp_num = PlaneHit::sharp_num_err(triangle, rays, &edges, room).value;
         let slack = f64::from(bound::SLACK);
-        // The last rounding of a sum changes no sign.
+        // The last rounding of a sum cannot change its sign, so it does not count.
         let sign = |x: &Worst| x.most() - f64::from(bound::U) * x.value.abs();
         [
             sign(&edges.v) / bound,
             sign(&edges.w) / bound,
             sign(&edges.u) / (2.0 * bound),
             slack * edges.den.most() / plane.den_err.value,
-            // The error of D that is possible where anything is decided.
+            // The error of D, relative to the smallest D for which anything is decided.
             2.84 * edges.den.most() / edges.least.value,
             slack * plane.num.most() / plane.num_err.value,
             sign(&edges.v) / sharp_v,
@@ -73,7 +73,8 @@ impl Case {
     }
 }
 
-/// Fifteen numbers: near the centre of a scene, or far from it, where the copies' errors outweigh the rest.
+/// Returns fifteen random numbers: near the centre of a scene, or far from it, where the copies'
+/// errors outweigh the others.
 fn start(far: f64) -> impl Fn(&mut Search) -> [f64; 15] {
     move |search| {
         let mut numbers = [0.0; 15].map(|_: f64| search.number());

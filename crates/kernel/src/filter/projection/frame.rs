@@ -1,15 +1,15 @@
-//! The frame onto which rays from one origin are projected, and rays as points on it.
+//! The frame onto which rays from one origin are projected, and the projected points.
 
 use super::super::bound;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 
-/// An origin and three axes through it, orthonormal up to the rounding of f32.
+/// An origin and three axes, orthonormal up to the rounding of f32.
 ///
 /// ```
 /// use intertri::internal::Frame;
 /// use intertri::simd::Vec3;
-/// // One f32 is a lane, too.
+/// // An f32 counts as one lane.
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let point = frame.points(Vec3::<f32>::splat([0.5, -1.0, 2.0]));
 /// assert_eq!((point.x, point.y, point.z), (0.25, -0.5, 2.0));
@@ -22,20 +22,22 @@ pub struct Frame {
     pub(super) depth: [f32; 3],
     pub(super) right: [f32; 3],
     pub(super) up: [f32; 3],
-    /// The dual axes: a normal in these, multiplied by a direction in the axes above, is their dot product.
+    /// The dual axes. The dot product of a normal in these axes and a direction in the axes above
+    /// equals the dot product of the original vectors.
     pub(super) dual: [[f64; 3]; 3],
-    /// How far rays may miss the origin.
+    /// The maximum distance by which rays miss the origin.
     pub(super) off: f32,
-    /// How far such rays may be from the centre of the projection, in x and y, plus `OFF_REACH`.
+    /// The maximum distance of such rays from the centre of the projection in x and y, plus
+    /// `OFF_REACH`.
     pub(super) reach: [f32; 2],
-    /// The coefficients of the bounds.
+    /// The coefficients of the error bounds.
     pub(super) shares: Shares,
 }
 
-/// The coefficients of the bounds that differ between f32 scenes and copies of f64 scenes.
+/// The coefficients of the error bounds that differ between f32 scenes and copies of f64 scenes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shares {
-    /// Whether blocks hold copies: a corner and two edges, not three corners.
+    /// Whether blocks contain copies: one corner and two edges instead of three corners.
     pub(super) copies: bool,
     /// `SCREEN`
     pub(super) screen: f32,
@@ -47,12 +49,12 @@ pub(super) struct Shares {
     pub(super) depth: f32,
     /// `COPY_SLANT`
     pub(super) slant: f32,
-    /// `COPY`: the displacement of corners, relative to their distance.
+    /// `COPY`: the displacement of a corner, relative to its distance.
     pub(super) copy: f32,
 }
 
 impl Shares {
-    /// For f32 scenes.
+    /// The coefficients for f32 scenes.
     const PLAIN: Self = Self {
         copies: false,
         screen: bound::SCREEN,
@@ -63,7 +65,7 @@ impl Shares {
         copy: 0.0,
     };
 
-    /// For copies.
+    /// The coefficients for copies of f64 scenes.
     const COPIES: Self = Self {
         copies: true,
         screen: bound::COPY_SCREEN,
@@ -76,10 +78,10 @@ impl Shares {
 }
 
 impl Frame {
-    /// Creates a frame. No coordinate of the origin may exceed 2^30.
+    /// Creates a frame. No coordinate of the origin may exceed 2^30 in magnitude.
     pub fn new(origin: [f32; 3], depth: [f32; 3], right: [f32; 3], up: [f32; 3]) -> Self {
-        // The dual basis: b × c, c × a and a × b divided by the determinant. For exactly orthonormal axes
-        // these are the axes themselves.
+        // The dual basis is b × c, c × a, and a × b, divided by the determinant. For exactly
+        // orthonormal axes, it consists of the axes themselves.
         let [a, b, c] = [depth, right, up].map(|axis| Vec3::<f64>::splat(axis.map(f64::from)));
         let dual = [b.cross(c), c.cross(a), a.cross(b)];
         let size = a.dot(dual[0]);
@@ -88,10 +90,11 @@ impl Frame {
         Self { origin, depth, right, up, dual, off, reach, shares }
     }
 
-    /// The same frame for rays that miss the origin by at most `off`. Each is parallel to one that starts
-    /// there, and their points are within ±`reach` in x and y of the projection. These are reversed rays
-    /// *toward* a point, which they miss only by rounding, with t counted backward. The test then only finds
-    /// whether they hit, not which hit is nearest: do not query the resolver for t of such rays.
+    /// Adapts the frame to rays that miss the origin by at most `off`. Each ray must be parallel to
+    /// one that starts at the origin, and its point must be within ±`reach` of the projection's
+    /// centre in x and y. Such rays are reversed rays *toward* a point, which they miss only by
+    /// rounding, with t counted backward. For them, the test can only find whether they hit, not
+    /// which hit is nearest: do not query the resolver for t of such rays.
     /// `docs/numerics/projection.md`, section 6, derives `off`.
     ///
     /// ```
@@ -104,29 +107,30 @@ impl Frame {
         Self { off, reach: reach.map(|most| most + bound::OFF_REACH), ..self }
     }
 
-    /// The same frame for copies of f64 originals (`docs/numerics/f64.md`, section 6).
+    /// Adapts the frame to copies of f64 originals (`docs/numerics/f64.md`, section 6).
     #[must_use]
     pub(in super::super) fn of_copies(self) -> Self {
         Self { shares: Shares::COPIES, ..self }
     }
 
-    /// The origin.
+    /// The origin of the frame.
     pub fn origin(&self) -> [f32; 3] {
         self.origin
     }
 
-    /// How far rays may miss the origin.
+    /// The maximum distance by which rays miss the origin.
     pub fn off(&self) -> f32 {
         self.off
     }
 
-    /// How far rays may miss the origin, relative to triangles at a distance of `away`.
+    /// The maximum distance by which rays miss the origin, relative to triangles at a distance of
+    /// `away`.
     #[inline(always)]
     pub(super) fn off_at<F: Lanes<Scalar = f32>>(&self, away: F) -> F {
         away.mul_add(F::splat(self.shares.copy), F::splat(self.off))
     }
 
-    /// The distance between this origin and the world's.
+    /// The distance between the frame's origin and the world's origin, in the 1-norm.
     pub(super) fn distance(&self) -> f32 {
         self.origin.iter().fold(0.0, |sum, x| sum + x.abs())
     }
@@ -136,16 +140,17 @@ impl Frame {
         self.depth
     }
 
-    /// The axes across.
+    /// The two axes perpendicular to the depth.
     pub fn across(&self) -> [[f32; 3]; 2] {
         [self.right, self.up]
     }
 
-    /// The points where directions meet the projection.
+    /// Projects directions to points.
     #[inline(always)]
     pub fn points<F: Lanes<Scalar = f32>>(&self, dir: Vec3<F>) -> Points<F> {
         let z = dir.dot_fused(Vec3::splat(self.depth));
-        // One division for both coordinates. The product with the reciprocal rounds once more, which `SCREEN` covers.
+        // One division serves both coordinates. Multiplying by the reciprocal rounds once more,
+        // which `SCREEN` covers.
         let recip = F::splat(1.0) / z;
         let x = dir.dot_fused(Vec3::splat(self.right)) * recip;
         let y = dir.dot_fused(Vec3::splat(self.up)) * recip;
@@ -153,26 +158,27 @@ impl Frame {
     }
 }
 
-/// Rays as points of the projection.
+/// Rays as points on the projection.
 ///
 /// ```
 /// use intertri::internal::Points;
-/// // The bounds hold near the middle of the projection.
+/// // The error bounds hold near the centre of the projection.
 /// let point = |x| Points { x, y: 0.0, z: 1.0_f32 };
 /// assert!(point(0.2).on_screen() && !point(1e3).on_screen() && !point(f32::NAN).on_screen());
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Points<F> {
-    /// To the right.
+    /// The coordinate to the right.
     pub x: F,
-    /// Upward.
+    /// The coordinate upward.
     pub y: F,
     /// The depth per unit of t.
     pub z: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Points<F> {
-    /// Which of them are close enough to the centre, and of moderate length, for the bounds to hold.
+    /// Returns the lanes for which the bounds hold: the point is near enough to the centre, and the
+    /// direction is neither too long nor too short.
     #[inline(always)]
     pub fn on_screen(&self) -> F::Mask {
         let edge = F::splat(bound::SCREEN_EDGE);
@@ -182,11 +188,11 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
             & self.z.le(F::splat(bound::LARGEST))
     }
 
-    /// An enclosure of `1 / (t z)`.
+    /// Lower and upper bounds of `1 / (t z)`.
     #[inline(always)]
     pub(super) fn inverse(&self, t: F) -> (F, F) {
         let least = F::splat(bound::SHORTEST_T);
-        // A subnormal product would round by more than INVERSE, so a tiny t counts as unknown.
+        // A subnormal product would round by more than `INVERSE`, so a tiny t counts as unknown.
         let s = F::splat(1.0) / (t.max(least) * self.z);
         let s_hi = s * F::splat(1.0 + bound::INVERSE);
         let s_hi = F::select(t.lt(least), F::splat(f32::INFINITY), s_hi);
@@ -194,7 +200,7 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
     }
 }
 
-/// A form at points of the projection.
+/// Evaluates a linear form at points of the projection.
 #[inline(always)]
 pub(super) fn at<F: Lanes<Scalar = f32>>(form: [f32; 3], points: &Points<F>) -> F {
     let [one, x, y] = [F::splat(form[0]), F::splat(form[1]), F::splat(form[2])];

@@ -1,15 +1,15 @@
 //! Rays from one origin as points of a projection plane, and triangles as linear forms on it.
 //!
 //! ```text
-//!        up                     a ray of direction d is the point (x, y) = (d·right, d·up) / d·depth;
-//!         │   ╱ depth           U, V, W and D of document D, divided by d·depth, are linear in x and
-//!         │ ╱   · (x, y)        y, and D / T = 1 / (t d·depth) is, too: no division, as in a z-buffer
+//!        up                  a ray of direction d is the point (x, y) = (d·right, d·up) / d·depth;
+//!         │   ╱ depth        U, V, W, and D of document D, divided by d·depth, are linear in x and y;
+//!         │ ╱   · (x, y)     so is D / T = 1 / (t d·depth): as in a z-buffer, no division is needed
 //!         o───── right
 //! ```
 //!
-//! So testing a ray takes two multiply-adds for each edge, and the outline of a triangle can be tested
-//! against a whole window of the projection at once. `docs/numerics/projection.md` has the bounds and the
-//! proof.
+//! Testing a ray thus takes two multiply-adds per edge, and the outline of a triangle can be tested
+//! against a whole window of the projection at once. `docs/numerics/projection.md` has the bounds
+//! and the proof.
 
 mod frame;
 mod nearest;

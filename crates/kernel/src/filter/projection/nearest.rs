@@ -8,7 +8,7 @@ use crate::filter::Counts;
 use crate::simd::{Lanes, Mask, lanes_of};
 use crate::{LeafSlot, Triangle};
 
-/// The nearest hit so far of each of N rays: an enclosure of its inverse depth.
+/// The nearest hit so far of each of N rays, as bounds on its inverse depth.
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -31,7 +31,7 @@ use crate::{LeafSlot, Triangle};
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let outlines = dispatch(Leaf(filter, &TriangleBlock::new(&triangles), &frame));
 ///
-/// // One ray; one f32 is a lane, too.
+/// // A single ray. An f32 counts as one lane.
 /// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
 /// let points = frame.points(Vec3::<f32>::splat(ray.dir));
 /// let ranges = filter.starts_in(&Starts::none(), &points, [ray.t_min; 2], true).ranges();
@@ -53,10 +53,10 @@ use crate::{LeafSlot, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<F, const N: usize> {
-    /// A hit with a smaller inverse depth than `s_lo` cannot become the nearest.
+    /// The lower bound: a hit with a smaller inverse depth cannot become the nearest.
     s_lo: F,
     s_hi: F,
-    /// The caller's number for the triangle, as bits.
+    /// The caller's number for the triangle, stored as the bits of a float.
     triangle: F,
     /// Bit i is set if lane i has a hit.
     hits: u32,
@@ -64,19 +64,19 @@ pub struct Nearest<F, const N: usize> {
 
 /// A triangle's forms, evaluated at each point.
 struct Sample<F: Lanes> {
-    /// The smallest weight, in units of its bound.
+    /// The smallest weight, in units of its error bound.
     weight: F,
-    /// The inverse depth, and its enclosure.
+    /// The inverse depth, and its lower and upper bounds.
     s: F,
     s_lo: F,
     s_hi: F,
     /// Whether the sign of D is certain.
     sure: F::Mask,
-    /// Whether it may be a nearer hit.
+    /// Whether the triangle may be a nearer hit.
     maybe: F::Mask,
 }
 
-/// The verdict on each lane, with enclosures of the inverse depths. A lane in neither mask is a miss.
+/// The verdict on each lane, with bounds on the inverse depth. A lane in neither mask is a miss.
 #[derive(Clone, Copy)]
 struct InverseDepths<F> {
     hit: u32,
@@ -86,14 +86,14 @@ struct InverseDepths<F> {
 }
 
 impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
-    /// The number of no triangle.
+    /// The number that stands for no triangle.
     pub const NOTHING: u32 = u32::MAX;
 
-    /// No hits yet: anything closer than `t_max` is nearer.
+    /// Creates a record with no hits yet: any hit before `t_max` is nearer.
     #[inline(always)]
     pub fn new(points: &Points<F>, t_max: F) -> Self {
         let (s_lo, s_hi) = points.inverse(t_max);
-        // The far end of the interval takes the place of a hit: hits must have a larger inverse depth.
+        // The far end of the interval stands in for a hit: hits must have a larger inverse depth.
         Self { s_lo, s_hi, triangle: F::splat(f32::from_bits(Self::NOTHING)), hits: 0 }
     }
 
@@ -109,10 +109,10 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.hits
     }
 
-    /// The caller's numbers for the triangles; [`Nearest::NOTHING`] for a miss.
+    /// The caller's numbers for the nearest triangles; [`Nearest::NOTHING`] for a miss.
     #[inline(always)]
     pub fn triangles(&self) -> [u32; N] {
-        // Not `map`, which would not be inlined.
+        // Avoid `map`, which would not be inlined.
         let (mut lanes, mut numbers) = ([0.0; N], [0; N]);
         self.triangle.store(&mut lanes);
         for (number, lane) in numbers.iter_mut().zip(&lanes) {
@@ -121,10 +121,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         numbers
     }
 
-    /// Takes the nearer hits of N rays with the triangle `seen[number]`. Only the lanes in `live` take part,
-    /// which must be on the projection and have no NaN in their interval. `settle` settles undecided lanes;
-    /// lane i is its ray `first + i`. Only undecided tests are counted, because the caller counts those that
-    /// its windows decided. Returns whether anything may have changed.
+    /// Tests N rays against the triangle `seen[number]` and stores the hits that are nearer. Only
+    /// the lanes in `live` take part; their points must be on the projection, and their intervals
+    /// must not contain NaN. `settle` decides undecided lanes; lane i is its ray `first + i`. Only
+    /// undecided tests are counted here: the caller counts those that its windows decide. Returns
+    /// whether anything may have changed.
     #[inline(always)]
     pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -135,15 +136,15 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         live: u32,
         counts: &mut Counts,
     ) -> bool {
-        // Without a branch on whether there is a hit, which would be mispredicted.
+        // Do not branch on whether there is a hit, because such a branch would be mispredicted.
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
         self.offer(&found, (number, seen), points, (first, settle));
         (found.hit | found.undecided) != 0
     }
 
-    /// Which of the live rays hit the triangle in a slot, at any distance; nothing is stored. Only for rays
-    /// that are not reversed. Otherwise like [`Nearest::take`].
+    /// Finds which of the live rays hit the triangle in a slot, at any distance, and stores
+    /// nothing. The rays must not be reversed. Otherwise, this is like [`Nearest::take`].
     #[inline(always)]
     pub fn hit_by<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &self,
@@ -157,7 +158,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
 
-        // A hit whose enclosure reaches the end of its ray may be beyond it, so it is settled, too.
+        // A hit whose bounds reach the end of its ray may be beyond it, so it is settled as well.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
         for lane in lanes_of((found.hit & !hits) | found.undecided) {
             hits |= u32::from(settle.hit(slot, first + lane).is_some()) << lane;
@@ -165,8 +166,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         hits
     }
 
-    /// Whether a live ray may have a nearer hit with a triangle: a quick test without branches. If so, call
-    /// [`Nearest::take`].
+    /// Whether a live ray may have a nearer hit on the triangle: a quick test without branches. If
+    /// so, call [`Nearest::take`].
     #[inline(always)]
     pub fn maybe(
         &self,
@@ -178,7 +179,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.sample(outline, points, ranges).maybe.bits() & live != 0
     }
 
-    /// Which of the live rays certainly hit a triangle, and which possibly do.
+    /// Finds which of the live rays certainly hit a triangle, and which may hit it.
     #[inline(always)]
     fn test(
         &self,
@@ -189,7 +190,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     ) -> InverseDepths<F> {
         let Sample { weight, s, s_lo, s_hi, sure, maybe } = self.sample(outline, points, ranges);
 
-        // A hit if nothing is in doubt.
+        // A lane is a hit if nothing is in doubt.
         let inside = weight.gt(F::splat(1.0))
             & s.gt(F::splat(outline.parallel))
             & s_hi.lt(ranges.near_lo)
@@ -201,28 +202,29 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// Evaluates a triangle's forms at the points, and finds which rays may hit it.
     #[inline(always)]
     fn sample(&self, outline: &Outline, points: &Points<F>, ranges: &Ranges<F>) -> Sample<F> {
-        // The smallest weight; below -1 a certain miss, if the sign of D is certain.
+        // If the smallest weight is below -1 and the sign of D is certain, the lane is a certain
+        // miss.
         let [u, v, w] = [at(outline.u, points), at(outline.v, points), at(outline.w, points)];
         let weight = u.min(v).min(w);
         let outside = weight.lt(F::splat(-1.0));
 
-        // The plane's inverse depth, negative if the ray goes away from it.
+        // The inverse depth of the plane, negative if the ray leads away from it.
         let s = at(outline.s, points);
         let sure = s.abs().gt(F::splat(outline.least));
         let err = F::splat(outline.err);
-        // The nearer the plane, the larger s: `near_hi` is the near end of the interval, `self.s_lo` the best
-        // hit so far.
+        // The nearer the plane, the larger s. `near_hi` is the near end of the interval, and
+        // `self.s_lo` is the best hit so far.
         let (s_lo, s_hi) = (s - err, s + err);
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
         let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
         if outline.is_edge_on() {
-            // Two weights of different signs are a miss, whichever side is the inner one.
+            // Two weights of different signs mean a miss, whichever side is the inner one.
             maybe = maybe & !(outside & u.max(v).max(w).gt(F::splat(1.0)));
         }
         Sample { weight, s, s_lo, s_hi, sure, maybe }
     }
 
-    /// Stores the nearer hits with the triangle `seen[number]`.
+    /// Stores the hits on the triangle `seen[number]` that are nearer.
     #[inline(always)]
     fn offer<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -231,7 +233,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         points: &Points<F>,
         (first, settle): (usize, &Settle<'_, T, I>),
     ) {
-        // Lanes whose new enclosure is entirely in front of the old one, all at once.
+        // First update, all at once, the lanes whose new bounds are entirely in front of the old
+        // ones.
         let bits = f32::from_bits(number);
         let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
         self.s_lo = F::select(wins, found.s_lo, self.s_lo);
@@ -239,8 +242,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.triangle = F::select(wins, F::splat(bits), self.triangle);
         self.hits |= wins.bits();
 
-        // In the other lanes the enclosures overlap or the hit is undecided: settle them one by one, by their
-        // exact t.
+        // In the other lanes, the bounds overlap, or the hit is undecided. Settle these lanes one
+        // by one, by their exact t.
         let rest = (found.hit & !wins.bits()) | found.undecided;
         if rest == 0 {
             return;
@@ -257,12 +260,13 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let mut kept = [None; 2];
         for lane in lanes_of(rest) {
             let ray = first + lane;
-            // A ray without a hit may have its far end here; one with a hit only has to compare.
+            // For a ray without a hit, the far end may decide; a ray with a hit only has to
+            // compare.
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
-            // If the ray meets an edge or corner that both triangles share, both have the same t, and the index
-            // decides.
+            // If the ray meets an edge or corner that both triangles share, both have the same t,
+            // and the lower index wins.
             if let Some(other) = other
                 && !sure
                 && settle.touch(ray, slot, other)
@@ -283,7 +287,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             {
                 continue;
             }
-            // The enclosure of a t from the resolver, converted to an inverse depth.
+            // If the resolver returned t, convert it to bounds on the inverse depth.
             let one = Points { x: 0.0, y: 0.0, z: z[lane] };
             (lo[lane], hi[lane]) = match t {
                 Some(t) if !sure => one.inverse(t as f32),

@@ -11,14 +11,15 @@ use crate::simd::{Lanes, Mask, Simd, Vec3};
 
 /// Sixteen projected triangles, in lanes.
 ///
-/// A form is `f[0] + f[1] x + f[2] y`. The edges are scaled so that beyond ±1 their sign is certain.
+/// A form is `f[0] + f[1] x + f[2] y`. The edge forms are scaled so that their sign is certain if
+/// they exceed 1 in magnitude.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
 /// use intertri::internal::{Frame, Windows};
 /// use intertri::{Mode, Triangle, TriangleBlock};
 ///
-/// /// Which triangles of a block may be hit through a window of the projection?
+/// /// Finds which triangles of a block may be hit through a window of the projection.
 /// struct Leaf<'a>(&'a TriangleBlock<8>, &'a Frame, [[f32; 2]; 2]);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = u32;
@@ -33,7 +34,7 @@ use crate::simd::{Lanes, Mask, Simd, Vec3};
 ///     }
 /// }
 ///
-/// // One to the left and one to the right, five in front of the origin.
+/// // One triangle to the left and one to the right, both at a depth of five.
 /// let at = |x| Triangle::new([x, 0.0, 5.0], [x + 1.0, 0.0, 5.0], [x, 1.0, 5.0]);
 /// let block = TriangleBlock::new(&[at(-3.0), at(2.0)]);
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
@@ -51,14 +52,14 @@ pub struct Outlines {
     err: [f32; 16],
     /// If |s| is at most this, the ray grazes the plane, and nothing is decided.
     least: [f32; 16],
-    /// If s exceeds this, the ray is not parallel to the plane.
+    /// If s exceeds this, the ray is certainly not parallel to the plane.
     parallel: [f32; 16],
-    /// The rectangle that contains the triangle.
+    /// A rectangle that contains the triangle.
     lo: [[f32; 16]; 2],
     hi: [[f32; 16]; 2],
-    /// The bound of the edges, by which they are divided.
+    /// The error bound of the edge forms, which are divided by it.
     unit: [f32; 16],
-    /// The lanes with triangles.
+    /// The lanes that contain triangles.
     live: u32,
 }
 
@@ -82,18 +83,18 @@ pub struct Outlines {
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let outline = dispatch(Lane(&TriangleBlock::new(&[wall]), &frame, 0));
 ///
-/// // Windows, one in each lane: one f32 is a lane, too.
+/// // Windows, one per lane; an f32 counts as one lane.
 /// assert_eq!(outline.within(&Windows::<f32>::new([0.0, 0.0], [0.1, 0.1]), 0.0), 1);
 /// assert_eq!(outline.within(&Windows::<f32>::new([0.5, 0.5], [0.6, 0.6]), 0.0), 0);
-/// // The rectangle around the triangle says less: this window lies beyond the slanted edge.
+/// // The bounding rectangle is less precise: this window is beyond the slanted edge.
 /// let beyond = Windows::<f32>::new([0.2, 0.2], [0.24, 0.24]);
 /// assert_eq!((outline.near(&beyond), outline.within(&beyond, 0.0)), (1, 0));
 ///
-/// // Beyond 1 the three edges are sure; the last number is one by the depth.
+/// // The signs of the three edges are certain above 1. The last number is the inverse depth.
 /// let point = Points { x: 0.05_f32, y: 0.05, z: 1.0 };
 /// let ([u, v, w, inverse], off) = outline.at(&point);
 /// assert!(u > 1.0 && v > 1.0 && w > 1.0 && (inverse - 0.25).abs() <= off);
-/// // V grows to the right.
+/// // The unit is the error bound of the edge forms.
 /// assert!(outline.unit() > 0.0);
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -111,8 +112,8 @@ pub struct Outline {
 }
 
 impl Outlines {
-    /// The triangles of one or two blocks. `parallel` is the document's threshold over the smallest z of the rays,
-    /// rounded up; with `exact`, hits lie on their triangles.
+    /// Projects the triangles of one or two blocks. `parallel` is the document's threshold divided
+    /// by the smallest z of the rays, rounded up. If `exact` is set, hits are on their triangles.
     #[inline(always)]
     pub(in super::super) fn new<S: Simd>(
         first: &TriangleBlock<8>,
@@ -122,7 +123,7 @@ impl Outlines {
         exact: bool,
     ) -> Self {
         let live = first.live() | second.map_or(0, |block| block.live() << 8);
-        // Without a second block the first one fills both halves; `live` masks the copies.
+        // Without a second block, the first one fills both halves, and `live` masks the copies.
         let blocks = [first, second.unwrap_or(first)];
         let planes = Planes::new::<S>(blocks, frame);
         let corners = Corners::new::<S>(blocks, frame);
@@ -130,15 +131,15 @@ impl Outlines {
         let [(left, right), (down, up)] = corners.rectangle(planes.turn, frame, exact);
         let ([u, v, w], unit) = corners.edges(frame);
 
-        // Whether the triangle is in front or behind, T has the same sign as D wherever it is hit.
+        // Wherever the triangle is hit, T has the same sign as D.
         let sure = planes.is_sure(corners.a.norm1(), sizes.size, frame);
         let nothing = S::F32x16::splat(f32::NAN);
         let one = S::F32x16::splat(1.0);
-        // If that sign is unknown, edges of different signs still prove a miss, provided that hits are on
-        // triangles.
+        // If the sign of T is unknown, edges of different signs still prove a miss, provided that
+        // hits are on their triangles.
         let unturned = if exact { one / unit } else { nothing };
-        // One factor scales the edges to units of their bound and gives them the sign of T: then all three
-        // are positive for a hit in front of the origin, whichever way the triangle faces.
+        // One factor scales the edges to units of their bound and applies the sign of T. All three
+        // are then positive for a hit in front of the origin, whichever way the triangle faces.
         let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), unturned);
         let [inverse, along_x, along_y] = planes.s;
         let inverse = S::F32x16::select(sure, inverse, nothing);
@@ -157,8 +158,8 @@ impl Outlines {
         }
     }
 
-    /// Which of the triangles a ray through the window may hit, if it still looks for hits of at least
-    /// this inverse depth.
+    /// Finds which of the triangles may be hit by a ray through the window that still looks for
+    /// hits with an inverse depth of at least `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
@@ -174,15 +175,15 @@ impl Outlines {
         (window.reached(lo, hi) & !missed).bits() & self.live
     }
 
-    /// Which of the triangles have a rectangle larger than this in x or y.
+    /// Finds which triangles have a bounding rectangle that is larger than `size` in x or y.
     #[inline(always)]
     pub fn larger<F: Lanes<Scalar = f32>>(&self, size: [f32; 2]) -> u32 {
         let ([x, y], _) = self.sizes::<F>();
         (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits() & self.live
     }
 
-    /// The widths and heights of the rectangles around the triangles, 0 in lanes without one, and which lanes
-    /// have triangles. Infinite if the rectangle is not known.
+    /// The widths and heights of the bounding rectangles, and the lanes that contain triangles. A
+    /// size is 0 in lanes without a triangle, and infinite if the rectangle is not known.
     #[inline(always)]
     pub fn sizes<F: Lanes<Scalar = f32>>(&self) -> ([F; 2], u32) {
         let (live, none) = (F::Mask::from_bits(self.live), F::splat(0.0));
@@ -191,7 +192,7 @@ impl Outlines {
         ([F::select(live, x, none), F::select(live, y, none)], self.live)
     }
 
-    /// The outline in a lane.
+    /// The outline in lane `i`.
     #[inline(always)]
     pub fn lane(&self, i: usize) -> Outline {
         Outline {
@@ -210,8 +211,8 @@ impl Outlines {
 }
 
 impl Outline {
-    /// The values that the test computes at points: U, V, W in units of their bound, the inverse depth, and
-    /// its error bound. For tests of the bounds.
+    /// Evaluates what the test computes at points: U, V, and W in units of their bound, the inverse
+    /// depth, and the error bound of the inverse depth. Used to test the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
         let values = [self.u, self.v, self.w, self.s];
@@ -226,18 +227,19 @@ impl Outline {
         )
     }
 
-    /// Whether the origin is so close to the triangle's plane that its side of the plane is unknown.
+    /// Whether the origin is so close to the triangle's plane that its side of the plane is
+    /// unknown.
     #[inline(always)]
     pub(super) fn is_edge_on(&self) -> bool {
         self.s[0].is_nan()
     }
 
-    /// The bound of the edges, which is their unit.
+    /// The error bound of the edge forms, which is their unit.
     pub fn unit(&self) -> f32 {
         self.unit
     }
 
-    /// The windows that the rectangle around the triangle reaches.
+    /// The windows that the triangle's bounding rectangle reaches.
     #[inline(always)]
     pub fn near<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>) -> u32 {
         let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
@@ -245,8 +247,8 @@ impl Outline {
         windows.reached(lo, hi).bits()
     }
 
-    /// The windows through which a ray may hit the triangle, if it still looks for hits of at least the
-    /// window's inverse depth.
+    /// The windows through which a ray may hit the triangle, if the ray still looks for hits with
+    /// an inverse depth of at least the window's `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>, nearest: F) -> u32 {
         let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
@@ -265,13 +267,15 @@ impl Outline {
     }
 }
 
-/// The inverse depths of triangles in windows: many triangles in one window, or one triangle in many windows.
+/// The inverse depths of triangles in windows: many triangles in one window, or one triangle in
+/// many windows.
 struct Depths<F: Lanes> {
-    /// No ray through the window has a larger inverse depth.
+    /// An upper bound on the inverse depth for all rays through the window.
     most: F,
-    /// Lanes where it is certainly negative for every ray: the plane is behind all of them.
+    /// Lanes in which the inverse depth is certainly negative for every ray: the plane is behind
+    /// all rays.
     behind: F::Mask,
-    /// Lanes where it is certainly positive for every ray.
+    /// Lanes in which the inverse depth is certainly positive for every ray.
     plain: F::Mask,
 }
 
@@ -282,22 +286,22 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
         Self { most: hi + (err + err), behind: hi.lt(-twice), plain: lo.gt(twice) }
     }
 
-    /// Lanes whose plane is behind every ray, or too far away.
+    /// Lanes in which the plane is behind every ray or too far away.
     #[inline(always)]
     fn missed(&self, nearest: F) -> F::Mask {
         self.behind | self.most.lt(nearest)
     }
 }
 
-/// Lanes where the whole window is on the outer side of some edge, if D is certain and positive.
+/// Lanes in which the whole window is outside some edge, if D is certain and positive.
 #[inline(always)]
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
     highest.lt(F::splat(-2.0))
 }
 
-/// Lanes where the whole window is on one side of one edge and on the other side of another, whichever side
-/// is the inner one.
+/// Lanes in which the whole window is on one side of one edge and on the other side of another,
+/// whichever side is the inner one.
 #[inline(always)]
 fn apart<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let lowest = windows.range(u).0.max(windows.range(v).0).max(windows.range(w).0);
@@ -310,7 +314,7 @@ struct Planes<F> {
     s: [F; 3],
     /// `h^2 / |T|`
     q: F,
-    /// `|N|` with the sign of T.
+    /// The magnitude of N, with the sign of T.
     turn: F,
 }
 
@@ -322,19 +326,19 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
             let [c1, c2, c3] = block.corners();
             let c1 = Vec3::<S::F64x8>::load_f32(c1);
             let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
-            // A block of copies contains a corner, `-h4` and `h5`, and `h5 × -h4` is `h4 × h5`.
+            // A block of copies contains a corner, `-h4`, and `h5`; `h5 × -h4` is `h4 × h5`.
             let n = if frame.shares.copies {
                 c3.cross_fused(c2)
             } else {
                 (c2 - c1).cross_fused(c3 - c1)
             };
             let [x, y, z] = frame.origin;
-            // T and n in f64, because the inverse depth decides which of two triangles is nearer (projection.md,
-            // section 3).
+            // Compute T and n in f64, because the inverse depth decides which of two triangles is
+            // nearer (projection.md, section 3).
             let t = n.dot_fused(c1 - Vec3::splat([x.into(), y.into(), z.into()]));
             let recip = S::F64x8::splat(1.0) / t;
-            // In the dual axes N·(M d) is n·d, although the frame's own axes are only orthogonal up to
-            // rounding.
+            // In the dual axes, N·(M d) equals n·d, although the frame's own axes are orthogonal
+            // only up to rounding.
             let n = into(n, &frame.dual);
             let to = 8 * half;
             (n.x * recip).store_f32(&mut s[0][to..]);
@@ -347,17 +351,20 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
         Self { s: load(&s), q: F::load(&q), turn: F::load(&normal) }
     }
 
-    /// Lanes where the sign of T is known, for triangles `away` from the origin.
+    /// Lanes in which the sign of T is known, for triangles at a distance of `away` from the
+    /// origin.
     #[inline(always)]
     fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
-        // For rays that miss the origin, T changes by `|s|₁ off` of itself; for rays through it this is 0.
+        // For rays that miss the origin, T changes by `|s|₁ off` relative to itself; for rays
+        // through it, `off` is 0.
         let off = size * frame.off_at(away) * F::splat(bound::OFF_PLANE);
-        // T is known if its total error is less than T; 0.99 leaves a margin for the rounding of this sum.
+        // The sign of T is known if its total error is less than T; 0.99 leaves a margin for the
+        // rounding of this sum.
         (self.q * away).mul_add(F::splat(frame.shares.plane), off).lt(F::splat(0.99))
     }
 }
 
-/// The error of the inverse depth, and the limits that follow from its size.
+/// The error of the inverse depth, and the limits that follow from it.
 struct Sizes<F> {
     size: F,
     err: F,
@@ -372,12 +379,12 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off_at(away);
         let [x, y] = frame.reach;
-        // The largest |s| on the part of the projection that rays reach: shifted rays and copies only change
-        // the values there.
+        // The largest |s| on the part of the projection that rays reach. Offset rays and copies
+        // affect only the values there.
         let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
         let share = most.mul_add(off * splat(bound::OFF_DEPTH), splat(bound::DEPTH));
-        // `DEPTH |s|₁ + LOST q`, and `OFF_DEPTH off |s|₁ most` for rays that miss the origin (projection.md,
-        // sections 3 and 6).
+        // `DEPTH |s|₁ + LOST q`, plus `OFF_DEPTH off |s|₁ most` for rays that miss the origin
+        // (projection.md, sections 3 and 6).
         let err = size.mul_add(share, q * splat(bound::LOST));
         let shares = &frame.shares;
         let err = if shares.copies {
@@ -386,14 +393,15 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         } else {
             err
         };
-        // Below this the ray grazes the plane, and the sign of D is unknown: `GRAZING LEAN q + SCREEN |s|₁`.
+        // Below this, the ray grazes the plane, and the sign of D is unknown:
+        // `GRAZING LEAN q + SCREEN |s|₁`.
         let least = size.mul_add(splat(shares.screen), q * splat(bound::GRAZING * bound::LEAN));
         let parallel = size.mul_add(splat(parallel), least);
         Self { size, err, least, parallel }
     }
 }
 
-/// The corners of sixteen triangles and their edges in the axes of a frame.
+/// The corners and edges of sixteen triangles in the axes of a frame.
 struct Corners<F> {
     a: Vec3<F>,
     b: Vec3<F>,
@@ -413,7 +421,7 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         let h = S::halves(blocks[0].longest_edges(), blocks[1].longest_edges());
         let axes = [frame.depth, frame.right, frame.up];
         if frame.shares.copies {
-            // A corner and the edges -h4 and h5.
+            // A block of copies contains a corner and the edges -h4 and h5.
             let (a, minus_h4) = (into(c1 - Vec3::splat(frame.origin), &axes), into(c2, &axes));
             let (h5, h6) = (into(c3, &axes), into(c3 + c2, &axes));
             let (h4, b, c) = (minus(minus_h4), a - minus_h4, a + h5);
@@ -424,22 +432,23 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         Self { a, b: a + h4, c: a + h5, h4, h5, h6, h }
     }
 
-    /// The rectangle around corners in front, widened by their error and the reference's.
+    /// The bounding rectangle of a triangle in front of the origin, widened by the errors of the
+    /// corners and of the reference.
     #[inline(always)]
     fn rectangle(&self, turn: F, frame: &Frame, exact: bool) -> [(F, F); 2] {
         let (splat, &Self { a, b, c, h, .. }) = (F::splat, self);
         let away = a.norm1();
         //        ┌──────────────┐
-        //        │     ╱╲       │   the box around the projected corners, widened on all sides by `room`: how far beside
-        //        │   ╱    ╲     │   its triangle a hit may lie, and how far off the corners may be, over the least depth
-        //        │ ╱________╲   │   (projection.md, section 4)
+        //        │     ╱╲       │   The box around the projected corners, widened on all sides by `room`:
+        //        │   ╱    ╲     │   how far a hit may be outside its triangle, plus the error of the
+        //        │ ╱________╲   │   corners, divided by the least depth (projection.md, section 4).
         //        └──────────────┘
         let nearest = a.x.min(b.x).min(c.x);
         let apart = splat(frame.distance() * bound::ROOM_AWAY);
         let apart = frame.off_at(away).mul_add(splat(bound::OFF_ROOM), apart);
         let room = h.mul_add(splat(bound::ROOM), away.mul_add(splat(bound::CORNER), apart));
-        // A corner behind the origin, or nearly so, may project to any point. Such a triangle has no
-        // rectangle and is tested with every packet.
+        // A corner that is behind the origin or almost so may project to any point. Such a triangle
+        // has no bounding rectangle and is tested with every packet.
         let mut known = nearest.gt(room * splat(8.0))
             & nearest.gt(splat(bound::SHORTEST_DIR))
             & away.lt(splat(bound::LARGEST));
@@ -454,12 +463,12 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         [around(x, room, known), around(y, room, known)]
     }
 
-    /// The edges as forms, and their bound.
+    /// The edges as forms, and their error bound.
     #[inline(always)]
     fn edges(&self, frame: &Frame) -> ([Vec3<F>; 3], F) {
         let (splat, &Self { a, b, h4, h5, h6, h, .. }) = (F::splat, self);
-        // Each form is the normal of the plane through the origin and an edge: its sign shows on which side a
-        // ray passes.
+        // Each form is the normal of the plane through the origin and an edge. Its sign shows on
+        // which side a ray passes the edge.
         let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
         let form = u.norm1().max(v.norm1()).max(w.norm1());
         let (away, apart) = (a.norm1(), splat(frame.distance() * bound::ORIGIN * bound::LEAN));

@@ -3,7 +3,7 @@
 use crate::resolve::{Resolver, SharedOrigin};
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
-/// Computes answers for the rays and triangles of a bundle.
+/// Decides pairs of a bundle's rays and triangles with the mode's resolver.
 ///
 /// ```
 /// use intertri::internal::{Resolver, Settle};
@@ -21,14 +21,14 @@ pub struct Settle<'a, T, I> {
     pub resolver: Resolver<'a>,
     /// The bundle's rays.
     pub rays: &'a [Ray],
-    /// The id of the first.
+    /// The id of the first ray.
     pub first: RayId,
-    /// The triangle in a slot.
+    /// Returns the triangle in a slot.
     pub find: T,
-    /// The triangle's index.
+    /// Returns the index of the triangle in a slot.
     pub index: I,
-    /// Whether the bundle contains the rays in reverse, from their common end. Then only whether they hit is
-    /// known, and every t is 0.
+    /// Whether the bundle contains the rays in reverse, starting at their common end. In that case,
+    /// only whether they hit is known, and every t is 0.
     pub reversed: bool,
 }
 
@@ -38,7 +38,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         RayId(self.first.0 + ray as u32)
     }
 
-    /// t of a ray, if it hits the triangle within its interval.
+    /// The t of a ray if it hits the triangle within its interval.
     #[inline(always)]
     pub fn hit(&self, slot: LeafSlot, ray: usize) -> Option<f64> {
         let ids = (self.id(ray), slot);
@@ -46,15 +46,15 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         if self.reversed { t.map(|_| 0.0) } else { t }
     }
 
-    /// Whether two triangles touch where a ray meets them, if it hits both.
+    /// Whether a ray that hits two triangles meets them where they touch.
     #[inline(always)]
     pub(super) fn touch(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> bool {
         let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);
         self.resolver.touch(pair, (self.id(ray), [one, other]))
     }
 
-    /// Whether a ray hits one triangle before another, both of which it is known to hit. The coefficients of
-    /// both are kept for other rays.
+    /// Whether a ray hits one triangle before another. It must be known to hit both. The
+    /// coefficients of both triangles are cached for other rays.
     #[inline(always)]
     pub(super) fn is_before(
         &self,
@@ -64,7 +64,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         [kept_one, kept_other]: &mut [LastTriangle<'a>; 2],
     ) -> bool {
         if self.reversed {
-            // From their common end, rays have no meaningful t, and any-hit queries do not need an order.
+            // For reversed rays, t is meaningless, and any-hit queries do not need an order.
             return false;
         }
         let (id, ray) = (self.id(ray), &self.rays[ray]);
@@ -73,14 +73,14 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
     }
 
-    /// A triangle relative to the origin of the rays.
+    /// The coefficients of a triangle relative to the origin of the rays.
     #[inline(always)]
     fn seen<'k>(&self, slot: LeafSlot, kept: &'k mut LastTriangle<'a>) -> &'k SharedOrigin<'a> {
         if kept.is_none_or(|(kept, _)| kept != slot) {
             *kept = None;
         }
         let (_, seen) = kept.get_or_insert_with(|| {
-            // All rays of a bundle start at one point, so the first stands for all.
+            // All rays of a bundle start at the same point, so the first ray stands for all.
             let (origin, ids) = (self.rays[0].origin, (self.first, slot));
             (slot, self.resolver.shared_origin(&(self.find)(slot), origin, ids))
         });
@@ -88,5 +88,5 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
     }
 }
 
-/// The last triangle for which this was computed.
+/// The triangle whose coefficients were computed last.
 pub(super) type LastTriangle<'a> = Option<(LeafSlot, SharedOrigin<'a>)>;

@@ -6,7 +6,7 @@ use super::frame::Points;
 use crate::Threshold;
 use crate::simd::Lanes;
 
-/// The depths at which rays begin to look for hits, lane by lane, for any number of packets.
+/// The depths at which rays begin to look for hits, per lane, for any number of packets.
 ///
 /// ```
 /// use intertri::internal::{Points, Ranges, Starts};
@@ -17,20 +17,21 @@ use crate::simd::Lanes;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Starts<F> {
-    /// A hit beyond this is far enough for all of the rays.
+    /// A hit beyond this depth is far enough for all of the rays.
     last: F,
-    /// A hit before this is too near for all of the rays.
+    /// A hit before this depth is too near for all of the rays.
     first: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Starts<F> {
-    /// The starts of no rays.
+    /// The starts of an empty set of rays.
     #[inline(always)]
     pub fn none() -> Self {
         Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
     }
 
-    /// Adds the live rays of another packet, which look beyond `Threshold` and `t_min`.
+    /// Adds the live rays of another packet. Their hits must be beyond `threshold` and the near
+    /// end. `t_min` is a lower bound of the near end, and `sure` is an upper bound.
     #[inline(always)]
     pub(in super::super) fn with(
         &self,
@@ -39,7 +40,7 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         live: F::Mask,
         threshold: Threshold,
     ) -> Self {
-        // Keeps products from being subnormal: those round by more than INVERSE, and take a CPU a hundred
+        // Avoid subnormal products: they round by more than `INVERSE` and take some CPUs a hundred
         // times as long.
         let least = F::splat(bound::SHORTEST_T);
         let above = at_least(sure, threshold.above.max(bound::SHORTEST_T));
@@ -51,11 +52,12 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         }
     }
 
-    /// The starts as inverse depths.
+    /// Converts the starts to inverse depths.
     #[inline(always)]
     pub fn ranges(&self) -> Ranges<F> {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        // If a ray looks for hits from its origin on, `first` is 0, and no inverse depth is too large.
+        // If a ray looks for hits from its origin on, `first` is 0, and no inverse depth is too
+        // large.
         let near_hi = one / self.first * F::splat(1.0 + bound::INVERSE);
         Ranges {
             near_lo: one / self.last * F::splat(1.0 - bound::INVERSE),
@@ -72,8 +74,8 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges<F> {
-    /// Hits below this are far enough.
+    /// A hit with a smaller inverse depth is far enough.
     pub(super) near_lo: F,
-    /// Hits above this are too near.
+    /// A hit with a larger inverse depth is too near.
     pub(super) near_hi: F,
 }

@@ -1,12 +1,12 @@
-//! Windows: rectangles of the projection.
+//! Windows: rectangles on the projection.
 
 use crate::simd::Lanes;
 
-/// Rectangles of the projection.
+/// Rectangles on the projection, one per lane.
 ///
 /// ```
 /// use intertri::internal::Windows;
-/// // From (0, 0) to (0.5, 0.25); with N lanes, N windows.
+/// // From (0, 0) to (0.5, 0.25). N lanes hold N windows.
 /// let window = Windows::<f32>::new([0.0, 0.0], [0.5, 0.25]);
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ pub struct Windows<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Windows<F> {
-    /// From the smallest and largest x and y.
+    /// Creates windows from their smallest and largest x and y.
     #[inline(always)]
     pub fn new(lo: [F; 2], hi: [F; 2]) -> Self {
         let half = F::splat(0.5);
@@ -30,18 +30,18 @@ impl<F: Lanes<Scalar = f32>> Windows<F> {
         }
     }
 
-    /// The maximum and minimum of linear forms in the windows.
+    /// The minimum and maximum of a linear form in each window.
     #[inline(always)]
     pub(super) fn range(&self, form: [F; 3]) -> (F, F) {
         let [one, x, y] = form;
-        // A linear form has its maximum and minimum at corners: its value at the centre, plus or minus its
-        // half ranges.
+        // A linear form has its minimum and maximum at corners: its value at the centre, minus or
+        // plus its half ranges.
         let middle = y.mul_add(self.middle[1], x.mul_add(self.middle[0], one));
         let reach = y.abs().mul_add(self.half[1], x.abs() * self.half[0]);
         (middle - reach, middle + reach)
     }
 
-    /// Which windows an outline with the extent `lo..=hi` reaches.
+    /// Finds which windows an outline with the extent `lo..=hi` reaches.
     #[inline(always)]
     pub(super) fn reached(&self, lo: [F; 2], hi: [F; 2]) -> F::Mask {
         self.lo[0].le(hi[0]) & lo[0].le(self.hi[0]) & self.lo[1].le(hi[1]) & lo[1].le(self.hi[1])

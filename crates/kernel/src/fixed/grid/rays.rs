@@ -1,4 +1,4 @@
-//! Snaps many rays to a grid at a time; for a ray that meets nothing, this is most of the work of `fixed`.
+//! Snaps many rays to a grid. For rays that hit nothing, this is most of the work of `fixed`.
 //!
 //! ```text
 //!   x, y, z, t_max in memory ──► * 2^k, 2^k, 2^k, 2^(scale - k) ──► x, y, z rounded
@@ -11,12 +11,12 @@ use crate::fixed::numbers::{exponent, pow2, round};
 use crate::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
 
 impl Grid {
-    /// A ray with its origin snapped, and its direction scaled by its own power of two so that its longest
-    /// component uses all `q` bits: each component moves by less than `2^-q` of the longest. The interval
-    /// does not change.
+    /// Snaps a ray's origin, and scales its direction by its own power of two so that the longest
+    /// component uses all `q` bits. Each component changes by less than `2^-q` of the longest. The
+    /// interval does not change.
     ///
     /// # Errors
-    /// As for [`Grid::snap`]; also fails if the direction is zero or not finite.
+    /// The same errors as [`Grid::snap`]. Also fails if the direction is zero or not finite.
     #[inline]
     pub fn ray(&self, ray: &crate::Ray) -> Result<Ray, GridError> {
         let nothing = Ray::new([0; 3], [0; 3]);
@@ -28,8 +28,9 @@ impl Grid {
         failed.map_or(Ok(snapped[0]), Err)
     }
 
-    /// [`Grid::ray`] for many rays: `snapped[i]` becomes `rays[i]`, or the result of `otherwise` for its
-    /// index and error. An origin that neighbours share is snapped once.
+    /// [`Grid::ray`] for many rays. `snapped[i]` becomes the snapped `rays[i]` or, if that fails,
+    /// the result of `otherwise` for the index and the error. An origin that consecutive rays share
+    /// is snapped only once.
     ///
     /// ```
     /// use intertri::Ray;
@@ -59,8 +60,9 @@ impl Grid {
         dispatch(Snap { grid: self, rays, snapped, otherwise });
     }
 
-    /// Snaps the direction and the interval of a ray whose origin is already on the grid, whatever their
-    /// magnitude: with two factors each, because `2^k` may not be an f32.
+    /// Snaps the direction and the interval of a ray whose origin is already on the grid. This
+    /// works for any magnitude because it uses two factors, as `2^k` may not be representable in
+    /// f32.
     fn aim(&self, [x, y, z, _]: [f32; 4], ray: &crate::Ray) -> Result<Ray, GridError> {
         let longest = ray.dir.iter().fold(0.0, |far: f32, x| x.abs().max(far));
         if longest == 0.0 || !ray.dir.iter().all(|x| x.is_finite()) {
@@ -69,8 +71,8 @@ impl Grid {
         let q = self.bits.q as i32;
         let k = q - 1 - exponent(f64::from(longest) + pow2(exponent(longest.into()) - q));
 
-        // Underflow and overflow here only affect negligible components, or ends where no crossing is
-        // possible.
+        // Underflow and overflow only affect negligible components here, or ends at which no
+        // crossing is possible.
         let (up, back) = (halves(k), halves((self.scale - k).clamp(-252, 252)));
         let component = |x: f32| round((x * up[0] * up[1]).into()) as f32;
         let end = |t: f32| t * back[0] * back[1];
@@ -84,29 +86,30 @@ impl Grid {
     }
 }
 
-/// Snaps four rays at once, if their longest components are between two to this and its inverse.
+/// Snaps four rays at once, if their longest components are between `2^-EVEN` and `2^EVEN`.
 struct Four<S: Simd> {
-    /// Half of the last of q bits, for a longest component in `1..2`.
+    /// Half a unit in the last of q bits, for a longest component in `1..2`.
     half: S::F32x4,
     /// `2^(q - 1)`
     unit: S::F32x4,
     /// `2^(scale - (q - 1))`
     back: S::F32x4,
-    /// Added and subtracted again, it rounds the direction, and leaves `t_max` unchanged.
+    /// Adding and subtracting this rounds the direction and leaves `t_max` unchanged.
     whole: S::F32x4,
-    /// The difference between the biased exponent of k and the ray's.
+    /// The difference between the biased exponent of k and the exponent of the ray.
     bias: i32,
 }
 
-/// See [`Four`].
+/// The exponent of the limits of [`Four`].
 const EVEN: i32 = 60;
 
 impl<S: Simd> Four<S> {
-    /// `None` if the numbers of the grid are too large or too small for it.
+    /// Returns `None` if the grid's numbers are too large or too small for this method.
     #[inline(always)]
     fn new(Grid { bits, scale, .. }: &Grid) -> Option<Self> {
         let (splat, one) = (S::F32x4::splat, bits.q as i32 - 1);
-        // Between 2^23 and twice that, f32 are integers; directions reach 2^22 from the centre.
+        // From 2^23 to 2^24, all f32 are integers. Directions reach at most 2^22 from the centre of
+        // that range.
         let whole = 1.5 * (1 << 23) as f32;
         (bits.q <= 22 && (scale - one).abs() <= EVEN).then_some(Self {
             half: splat(pow2(-one - 1) as f32),
@@ -117,8 +120,8 @@ impl<S: Simd> Four<S> {
         })
     }
 
-    /// Snaps the directions and intervals of four rays whose origins are already on the grid. Bit i is set if
-    /// `to[i]` is wrong and must be computed by [`Grid::aim`].
+    /// Snaps the directions and intervals of four rays whose origins are already on the grid. In
+    /// the result, bit i is set if `to[i]` is wrong and must be computed by [`Grid::aim`].
     #[inline(always)]
     fn aim(&self, origins: &[[f32; 4]; 4], from: &[crate::Ray; 4], to: &mut [Ray; 4]) -> u32 {
         let (splat, load) = (S::F32x4::splat, S::F32x4::load);
@@ -126,9 +129,9 @@ impl<S: Simd> Four<S> {
         let [a, b, c, d] = numbers;
         let ends = [load(&a[1]), load(&b[1]), load(&c[1]), load(&d[1])];
 
-        // The longest component becomes 2^(q-1) .. 2^q. If it would be rounded up to 2^q, the addition here
-        // carries into the exponent, and it becomes 2^(q-1) instead, so that a snapped direction is snapped
-        // to itself.
+        // The longest component is scaled to 2^(q-1) .. 2^q. If it would round up to 2^q, the
+        // addition here carries into the exponent, and it becomes 2^(q-1) instead. Snapping a
+        // snapped direction again therefore does not change it.
         let [x, y, z, _] = S::transpose(ends);
         let (x, y, z) = (x.abs(), y.abs(), z.abs());
         let longest = x.max(y).max(z);
@@ -137,11 +140,11 @@ impl<S: Simd> Four<S> {
         let mut ups = [0.0; 4];
         up.store(&mut ups);
 
-        // A sum keeps a NaN that a maximum may lose.
+        // Use a sum for the upper limit: it keeps a NaN that a maximum may lose.
         let (least, most) = (splat(pow2(-EVEN) as f32), splat(pow2(EVEN) as f32));
         let even = (longest.ge(least) & (x + y + z).le(most)).bits();
 
-        // Origin and t_min, and direction and t_max, are adjacent.
+        // In memory, t_min follows the origin, and t_max follows the direction.
         let none = splat(0.0);
         let (near, far) =
             (S::transpose([none, none, none, back]), S::transpose([up, up, up, back]));
@@ -155,21 +158,21 @@ impl<S: Simd> Four<S> {
     }
 }
 
-/// Snaps rays in fours.
+/// Snaps rays in groups of four.
 struct Snapper<'a, S: Simd, F> {
     grid: &'a Grid,
     four: Option<Four<S>>,
-    /// The bits of the origin that was snapped last, and the result.
+    /// The bits of the origin that was snapped last, and its result.
     last: (u64, u32),
     origin: Result<[f32; 4], GridError>,
     otherwise: F,
 }
 
 impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
-    /// Snaps four rays, the first of which has the index `at`.
+    /// Snaps four rays. The first ray has the index `at`.
     #[inline(always)]
     fn snap(&mut self, at: usize, from: &[crate::Ray; 4], to: &mut [Ray; 4]) {
-        // Most rays share their origin with the ones before.
+        // Most rays have the same origin as the rays before them.
         let [a, b, c, d] = from;
         let last = (self.last, self.last);
         if ((origin_bits(a), origin_bits(b)), (origin_bits(c), origin_bits(d))) == (last, last)
@@ -212,14 +215,14 @@ impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
     }
 }
 
-/// The bits of a ray's origin, in few words.
+/// The bits of a ray's origin, packed into two integers.
 #[inline(always)]
 fn origin_bits(ray: &crate::Ray) -> (u64, u32) {
     let [xy, zw, ..]: [u64; 4] = bytemuck::cast(*ray);
     (xy, zw as u32)
 }
 
-/// Snaps many rays, at the best level.
+/// Snaps many rays, at a given instruction level.
 pub(super) struct Snap<'a, F> {
     pub(super) grid: &'a Grid,
     pub(super) rays: &'a [crate::Ray],
@@ -233,7 +236,7 @@ impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Self { grid, rays, snapped, otherwise } = self;
-        // No number has these bits.
+        // No finite origin has these bits.
         let (last, origin) = ((u64::MAX, u32::MAX), Err(GridError::NotFinite([f32::NAN; 3])));
         let mut by = Snapper { grid, four: Four::<S>::new(grid), last, origin, otherwise };
         let ((fours, rest), (to_fours, to_rest)) =
@@ -242,7 +245,7 @@ impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {
             by.snap(4 * k, from, to);
         }
 
-        // Fewer than four are extended to four.
+        // Pad fewer than four rays to four.
         if let ([.., ray], [.., to]) = (rest, &mut *to_rest) {
             let (mut four, mut to_four) = ([*ray; 4], [*to; 4]);
             four[..rest.len()].copy_from_slice(rest);
@@ -252,7 +255,7 @@ impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {
     }
 }
 
-/// Two factors whose product is `2^e`, `-252 <= e <= 254`.
+/// Two factors whose product is `2^e`, for `-252 <= e <= 254`.
 #[inline(always)]
 fn halves(e: i32) -> [f32; 2] {
     let half = e >> 1;

@@ -1,4 +1,4 @@
-//! The grid at its limits.
+//! Tests of the grid at its limits.
 
 use super::rays::Snap;
 use super::{Bits, Grid, GridError};
@@ -17,7 +17,7 @@ fn the_budgets_are_kept() {
     assert_eq!(Bits::of_grid(u32::MAX), Err(GridError::Bits { b: u32::MAX, q: 1 }));
 }
 
-/// A small generator of numbers of every magnitude.
+/// A small random number generator, for numbers of all magnitudes.
 fn numbers() -> impl FnMut() -> u64 {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     move || {
@@ -32,7 +32,7 @@ fn numbers() -> impl FnMut() -> u64 {
 fn snapping_rounds_once_and_a_second_time_changes_nothing() {
     let mut next = numbers();
     for _ in 0..20_000 {
-        // A box of any size anywhere, with points in it and at its corners.
+        // A box of any size at any position, with points inside it and at its corners.
         let size = f32::from_bits((next() % (250 << 23)) as u32);
         let middle = f32::from_bits((next() % (250 << 23)) as u32);
         let points: [[f32; 3]; 6] = core::array::from_fn(|_| {
@@ -51,7 +51,7 @@ fn snapping_rounds_once_and_a_second_time_changes_nothing() {
             assert_eq!(f.map(f64::from), back, "a snapped f32 is an f32");
             assert_eq!(grid.snap(f).unwrap(), i, "{p:?} moved twice");
         }
-        // Directions.
+        // Test a direction, too.
         let dir = [(); 3].map(|()| f32::from_bits(next() as u32));
         if let Ok(ray) = grid.ray(&Ray::new(points[0], dir)) {
             let q = grid.bits().q();
@@ -79,7 +79,7 @@ fn the_grid_is_the_finest() {
     assert_eq!(grid.step(), 0.5_f64.powi(21));
     assert_eq!(grid.snap([0.0; 3]).unwrap()[0], -(1 << 20));
     assert_eq!(grid.snap([1.0, 0.0, 0.0]).unwrap()[0], 1 << 20);
-    // One step more does not fit.
+    // One more step does not fit.
     assert!(grid.snap([1.0 + f32::EPSILON * 4.0, 0.0, 0.0]).is_err());
 }
 
@@ -113,7 +113,7 @@ fn what_does_not_fit_is_an_error_by_value() {
     assert!(grid.triangle_of([[0; 3], [0; 3], [0, 0, 65537]]).is_err());
     assert!(Grid::at(Bits::FINE, 150, [0; 3]).is_err());
     assert!(Grid::at(Bits::FINE, 0, [0, i64::MIN, 0]).is_err());
-    // No points, and only zeros.
+    // No points, or only zeros.
     assert!(Grid::around([], Bits::FINE).is_ok());
     assert!(Grid::around([[-0.0; 3]], Bits::FINE).unwrap().snap([0.0; 3]).is_ok());
 }
@@ -121,7 +121,7 @@ fn what_does_not_fit_is_an_error_by_value() {
 #[test]
 fn a_direction_that_rounds_up_to_a_power_of_two_stays_where_it_is() {
     let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
-    // The other components are odd at 18 bits: halving them rounds.
+    // The other components are odd at 18 bits, so halving them rounds.
     let dir = [1.0_f32.next_down(), 3.0 / 262_144.0, -77_777.0 / 262_144.0];
     let ray = grid.ray(&Ray::new([0.0; 3], dir)).unwrap();
     assert_eq!(ray.dir(), [1 << 17, 2, -38_888]);
@@ -130,8 +130,8 @@ fn a_direction_that_rounds_up_to_a_power_of_two_stays_where_it_is() {
     assert_eq!(grid.ray(&Ray::new([0.0; 3], again)).unwrap(), ray);
 }
 
-/// Directions and ends of any magnitude, odd halves, and rays without a direction: the same bits at all
-/// levels.
+/// Tests directions and ends of any magnitude, odd halves, and rays without a direction. The result
+/// must have the same bits at all levels.
 #[test]
 fn rays_are_snapped_alike_at_every_level() {
     let mut state = 7_u64;
@@ -147,7 +147,7 @@ fn rays_are_snapped_alike_at_every_level() {
             Ray::new([(i / 100) as f32, 0.5, -3.0], dir).between(bits(), bits())
         })
         .collect();
-    // Ties: with all 18 bits, these components end in a half.
+    // Ties: scaled to 18 bits, these components end in a half.
     rays.push(Ray::new([0.0; 3], [131_073.0, 0.5, -1.5]));
     for (b, scale) in [(20, 0), (17, 3), (16, -140), (4, 149)] {
         let grid = Grid::at(Bits::of_grid(b).unwrap(), scale, [0; 3]).unwrap();
@@ -161,7 +161,7 @@ fn rays_are_snapped_alike_at_every_level() {
             };
             level.run(Snap { grid: &grid, rays: &rays, snapped: &mut snapped, otherwise });
             for (ray, from) in snapped.iter().zip(&rays).filter(|(ray, _)| **ray != nothing) {
-                // The ends, where a crossing is possible.
+                // Compare the ends if a crossing is possible there.
                 let ends = ray.between(from.t_min, from.t_max);
                 let [a, b] = [ray, &ends].map(|ray| [ray.to_f32().t_min, ray.to_f32().t_max]);
                 for (a, b) in a.into_iter().zip(b) {
@@ -180,8 +180,8 @@ fn rays_are_snapped_alike_at_every_level() {
     }
     let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
     assert_eq!(grid.ray(&rays[20_000]).unwrap().dir(), [131_073, 0, -2]);
-    // A component that uses all 18 bits does not change, up to the limit beyond which it would be rounded up
-    // to a 19th.
+    // A component that uses all 18 bits does not change, up to the limit from which it would round
+    // up to 19 bits.
     let snapped = |dir: [f32; 3]| grid.ray(&Ray::new([0.0; 3], dir)).unwrap().dir();
     assert_eq!(snapped([3.0, -262_143.0, 1.0]), [3, -262_143, 1]);
     assert_eq!(snapped([262_143.5, 4.0, -8.0]), [131_072, 2, -4]);

@@ -1,8 +1,9 @@
-//! The level of 128-bit registers: NEON and WebAssembly's simd128.
+//! The level with 128-bit registers: NEON and WebAssembly's simd128.
 //!
-//! This level has instructions for operations that the crate `wide` does lane by lane (conversions, masks
-//! from bits, permutations, integer products). Wider lanes are pairs of registers. `neon` and `wasm` have the
-//! instructions under common names; everything else is here once.
+//! This level has instructions for operations that the crate `wide` performs lane by lane:
+//! conversions, masks from bits, permutations, and integer products. Wider lanes are pairs of
+//! registers. `neon` and `wasm` provide the instructions under common names; everything else is
+//! shared and defined here.
 
 #[cfg(target_arch = "aarch64")]
 #[path = "neon.rs"]
@@ -25,7 +26,7 @@ macro_rules! lanes {
         #[derive(Clone, Copy)]
         pub(super) struct $name(cpu::$cpu::Reg);
 
-        /// All bits of a lane set, or none.
+        /// A mask. In each lane, either all bits are set or none.
         #[derive(Clone, Copy)]
         pub(super) struct $mask(cpu::$cpu::Mask);
 
@@ -139,14 +140,14 @@ macro_rules! lanes {
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
                 if cpu::FUSED {
-                    // A fused multiply-add rounds once, and the error of a product is a number in the same
-                    // format, so this is exact.
+                    // A fused multiply-add rounds once, and the error of a product is representable
+                    // in the same format, so this is exact.
                     return self.mul_add(b, -product);
                 }
-                // Two to the power of half the digits, rounded up, plus one.
+                // The split factor is two to the power of half the digits (rounded up), plus one.
                 const HALF: u32 = <cpu::$cpu::Scalar>::MANTISSA_DIGITS.div_ceil(2);
-                // WebAssembly has none, so the factors are split into halves whose products are exact
-                // (Dekker).
+                // WebAssembly has no fused operations, so split the factors into halves whose
+                // products are exact (Dekker).
                 mul_error(self, b, product, Self::splat(((1 << HALF) + 1) as Self::Scalar))
             }
             #[inline(always)]
@@ -199,7 +200,8 @@ macro_rules! lanes {
 lanes!(Singles, SinglesMask, singles);
 lanes!(Doubles, DoublesMask, doubles);
 
-/// Two registers of i64: as many lanes as one register of i32, because products have factors of that width.
+/// Two registers of i64. They have as many lanes as one register of i32, because products have
+/// factors of that width.
 #[derive(Clone, Copy)]
 pub(super) struct Integers(cpu::integers::Regs);
 
@@ -244,8 +246,8 @@ impl Ints for Integers {
     }
     #[inline(always)]
     fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
-        // All three products at once: their high halves are added before they are shifted, so they are
-        // shifted only once.
+        // Compute all three products at once: their high halves are added before they are shifted,
+        // so there is only one shift.
         Self(cpu::integers::dot([ax.0, ay.0, az.0], [bx.0, by.0, bz.0]))
     }
     #[inline(always)]
@@ -266,7 +268,7 @@ impl Ints for Integers {
     }
 }
 
-/// 128-bit registers, and pairs of them for more lanes.
+/// The level: 128-bit registers, and pairs of these for more lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Baseline;
 
@@ -278,15 +280,16 @@ impl Simd for Baseline {
     type F64x8 = Pair<Pair<Doubles>>;
     type I64x4 = Integers;
     type I64x8 = Pair<Integers>;
-    // Registers of 128 bits hold four f32 but only two f64. `F64s` is a pair, so that both have a lane for
-    // each of four triangles.
+    // A 128-bit register holds four f32 but only two f64. `F64s` is a pair, so both types have one
+    // lane for each of four triangles.
     type F32s = Self::F32x4;
     type F64s = Self::F64x4;
     const LEVEL: Level = Level::PORTABLE;
 
     #[inline(always)]
     fn permute(Pair(a, b): Self::F32x8, order: u64) -> Self::F32x8 {
-        // A lane may come from either register, so this cannot be done on each half as in `Pair`.
+        // A lane may come from either register, so the halves cannot be permuted separately as in
+        // `Pair`.
         let [a, b] = cpu::singles::permute([a.0, b.0], order);
         Pair(Singles(a), Singles(b))
     }
@@ -306,7 +309,7 @@ impl Simd for Baseline {
     fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
         let load = |i: usize| Singles::load(row(i));
         let four = |i: usize| Self::transpose([load(i), load(i + 1), load(i + 2), load(i + 3)]);
-        // Four 4×4 transpositions; column k of the result is made from column k of each.
+        // Use four 4×4 transpositions. Column k of the result consists of column k of each.
         let ([a, b, c, d], [e, f, g, h]) = (four(0), four(4));
         let ([i, j, k, l], [m, n, o, p]) = (four(8), four(12));
         [
@@ -327,7 +330,7 @@ impl Simd for Baseline {
     }
     #[inline(always)]
     fn transpose_f64([a, b, c, d]: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
-        // Four registers of two: `zip` transposes 2×2 blocks, which are then put in place.
+        // Use four registers of two lanes: `zip` transposes 2×2 blocks, which are then arranged.
         let zip = |x: Doubles, y: Doubles| cpu::doubles::zip(x.0, y.0).map(Doubles);
         let ([a0, a1], [a2, a3]) = (zip(a.0, b.0), zip(a.1, b.1));
         let ([c0, c1], [c2, c3]) = (zip(c.0, d.0), zip(c.1, d.1));

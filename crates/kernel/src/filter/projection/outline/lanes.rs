@@ -1,4 +1,5 @@
-//! Vectors and forms in lanes, as stored in [`Outlines`](super::Outlines): three arrays of sixteen.
+//! Vectors and forms in lanes, in the layout of [`Outlines`](super::Outlines): three arrays of
+//! sixteen.
 
 use crate::simd::{Lanes, Simd, Vec3};
 
@@ -7,7 +8,7 @@ pub(super) fn minus<F: Lanes>(v: Vec3<F>) -> Vec3<F> {
     Vec3 { x: -v.x, y: -v.y, z: -v.z }
 }
 
-/// Vectors in other axes.
+/// Transforms vectors to other axes.
 #[inline(always)]
 pub(super) fn into<L: Lanes>(v: Vec3<L>, [a, b, c]: &[[L::Scalar; 3]; 3]) -> Vec3<L> {
     Vec3 {
@@ -17,7 +18,7 @@ pub(super) fn into<L: Lanes>(v: Vec3<L>, [a, b, c]: &[[L::Scalar; 3]; 3]) -> Vec
     }
 }
 
-/// The minimum and maximum of three, widened; everything if they are not known.
+/// The minimum and maximum of three numbers, widened by `room`; unbounded if they are not known.
 #[inline(always)]
 pub(super) fn around<F: Lanes<Scalar = f32>>([a, b, c]: [F; 3], room: F, known: F::Mask) -> (F, F) {
     let everywhere = F::splat(f32::INFINITY);
@@ -37,7 +38,7 @@ pub(super) fn three<F: Lanes<Scalar = f32>>(v: Vec3<F>) -> [[f32; 16]; 3] {
     [sixteen(v.x), sixteen(v.y), sixteen(v.z)]
 }
 
-/// The corners of two blocks.
+/// Loads a corner of the triangles of two blocks.
 #[inline(always)]
 pub(super) fn halves<S: Simd>(first: &[[f32; 8]; 3], last: &[[f32; 8]; 3]) -> Vec3<S::F32x16> {
     let ([x, y, z], [u, v, w]) = (first, last);

@@ -1,5 +1,5 @@
-//! The bounds for projected copies, against the worst case of all roundings: they are sufficient, and half of
-//! any would not be.
+//! Tests the bounds for projected copies against the worst case of all roundings: the bounds hold,
+//! and half of any constant would be too small.
 
 use super::super::super::room::Room;
 use super::super::super::worst::{Search, Worst, Worsts};
@@ -16,17 +16,17 @@ struct Case {
     frame: Frame,
     dir: [f64; 3],
     block: TriangleBlock<8>,
-    /// The possible errors of the numbers of the block, and of the origin.
+    /// The largest possible errors of the vectors A, h4, and h5.
     off: [f64; 9],
-    /// The vectors A, h4 and h5 of the block, relative to the origin.
+    /// The vectors A, h4, and h5 of the block's triangle, relative to the origin.
     a: [f64; 3],
     edges: [[f64; 3]; 2],
 }
 
 impl Case {
-    /// From nineteen numbers: an origin, the vector from there to a corner, the edges from that, the point
-    /// where the ray meets the projection, and the rotation of the axes. The scene reaches no farther than
-    /// the corner.
+    /// Builds a case from nineteen numbers: an origin, the vector from there to a corner, the two
+    /// edges from that corner, the point where the ray meets the projection, and the rotation of
+    /// the axes. The corner is the farthest point of the scene.
     fn of(numbers: &[f64; 19], change: fn(&mut Frame)) -> Option<Self> {
         let v = |i: usize| [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]];
         let (o, a, h4, h5, [x, y, z]) = (v(0), v(1), v(2), v(3), v(4));
@@ -63,7 +63,8 @@ impl Case {
         Some(Self { frame, dir, block: TriangleBlock::of_copies(&[copy]), off, a, edges })
     }
 
-    /// The shares of the bounds that roundings can use; none if the projection decides nothing.
+    /// The worst-case errors, each as a share of its bound; `None` if the projection decides
+    /// nothing.
     fn shares(&self) -> Option<[f64; 5]> {
         let Self { frame, dir, block, off, .. } = self;
         Worst::begin(off);
@@ -88,8 +89,8 @@ impl Case {
         Some([edges[0], edges[1], edges[2], depth / sizes.err.value, sign])
     }
 
-    /// The largest error of the inverse depth; and the error of T, relative to the quarter of T that the
-    /// proof allows.
+    /// The largest error of the inverse depth, and the error of T relative to the quarter of T that
+    /// the proof allows.
     fn plane(&self) -> (f64, f64) {
         let Self { frame, dir, off, a, edges: [h4, h5], .. } = self;
         Worst::begin(&[]);
@@ -97,7 +98,7 @@ impl Case {
             let [x, y, z] = [0, 1, 2].map(|k| Worst::off_by(v[k], off[from + k]));
             Vec3 { x, y, z }
         };
-        // In f64, whose rounding is negligible here.
+        // These operations are in f64, whose rounding is negligible here.
         let (a, h4, h5) =
             (Free::of(&off_by(a, 0)), Free::of(&off_by(h4, 3)), Free::of(&off_by(h5, 6)));
         let n = h4.cross(&h5);
@@ -134,7 +135,7 @@ impl Free {
     }
 }
 
-/// Orthogonal axes: the depth, and the two perpendicular ones, rotated about it.
+/// Orthogonal axes: the depth and the two axes perpendicular to it, rotated about it.
 fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
@@ -144,7 +145,7 @@ fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
         return None;
     }
     let depth = unit(depth);
-    // Start with the axis of the smallest component.
+    // Start with the coordinate axis along which `depth` is smallest.
     let least = (0..3).min_by(|&i, &k| depth[i].abs().total_cmp(&depth[k].abs()))?;
     let mut right = depth.map(|x| -x * depth[least]);
     right[least] += 1.0;
@@ -153,12 +154,13 @@ fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     Some([depth, right, cross(depth, right)])
 }
 
-/// Nineteen numbers, with the ray near the triangle, so that most of the projection is relevant.
+/// Returns nineteen random numbers, with the ray near the triangle, so that most of the projection
+/// is relevant.
 fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     move |search| {
         let mut numbers = [0.0; 19].map(|_: f64| search.number());
         numbers[..3].iter_mut().for_each(|x| *x *= far);
-        // A sliver, if requested: the edges are nearly equal.
+        // Make the triangle a sliver if requested: its edges are nearly equal.
         if thin > 0.0 {
             for k in 0..3 {
                 numbers[9 + k] = numbers[6 + k] + thin * numbers[9 + k];
@@ -168,8 +170,8 @@ fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     }
 }
 
-/// A sliver of a triangle, seen from the centre of its scene: its corner is at `away`, its edges from there
-/// are nearly along `along`, and differ by `thin`. The ray is tilted from the depth axis, which is
+/// A sliver seen from the centre of its scene. Its corner is at `away`; the edges from there run
+/// nearly along `along` and differ by `thin`. The ray is tilted from the depth axis, which is
 /// perpendicular to `right`.
 fn sliver(
     [away, along, thin]: [[f64; 3]; 3],
@@ -188,30 +190,31 @@ fn sliver(
     numbers
 }
 
-/// The third axis, and the two diagonals between the others.
+/// The third axis, and the two diagonals between the other axes.
 const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
 const DIAGONAL: [f64; 3] = [1.0, 1.0, 0.0];
 const OTHER: [f64; 3] = [1.0, -1.0, 0.0];
 
-/// The input that uses most of `COPY_DEPTH`: a ray in the plane and perpendicular to the edges, for which all
-/// products of D are large and cancel, and T is accurate, because the corner is straight above.
+/// The input that comes closest to the bound `COPY_DEPTH`: the ray is in the plane and
+/// perpendicular to the edges, so all products of D are large and cancel. T is accurate, because
+/// the corner is straight above.
 fn grazing(search: &mut Search) -> [f64; 19] {
     let thin = AXIS.map(|x| 1e-4 * (1.5 + search.number()) * x);
-    // The ray is tilted upward from the depth axis. The farther it is tilted, the longer it is.
+    // The ray is tilted upward from the depth axis. The more it is tilted, the longer it is.
     let slope = 0.49 / 2.0_f64.sqrt();
     sliver([OTHER, DIAGONAL, thin], [[-slope, -slope, 1.0], OTHER], [0.0, 0.49])
 }
 
-/// The input that uses most of `COPY_SLANT`: the vector to the corner is nearly in the plane, and the tilted
-/// ray meets the plane long before. Here T is nearly 0.
+/// The input that comes closest to the bound `COPY_SLANT`: the vector to the corner is nearly in
+/// the plane, and the tilted ray meets the plane long before. Here T is nearly 0.
 fn slanting(search: &mut Search) -> [f64; 19] {
     let [thin, slope] = [1e-3, 0.02].map(|size| size * (1.5 + search.number()));
     let thin = [0, 1, 2].map(|k| thin * (AXIS[k] - slope * OTHER[k]));
     sliver([AXIS, DIAGONAL, thin], [AXIS, OTHER], [0.49, 0.0])
 }
 
-/// The input that uses most of `COPY_PLANE`: edges between two axes, as thin as is still known, below the
-/// ray's start.
+/// The input that comes closest to the bound `COPY_PLANE`: edges between two axes, below the ray's
+/// start, as thin as possible without losing the sign of T.
 fn thin(search: &mut Search) -> [f64; 19] {
     let thin = f64::from(bound::U) * (10.0 + 8.0 * search.number());
     sliver([AXIS, DIAGONAL, OTHER.map(|x| thin * x)], [AXIS, OTHER], [0.0; 2])
@@ -231,8 +234,8 @@ fn most(
     Search::new(31 + bound as u64).most([climbs, steps], start, share)
 }
 
-/// Climbs and steps for a search from arbitrary inputs, and for one around a case that was designed to be
-/// bad.
+/// The numbers of climbs and steps for a search from arbitrary inputs, and for a search around a
+/// case that was designed to be bad.
 const ANYWHERE: [usize; 2] = [6, 500];
 const AROUND: [usize; 2] = [40, 50];
 
@@ -270,8 +273,8 @@ fn half_of_a_constant_of_projected_copies_would_not_do() {
     }
 }
 
-/// The error of the ends of an interval, as inverse depths, relative to the margin: for a direction, rotated
-/// axes, and an end t, whose copy is rounded up or down.
+/// The errors of the ends of an interval, as inverse depths, relative to their margin. Takes a
+/// direction, rotated axes, and an end t, whose copy is rounded up or down.
 fn ends(numbers: &[f64; 7]) -> Option<[f64; 2]> {
     let [a, b, c, p, q, r, t] = *numbers;
     let [depth, right, up] = axes([p, q, r], 0.0)?.map(|axis| axis.map(|x| x as f32));
@@ -292,7 +295,7 @@ fn ends(numbers: &[f64; 7]) -> Option<[f64; 2]> {
 #[test]
 fn the_ends_of_intervals_of_copies_are_widened_by_enough_and_not_by_twice_that() {
     for (which, name) in ["far", "near"].into_iter().enumerate() {
-        // Toward a corner of the projection.
+        // Start with a ray toward a corner of the projection.
         let start = |search: &mut Search| {
             let turn = [(); 3].map(|()| search.number());
             let [x, y] = [(); 2].map(|()| 0.48 * search.number().signum());
