@@ -1,24 +1,24 @@
-//! Errors in changing a scene.
+//! Errors from editing or committing a scene.
 
 use std::fmt;
 
 use super::hit::InstanceId;
 use crate::util::memory::NoMemory;
 
-/// Why a scene was not changed or committed.
+/// The reason why a scene could not be changed or committed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// The entry of a matrix at this position is NaN or infinite.
+    /// A matrix entry is NaN or infinite.
     NotFinite {
         /// The row, from 0.
         row: usize,
         /// The column, from 0.
         column: usize,
     },
-    /// There is no such instance, or it was removed.
+    /// The instance does not exist or was removed.
     NoInstance(InstanceId),
-    /// The scene has the maximum number of instances.
+    /// The scene already has the maximum number of instances.
     TooManyInstances,
     /// There is too little memory.
     OutOfMemory,

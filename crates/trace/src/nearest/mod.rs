@@ -1,4 +1,4 @@
-//! The point of the mesh that is closest to a given one.
+//! Closest-point queries: finds the point of the mesh that is closest to a given point.
 //!
 //! ```text
 //!   boxes      lower bounds in f32 lanes: boxes that are certainly farther than a triangle found so far are skipped
