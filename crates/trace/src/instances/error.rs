@@ -30,7 +30,7 @@ impl fmt::Display for SceneError {
             Self::NotFinite { row, column } => {
                 write!(
                     f,
-                    "the matrix is not finite in row {row}, column {column}: give finite numbers"
+                    "row {row}, column {column} of the matrix is not finite: use finite numbers"
                 )
             }
             Self::NoInstance(id) => {
@@ -40,9 +40,9 @@ impl fmt::Display for SceneError {
                     "the scene has no instance {id}: it was removed, or belongs to another scene"
                 )
             }
-            Self::TooManyInstances => {
-                f.write_str("the scene holds 2^31 instances, as many as it can: remove some first")
-            }
+            Self::TooManyInstances => f.write_str(
+                "the scene already holds the maximum of 2^31 instances: remove some first",
+            ),
             Self::OutOfMemory => f.write_str("too little memory for the scene: remove instances"),
         }
     }
