@@ -1,4 +1,4 @@
-//! Beams: parallel rays with lines close together, sixteen of which are traced as one.
+//! Beams: parallel rays whose lines are close together, traced sixteen at a time.
 //!
 //! ```text
 //!   points ──► in strips across the direction ──► sixteen in a row: a tube around their lines
