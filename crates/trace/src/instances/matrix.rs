@@ -1,9 +1,9 @@
 //! Arithmetic on placements: corners and boxes in world space, and rays in mesh space.
 //!
 //! ```text
-//!   mesh ──► corners ((m0·x + m1·y) + m2·z) + m3     the definition, rounded four times
-//!     ▲                      │ rounding, seen from the mesh: η
-//!     └── N ≈ A⁻¹ ── ray ◄───┘ rounding, and ‖I - N A‖: added to it, by how much boxes are widened
+//!   mesh ──► corners ((m0·x + m1·y) + m2·z) + m3     by definition, with four roundings
+//!     ▲                      │ rounding error, seen from the mesh: η
+//!     └── N ≈ A⁻¹ ── ray ◄───┘ plus rounding error and ‖I - N A‖: the sum widens boxes
 //! ```
 //!
 //! `docs/numerics/instances.md` has the bounds and proofs.

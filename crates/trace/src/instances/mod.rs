@@ -4,7 +4,7 @@
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings
 //!                                           │                      └── closest_point, classify
-//!     tree of instances over boxes in the world, an inverse of each matrix with its bounds
+//!     a tree of instances over world-space boxes, and an inverse of each matrix, with error bounds
 //! ```
 //!
 //! Triangles are tested in world space, at the corners that the scene defines: in f64 lanes, and

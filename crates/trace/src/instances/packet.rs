@@ -1,9 +1,9 @@
 //! Packet traversal: traces up to sixteen coherent rays through a scene together.
 //!
 //! ```text
-//!   sixteen rays ──► tree of instances ──► an instance ──► those that reach it, in its frame ──► its tree
-//!                                                                                                  │
-//!                    each ray that reaches it ◄── placed in the world, once ◄── a leaf ◄───────────┘
+//!   sixteen rays ──► tree of instances ──► instance ──► rays that reach it, in mesh space ──► its tree
+//!                                                                                                │
+//!                    each ray that reaches it ◄── moved to world space once ◄── a leaf ◄─────────┘
 //! ```
 //!
 //! Each lane does what [`Trace`] does for a single ray. Boxes are widened by the largest margin

@@ -2,9 +2,9 @@
 //! world space.
 //!
 //! ```text
-//!   world   tree of instances ──► an instance             triangles as placed, in f64 lanes ──► exact
-//!   mesh                            └──► its tree, by a ray in its frame ──┘
-//!                                        or by its boxes, as placed, where the frame is of no use
+//!   world   tree of instances ──► an instance             triangles in world space, in f64 lanes ──► exact
+//!   mesh                            └──► its tree, by a ray in mesh space ─┘
+//!                                        or by its boxes in world space, if the inverse is of no use
 //! ```
 
 use std::marker::PhantomData;

@@ -1,9 +1,9 @@
 //! Visibility between two points, which may be on surfaces.
 //!
 //! ```text
-//!            light                  a segment ends on surfaces up to rounding: just before, on or
-//!           ╱                       behind them. These do not count, so nothing shades itself
-//!     ────●╱────  surface           by accident; all others do, exactly
+//!            light                  a segment ends on surfaces only up to rounding: just before, on,
+//!           ╱                       or behind them. These surfaces are ignored, so that nothing
+//!     ────●╱────  surface           shades itself by accident. All others are tested exactly
 //! ```
 //!
 //! Rays are first traced without skip lists, so that they can be traced in bundles. Rays that hit

@@ -1,9 +1,9 @@
 //! Refits the tree to triangles that have moved.
 //!
 //! ```text
-//!   leaves   new corners, live lanes and boxes                     in parallel
+//!   leaves   new corners, live lanes, and boxes, in parallel
 //!   nodes    boxes around those of their children, from the last node up
-//!   the rest triangles that no box can contain, or that the build left out
+//!   the rest triangles that no box can contain or that the build omitted
 //! ```
 //!
 //! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until the

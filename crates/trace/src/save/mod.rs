@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   header    magic, version, sizes                   64 bytes
-//!   table     kind, offset, checksum of each section  32 bytes a section
-//!   sections  nodes; leaves; triangles left out       each at a multiple of 64
+//!   table     kind, offset, checksum of each section  32 bytes per section
+//!   sections  nodes; leaves; omitted triangles        each aligned to 64 bytes
 //! ```
 //!
 //! [`format`] documents every field, and `docs/saved.md` specifies the format for other programs. A

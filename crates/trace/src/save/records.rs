@@ -1,8 +1,8 @@
 //! Nodes and leaves as bytes.
 //!
 //! ```text
-//!   node   8 rows of 8 f32: lower x y z, upper x y z, the children by their bits, no child
-//!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' numbers
+//!   node   8 rows of 8 f32: lower x y z, upper x y z, children as bits, `EMPTY`
+//!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' indices
 //! ```
 //!
 //! An index with its highest bit set belongs to a triangle that cannot be hit. It is either a

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   frame  the centre x y z (f64), the exponent of the scale (i32), zero (u32)
-//!   leaf   3 corners of 3 rows of 8 f64: x y z; 8 u32: the triangles' numbers, as for f32
+//!   leaf   3 corners of 3 rows of 8 f64: x y z; 8 u32: the triangles' indices, as for f32
 //! ```
 //!
 //! Copies are not stored: the loader recomputes them from the corners, as a build does.

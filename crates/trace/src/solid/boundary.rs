@@ -2,9 +2,9 @@
 //! than the other.
 //!
 //! ```text
-//!   ┌──▶──┬──▶──┐        each triangle runs around itself; where neighbours run along an edge in opposite
-//!   ▲  ◀──┘  ◀──▼        directions, it cancels. What is left leads out of every corner as often as into it,
-//!   └──◀──┴──◀──┘        so it consists of loops
+//!   ┌──▶──┬──▶──┐        each triangle traverses its edges in order. Where neighbours traverse an
+//!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. As many of the remaining edges
+//!   └──◀──┴──◀──┘        leave each corner as enter it, so they form loops
 //! ```
 
 use intertri::{Scalar, TriangleOf};

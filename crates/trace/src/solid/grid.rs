@@ -1,10 +1,10 @@
 //! Classifies the points of a grid, using one ray per column.
 //!
 //! ```text
-//!        z ▲  ·    ·    ·          A ray runs up each column, and its crossings lie between the points. From the top down, where
-//!          │  ·   ╱·╲   ·          nothing winds around a point, each crossing changes the winding number.
+//!        z ▲  ·    ·    ·          One ray runs up each column. Starting at the top, where the winding
+//!          │  ·   ╱·╲   ·          number is 0, each crossing between two points changes it.
 //!          │  ·  ● · ╲  ·
-//!          │  · ╱  ·  ╲ ·          Points on triangles are found by their triangles first: see `grid_surface`.
+//!          │  · ╱  ·  ╲ ·          Points on triangles are found beforehand; see `grid_surface`.
 //!          └───────────────▶ x, y
 //! ```
 

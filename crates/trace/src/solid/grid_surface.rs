@@ -1,10 +1,10 @@
 //! Finds the points of a grid that lie on triangles, one triangle at a time.
 //!
 //! ```text
-//!       ·     ·     ·     ·          A triangle is seen along the axis nearest to its normal. On each line of points along this
-//!             ┌───╱┐                 axis, only those near the plane are compared with the triangle exactly.
+//!       ·     ·     ·     ·          A triangle is viewed along the axis closest to its normal. On each
+//!             ┌───╱┐                 grid line along this axis, only points near the plane are tested.
 //!       ·     │ ╱  │·     ·
-//!             ╱────┘                 A needle lies near its longest edge instead.
+//!             ╱────┘                 For a needle, only points near its longest edge are tested.
 //!       ·     ·     ·     ·
 //! ```
 

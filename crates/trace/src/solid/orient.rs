@@ -2,8 +2,8 @@
 //! outward.
 //!
 //! ```text
-//!   ┌──▶──┬──◀──┐       two triangles that run along their edge the same way: one of them is turned. Pieces end where an
-//!   ▲     │▲▲   ▼       edge has one triangle, or three and more, which cannot be paired
+//!   ┌──▶──┬──◀──┐       if two triangles traverse their shared edge in the same direction, one of
+//!   ▲     │▲▲   ▼       them is flipped. Pieces end at edges with one triangle or more than two
 //!   └──◀──┴──▶──┘
 //! ```
 

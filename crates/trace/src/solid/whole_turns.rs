@@ -2,10 +2,10 @@
 //! time.
 //!
 //! ```text
-//!   clusters ──► far from all eight, and the rays miss the ball: a bound
-//!            └──► else those within it, down to a loop: a product of complex numbers, one an edge
+//!   clusters ──► far from all eight points, and all rays miss the sphere: a bound
+//!            └──► otherwise its parts, down to loops: a product with one complex number per edge
 //!                                │
-//!   angle of the product ────────┴──► not near half a turn: the winding number is rounded without an angle
+//!   angle of the product ────────┴──► not near half a turn: turns are certain without computing an angle
 //! ```
 //!
 //! `docs/numerics/winding.md`, section 5, has the derivation and the bound.

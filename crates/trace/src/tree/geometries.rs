@@ -1,8 +1,8 @@
 //! Several meshes in one hierarchy: the geometry of each triangle, and the masks of geometries.
 //!
 //! ```text
-//!   position in the whole   0 1 2 3 4 5 6 7 8        leaves store it, and it breaks ties
-//!   geometry                0 0 0 1 1 2 2 2 2        a hit reports these two
+//!   overall position        0 1 2 3 4 5 6 7 8        stored in leaves; breaks ties
+//!   geometry                0 0 0 1 1 2 2 2 2        a hit reports these two numbers
 //!   triangle                0 1 2 0 1 0 1 2 3
 //! ```
 

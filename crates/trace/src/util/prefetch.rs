@@ -1,7 +1,7 @@
 //! Prefetches the next rays while the current ones are traced.
 //!
 //! ```text
-//!   a bundle      project ▪▪▪▪▪▪▪▪  list ▪▪▪▪▪  test ▪▪▪▪▪▪▪▪▪▪     the next bundle: its rays are cached
+//!   a bundle      project ▪▪▪▪▪▪▪▪  list ▪▪▪▪▪  test ▪▪▪▪▪▪▪▪▪▪     next bundle, already cached
 //!   cache lines          | | | | |      | | |       |  |  |
 //! ```
 //!

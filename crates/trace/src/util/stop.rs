@@ -2,10 +2,10 @@
 //! should stop.
 //!
 //! ```text
-//!   StopToken::run ──► work ──► in_parallel, join ──► the token goes along to other threads
+//!   StopToken::run ──► work ──► in_parallel, join ──► the token is passed to other threads
 //!                                  │
 //!                                  ▼
-//!                           check, heed ──► unwinds with Stopped, if the token tells it to
+//!                           check, heed ──► unwind with Stopped if requested
 //! ```
 
 use std::cell::{Cell, RefCell};

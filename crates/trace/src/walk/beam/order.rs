@@ -1,8 +1,8 @@
 //! Sorts points so that lines through successive points are close together.
 //!
 //! ```text
-//!   ╷ │ ╵ │      strips of the plane across the direction, up and down,
-//!   │ │ │ │      as wide as sixteen points of one are long
+//!   ╷ │ ╵ │      strips of the plane perpendicular to the direction, alternately up and down,
+//!   │ │ │ │      each as wide as sixteen of its points are long
 //!   ╵ │ ╷ │
 //! ```
 

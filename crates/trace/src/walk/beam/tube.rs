@@ -1,9 +1,9 @@
 //! The tube of a beam: a volume around the lines of its rays.
 //!
 //! ```text
-//!         ┌─┐                     each line meets a plane across the axis along which it goes farthest;
-//!   o ────┼─┼───►                 a rectangle around these places is where the tube starts,
-//!      o ─┼─┼────────►            at a t of its own for each ray
+//!         ┌─┐                     each line intersects a plane perpendicular to the main axis of the
+//!   o ────┼─┼───►                 direction. The tube starts at a rectangle around these points,
+//!      o ─┼─┼────────►            at a different t for each ray
 //!         └─┘
 //! ```
 

@@ -3,8 +3,8 @@
 //!
 //! ```text
 //!   ┌─────────────┐
-//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │ H     where triangles of w by h cover the projection once, the window of a packet
-//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │       reaches two for each w h of (W + w) (H + h)
+//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │ H     if triangles of size w × h cover the projection once, a packet's window
+//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │       reaches 2 (W + w) (H + h) / (w h) of them
 //!   └─────────────┘
 //!          W
 //! ```

@@ -2,9 +2,9 @@
 //! it.
 //!
 //! ```text
-//!         ╱ │ │      what a light sees of a table ends its rays there, and the floor below is
-//!   o ────▌ │ │      beyond the end of each. A depth would not tell, where surfaces are slanted; but
-//!         ╲▌│ │      inverse depths of a plane are a form of the projection's points, as those of triangles
+//!         ╱ │ │      light rays toward a table end there, and the floor below is beyond the end
+//!   o ────▌ │ │      of each ray. For slanted surfaces, one depth is not enough. The inverse depths
+//!         ╲▌│ │      of a plane, however, are a linear form on the projection, as for triangles
 //!           ▌ floor
 //! ```
 

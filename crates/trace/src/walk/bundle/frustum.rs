@@ -4,7 +4,7 @@
 //! culled for all rays at once.
 //!
 //! ```text
-//!            ╱│ far corner: inside of all four planes?
+//!            ╱│ far corner: inside all four planes?
 //!         ╱ ┌─┼──┐
 //!   o  ◄────┤ │  │   near corner: before the farthest t that still counts?
 //!         ╲ └────┘

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   blocks ─► outlines ──► triangles in a group's window ──► packets that reach them ──► tests
-//!     8     of two blocks 4    up to 64 for each of four            up to 16 each         a list
+//!     8      4, of two blocks    up to 64 per group                 up to 16 each         one list
 //! ```
 //!
 //! Each arrow is one loop over all leaves, because a branch per block or triangle would be

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   ┌──────────┐
-//!   │      . ∙ │          ┌──────────┐     what a light sees of a slanted surface is a sliver:
-//!   │  . ∙ '   │   ──►    │ ∙ ∙ ∙ ∙  │     level with it, rectangles hold little else
+//!   │      . ∙ │          ┌──────────┐     a slanted surface looks like a sliver from a light. If the
+//!   │  . ∙ '   │   ──►    │ ∙ ∙ ∙ ∙  │     axes are aligned with it, rectangles contain little else
 //!   │ ∙ '      │          └──────────┘
 //!   └──────────┘
 //! ```

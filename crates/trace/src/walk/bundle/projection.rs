@@ -1,10 +1,10 @@
 //! The rays of a bundle in lanes, projected onto a frame.
 //!
 //! ```text
-//!   four rays in memory      four registers      sixteen rays a packet,
-//!   o t_min d t_max ───┐                         sixteen packets a group, four groups a bundle
-//!   o t_min d t_max ───┼──►  x x x x             ┌──┬──┬──┬──┐  a window a packet and a group;
-//!   o t_min d t_max ───┤     y y y y   ──►       ├──┼──┼──┼──┤  level with the way in
+//!   four rays in memory      four registers      sixteen rays per packet,
+//!   o t_min d t_max ───┐                         sixteen packets per group, four groups per bundle
+//!   o t_min d t_max ───┼──►  x x x x             ┌──┬──┬──┬──┐  a window per packet and group,
+//!   o t_min d t_max ───┤     y y y y   ──►       ├──┼──┼──┼──┤  aligned with the direction in
 //!   o t_min d t_max ───┘     z z z z             └──┴──┴──┴──┘  which the rays spread most
 //! ```
 

@@ -1,13 +1,13 @@
 //! Traces bundles: many rays from one origin, such as camera rays or rays from a light.
 //!
 //! ```text
-//!   frustum ──► boxes of nodes ──► triangles of a leaf, eight as they are projected
-//!                                    │ in the window of a group?
+//!   frustum ──► boxes of nodes ──► triangles of a leaf, projected eight at a time
+//!                                    │ inside the window of a group?
 //!                                    ▼
-//!                                  sixteen windows of sixteen rays: which does it reach?
+//!                                  sixteen packets' windows: which ones does it reach?
 //!                                    │
 //!                                    ▼
-//!                                  sixteen rays: two multiply-adds an edge
+//!                                  sixteen rays: two multiply-adds per edge
 //! ```
 
 use intertri::internal::Settle;

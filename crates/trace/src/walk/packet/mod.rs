@@ -2,8 +2,8 @@
 //! shadow rays toward the sun or a light, and the rays of a moving scanner.
 //!
 //! ```text
-//!   sixteen rays ──► each box of a node, with all of them ──► each triangle of a leaf, with all that reach it
-//!                                                        └──► or each ray, with the eight triangles
+//!   sixteen rays ──► each box of a node, for all rays ──► each triangle of a leaf, for all rays at it
+//!                                                     └──► or each ray, for all eight triangles
 //! ```
 //!
 //! Each lane does what a single ray would do, so no ray loses a hit. Rays that share an origin are

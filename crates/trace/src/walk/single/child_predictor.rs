@@ -1,9 +1,9 @@
 //! Child prediction: the child that the last ray visited from a node is the guess for the next ray.
 //!
 //! ```text
-//!   node ──► its eight boxes tested ──► the nearest that is met      some 40 cycles, node after node
-//!    └─────► where the last ray went ──► a guess, at once; the CPU goes on with it, and behind a branch,
-//!                                        which it predicts, finds out later whether it was right
+//!   node ──► its eight boxes tested ──► the nearest one hit           about 40 cycles per node
+//!    └─────► where the last ray went ──► a guess, at once. The CPU continues with it and finds out
+//!                                        later, past a predicted branch, whether it was right
 //! ```
 //!
 //! A guess never decides anything: the child returned is always the one that the box tests chose.

@@ -1,9 +1,9 @@
 //! The slab test: tests one ray against the eight boxes of a node without losing a hit.
 //!
 //! ```text
-//!        lo      hi               near = lo·r - (o·r + pad·|rd|)      r a little less than rd = 1/d
-//!   o ───│───────│──► d           far  = hi·R - (o·R - pad·|rd|)      R a little more
-//!      pad     pad                and the other way round where d < 0
+//!        lo      hi               near = lo·r - (o·r + pad·|rd|)      r slightly less than rd = 1/d
+//!   o ───│───────│──► d           far  = hi·R - (o·R - pad·|rd|)      R slightly more
+//!      pad     pad                swapped where d < 0
 //! ```
 //!
 //! A node costs one multiply-add per plane, because everything that depends only on the ray is

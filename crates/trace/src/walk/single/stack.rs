@@ -1,9 +1,9 @@
 //! The nodes and leaves that a ray still has to visit, pushed and popped eight at a time.
 //!
 //! ```text
-//!          bottom                          top
+//!          bottom            entries                 top
 //!   child  ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ │ far … near, far … near │ · · ·
-//!   t     -∞ … each begins    │ the t of its box        │ · · ·
+//!   t     -∞ -∞ … -∞ -∞ -∞ │ where each box begins  │ · · ·
 //! ```
 //!
 //! A node's boxes are pushed far to near by a single lane permutation. Boxes that begin beyond the
