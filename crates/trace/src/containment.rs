@@ -24,7 +24,7 @@ impl Containment {
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
     /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
-    /// // Two of the faces are turned, so the winding number is 1 in some directions and 0 or -1 in others.
+    /// // Two of the faces are flipped, so the winding number is 1 in some directions and 0 or -1 in others.
     /// let faces = [[o, x, y], [o, z, x], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
     /// let solid = Solid::assume_closed(&faces)?;
     /// let points = [[1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [-1.0, -0.5, -1.0]];

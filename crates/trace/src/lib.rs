@@ -37,8 +37,8 @@
 //! | open edges, flipped and duplicate triangles of a mesh | [`Solid::inspect`] |
 //! | the closest point of a mesh | [`Bvh::closest_point`] |
 //! | the triangle of a hit, its normal, a secondary ray | [`Bvh::triangle`], [`Bvh::normal`], [`Bvh::spawn_ray`], [`Bvh::spawn_ray_to`] |
-//! | many placements of a mesh, or objects that move | [`Scene`], whose [`commit`](Scene::commit) returns what queries read |
-//! | shadows, or whether two points see each other | [`Query::visible_batch`], which lets no surface shade itself |
+//! | many placements of a mesh, or objects that move | [`Scene`], whose [`commit`](Scene::commit) returns a snapshot to query |
+//! | shadows, or whether two points see each other | [`Query::visible_batch`], which keeps surfaces from shading themselves |
 //!
 //! **One ray or many.** If you have many rays, use a batch. `closest_batch` and its siblings trace
 //! coherent rays as bundles and all others as ray streams, on all threads. Batch methods return new

@@ -37,7 +37,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles that share vertices.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds, there are 2^31 triangles or more, or too little memory.
+    /// Fails if an index is out of bounds, if there are 2^31 triangles or more, or if memory runs
+    /// out.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -62,7 +63,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// Like [`Bvh::from_meshes`], but for indexed meshes.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds, there are 2^31 triangles or more, or too little memory.
+    /// Fails if an index is out of bounds, if there are 2^31 triangles or more, or if memory runs
+    /// out.
     ///
     /// See [`IndexedMesh`] for an example.
     pub fn from_indexed_meshes(meshes: &[IndexedMesh<'_, S>]) -> Result<Self, BuildError> {

@@ -13,10 +13,10 @@ use crate::util::lane_ops::lanes_of;
 /// Marks a triangle that is not stored because one of its corners is not finite.
 const NOWHERE: LeafSlot = LeafSlot(u32::MAX);
 
-/// Looking up a hit's triangle and normal, and spawning secondary rays.
+/// Looks up a hit's triangle and normal, and spawns secondary rays.
 ///
-/// The first of these calls creates a table of 4 bytes per triangle, so it is slower than later
-/// ones.
+/// The first call to any of these methods creates a table of 4 bytes per triangle, so it is slower
+/// than later calls.
 impl<S: BvhScalar> Bvh<S> {
     /// Returns the triangle of a hit, or `None` for a miss or an unknown triangle.
     ///
@@ -78,7 +78,7 @@ impl<S: BvhScalar> Bvh<S> {
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::{Ray, Triangle}};
-    /// // The two sides of a plate; their normals lead out of it.
+    /// // The two sides of a plate, with normals that point outward.
     /// let top = Triangle::new([0.0, 0.0, 5.0], [4.0, 0.0, 5.0], [0.0, 4.0, 5.0]);
     /// let bottom = Triangle::new([0.0, 0.0, 4.5], [0.0, 4.0, 4.5], [4.0, 0.0, 4.5]);
     /// let bvh = Bvh::new(&[top, bottom])?;

@@ -21,8 +21,8 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 /// A bounding volume hierarchy over triangles.
 ///
 /// Queries return exactly what a plain loop over all triangles would, down to the index and the
-/// bits of t, regardless of the hierarchy and the number of threads. Trace rays with the shortcuts
-/// below, or customize a [`query`](Bvh::query).
+/// bits of t, regardless of the hierarchy and the number of threads. Trace rays with the shortcut
+/// methods, or create a [`query`](Bvh::query) with your own settings.
 ///
 /// ```
 /// use intertri_trace::Bvh;
@@ -65,7 +65,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles, which keep their indices.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or if memory runs out.
     pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
         Self::with_progress(triangles, &|_, _| ())
     }
@@ -75,7 +75,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// lower geometry wins, then the lower triangle.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or if memory runs out.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -118,7 +118,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// done and the total. Calls may arrive from any thread and out of order.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or if memory runs out.
     pub fn with_progress(
         triangles: &[TriangleOf<S>],
         progress: Progress<'_>,
@@ -133,7 +133,7 @@ impl<S: BvhScalar> Bvh<S> {
         Self { tree, originals, slots: OnceLock::new() }
     }
 
-    /// Clones the hierarchy, but returns an error if there is too little memory, unlike [`Clone`].
+    /// Like [`Clone::clone`], but returns an error if there is too little memory.
     ///
     /// # Errors
     /// Fails if there is too little memory.
@@ -173,7 +173,7 @@ impl<S: BvhScalar> Bvh<S> {
     pub fn bounds(&self) -> Option<[[S; 3]; 2]> {
         let mut all: Option<[[S; 3]; 2]> = None;
         for (leaf, first) in self.tree.leaves.iter().zip((0..).step_by(8)) {
-            // Only live lanes: triangles that cannot be hit do not count.
+            // Consider only live lanes, because triangles that cannot be hit do not count.
             for lane in lanes_of(leaf.block.live()) {
                 for corner in self.triangle_in(LeafSlot(first + lane as u32)).0 {
                     all = Some(joined(all, corner));

@@ -176,8 +176,8 @@ impl Inverse {
         let from = origin - Vec3::splat([m[3], m[7], m[11]]);
         let origin = (times(&self.rows, from) - Vec3::splat(extent.centre)) * scale;
         let dir = times(&self.rows, dir) * scale;
-        // (3) in the proof: the errors of the corners and the origin, plus what the direction's
-        // error adds up to at the far side of the mesh.
+        // (3) in the proof: the errors of the corners and the origin, plus the effect of the
+        // direction's error at the far side of the mesh.
         let near = (splat(self.corner.into()) + off_origin * largest(from)) * scale;
         let room = near + splat(INVERSE) * off_dir * (largest(origin) + reach + near);
         let room = room * splat(UP);

@@ -1,5 +1,5 @@
 //! Scenes of instances: meshes that share a tree, each placed in the world by a matrix. Scenes can
-//! change.
+//! be edited.
 //!
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings

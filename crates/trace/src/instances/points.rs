@@ -59,9 +59,10 @@ impl SceneSnapshot {
         closest
     }
 
-    /// Classifies a point: on a triangle of an instance, or inside as many times as all instances
-    /// together wind around it, counted as in [`Solid::classify`](crate::Solid::classify). A
-    /// mirrored instance of a closed mesh counts as −1.
+    /// Classifies a point as on a triangle of an instance, inside, or outside. It is inside as many
+    /// times as all instances together wind around it, counted as in
+    /// [`Solid::classify`](crate::Solid::classify). A mirrored instance of a closed mesh counts as
+    /// −1.
     ///
     /// If a mesh is not closed, the result depends on the direction in which crossings are counted.
     pub fn classify(&self, point: [f64; 3]) -> Containment {

@@ -97,8 +97,8 @@ impl SceneSnapshot {
         self.all_by(ray, Rule::Closed)
     }
 
-    /// Returns the ray's crossings with the meshes, sorted like [`SceneSnapshot::all`]. Unlike
-    /// there, a point on an edge or corner of a mesh belongs to only one of its triangles.
+    /// Returns the ray's crossings with the meshes, sorted like [`SceneSnapshot::all`]. A point on
+    /// an edge or corner of a mesh counts for only one of its triangles.
     pub fn crossings(&self, ray: &Ray64) -> Vec<SceneHit> {
         self.all_by(ray, Rule::Once)
     }

@@ -96,7 +96,7 @@ fn lowered<F: Lanes<Scalar = f32>>(t: F) -> F {
     (finite * F::splat(DOWN) - F::splat(f32::MIN_POSITIVE)).max(F::splat(0.0))
 }
 
-/// Rounds up by at least one ulp, except for negative numbers, before which there are no hits.
+/// Rounds up by at least one ulp, except for negative numbers, at which there are no hits.
 #[inline(always)]
 fn raised<F: Lanes<Scalar = f32>>(t: F) -> F {
     t * F::splat(UP) + F::splat(f32::MIN_POSITIVE)

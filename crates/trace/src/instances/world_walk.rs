@@ -1,5 +1,5 @@
-//! Traverses the boxes of a mesh in world space. This handles placements without a useful inverse,
-//! such as flattening ones.
+//! Traverses the boxes of a mesh in world space. Used for placements without a useful inverse, such
+//! as those that flatten the mesh.
 
 use intertri::Ray64;
 
@@ -62,7 +62,7 @@ impl WorldWalk<'_> {
 }
 
 /// Returns a lower bound on the t at which the ray enters a box, or `None` if it certainly does not
-/// do so before `far`.
+/// enter the box before `far`.
 fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
     let (mut first, mut last) = (ray.t_min.max(0.0), far);
     for k in 0..3 {

@@ -45,7 +45,7 @@ use path::Path;
 /// };
 /// const ROCK: u32 = 7;
 /// const STEEL: u32 = 3;
-/// // Steel in a corner of the rock, and more of it behind.
+/// // Steel in a corner of the rock, and more steel behind it.
 /// let media = Media::new(&[
 ///     (ROCK, &tetrahedron(0.0, 8.0)),
 ///     (STEEL, &tetrahedron(0.0, 2.0)),

@@ -17,8 +17,8 @@ use crate::tree::MeshTriangle;
 use crate::walk::one_ray;
 use crate::walk::single::{LentScratch, SingleRay, TraversalScratch};
 
-/// A ray query. It determines how hits are decided and which triangles are considered, and has the
-/// methods that trace rays. Create one with [`Bvh::query`].
+/// A ray query. It determines how hits are decided and which triangles are considered, and provides
+/// the methods that trace rays. Create one with [`Bvh::query`].
 ///
 /// By default, the mode is [`Mode::exact`] and all triangles are considered. Settings can be
 /// chained, since each returns the query. Results equal those of a plain loop over the selected
@@ -69,8 +69,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// Setting the mode, which decides what counts as a hit. With f64 coordinates, hits are always
-/// decided exactly.
+/// The mode decides what counts as a hit. With f64 coordinates, hits are always decided exactly.
 impl Query<'_, f32> {
     /// Sets the mode.
     #[inline]

@@ -1,4 +1,5 @@
-//! Byte sources: memory, read in place, and streams and files, read through a buffer.
+//! Byte sources: memory that is read in place, and streams and files that are read through a
+//! buffer.
 
 #[cfg(unix)]
 use std::fs::File;

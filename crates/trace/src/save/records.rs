@@ -85,7 +85,7 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);
-    // The last row is always empty; traversal reads it as the child of no slot.
+    // The last row is always empty; traversal reads it when no slot is selected.
     let mut sound = words[56..] == [EMPTY; 8];
     for slot in 0..8 {
         for axis in 0..3 {

@@ -107,8 +107,8 @@ fn the_same_bytes_everywhere() {
     }
 }
 
-/// The checksum of the saved soup of 5000 triangles. It changes with the builder, or with the
-/// format, which must then increment its version.
+/// The checksum of a saved soup of 5000 triangles. It changes if the builder or the format changes;
+/// in the latter case, increment the version.
 const GOLDEN: u64 = 491_421_215_413_427_236;
 
 #[test]

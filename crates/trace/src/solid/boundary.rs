@@ -115,8 +115,8 @@ mod tests {
         let flat = [Triangle([a, b, c]), Triangle([c, b, a])];
         assert_eq!((edges(&flat), edges(&flat[..1])), (0, 3));
 
-        // An edge that is split in half, opposite the whole edge. A triangle without area joins
-        // them.
+        // An edge that is split in half on one side. A triangle without area closes the gap to the
+        // whole edge.
         let halves = [Triangle([a, b, c]), Triangle([d, c, b]), Triangle([c, d, a])];
         assert_eq!(edges(&halves), 3);
         assert_eq!(edges(&[&halves[..], &[Triangle([b, a, d])]].concat()), 0);

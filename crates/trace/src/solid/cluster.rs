@@ -177,7 +177,8 @@ fn fan(mut corners: impl Iterator<Item = [f64; 3]>, least: f64) -> f64 {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
             from[i] * to[j] - from[j] * to[i]
         });
-        // The cross product of nearly parallel edges suffers from cancellation.
+        // The cross product of nearly parallel edges suffers from cancellation, which the second
+        // term covers.
         area += size(cross) + least * (size(from) + size(to));
         from = to;
     }

@@ -24,8 +24,8 @@ const PIECE: usize = 1 << 6;
 
 impl<S: BvhScalar> Solid<S> {
     /// Classifies all points of a grid, like [`Solid::classify`]. The grid is given by its
-    /// coordinates along each axis. The result for the point `[x[i], y[j], z[k]]` is at index `(i *
-    /// y.len() + j) * z.len() + k`.
+    /// coordinates along each axis. The index of the result for the point `[x[i], y[j], z[k]]` is
+    /// `(i * y.len() + j) * z.len() + k`.
     ///
     /// If the coordinates are ascending and the mesh is closed, this traces only one ray per column
     /// of points along z, which takes a fraction of the time of

@@ -95,7 +95,7 @@ fn add_points<S: Scalar>(
     };
     let shape = Shape::of(triangle);
     let at = |k: usize, i: usize| Into::<f64>::into(axes[k][i]) - shape.origin[k];
-    // The points on a line that are near a height. All of them are if the height is NaN.
+    // The points on a line that are near a height, or all points if the height is NaN.
     let near = |k: usize, height: f64| {
         let (range, [low, high]) = (ranges[k].clone(), [height - shape.room, height + shape.room]);
         let lower = |x: &S| Into::<f64>::into(*x) - shape.origin[k] < low;

@@ -32,12 +32,12 @@ use edges::{Edges, is_finite};
 pub use orient::Orientation;
 pub use report::{DefectiveEdge, DuplicateTriangle, MeshReport};
 
-/// A mesh with its hierarchy that distinguishes inside from outside.
+/// A mesh and its hierarchy, with tests for inside and outside.
 ///
-/// In a closed mesh, triangles traverse every edge equally often in both directions, and the
-/// distinction between inside and outside is exact. Use [`Solid::new`]. The mesh may have several
-/// parts, intersect itself, and contain duplicate triangles or triangles without area. For any
-/// other mesh, use [`Solid::from_soup`], which decides by winding numbers. Clones share the
+/// Use [`Solid::new`] for a closed mesh, in which triangles traverse every edge equally often in
+/// both directions. The distinction between inside and outside is then exact. The mesh may have
+/// several parts, intersect itself, and contain duplicate triangles or triangles without area. For
+/// any other mesh, use [`Solid::from_soup`], which decides by winding numbers. Clones share the
 /// hierarchy.
 ///
 /// ```

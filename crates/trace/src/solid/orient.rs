@@ -28,8 +28,8 @@ pub struct Orientation {
     /// The number of pieces. Triangles belong to the same piece if edges with exactly two triangles
     /// connect them.
     pub pieces: usize,
-    /// The number of pieces with open edges. They become consistent, and outward as seen from the
-    /// centre of their bounding box.
+    /// The number of pieces with open edges. These are made consistent, and outward as seen from
+    /// the centre of their bounding box.
     pub open: usize,
     /// The number of one-sided pieces, such as a Möbius strip. Their triangles are not flipped.
     pub one_sided: usize,
@@ -237,8 +237,8 @@ mod tests {
         }
     }
 
-    /// Whichever triangles are flipped, the function finds exactly these, in two spheres of which
-    /// one has a hole.
+    /// Whichever triangles are flipped, the function finds exactly these, in two spheres, one of
+    /// which has a hole.
     #[test]
     fn turned_triangles_are_turned_back() {
         let (near, far) = (globe([0.0; 3]), globe([5.0, 1.0, 0.3]));

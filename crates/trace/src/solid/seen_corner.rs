@@ -1,5 +1,5 @@
-//! A corner relative to a point, in components perpendicular to and along the rays that count
-//! crossings.
+//! The position of a corner relative to a point, split into components along the rays that count
+//! crossings and perpendicular to them.
 
 use intertri::Scalar;
 use intertri::internal::exact::moment;

@@ -101,7 +101,8 @@ impl<S: Scalar> WholeTurns<'_, S> {
             let radius = splat(cluster.radius);
             let across = away * splat(1.0 - ROUNDING) - along * along;
             let passes_by = along.lt(splat(0.0)) | across.gt(radius);
-            // A lower bound on the distance times the distance from the sphere.
+            // A lower bound on the product of the distances from the sphere's centre and from its
+            // surface.
             let gap = away * splat(0.875) - (radius + radius);
             // The fraction of all directions is at most this quotient, which is needed only if it
             // is small.
@@ -253,8 +254,8 @@ mod tests {
         (0..fans).flat_map(fan).collect()
     }
 
-    /// Points around the fans: next to corners and edges, with rays toward these, and where the sum
-    /// is close to one half.
+    /// Points around the fans, next to corners and edges, whose rays pass close to edges, or where
+    /// the sum is close to one half.
     fn point(
         fans: &[Triangle64],
         boundary: &Boundary<f64>,

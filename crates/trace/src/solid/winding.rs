@@ -41,7 +41,7 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { boundary, ..Self::assume_closed(triangles)? })
     }
 
-    /// Converts this solid as if it came from [`Solid::from_soup`]: the result shares the hierarchy
+    /// Returns this solid as [`Solid::from_soup`] would create it: the result shares the hierarchy
     /// but takes open edges into account.
     ///
     /// # Errors
@@ -60,9 +60,9 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { bvh: self.bvh.clone(), boundary: boundary(&triangles)? })
     }
 
-    /// The number of open edges. Each edge counts as often as the difference between how often it
-    /// is traversed in one direction and in the other. The result is 0 for a mesh that is closed or
-    /// assumed to be closed.
+    /// The number of open edges. If triangles traverse an edge more often in one direction than in
+    /// the other, it counts as many times as the difference. The result is 0 for a mesh that is
+    /// closed or assumed to be closed.
     pub fn open_edges(&self) -> usize {
         self.boundary.edges()
     }
@@ -108,7 +108,7 @@ impl<S: BvhScalar> Solid<S> {
         });
     }
 
-    /// The winding number of a point, given its containment by crossings alone.
+    /// The winding number of a point, given its containment computed from crossings alone.
     fn number(&self, point: [S; 3], crossed: Containment) -> Option<f64> {
         let times = match crossed {
             Containment::Outside => 0,
@@ -121,7 +121,7 @@ impl<S: BvhScalar> Solid<S> {
         Some(f64::from(times) + turns(&self.boundary, point))
     }
 
-    /// The containment of a point, given its containment by crossings alone.
+    /// The containment of a point, given its containment computed from crossings alone.
     pub(super) fn counted(&self, point: [S; 3], crossed: Containment) -> Containment {
         let mut all = [crossed];
         self.count_boundary(&[RayOf::new(point, [S::ONE; 3])], &mut all);

@@ -16,7 +16,7 @@ pub(crate) struct Aabb {
 }
 
 impl Aabb {
-    /// The empty box, which is neutral in unions.
+    /// The empty box. Joining it with another box yields the other box.
     pub(crate) const EMPTY: Self = Self { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] };
 
     /// The box of a triangle, or `None` if a corner is not finite; such a triangle is never hit.

@@ -78,7 +78,7 @@ impl Geometries {
     /// Sets the mask of one geometry.
     pub(crate) fn set_mask(&mut self, geometry: usize, mask: u32) {
         self.masks[geometry] = mask;
-        // A query whose mask shares a bit with these need not filter.
+        // If a query's mask shares a bit with `common`, no geometry needs to be filtered out.
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 

@@ -56,8 +56,8 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     let thinness = square / dot(n, n).sqrt();
 
     if n == [0.0; 3] {
-        // The reference never hits it. If the area was merely rounded to 0 in f64, `exact` hits it
-        // inside its box.
+        // The reference never hits this triangle. If its area was merely rounded to 0 in f64,
+        // `exact` hits it inside its box.
         let lean = 0.0;
         if has_area(triangle) {
             HitBounds::Box { bounds, lean }

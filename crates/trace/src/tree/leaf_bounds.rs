@@ -116,7 +116,7 @@ impl LeafBounds {
     pub(crate) const NONE: Self =
         Self { bounds: Aabb::EMPTY, lean: 0.0, boxed: 0, degenerate: 0, thin: 0 };
 
-    /// A mask of the triangles with a finite box that are hit in or near it or have no area.
+    /// A mask of the triangles that can be hit in or near their boxes or have no area.
     pub(crate) fn present(&self) -> u32 {
         self.boxed | self.degenerate
     }

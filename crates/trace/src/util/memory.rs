@@ -3,7 +3,7 @@
 use std::collections::TryReserveError;
 use std::fmt;
 
-/// The error for too little memory.
+/// The error returned if there is too little memory.
 #[derive(Debug)]
 pub(crate) struct NoMemory;
 
@@ -13,7 +13,7 @@ impl From<TryReserveError> for NoMemory {
     }
 }
 
-/// The error for too little memory to store the hits found.
+/// The error returned if there is too little memory for the hits found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfMemory;
 

@@ -72,7 +72,7 @@ pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usi
     });
 }
 
-/// The size of the pieces into which to split `count` items, but at least `least`.
+/// The size of pieces, at least `least`, into which to split `count` items.
 pub(crate) fn piece_of(count: usize, least: usize) -> usize {
     count.div_ceil(PIECES * self::count()).max(least)
 }

@@ -104,7 +104,7 @@ impl<S: Simd> Tube<S> {
             (at - splat(middle[axis])).store(&mut beside[axis]);
         }
 
-        // Relative to the plane, t counts from the first start of any ray.
+        // Measured from the plane, the tube starts where the first ray does.
         let start = smallest::<S>(from * splat(1.0 / dir[along]));
         let axis = Ray::new(middle, dir).between(start - start.abs() * OFF, f32::INFINITY);
         let slabs = Slabs::around::<S>([lo, hi], dir, start, margin)?;
@@ -151,15 +151,15 @@ mod tests {
         }
     }
 
-    /// The errors are at most 6 and 4 rounding errors, and more than half of what the filter allows
-    /// for them: `AWAY` in `exact.md`, 7u.
+    /// The errors are at most 6 and 4 times a rounding error, and more than half of what the filter
+    /// allows for them: `AWAY` in `exact.md`, 7u.
     #[test]
     fn places_on_the_plane_are_known_so_well() {
         let margin = Margin::new(1.0, None);
         let (mut random, mut most) = (random(), [0.0_f64; 2]);
         for _ in 0..100_000 {
-            // The whole error is in proportion to one coordinate, and most numbers have a last
-            // digit that is relatively large.
+            // The whole error is proportional to one coordinate, and most numbers have a last digit
+            // that is relatively large.
             let dir = [0.9999 - 1e-3 * random(), 0.9999 - 1e-3 * random(), 1.0];
             let ray = |_| {
                 let origin = [1e-3 * random(), 1e-3 * random(), 1.0 + 1e-2 * random()];

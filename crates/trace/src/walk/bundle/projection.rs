@@ -202,8 +202,7 @@ impl<S: Simd> Projection<S> {
         }
         let (lo, hi) = self.ask(self.all());
 
-        // Reversed rays may miss the origin, and so may rays whose f64 originals share no origin
-        // exactly.
+        // Reversed rays may miss the origin, and so may the f64 originals of copies.
         let off = match &reversal {
             Some(reversal) => reversal.off()?,
             None => 0.0,
