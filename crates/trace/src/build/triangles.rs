@@ -12,7 +12,7 @@ pub(crate) trait Triangles: Sync {
     fn count(&self) -> usize;
     /// The box in which a triangle can be hit.
     fn hit_bounds(&self, i: usize) -> HitBounds;
-    /// The triangles of a leaf in SoA layout.
+    /// The triangles of a leaf in structure-of-arrays layout.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
     /// The triangles of a leaf after a refit, and their bounds. A triangle that cannot be hit
     /// inside a box gets a dead lane. The bounds cover all other triangles and those without area,

@@ -163,7 +163,7 @@ impl<S: BvhScalar> Query<'_, S> {
         let lists = self.selection.skip.len();
         // Require one list per ray; otherwise, a ray would skip the triangles of another.
         let fits = lists == 0 || lists == rays.len();
-        assert!(fits, "a list of triangles to skip for each ray, or none");
+        assert!(fits, "pass one list of triangles to skip per ray, or none");
         self.in_threads(|| trace(&self.batch(self.active, mode, rays)))
     }
 

@@ -259,7 +259,7 @@ impl<S: BvhScalar> Query<'_, S> {
     #[inline(always)]
     fn trace_in<A>(&mut self, mode: Mode, ray: &RayOf<S>, verb: Verb<A>) -> A {
         let Self { bvh, active, scratch, selection, .. } = self;
-        assert!(selection.skip.len() <= 1, "one list of triangles to skip for one ray, or none");
+        assert!(selection.skip.len() <= 1, "pass at most one list of triangles to skip for a ray");
         bvh.trace_ray(mode, active, ray, scratch, verb)
     }
 }

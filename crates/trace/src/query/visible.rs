@@ -81,7 +81,7 @@ impl<S: BvhScalar> Query<'_, S> {
         let (skip, reach) = (self.selection.skip, UNITS / (1_u64 << bits) as f64);
         let lists = skip.len();
         let fits = lists == 0 || lists == segments.len();
-        assert!(fits, "a list of triangles to skip for each segment, or none");
+        assert!(fits, "pass one list of triangles to skip per segment, or none");
         let pieces = segments.chunks(PIECE).zip(visible.chunks_mut(PIECE));
         for (i, (segments, visible)) in pieces.enumerate() {
             let skip = if lists == 0 { skip } else { &skip[i * PIECE..][..segments.len()] };

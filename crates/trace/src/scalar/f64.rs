@@ -289,7 +289,7 @@ impl Copies<'_> {
     }
 }
 
-/// Copies eight triangles in SoA layout.
+/// Copies eight triangles in structure-of-arrays layout.
 struct CopyBlock<'a> {
     frame: &'a LocalFrame,
     corners: &'a [[[f64; BLOCK]; 3]; 3],

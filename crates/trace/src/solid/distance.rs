@@ -45,7 +45,7 @@ impl<S: BvhScalar> Solid<S> {
     /// # Panics
     /// Panics if the slices differ in length.
     pub fn signed_distance_batch_into(&self, points: &[[S; 3]], distances: &mut [f64]) {
-        assert_eq!(points.len(), distances.len(), "one distance a point");
+        assert_eq!(points.len(), distances.len(), "one distance per point");
         let mut slab = SLAB.min(points.len()).max(1);
         let (mut closest, mut inside) = loop {
             match (filled(slab, ClosestPoint::NONE), filled(slab, false)) {

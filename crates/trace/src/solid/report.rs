@@ -106,7 +106,7 @@ fn repeated<S: Scalar>(
         let [mut a, mut b, mut c] = triangle.0.map(corner::<S>);
         let mut is_odd = false;
         // Sort three corners in two passes and track the parity of the swaps. If two triangles have
-        // the same corners but different parity, one is the other flipped.
+        // the same corners but different parity, one is a flipped copy of the other.
         for _ in 0..2 {
             if b < a {
                 (a, b, is_odd) = (b, a, !is_odd);

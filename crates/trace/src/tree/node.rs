@@ -1,4 +1,4 @@
-//! A node of the tree: eight boxes in SoA layout.
+//! A node of the tree: eight boxes in structure-of-arrays layout.
 
 use bytemuck::Zeroable;
 
