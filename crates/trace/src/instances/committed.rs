@@ -42,7 +42,7 @@ pub(super) struct MeshEntry {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) inverse: Inverse,
-    /// Whether f64 lanes can compute the corners with no loss except rounding.
+    /// Whether f64 lanes can compute the corners without overflow or underflow.
     pub(super) is_tame: bool,
 }
 
@@ -116,7 +116,7 @@ impl Frame {
     }
 }
 
-/// Returns whether f64 lanes can compute the corners with no loss except rounding.
+/// Returns whether f64 lanes can compute the corners without overflow or underflow.
 fn is_tame(m: &Matrix, extent: &Extent, sizes: &[f64; 3]) -> bool {
     let mut least = f64::INFINITY;
     for (i, x) in m.iter().enumerate() {

@@ -29,8 +29,8 @@ pub struct SceneHit {
     pub hit: Hit,
     /// The instance. Arbitrary if the hit is a miss.
     pub instance: InstanceId,
-    /// Whether the ray runs along the triangle's normal in world space, and thus leaves a closed
-    /// mesh. A mirroring matrix flips the triangles.
+    /// Whether the ray runs in the direction of the triangle's normal in world space, and thus
+    /// leaves a closed mesh. A mirroring matrix flips the triangles.
     pub leaves: bool,
 }
 

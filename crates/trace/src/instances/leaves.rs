@@ -49,7 +49,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
     }
 
     /// Tests a ray against the triangles of a leaf, given their corners. `is_tame` means that f64
-    /// lanes lose nothing except by rounding. Returns false if no further hit can count.
+    /// lanes neither overflow nor underflow. Returns false if no further hit can count.
     #[inline(always)]
     pub(super) fn test<C: Collect>(
         &self,
@@ -78,7 +78,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         placed_triangle(self.matrix, corners.map(|corner| corner.map(Into::into)))
     }
 
-    /// The lanes of a leaf in which f64 arithmetic loses nothing except by rounding.
+    /// The lanes of a leaf in which f64 arithmetic neither overflows nor underflows.
     #[cold]
     #[inline(never)]
     fn plain(&self, leaf: usize, ray: &Ray64) -> u32 {
@@ -118,7 +118,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
 pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
     pub(super) mesh: PlacedMesh<'a, S, X>,
     pub(super) ray: &'a Ray64,
-    /// Whether f64 lanes lose nothing except by rounding.
+    /// Whether f64 lanes can process the ray and the corners without overflow or underflow.
     pub(super) is_tame: bool,
     pub(super) collect: &'a mut C,
     /// Converts the ray's t to the units of the mesh's tree.

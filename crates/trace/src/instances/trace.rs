@@ -125,7 +125,7 @@ pub(super) struct VisitOne<'a, S, C> {
     pub(super) ray: &'a Ray64,
     pub(super) rule: Rule,
     pub(super) mask: u32,
-    /// Whether f64 lanes can process the ray with no loss except rounding.
+    /// Whether f64 lanes can process the ray without overflow or underflow.
     pub(super) is_tame: bool,
     pub(super) scratch: &'a mut TraversalScratch,
     pub(super) collect: &'a mut C,

@@ -19,8 +19,8 @@ use crate::util::lane_ops::lanes_of;
 /// The number of points to process at a time.
 pub(super) const POINTS: usize = 8;
 
-/// A cluster is far if it covers a smaller fraction of all directions than this. The later values
-/// are tried if the earlier ones leave too many points undecided.
+/// A cluster is far if it covers a smaller fraction of all directions than this. Later values are
+/// tried if earlier ones leave points undecided.
 const FAR: [f64; 3] = [1.0 / 64.0, 1.0 / 4096.0, 0.0];
 
 /// If the squared distance of an edge's complex number from the negative axis, relative to its

@@ -40,8 +40,8 @@ pub struct Tree {
     pub(crate) thin_root: u32,
     /// The largest coordinate magnitude of any triangle.
     pub(crate) reach: f32,
-    /// The maximum distance outside a triangle's box at which the reference may hit it, apart from
-    /// a fraction of the ray's origin.
+    /// The maximum distance outside a triangle's box at which the reference may hit it, not
+    /// counting a part that is proportional to the ray's origin.
     pub(crate) lean: f32,
     /// A stack size that always suffices.
     pub(crate) stack: usize,

@@ -99,7 +99,7 @@ fn crossing(tree: &Tree, filter: &Filter<'_>, ray: &Ray, mut hit: Hit, slot: Lea
     Crossing { hit, leaves: leaves(tree, filter, ray, slot) }
 }
 
-/// Returns whether a ray runs along the normal of a triangle that it crosses.
+/// Returns whether a ray runs in the direction of the normal of a triangle that it crosses.
 fn leaves(tree: &Tree, filter: &Filter<'_>, ray: &Ray, slot: LeafSlot) -> bool {
     // A crossing is a hit by the rule *once*, so D is not 0 and its sign determines the side.
     let side = filter.resolver().facing(ray, &tree.triangle_in(slot), (RayId(0), slot));
