@@ -30,7 +30,7 @@ pub struct DuplicateTriangle {
 
 /// The open edges, flipped triangles, and duplicate triangles of a mesh, as found by
 /// [`Solid::inspect`](super::Solid::inspect). Edges and triangles are considered equal if the
-/// coordinates of their corners are equal. Each list is sorted by triangle.
+/// coordinates of their corners are equal. Each list is complete and sorted by triangle.
 ///
 /// ```
 /// use intertri_trace::{Solid, intertri::Triangle};
