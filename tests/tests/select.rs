@@ -278,7 +278,7 @@ fn rays_of_one_origin_go_by_the_selection() {
 }
 
 #[test]
-#[should_panic(expected = "a list of triangles to skip for each ray, or none")]
+#[should_panic(expected = "pass one list of triangles to skip per ray, or none")]
 fn a_batch_has_a_list_a_ray_or_none() {
     let bvh = Bvh::new(&[]).unwrap();
     let rays = [Ray::new([0.0; 3], [0.0, 0.0, 1.0]); 3];
@@ -286,7 +286,7 @@ fn a_batch_has_a_list_a_ray_or_none() {
 }
 
 #[test]
-#[should_panic(expected = "one list of triangles to skip for one ray, or none")]
+#[should_panic(expected = "pass at most one list of triangles to skip for a ray")]
 fn a_single_ray_has_one_list_or_none() {
     let bvh = Bvh::<f32>::new(&[]).unwrap();
     bvh.query().skip(&[&[], &[]]).closest(&Ray::new([0.0; 3], [0.0, 0.0, 1.0]));

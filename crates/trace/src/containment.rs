@@ -1,27 +1,30 @@
-//! Whether a point lies inside, outside or on the surface.
+//! Whether a point lies inside, outside, or on the surface of a mesh.
 
-/// Whether a point lies inside, outside or on the surface, as [`Solid::classify`](crate::Solid::classify) returns it.
+/// Whether a point lies inside, outside, or on the surface of a mesh, as returned by
+/// [`Solid::classify`](crate::Solid::classify).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Containment {
-    /// The mesh does not wind around it.
+    /// The mesh does not wind around the point.
     #[default]
     Outside,
-    /// The mesh winds around it this many times: once, if its corners run counter-clockwise as seen from
-    /// outside; more often where parts overlap, and a negative number of times where they are inside out.
+    /// The mesh winds around the point this many times: once for a plain solid whose corners run
+    /// counter-clockwise as seen from outside, more often where parts overlap, and a negative
+    /// number of times where parts are inside out.
     Inside(i32),
-    /// It lies on a triangle.
+    /// The point lies on a triangle.
     Surface,
 }
 
 impl Containment {
-    /// Whether the mesh winds around the point an odd number of times; also true on the surface. For a solid
-    /// from [`Solid::assume_closed`](crate::Solid::assume_closed) this is parity: whether a ray from the
-    /// point crosses an odd number of triangles, whatever their winding.
+    /// Returns whether the mesh winds around the point an odd number of times. Also true on the
+    /// surface. For a solid from [`Solid::assume_closed`](crate::Solid::assume_closed), this is
+    /// parity: whether a ray from the point crosses an odd number of triangles, whatever their
+    /// winding.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
     /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
-    /// // Two of the faces are turned, so the winding number is 1 in some directions and 0 or -1 in others.
+    /// // Two of the faces are flipped, so the winding number is 1 in some directions and 0 or -1 in others.
     /// let faces = [[o, x, y], [o, z, x], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
     /// let solid = Solid::assume_closed(&faces)?;
     /// let points = [[1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [-1.0, -0.5, -1.0]];
@@ -36,12 +39,13 @@ impl Containment {
         }
     }
 
-    /// After one more crossing of a ray from the point.
+    /// The result after one more crossing of a ray from the point.
     pub(crate) fn crossed(self, leaves: bool) -> Self {
         self.wound(if leaves { 1 } else { -1 })
     }
 
-    /// After several crossings: `leave` is how many more of them leave the mesh than enter it.
+    /// The result after several crossings. `leave` is the number of crossings that leave the mesh
+    /// minus the number that enter it.
     pub(crate) fn wound(self, leave: i32) -> Self {
         let times = match self {
             Self::Outside => 0,

@@ -1,4 +1,5 @@
-//! A bounding volume hierarchy over triangles whose answers equal a plain loop's, bit for bit.
+//! A bounding volume hierarchy over triangles whose query results equal those of a plain loop, bit
+//! for bit.
 //!
 //! ```
 //! use intertri_trace::Bvh;
@@ -12,16 +13,17 @@
 //! let hit = bvh.closest(&ray).unwrap();
 //! assert_eq!((hit.triangle, hit.t), (1, 2.0));
 //!
-//! // A reflected ray, which never hits the triangle that it leaves.
+//! // A reflected ray, which never hits the triangle it starts from.
 //! let reflected = bvh.spawn_ray(&hit, [0.0, 0.5, 1.0]);
 //! assert_eq!(bvh.closest(&reflected).unwrap().triangle, 0);
 //! # Ok::<(), intertri_trace::BuildError>(())
 //! ```
 //!
-//! Traversal runs in f32 lanes with conservative boxes. Leaves use the filter of the kernel, [`intertri`],
-//! and its exact arithmetic where f32 cannot decide. So the hierarchy loses no hit, and no ray slips through
-//! a shared edge. An answer depends only on the ray and the triangles: not on the tree, the number of
-//! threads, the other rays of a batch, or the CPU.
+//! Traversal runs in f32 lanes with conservative boxes. Leaves use the filter of the kernel,
+//! [`intertri`], and fall back to exact arithmetic where f32 cannot decide. As a result, the
+//! hierarchy loses no hit, and no ray slips through a shared edge. Results depend only on the ray
+//! and the triangles, not on the tree, the number of threads, the other rays of a batch, or the
+//! CPU.
 //!
 //! # How to choose
 //!
@@ -35,13 +37,13 @@
 //! | open edges, flipped and duplicate triangles of a mesh | [`Solid::inspect`] |
 //! | the closest point of a mesh | [`Bvh::closest_point`] |
 //! | the triangle of a hit, its normal, a secondary ray | [`Bvh::triangle`], [`Bvh::normal`], [`Bvh::spawn_ray`], [`Bvh::spawn_ray_to`] |
-//! | many placements of a mesh, or objects that move | [`Scene`], whose [`commit`](Scene::commit) returns what queries read |
-//! | shadows, or whether two points see each other | [`Query::visible_batch`], which lets no surface shade itself |
+//! | many placements of a mesh, or objects that move | [`Scene`], whose [`commit`](Scene::commit) returns a snapshot to query |
+//! | shadows, or whether two points see each other | [`Query::visible_batch`], which keeps surfaces from shading themselves |
 //!
-//! **One ray or many.** If you have many rays, use a batch: `closest_batch` and the like trace coherent rays
-//! as bundles and all others as ray streams, on all threads. A batch returns its answers; `…_into` writes
-//! them to a slice that you reuse. If you need one ray at a time, create one [`Query`] per thread and keep
-//! it: it owns the traversal's scratch memory.
+//! **One ray or many.** If you have many rays, use a batch. `closest_batch` and its siblings trace
+//! coherent rays as bundles and all others as ray streams, on all threads. Batch methods return new
+//! vectors; the `…_into` variants write to a slice that you can reuse. If you trace one ray at a
+//! time, create one [`Query`] per thread and reuse it: it owns the traversal's scratch memory.
 //!
 //! ```
 //! use intertri_trace::{Bvh, Faces};
@@ -53,45 +55,49 @@
 //! let hits = bvh.closest_batch(&rays);
 //! assert!(hits[0].geometry == 0 && hits[1] == Hit::MISS);
 //!
-//! // Back faces alone, as the scalar f64 reference has them, into memory of your own.
+//! Only back faces, with the bits of the scalar f64 reference, written to your own buffer.
 //! let mut hits = [Hit::MISS; 2];
 //! bvh.query().mode(Mode::certified()).faces(Faces::Back).closest_batch_into(&rays, &mut hits);
 //! assert_eq!(hits[0].t, 3.0);
 //! # Ok::<(), intertri_trace::BuildError>(())
 //! ```
 //!
-//! **Which mode.** Keep [`Mode::exact`](intertri::Mode::exact), the default. Use [`Query::once`] if a point
-//! on an edge or a corner must belong to only one triangle, and `Mode::certified` if you need the bits of the
-//! scalar f64 reference.
+//! **Which mode.** Keep [`Mode::exact`](intertri::Mode::exact), the default. Use [`Query::once`] if
+//! a point on an edge or corner must belong to only one triangle, and `Mode::certified` if you need
+//! the same bits as the scalar f64 reference.
 //!
-//! **f32 or f64.** A [`Bvh`] over [`Triangle`](type@intertri::Triangle) takes f32 coordinates. If yours are
-//! not exact in f32, as in UTM, build over [`Triangle64`](type@intertri::Triangle64): `Bvh<f64>` has the same
-//! methods and is exact on the f64 coordinates you pass. It takes more memory and time; see [`Bvh`].
+//! **f32 or f64.** A [`Bvh`] over [`Triangle`](type@intertri::Triangle) takes f32 coordinates. If
+//! your coordinates are not exact in f32, for example in UTM, build over
+//! [`Triangle64`](type@intertri::Triangle64): `Bvh<f64>` has the same methods and is exact for the
+//! f64 coordinates you pass. It takes more memory and time; see [`Bvh`].
 //!
-//! **Input.** [`Bvh::new`] takes a slice of triangles, [`Bvh::from_indexed`] vertices and indices,
-//! [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] several meshes, each of which becomes a geometry
-//! with a mask. [`Bvh::refit`] follows moving vertices, and [`Bvh::load`] reads what [`Bvh::write_to`] saved.
+//! **Input.** [`Bvh::new`] takes a slice of triangles, and [`Bvh::from_indexed`] takes vertices and
+//! indices. [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] take several meshes, each of
+//! which becomes a geometry with its own mask. [`Bvh::refit`] updates the hierarchy after vertices
+//! have moved, and [`Bvh::load`] reads a file written by [`Bvh::write_to`].
 //!
 //! # Features
 //!
-//! - `parallel` (default): builds, refits and traces batches on all threads, with rayon.
-//! - `std` (default): chooses the CPU's best instructions at run time. Without it, the instructions that the
-//!   crate was compiled for are used; the crate still needs the standard library.
+//! - `parallel` (default): builds, refits, and traces batches on all threads, using rayon.
+//! - `std` (default): selects the CPU's best instruction set at run time. Without it, the crate
+//!   uses the instructions it was compiled for. It needs the standard library either way.
 //!
 //! # Threads
 //!
-//! Work runs in the rayon pool of the calling thread, by default the global one. To use your own pool, call
-//! inside `ThreadPool::install`. [`Query::on_this_thread`] keeps a batch on the calling thread. A [`Bvh`] can
-//! be shared between threads; a [`Query`] belongs to one thread at a time.
+//! Work runs in the rayon pool of the calling thread, which by default is the global one. To use
+//! your own pool, make the call inside `ThreadPool::install`. [`Query::on_this_thread`] keeps a
+//! batch on the calling thread. A [`Bvh`] can be shared between threads; a [`Query`] belongs to one
+//! thread at a time.
 //!
 //! # Limits
 //!
-//! A hierarchy contains fewer than 2^31 triangles, and nothing else: no curves or user geometry. A triangle
-//! with a NaN or an infinity is never hit, nor is one without area. If memory runs out in a build, a refit, a
-//! load or lists of hits, you get an error, not an abort.
+//! A hierarchy holds fewer than 2^31 triangles and nothing else: no curves or user geometry.
+//! Triangles with a NaN or infinite coordinate are never hit, nor are triangles without area. If
+//! memory runs out during a build, a refit, a load, or while collecting lists of hits, you get an
+//! error, not an abort.
 //!
-//! Build in release mode, or optimize only this crate and `intertri`; the front page of [`intertri`] shows
-//! how.
+//! Build in release mode, or at least optimize this crate and `intertri`; the front page of
+//! [`intertri`] shows how.
 mod batch;
 mod build;
 mod bvh;
@@ -130,7 +136,7 @@ pub use solid::{DefectiveEdge, DuplicateTriangle, MeshReport, Orientation, Solid
 pub use tree::MeshTriangle;
 pub use util::memory::OutOfMemory;
 
-/// Items that the Python package and the tests build on. They change without notice.
+/// Items that the Python package and the tests rely on. They may change without notice.
 #[doc(hidden)]
 pub mod internal {
     pub use crate::batch::rows::{Run, runs};

@@ -1,15 +1,15 @@
-//! Sorts points along a Morton curve, which keeps neighbours in space close together.
+//! Sorts points along a Morton curve, which keeps spatial neighbours close together.
 
 use crate::tree::Aabb;
 use crate::util::memory::{NoMemory, room};
 
-/// Up to this many points keep their order.
+/// Up to this many points are left unsorted.
 const FEW: usize = 16;
 
-/// Bits of a coordinate along the curve.
+/// The number of bits per coordinate.
 const BITS: u32 = 10;
 
-/// The indices of points along a Morton curve through a box and its surroundings.
+/// Returns the indices of points sorted along a Morton curve through a box and its surroundings.
 pub(crate) fn along_curve(
     around: &Aabb,
     count: usize,
@@ -23,30 +23,31 @@ pub(crate) fn along_curve(
     let cells = (1 << BITS) as f32;
     let places = [0, 1, 2].map(|axis| {
         let (lo, hi) = (around.lo[axis], around.hi[axis]);
-        // Twice the box, centred on it, so that points around it have their own cells, too.
+        // Use twice the box with the same centre, so that points around the box get their own
+        // cells, too.
         let size = 2.0 * (hi - lo);
         (lo - 0.25 * size, if size > 0.0 { cells / size } else { 0.0 })
     });
     let cell = |point: [f32; 3]| {
         let along = |axis: usize| {
             let (from, per_unit) = places[axis];
-            // Points outside the box, or not finite, go to the first or last cell.
+            // Points outside this range, or not finite, go to the first or last cell.
             let cell = ((point[axis] - from) * per_unit).clamp(0.0, cells - 1.0) as u32;
             spread(cell) << axis
         };
         along(0) | along(1) | along(2)
     };
     let mut order: Vec<u64> = room(count)?;
-    // The index in the low half breaks ties, so that the order is the same everywhere.
+    // The index in the low half breaks ties, so the order is deterministic.
     order.extend((0..count).map(|i| u64::from(cell(at(i))) << 32 | i as u64));
     order.sort_unstable();
     numbers.extend(order.into_iter().map(|place| place as u32));
     Ok(numbers)
 }
 
-/// The ten lowest bits, with two zeros between neighbours.
+/// Spreads the ten lowest bits, leaving two zeros between neighbours.
 fn spread(x: u32) -> u32 {
-    // Spreads the ten bits in four steps, leaving space for two others between them.
+    // Four steps, each of which splits the groups of bits further.
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;
     let x = (x | x << 4) & 0x030c_30c3;

@@ -1,5 +1,5 @@
-//! Which triangles a query considers. Filtering runs out of line, on candidate lanes only, so traversal is
-//! shared and unfiltered queries pay nothing.
+//! Selects which triangles a query considers. Filtering runs out of line, on candidate lanes only,
+//! so traversal is shared and unfiltered queries pay nothing.
 
 use std::fmt;
 
@@ -11,50 +11,51 @@ use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, PreparedRay, Ray, RayI
 use crate::tree::{Leaf, MeshTriangle, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// Which sides of triangles to consider.
+/// The sides of triangles to consider.
 ///
-/// A ray meets a triangle's front if it runs against the normal: seen from there, the corners run
-/// counter-clockwise. The sign of the direction along the normal decides, exactly and in every mode. If it is
-/// 0, the ray meets neither side.
+/// A ray hits the front of a triangle if it runs against the normal; seen from there, the corners
+/// run counter-clockwise. The sign of the direction along the normal is decided exactly in every
+/// mode. If it is 0, the ray hits neither side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Faces {
-    /// Either side.
+    /// Consider both sides.
     #[default]
     Both,
-    /// Only the front: back faces are culled.
+    /// Consider only front faces and cull back faces.
     Front,
-    /// Only the back: front faces are culled.
+    /// Consider only back faces and cull front faces.
     Back,
 }
 
 /// The triangles to consider for the rays of a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Selection<'a> {
-    /// A geometry is considered if this and its own mask have a bit in common.
+    /// A geometry is considered only if its own mask shares a bit with this one.
     pub(crate) mask: u32,
     pub(crate) faces: Faces,
-    /// The hits whose triangles each ray skips: one list per ray, or none.
+    /// Hits whose triangles are skipped: one list per ray, or none.
     pub(crate) skip: &'a [&'a [Hit]],
 }
 
 impl Selection<'_> {
-    /// All triangles.
+    /// Selects all triangles.
     pub(crate) const ALL: Selection<'static> =
         Selection { mask: u32::MAX, faces: Faces::Both, skip: &[] };
 }
 
-/// The filter of a traversal; `None` if all triangles are considered.
+/// The filter for a traversal, or `None` if all triangles are considered.
 pub(crate) type ActiveSelection<'a> = Option<TriangleFilter<'a>>;
 
-/// Whether to consider a triangle for a ray, given the ray's index in the query and the triangle's slot.
+/// Decides whether to consider a triangle for a ray, given the ray's index in the query and the
+/// triangle's slot.
 pub(crate) type Predicate<'a> = &'a (dyn Fn(usize, LeafSlot) -> bool + Sync);
 
-/// A selection, and a predicate that triangles must also satisfy.
+/// A selection, and an optional predicate that triangles must also satisfy.
 #[derive(Clone, Copy)]
 pub(crate) struct TriangleFilter<'a> {
     selection: Selection<'a>,
     predicate: Option<Predicate<'a>>,
-    /// The index in the query of the traversal's first ray.
+    /// The index of the traversal's first ray in the query.
     first: usize,
 }
 
@@ -65,11 +66,11 @@ impl fmt::Debug for TriangleFilter<'_> {
 }
 
 impl<'a> Selection<'a> {
-    /// The filter of a traversal, if it needs one.
+    /// Returns the filter for a traversal, if one is needed.
     #[inline(always)]
     pub(crate) fn active(self, tree: &Tree) -> ActiveSelection<'a> {
         let all = self.faces == Faces::Both && self.skip.is_empty();
-        // If nothing would be filtered out, `None` takes the path without filtering.
+        // If nothing would be filtered out, return `None` to take the path without filtering.
         if all && tree.geometries.all_have(self.mask) {
             None
         } else {
@@ -77,25 +78,25 @@ impl<'a> Selection<'a> {
         }
     }
 
-    /// The selection with a predicate.
+    /// Adds a predicate to the selection.
     pub(crate) fn filtered(self, predicate: Predicate<'a>) -> TriangleFilter<'a> {
         TriangleFilter { selection: self, predicate: Some(predicate), first: 0 }
     }
 }
 
 impl TriangleFilter<'_> {
-    /// The filter for some of the query's rays.
+    /// The filter for a range of the query's rays.
     pub(crate) fn part(self, from: usize, to: usize) -> Self {
         let Self { mut selection, first, .. } = self;
         if !selection.skip.is_empty() {
-            // The lists belong to rays by position, so they are split like the rays.
+            // Lists belong to rays by position, so slice them the same way as the rays.
             selection.skip = &selection.skip[from..to];
         }
         Self { selection, first: first + from, ..self }
     }
 
-    /// Offers the selected triangles of a leaf to the closest hit of a ray. A separate function, so that
-    /// traversal without a selection keeps its registers.
+    /// Offers the selected triangles of a leaf to the closest-hit search of a ray. This is a
+    /// separate function so that traversal without a selection keeps its registers.
     #[inline(always)]
     fn closest_in<S: Simd>(
         &self,
@@ -135,7 +136,7 @@ impl TriangleFilter<'_> {
         let counts = |&lane: &usize| {
             let slot = LeafSlot((8 * leaf + lane) as u32);
             let position = tree.index_of(slot);
-            // Cheap tests first; the predicate may be slow.
+            // Run cheap tests first; the predicate may be slow.
             tree.geometries.mask_of(position) & self.selection.mask != 0
                 && !is_among(tree, skipped, position)
                 && self.faces_count(resolver, tree, (id, ray), slot)
@@ -144,7 +145,7 @@ impl TriangleFilter<'_> {
         lanes_of(lanes).filter(counts).map(|lane| 1 << lane).sum()
     }
 
-    /// Whether the side that the ray meets is selected.
+    /// Returns whether the side that the ray hits is selected.
     fn faces_count(
         &self,
         resolver: Resolver<'_>,
@@ -161,14 +162,15 @@ impl TriangleFilter<'_> {
     }
 }
 
-/// Whether a triangle is one of the given hits.
+/// Returns whether a triangle belongs to one of the given hits.
 fn is_among(tree: &Tree, hits: &[Hit], position: TriangleId) -> bool {
-    // Hits identify a triangle by its geometry, leaves by its position among all.
+    // Hits identify a triangle by geometry and index, while leaves use its position among all
+    // triangles.
     let MeshTriangle { triangle, geometry } = tree.geometries.name(position);
     hits.iter().any(|hit| (hit.geometry, hit.triangle) == (geometry, triangle))
 }
 
-/// Offers the selected triangles of a leaf to the closest hit of a ray.
+/// Offers the selected triangles of a leaf to the closest-hit search of a ray.
 #[inline(always)]
 pub(crate) fn closest_in_leaf<S: Simd>(
     selection: &ActiveSelection<'_>,
@@ -185,7 +187,8 @@ pub(crate) fn closest_in_leaf<S: Simd>(
             let (find, first) = (|slot| tree.triangle_in(slot), LeafSlot(8 * leaf as u32));
             filter.closest_in::<S>(ray, block, indices, first, find, closest, counts);
         }
-        // Counts passed by reference would be kept in memory throughout the traversal.
+        // Pass local counts: counts passed by reference would stay in memory throughout the
+        // traversal.
         Some(selection) => {
             let mut some = Counts::default();
             selection.closest_in::<S>(tree, filter, ray, leaf, closest, &mut some);

@@ -1,5 +1,5 @@
-//! The costs of cutting a row of boxes in two, by the surface-area heuristic: the area of each side's box
-//! times the number of triangles in it.
+//! The surface-area heuristic (SAH) for splitting a row of boxes in two. A split costs the area of
+//! each side's box times the number of triangles on that side, summed over both sides.
 //!
 //! ```text
 //!   boxes   [0] [1] [2] [3] ... [14] [15]
@@ -13,7 +13,7 @@ use intertri::simd::{Lanes, Mask, Simd};
 /// The maximum number of boxes in a row.
 pub(super) const ROW: usize = 16;
 
-/// The costs of all cuts along all axes.
+/// The cost of every cut along each axis.
 pub(super) struct Cuts([[f32; ROW]; 3]);
 
 impl Cuts {
@@ -21,8 +21,8 @@ impl Cuts {
         Self([[f32::INFINITY; ROW]; 3])
     }
 
-    /// The costs of cutting before each of the boxes along an axis, given their numbers of triangles; infinite if
-    /// a side would be empty.
+    /// Computes the cost of cutting before each box along an axis. `counts` holds the number of
+    /// triangles in each box. A cut that leaves one side empty costs infinity.
     #[inline(always)]
     pub(super) fn sweep<S: Simd>(
         &mut self,
@@ -35,12 +35,13 @@ impl Cuts {
         let (boxes, counts) = (&boxes[..n], &counts[..n]);
         let scale = S::F32x4::splat(scale);
 
-        // Sizes of both sides, with the number of triangles in the fourth lane.
+        // The side lengths of both boxes, with the number of triangles in the fourth lane.
         let (mut left, mut right) = ([[0.0; 4]; ROW], [[0.0; 4]; ROW]);
-        // From the right end, the union of box i and all after it; then from the left end, of all before it.
+        // Sweep from the right end to join box i with all boxes after it, then from the left end to
+        // join all boxes before it.
         let (mut side, mut number) = (S::F32x8::splat(f32::NEG_INFINITY), 0);
         for i in (1..n).rev() {
-            // Lower sides are stored negated, so the union is one maximum.
+            // Lower bounds are stored negated, so a union takes a single `max`.
             side = side.max(S::F32x8::load(&boxes[i].0));
             number += counts[i];
             right[i] = sized::<S>(side, number, scale);
@@ -52,9 +53,10 @@ impl Cuts {
             left[i] = sized::<S>(side, number, scale);
         }
 
-        // Four cuts at a time. An empty side has an infinite area, which times 0 triangles is NaN.
+        // Evaluate four cuts at a time. An empty side has infinite area and 0 triangles, which
+        // multiply to NaN; the `select` below replaces that with infinity.
         for first in (0..n).step_by(4) {
-            // After the transpose, a register contains one length of four cuts.
+            // After the transpose, each register holds one component for four cuts.
             let rows = |sides: &[[f32; 4]; ROW]| {
                 let row = |i: usize| S::F32x4::load(&sides[first + i]);
                 S::transpose([row(0), row(1), row(2), row(3)])
@@ -68,7 +70,8 @@ impl Cuts {
         }
     }
 
-    /// The axis and the position of the cheapest cut; the first if several are equal, `None` if there is no cut.
+    /// Returns the axis and position of the cheapest cut, or `None` if no cut is possible. Ties go
+    /// to the first.
     #[inline(always)]
     pub(super) fn best<S: Simd>(&self) -> Option<(usize, usize)> {
         let [x, y, z] = &self.0;
@@ -78,12 +81,13 @@ impl Cuts {
         let bits = [x.le(least).bits(), y.le(least).bits(), z.le(least).bits()];
         let axis = (0..3).find(|&axis| bits[axis] != 0)?;
         let cut = bits[axis].trailing_zeros() as usize;
-        // Infinite if every cut has an empty side, that is, all centres are in one bin.
+        // The cost is infinite if every cut leaves a side empty, that is, if all centres fall into
+        // one bin.
         self.0[axis][cut].is_finite().then_some((axis, cut))
     }
 }
 
-/// The lengths of a box and the number of triangles in it.
+/// The side lengths of a box, followed by its number of triangles.
 #[inline(always)]
 fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
     let (mut sides, mut size) = (SimdAabb::EMPTY, [0.0; 4]);
@@ -111,7 +115,8 @@ mod tests {
         }
     }
 
-    /// Rows of every length, with some empty boxes, compared with areas and counts added up.
+    /// Tests rows of every length, including empty boxes, against areas and counts computed
+    /// directly.
     #[test]
     fn costs_are_areas_times_counts() {
         let mut random = random();

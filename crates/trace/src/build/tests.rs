@@ -6,7 +6,7 @@ use intertri::simd::Level;
 use intertri::{Mode, Ray, Triangle};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A small generator that produces the same numbers everywhere.
+/// A small random number generator that yields the same numbers on every platform.
 struct Random(u64);
 
 impl Random {
@@ -31,7 +31,7 @@ fn soup(count: usize, size: f32, scale: f32) -> Vec<Triangle> {
     (0..count).map(triangle).collect()
 }
 
-/// Small triangles; one in eight reaches far along an axis.
+/// Small triangles, of which every eighth is stretched far along one axis.
 fn room(count: usize) -> Vec<Triangle> {
     let mut triangles = soup(count, 0.01, 1.0);
     for (i, triangle) in triangles.iter_mut().enumerate().step_by(8) {
@@ -64,7 +64,7 @@ fn every_unit() {
     for exponent in [-149, -140, -126, -120, -70, 70, 120, 127] {
         let triangles = soup(5000, 0.1, (exponent as f32).exp2());
         let tree = checked(&triangles);
-        // The tree is equally good in any unit in which the numbers keep all their digits.
+        // Tree quality does not depend on the unit as long as coordinates keep all their bits.
         if exponent > -126 {
             assert!((tree.cost() / plain - 1.0).abs() < 0.01, "{exponent}: {}", tree.cost());
         }
@@ -81,7 +81,7 @@ fn extremes() {
     triangles.push(Triangle([[1e-45, -0.0, 0.0], [-1e-45, 0.0, -0.0], [1e-45, 1e-45, 0.0]]));
     triangles.push(Triangle([[m; 3]; 3]));
     assert!(checked(&triangles).cost().is_finite());
-    // Only the extremes.
+    // The extreme triangles alone.
     checked(&triangles[300..]);
     let corners = (0..5000_u32).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 0 { m } else { -m }));
     let small = |[x, y, z]: [f32; 3]| Triangle([[x, y, z], [x * 0.9, y, z], [x, y * 0.9, z]]);
@@ -104,18 +104,19 @@ fn triangles_that_are_never_hit_are_left_out() {
 #[test]
 fn triangles_at_one_place() {
     let t = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 4.0]]);
-    // In an axis-aligned plane, where boxes have no volume, and so small that they have no area.
+    // Degenerate cases: a triangle in an axis-aligned plane, whose box has no volume, and two that
+    // are so small that their boxes have practically no area.
     let flat = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 3.0]]);
     let speck =
         Triangle([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0_f32.next_up()], [1.0_f32.next_up(), 2.0, 3.0]]);
     let tiny = Triangle([[0.0; 3], [1e-44, 0.0, 0.0], [0.0, 1e-44, 0.0]]);
     for one in [t, flat, speck, tiny] {
         let tree = checked(&vec![one; 100_000]);
-        // Halves of full blocks, at best eight per node.
+        // Full blocks are split in half repeatedly, with at most eight children per node.
         assert!(tree.depth <= 17, "{}", tree.depth);
         assert!(tree.blocks.len() == 100_000 / 8, "{}", tree.blocks.len());
     }
-    // Boxes around one point, each inside the next.
+    // Nested boxes around a common point.
     let nested = |i: usize| {
         let r = i as f32;
         Triangle([[r, r, r], [-r, -r, -r], [r, -r, r]])
@@ -127,7 +128,8 @@ fn triangles_at_one_place() {
 fn triangles_on_a_line() {
     let along = |x: f32| Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]]);
     checked(&(1..10_000).map(|i| along(i as f32)).collect::<Vec<_>>());
-    // Each is twice as far out as the one before, so the heuristic would peel off one per cut.
+    // Each triangle is twice as far out as the previous one, so the heuristic would split off one
+    // at a time.
     let far = (0..250).map(|i| along((i as f32 - 125.0).exp2()));
     let tree = checked(&far.flat_map(|t| [t; 40]).collect::<Vec<_>>());
     assert!(tree.depth <= MAX_DEPTH);
@@ -197,13 +199,14 @@ fn errors_are_for_people() {
     assert!(text.contains("2147483648") && text.contains("2147483647"), "{text}");
 }
 
-/// Compared with a plain loop: as built, moved and back, saved and loaded.
+/// Compares queries with a brute-force loop: as built, after refitting there and back, and after
+/// saving and loading.
 #[test]
 fn moved_parts_change_no_answer() {
     let (triangles, mut random) = (room(20_000), Random(7));
     let mode = Mode::exact();
     let mut bvh = Bvh::new(&triangles).expect("few enough");
-    // From anywhere toward the centre of a triangle.
+    // Rays from random points toward the centres of triangles.
     let rays: Vec<Ray> = (0..400)
         .map(|i| {
             let [a, b, c] = triangles[i * 49].0;

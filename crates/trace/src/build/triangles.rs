@@ -1,4 +1,4 @@
-//! The triangles that a hierarchy is built over: f32 triangles, or copies of f64 triangles.
+//! The triangles to build a hierarchy over: f32 triangles, or f32 copies of f64 triangles.
 
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Triangle, TriangleBlock};
@@ -6,16 +6,17 @@ use intertri::{Triangle, TriangleBlock};
 use crate::tree::{BLOCK, HitBounds, LaneBounds, LeafBounds, NONE, hit_bounds};
 use crate::util::lane_ops::lanes_of;
 
-/// The triangles that a hierarchy is built over.
+/// A source of triangles to build a hierarchy over.
 pub(crate) trait Triangles: Sync {
     /// The number of triangles.
     fn count(&self) -> usize;
     /// The box in which a triangle can be hit.
     fn hit_bounds(&self, i: usize) -> HitBounds;
-    /// The triangles of a leaf, side by side.
+    /// The triangles of a leaf in structure-of-arrays layout.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
-    /// The triangles of a leaf after a refit, with dead lanes for those that cannot be hit in a box; and the
-    /// box around all others and those without area, which keep their corners.
+    /// The triangles of a leaf after a refit, and their bounds. A triangle that cannot be hit
+    /// inside a box gets a dead lane. The bounds cover all other triangles and those without area,
+    /// which keep their corners.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
@@ -41,7 +42,7 @@ impl Triangles for [Triangle] {
     }
 }
 
-/// Loads the triangles of a leaf side by side.
+/// Packs the triangles of a leaf into lanes.
 struct SideBySide<'a> {
     triangles: &'a [Triangle],
     indices: &'a [u32; BLOCK],
@@ -61,7 +62,7 @@ impl WithSimd for SideBySide<'_> {
     }
 }
 
-/// Loads the triangles of a leaf at their new positions, with the box around them.
+/// Packs the triangles of a leaf at their new positions and computes their bounds.
 struct Moved<'a> {
     triangles: &'a [Triangle],
     indices: &'a [u32; BLOCK],
@@ -72,7 +73,7 @@ impl WithSimd for Moved<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
-        // Corners go straight into lanes: a refit runs this for every leaf.
+        // Write corners straight into lanes, because a refit runs this for every leaf.
         let (mut corners, mut lanes) = ([[[0.0; 8]; 3]; 3], 0);
         for (lane, &index) in self.indices.iter().enumerate() {
             if index == NONE {
@@ -93,8 +94,9 @@ impl WithSimd for Moved<'_> {
     }
 }
 
-/// Fills the lanes without a triangle with one that can be hit, or with any triangle that has an area. A
-/// filler without area would be loaded from a saved hierarchy as a triangle of its own.
+/// Fills the lanes that hold no triangle with a copy of one that can be hit, or, if there is none,
+/// with a dummy triangle that has an area. Without an area, the filler would be mistaken for a real
+/// triangle when a saved hierarchy is loaded.
 fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let absent = 0xff & !present;
     if absent == 0 {
@@ -103,7 +105,7 @@ fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let from = lanes_of(live).next();
     for (k, rows) in corners.iter_mut().enumerate() {
         for (axis, row) in rows.iter_mut().enumerate() {
-            // If no triangle is live, use corners at 1 on each axis, which span an area.
+            // If no triangle is live, use the corner at 1 on each axis; these three span an area.
             let x = from.map_or(if k == axis { 1.0 } else { 0.0 }, |from| row[from]);
             lanes_of(absent).for_each(|lane| row[lane] = x);
         }

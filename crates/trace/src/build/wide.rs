@@ -1,4 +1,4 @@
-//! Writes the nodes and blocks of the plan, from the root down.
+//! Writes the nodes and blocks of the planned wide tree, from the root down.
 
 use super::binary::{Binary, Subtree};
 use super::layout::Layout;
@@ -6,10 +6,10 @@ use crate::tree::{Aabb, BLOCK, EMPTY, LEAF, NONE, Node};
 use crate::util::memory::NoMemory;
 use crate::util::threads::join;
 
-/// Each subtree with fewer triangles than this is written by one thread.
+/// Subtrees with fewer triangles than this are each written by a single thread.
 const PART: usize = 1 << 14;
 
-/// A node still to be written: its subtree, its index, and its number of ancestors.
+/// A node still to be written: its subtree, its index, and its depth, where the root has depth 1.
 #[derive(Clone, Copy)]
 struct Task {
     part: Subtree,
@@ -19,20 +19,22 @@ struct Task {
 
 /// Writes the wide tree.
 pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
-    // Write the top first, then the subtrees below it in parallel, each as a separate tree.
+    // Write the top of the tree first, then the subtrees below it in parallel, each as a separate
+    // tree.
     let mut below = Vec::new();
     let mut tree = write_part(binary, binary.root(), Some(&mut below))?;
     let parts = in_parts(binary, &below)?;
     tree.nodes.try_reserve_exact(parts.iter().map(|part| part.nodes.len()).sum())?;
     tree.blocks.try_reserve_exact(parts.iter().map(|part| part.blocks.len()).sum())?;
 
-    // The root of each goes into the gap that the top left for it, the rest to the end.
+    // The root of each subtree fills the gap that was reserved for it; its other nodes are
+    // appended.
     for (task, part) in below.iter().zip(parts) {
         let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
         let mut moved = part.nodes.into_iter().map(|mut node| {
             for child in node.children_mut().iter_mut().filter(|child| **child != EMPTY) {
-                // Each part numbers its nodes and blocks from 0. Its root moves into the gap, so its nodes shift by one
-                // less.
+                // Each part numbers its nodes and blocks from 0. Its root moves into the gap, so
+                // its other nodes shift by one less.
                 *child += if *child & LEAF != 0 { blocks } else { nodes };
             }
             node
@@ -47,7 +49,7 @@ pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
     Ok(tree)
 }
 
-/// The trees of several parts.
+/// Writes several parts in parallel.
 fn in_parts(binary: &Binary, tasks: &[Task]) -> Result<Vec<Layout>, NoMemory> {
     if let [] | [_] = tasks {
         return tasks.iter().map(|task| write_part(binary, task.part, None)).collect();
@@ -59,7 +61,8 @@ fn in_parts(binary: &Binary, tasks: &[Task]) -> Result<Vec<Layout>, NoMemory> {
     Ok(a)
 }
 
-/// Writes the wide tree of a subtree; subtrees smaller than a [`PART`] go to `below`, if given.
+/// Writes the wide tree of a subtree. If `below` is given, subtrees smaller than [`PART`] are
+/// pushed there instead.
 fn write_part(
     binary: &Binary,
     root: Subtree,
@@ -68,7 +71,7 @@ fn write_part(
     let mut tree = Layout::empty();
     let mut tasks = vec![Task { part: root, index: 0, depth: 1 }];
     while let Some(task) = tasks.pop() {
-        // Small subtrees are left to other threads; the top leaves a gap for the root of each.
+        // Leave small subtrees to other threads and reserve a node for the root of each.
         if let Some(below) = &mut below
             && task.part.count < PART
         {
@@ -81,8 +84,8 @@ fn write_part(
         let boxes: [Aabb; 8] =
             std::array::from_fn(|i| children.get(i).map_or(Aabb::EMPTY, |c| binary.bounds(*c)));
         let slots = slots(&boxes[..count]);
-        // Blocks are written now, next to each other; nodes get adjacent indices and are filled later,
-        // starting with the first.
+        // Write blocks now, so that siblings are adjacent. Nodes get adjacent indices too, but are
+        // filled later, first child first.
         tree.nodes.try_reserve(count)?;
         tree.blocks.try_reserve(count)?;
         let first = tree.nodes.len();
@@ -103,27 +106,29 @@ fn write_part(
             index: first + k,
             depth: task.depth + 1,
         }));
-        // The first child is popped next, so nodes are in memory in the order in which rays visit them.
+        // The first child is popped next, so nodes end up in memory in the order in which rays
+        // visit them.
         tasks[start..].reverse();
     }
     Ok(tree)
 }
 
-/// The children of the wide node over a subtree, by the plan.
+/// The children of the wide node above a subtree, as planned.
 fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     let mut out = [root; 8];
-    // Only the root of the whole tree can be a block; it becomes the one child.
+    // Only the root of the whole tree can itself be a block; it becomes the only child.
     if binary.is_block(root) {
         return (out, 1);
     }
-    // Divide the eight slots depth first. Each waiting subtree has at least one slot, so at most 8 wait.
+    // Divide the eight slots depth first. Every waiting subtree is entitled to at least one slot,
+    // so at most eight wait at a time.
     let mut count = 0;
     let mut waiting = [(root, 0); 8];
     let mut n = share(binary, root, 8, &mut waiting, 0);
     while n > 0 {
         n -= 1;
         let (part, places) = waiting[n];
-        // Fewer slots may cost no more than all of them.
+        // If fewer slots cost no more, use fewer.
         let plan = binary.plan(part);
         let places = (2..=places).rev().find(|&i| plan.is_some_and(|p| p.left(i) > 0));
         if let Some(places) = places {
@@ -136,7 +141,7 @@ fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     (out, count)
 }
 
-/// Pushes the two sides of a subtree onto the waiting list, the left one on top.
+/// Pushes both sides of a subtree onto the waiting list, with the left side on top.
 fn share(
     binary: &Binary,
     part: Subtree,
@@ -146,13 +151,13 @@ fn share(
 ) -> usize {
     let left = binary.plan(part).map_or(0, |p| p.left(places));
     let [a, b] = binary.sides(part);
-    // The left side is pushed last and divided first, so children come out from left to right.
+    // The left side is pushed last and split first, so children come out in left-to-right order.
     waiting[n] = (b, places - left);
     waiting[n + 1] = (a, left);
     n + 2
 }
 
-/// The indices of a subtree's triangles, ascending.
+/// The indices of a subtree's triangles in ascending order.
 fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
     let mut block = [NONE; BLOCK];
     for (to, r) in block.iter_mut().zip(&binary.refs[part.first..part.first + part.count]) {
@@ -162,7 +167,7 @@ fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
     block
 }
 
-/// The node over up to eight numbered boxes, each of which is a leaf.
+/// Builds a node over up to eight numbered boxes, each of which is a leaf.
 pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
     let all: [Aabb; 8] =
         std::array::from_fn(|i| boxes.get(i).map_or(Aabb::EMPTY, |(bounds, _)| *bounds));
@@ -174,9 +179,9 @@ pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
     node
 }
 
-/// A slot for each child, by octant: rays of octant `s` look at slot `s` first, so it gets the child that is
-/// farthest toward the side where those rays come from. The pair of child and slot with the largest
-/// difference is chosen first, as by Ylitie, Karras and Laine (2017, section 3.3).
+/// Assigns a slot to each child by octant. Rays of octant `s` visit slot `s` first, so that slot
+/// gets the child closest to where those rays come from. Greedily picks the pair of child and slot
+/// with the largest difference, as in Ylitie, Karras, and Laine (2017, section 3.3).
 fn slots(boxes: &[Aabb]) -> [usize; 8] {
     let mut all = Aabb::EMPTY;
     for b in boxes {
@@ -184,11 +189,11 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
     }
     let scale = all.scale();
     let middle = all.centre(scale);
-    // The position of each child along the mean direction of each slot's rays.
+    // The position of each child along the mean ray direction of each slot.
     let mut along = [[0.0; 8]; 8];
     for (row, b) in along.iter_mut().zip(boxes) {
-        // Slot bits are signs of the direction: rays of octant o look at slot o first, so it should contain
-        // the child that is farthest against their direction.
+        // The bits of a slot are the signs of the direction: rays of octant o visit slot o first,
+        // so it should hold the child that is farthest against their direction.
         let c = b.centre(scale);
         let [x, y, z] = [c[0] - middle[0], c[1] - middle[1], c[2] - middle[2]];
         *row = [
@@ -209,7 +214,7 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
         let (mut least, mut best) = (f32::INFINITY, (waiting.trailing_zeros() as usize, 0));
         for child in (0..boxes.len()).filter(|c| waiting >> c & 1 == 1) {
             for slot in 0..8 {
-                // Greedy: the best pair of a child and a slot is taken, then the best of the rest.
+                // Greedy: take the best pair of a child and a slot, then the best of the rest.
                 if open[slot] && along[child][slot] < least {
                     (least, best) = (along[child][slot], (child, slot));
                 }

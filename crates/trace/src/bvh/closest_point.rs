@@ -1,4 +1,4 @@
-//! The closest point of the mesh, for one point or many.
+//! Closest-point queries for one point or many.
 
 use intertri::Counts;
 
@@ -8,13 +8,14 @@ use crate::nearest::ClosestPoint;
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
-    /// The point of the mesh that is closest to a given point, unless its
-    /// [`distance`](ClosestPoint::distance) exceeds `radius`, which may be infinite. There is none if the
-    /// radius is negative or NaN. Masks of geometries have no effect.
+    /// Returns the point of the mesh that is closest to a given point, or `None` if its
+    /// [`distance`](ClosestPoint::distance) exceeds `radius`, which may be infinite. A negative or
+    /// NaN radius yields `None`. Geometry masks have no effect.
     ///
-    /// The triangle is truly the closest; if several are equally close, as neighbours often are, the lowest
-    /// index wins. A triangle without area counts as the segment or the point that its corners span; one with
-    /// a corner that is not finite is ignored. A point that is not finite has no closest point.
+    /// The triangle found is truly the closest. If several are equally close, as neighbours often
+    /// are, the lowest index wins. A triangle without area counts as the segment or point that its
+    /// corners span. Triangles with a non-finite corner are ignored, and a non-finite point has no
+    /// closest point.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -32,15 +33,15 @@ impl<S: BvhScalar> Bvh<S> {
         answer[0].some()
     }
 
-    /// [`Bvh::closest_point`] for many points, on all threads; [`ClosestPoint::NONE`] for a point without
-    /// one.
+    /// Calls [`Bvh::closest_point`] for many points, on all threads. A point without a closest
+    /// point yields [`ClosestPoint::NONE`].
     pub fn closest_point_batch(&self, points: &[[S; 3]], radius: f64) -> Vec<ClosestPoint> {
         let mut closest = vec![ClosestPoint::NONE; points.len()];
         self.closest_point_batch_into(points, radius, &mut closest);
         closest
     }
 
-    /// [`Bvh::closest_point_batch`] into a slice.
+    /// Like [`Bvh::closest_point_batch`], but writes the results to a slice.
     ///
     /// # Panics
     /// Panics if the slices differ in length.

@@ -1,4 +1,4 @@
-//! Meshes given by vertices and indices.
+//! Meshes in indexed form: vertices plus three vertex indices per triangle.
 
 use intertri::{Scalar, TriangleOf};
 
@@ -10,7 +10,7 @@ use crate::tree::Tree;
 use crate::util::memory::NoMemory;
 use crate::util::threads;
 
-/// A mesh given by its vertices and, for each triangle, three vertex indices.
+/// A mesh in indexed form: vertices, and three vertex indices per triangle.
 ///
 /// ```
 /// use intertri_trace::{Bvh, IndexedMesh};
@@ -23,11 +23,11 @@ use crate::util::threads;
 pub struct IndexedMesh<'a, S = f32> {
     /// The vertices.
     pub vertices: &'a [[S; 3]],
-    /// The corners of each triangle.
+    /// The vertex indices of each triangle.
     pub indices: &'a [[u32; 3]],
 }
 
-/// An index that is out of bounds.
+/// A vertex index that is out of bounds.
 pub(crate) struct BadIndex {
     pub(crate) triangle: usize,
     pub(crate) index: u32,
@@ -37,7 +37,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles that share vertices.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds, there are 2^31 triangles or more, or too little memory.
+    /// Fails if an index is out of bounds, if there are 2^31 triangles or more, or if memory runs
+    /// out.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -52,17 +53,18 @@ impl<S: BvhScalar> Bvh<S> {
     pub fn from_indexed(vertices: &[[S; 3]], indices: &[[u32; 3]]) -> Result<Self, BuildError> {
         let mesh = IndexedMesh { vertices, indices };
         Tree::check_count(indices.len())?;
-        // Before any look-up by index, which would panic.
+        // Check all indices first, because an invalid one would panic below.
         check(&mesh).map_err(|bad| bad.into_build_error(0, vertices.len()))?;
         let corners = threads::each(indices.len(), |i| mesh.triangle(i));
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count: indices.len() };
         Self::new(&corners.map_err(out_of_memory)?)
     }
 
-    /// [`Bvh::from_meshes`] for meshes given by vertices and indices.
+    /// Like [`Bvh::from_meshes`], but for indexed meshes.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds, there are 2^31 triangles or more, or too little memory.
+    /// Fails if an index is out of bounds, if there are 2^31 triangles or more, or if memory runs
+    /// out.
     ///
     /// See [`IndexedMesh`] for an example.
     pub fn from_indexed_meshes(meshes: &[IndexedMesh<'_, S>]) -> Result<Self, BuildError> {
@@ -77,11 +79,11 @@ impl<S: BvhScalar> Bvh<S> {
         Self::of_geometries(&corners, meshes.iter().map(|mesh| mesh.indices.len()))
     }
 
-    /// [`Bvh::refit`] to vertices that have moved.
+    /// Like [`Bvh::refit`], but takes the new vertices of an indexed mesh.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds or the number of triangles differs; then nothing has changed. Also
-    /// fails if there is too little memory; the hierarchy is then empty.
+    /// Fails if an index is out of bounds or the number of triangles differs; the hierarchy is then
+    /// unchanged. Also fails if there is too little memory; the hierarchy is then empty.
     pub fn refit_indexed(
         &mut self,
         vertices: &[[S; 3]],
@@ -99,7 +101,7 @@ impl<S: BvhScalar> Bvh<S> {
 }
 
 impl<S: Scalar> IndexedMesh<'_, S> {
-    /// A triangle whose indices were checked.
+    /// Looks up a triangle. Its indices must have been checked.
     fn triangle(&self, i: usize) -> TriangleOf<S> {
         TriangleOf(self.indices[i].map(|index| self.vertices[index as usize]))
     }

@@ -1,7 +1,7 @@
-//! The triangle of a hit, and rays that leave it.
+//! Looks up the triangle of a hit and spawns secondary rays.
 //!
-//! Leaves store the indices of their triangles, but not the other way round. The inverse is a table of 4
-//! bytes per triangle, created on first use.
+//! Leaves store the indices of their triangles. The inverse mapping is a table of 4 bytes per
+//! triangle, created on first use.
 
 use intertri::{Hit, LeafSlot, RayOf, TriangleId, TriangleOf};
 
@@ -10,14 +10,15 @@ use crate::scalar::BvhScalar;
 use crate::tree::MeshTriangle;
 use crate::util::lane_ops::lanes_of;
 
-/// The slot of a triangle that is not stored because a corner is not finite.
+/// Marks a triangle that is not stored because one of its corners is not finite.
 const NOWHERE: LeafSlot = LeafSlot(u32::MAX);
 
-/// The triangle, normal and secondary rays of a hit.
+/// Looks up a hit's triangle and normal, and spawns secondary rays.
 ///
-/// The first of these calls creates a table of 4 bytes per triangle, so it takes longer than later ones.
+/// The first call to any of these methods creates a table of 4 bytes per triangle, so it is slower
+/// than later calls.
 impl<S: BvhScalar> Bvh<S> {
-    /// The triangle of a hit; `None` for a miss or an unknown triangle.
+    /// Returns the triangle of a hit, or `None` for a miss or an unknown triangle.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::{Hit, Ray, Triangle}};
@@ -35,13 +36,14 @@ impl<S: BvhScalar> Bvh<S> {
         (slot != NOWHERE).then(|| self.triangle_in(slot))
     }
 
-    /// The normal of a hit's triangle, not normalized: [`TriangleOf::normal`].
+    /// Returns the normal of a hit's triangle, which is not normalized; see [`TriangleOf::normal`].
     pub fn normal(&self, hit: &Hit) -> Option<[f64; 3]> {
         self.triangle(hit).map(|triangle| triangle.normal())
     }
 
-    /// A ray from a hit in any direction that never hits the triangle it starts from:
-    /// [`spawn_ray`](intertri::spawn_ray). From a miss, it is a ray that hits nothing, whatever its interval.
+    /// Creates a ray that starts at a hit and never hits the triangle it starts from; see
+    /// [`spawn_ray`](intertri::spawn_ray). For a miss, the returned ray hits nothing, whatever its
+    /// interval.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::{Ray, Triangle}};
@@ -59,7 +61,7 @@ impl<S: BvhScalar> Bvh<S> {
         }
     }
 
-    /// A ray from a hit to a point, such as a light, which is at `t = 1`:
+    /// Creates a ray from a hit to a point, such as a light, at `t = 1`; see
     /// [`spawn_ray_to`](intertri::spawn_ray_to).
     pub fn spawn_ray_to(&self, hit: &Hit, point: [S; 3]) -> RayOf<S> {
         match self.triangle(hit) {
@@ -68,14 +70,15 @@ impl<S: BvhScalar> Bvh<S> {
         }
     }
 
-    /// The distance from a hit to the next triangle against the normal: the thickness of a solid there, if
-    /// its corners run counter-clockwise as seen from outside. The hit's own triangle does not count. `None`
-    /// if nothing is behind it, for a miss, and if the triangle has no area. The start is the hit's point
-    /// after rounding, as for [`Bvh::spawn_ray`].
+    /// Returns the thickness of a solid at a hit: the distance to the next triangle in the
+    /// direction opposite to the normal. Corners must run counter-clockwise as seen from outside.
+    /// The hit's own triangle does not count. Returns `None` for a miss, if nothing is behind the
+    /// hit, or if the triangle has no area. As with [`Bvh::spawn_ray`], the ray starts at the
+    /// rounded hit point.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::{Ray, Triangle}};
-    /// // The two sides of a plate; their normals lead out of it.
+    /// // The two sides of a plate, with normals that point outward.
     /// let top = Triangle::new([0.0, 0.0, 5.0], [4.0, 0.0, 5.0], [0.0, 4.0, 5.0]);
     /// let bottom = Triangle::new([0.0, 0.0, 4.5], [0.0, 4.0, 4.5], [4.0, 0.0, 4.5]);
     /// let bvh = Bvh::new(&[top, bottom])?;
@@ -85,7 +88,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     pub fn thickness(&self, hit: &Hit) -> Option<f64> {
         let normal = self.normal(hit)?;
-        // Scaled first, so that no square is too large or too small.
+        // Scale first so that no square overflows or underflows.
         let most = normal.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let normal = normal.map(|x| x / most);
         let size = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -94,13 +97,13 @@ impl<S: BvhScalar> Bvh<S> {
         Some(self.closest(&self.spawn_ray(hit, inward))?.t * length)
     }
 
-    /// The slot of each triangle, by its position.
+    /// The slot of each triangle, indexed by the triangle's position.
     fn slots(&self) -> &[LeafSlot] {
         self.slots.get_or_init(|| {
             let mut slots = vec![NOWHERE; self.tree.triangles];
             for (i, leaf) in self.tree.leaves.iter().enumerate() {
-                // A refitted triangle may be in two leaves and dead in one of them; only the leaf where it is
-                // present counts.
+                // After a refit, a triangle may occur in two leaves and be dead in one of them.
+                // Only the leaf in which it is present counts.
                 for lane in lanes_of(self.tree.present(i)) {
                     slots[leaf.indices[lane] as usize] = LeafSlot((8 * i + lane) as u32);
                 }

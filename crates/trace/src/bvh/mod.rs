@@ -1,4 +1,4 @@
-//! The public `Bvh<S>`: building it, and looking up its triangles.
+//! The public `Bvh<S>`: how it is built and how to look up its triangles.
 
 mod closest_point;
 mod indexed;
@@ -20,9 +20,9 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 
 /// A bounding volume hierarchy over triangles.
 ///
-/// Its answers equal those of a plain loop over all triangles, index and bits of t: they depend neither on
-/// the hierarchy nor on the number of threads. Trace rays with its shortcuts, or with a [`query`](Bvh::query)
-/// with your own settings.
+/// Queries return exactly what a plain loop over all triangles would, down to the index and the
+/// bits of t, regardless of the hierarchy and the number of threads. Trace rays with the shortcut
+/// methods, or create a [`query`](Bvh::query) with your own settings.
 ///
 /// ```
 /// use intertri_trace::Bvh;
@@ -35,10 +35,11 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 /// # Ok::<(), intertri_trace::BuildError>(())
 /// ```
 ///
-/// Over [`Triangle64`](type@intertri::Triangle64) it is a `Bvh<f64>`, takes [`Ray64`](intertri::Ray64), and
-/// its answers are right for these coordinates. Traversal uses f32 copies relative to the scene's centre. The
-/// originals decide where the copies cannot, and determine t, u and v. They take 72 more bytes per triangle.
-/// Hits are always decided exactly.
+/// A hierarchy over [`Triangle64`](type@intertri::Triangle64) is a `Bvh<f64>`. It takes
+/// [`Ray64`](intertri::Ray64), and its results are correct for the f64 coordinates. Traversal uses
+/// f32 copies relative to the scene's centre. The originals, which take another 72 bytes per
+/// triangle, decide where the copies cannot, and determine t, u, and v. Hits are always decided
+/// exactly.
 ///
 /// ```
 /// use intertri_trace::Bvh;
@@ -64,17 +65,17 @@ impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles, which keep their indices.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or if memory runs out.
     pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
         Self::with_progress(triangles, &|_, _| ())
     }
 
-    /// Builds a hierarchy over several meshes: each is a geometry, numbered in order. A hit has the number of
-    /// its geometry and of the triangle within it. If two hits have the same t, the lower geometry wins, then
-    /// the lower triangle.
+    /// Builds a hierarchy over several meshes. Each mesh is a geometry, numbered in order. A hit
+    /// reports the geometry and the triangle's index within it. If two hits have the same t, the
+    /// lower geometry wins, then the lower triangle.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or if memory runs out.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -87,7 +88,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     pub fn from_meshes(meshes: &[&[TriangleOf<S>]]) -> Result<Self, BuildError> {
         let count = meshes.iter().map(|mesh| mesh.len()).sum();
-        // Checked first, so that too many triangles are an error and not a huge allocation.
+        // Check the count first, so that too many triangles produce an error and not a huge
+        // allocation.
         Tree::check_count(count)?;
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count };
         let mut all = room(count).map_err(out_of_memory)?;
@@ -103,7 +105,7 @@ impl<S: BvhScalar> Bvh<S> {
         counts: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Result<Self, BuildError> {
         let count = triangles.len();
-        // Allocated before the tree is built, which takes much longer: if the table does not fit, this fails
+        // Allocate the table before the much slower tree build, so that running out of memory fails
         // early.
         let geometries =
             Geometries::of(counts).map_err(|NoMemory| BuildError::OutOfMemory { count })?;
@@ -112,11 +114,11 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(bvh)
     }
 
-    /// Like [`Bvh::new`], but occasionally calls `progress` with the number of triangles that are done, and
-    /// their total. The calls may come from any thread and out of order.
+    /// Like [`Bvh::new`], but occasionally calls `progress` with the number of triangles that are
+    /// done and the total. Calls may arrive from any thread and out of order.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or if memory runs out.
     pub fn with_progress(
         triangles: &[TriangleOf<S>],
         progress: Progress<'_>,
@@ -127,11 +129,11 @@ impl<S: BvhScalar> Bvh<S> {
 
     /// Combines a tree and the data stored with it.
     fn of_parts(tree: Tree, originals: S::Originals) -> Self {
-        // The table of slots is created by the first call that needs it; most programs never do.
+        // The slot table is created by the first call that needs it; most programs never do.
         Self { tree, originals, slots: OnceLock::new() }
     }
 
-    /// A copy, as from [`Clone`], but returns an error if there is too little memory.
+    /// Like [`Clone::clone`], but returns an error if there is too little memory.
     ///
     /// # Errors
     /// Fails if there is too little memory.
@@ -149,18 +151,18 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// The number of triangles it was built over.
+    /// The number of triangles the hierarchy was built over.
     pub fn len(&self) -> usize {
         self.tree.triangles
     }
 
-    /// Whether it was built over no triangles.
+    /// Returns whether the hierarchy was built over no triangles.
     pub fn is_empty(&self) -> bool {
         self.tree.triangles == 0
     }
 
-    /// The smallest and largest corner of the box around all triangles that can be hit; `None` if there are
-    /// none. Visits each of them.
+    /// The smallest and largest corners of the bounding box of all triangles that can be hit, or
+    /// `None` if there are no such triangles. Visits every triangle.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -171,7 +173,7 @@ impl<S: BvhScalar> Bvh<S> {
     pub fn bounds(&self) -> Option<[[S; 3]; 2]> {
         let mut all: Option<[[S; 3]; 2]> = None;
         for (leaf, first) in self.tree.leaves.iter().zip((0..).step_by(8)) {
-            // Only live lanes: triangles that cannot be hit do not count.
+            // Consider only live lanes, because triangles that cannot be hit do not count.
             for lane in lanes_of(leaf.block.live()) {
                 for corner in self.triangle_in(LeafSlot(first + lane as u32)).0 {
                     all = Some(joined(all, corner));
@@ -181,12 +183,13 @@ impl<S: BvhScalar> Bvh<S> {
         all
     }
 
-    /// The number of geometries: the meshes of [`Bvh::from_meshes`], otherwise 1.
+    /// The number of geometries: one per mesh passed to [`Bvh::from_meshes`], otherwise 1.
     pub fn geometries(&self) -> usize {
         self.tree.geometries.count()
     }
 
-    /// Merges all geometries into one, which every mask selects: hits number triangles across all meshes.
+    /// Merges all geometries into one that is selected by every mask. Hits then number triangles
+    /// across all meshes.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -202,10 +205,10 @@ impl<S: BvhScalar> Bvh<S> {
         self
     }
 
-    /// Sets the mask of a geometry: 32 bits whose meaning you choose; at first all are set. A ray query
-    /// considers a geometry if its mask and the [query's](crate::Query::mask) have a bit in common, so one
-    /// whose mask is 0 is never considered. Closest points and [`Solid`](crate::Solid) consider all
-    /// triangles, whatever their masks.
+    /// Sets the mask of a geometry: 32 bits whose meaning you choose. Initially, all bits are set.
+    /// A ray query considers a geometry only if its mask shares a bit with the [query's
+    /// mask](crate::Query::mask), so a geometry with mask 0 is never considered. Closest-point
+    /// queries and [`Solid`](crate::Solid) ignore masks.
     ///
     /// See [`Query::mask`](crate::Query::mask) for an example.
     ///
@@ -223,8 +226,8 @@ impl<S: BvhScalar> Bvh<S> {
 }
 
 impl<S: BvhScalar> Bvh<S> {
-    /// The triangles in their original order. Those with a corner that is not finite are not stored: here all
-    /// their coordinates are NaN.
+    /// Returns the triangles in their original order. Triangles with a non-finite corner are not
+    /// stored, so all their coordinates are NaN.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -236,19 +239,20 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     ///
     /// # Panics
-    /// Panics if there is too little memory for them.
+    /// Panics if there is too little memory for the triangles.
     pub fn to_triangles(&self) -> Vec<TriangleOf<S>> {
         self.try_to_triangles().expect("memory for the triangles of a hierarchy")
     }
 
-    /// [`Bvh::to_triangles`], or an error if there is too little memory.
+    /// Like [`Bvh::to_triangles`], but returns an error if there is too little memory.
     #[doc(hidden)]
     pub fn try_to_triangles(&self) -> Result<Vec<TriangleOf<S>>, OutOfMemory> {
         let nothing = TriangleOf([[S::from(f32::NAN); 3]; 3]);
         let mut triangles = filled(self.tree.triangles, nothing)?;
         for (i, leaf) in self.tree.leaves.iter().enumerate() {
             for lane in lanes_of(self.tree.present(i)) {
-                // Leaves know their triangles' indices. Triangles in no leaf were not finite, and stay NaN.
+                // Leaves store the indices of their triangles. Triangles in no leaf were not
+                // finite, so they stay NaN.
                 triangles[leaf.indices[lane] as usize] =
                     self.triangle_in(LeafSlot((8 * i + lane) as u32));
             }
@@ -257,7 +261,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// A box extended by a point.
+/// Extends a box to include a point.
 fn joined<S: Scalar>(all: Option<[[S; 3]; 2]>, point: [S; 3]) -> [[S; 3]; 2] {
     let [mut lo, mut hi] = all.unwrap_or([point; 2]);
     for k in 0..3 {

@@ -1,4 +1,4 @@
-//! Refits the hierarchy to triangles that have moved.
+//! Refits the hierarchy after its triangles have moved.
 
 use intertri::TriangleOf;
 
@@ -7,16 +7,17 @@ use crate::refit::{Refit, RefitError};
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
-    /// Moves the triangles. Pass the new corners of all of them, in the original order. The tree keeps its
-    /// structure, and its boxes are fitted to the corners, on all threads.
+    /// Moves the triangles. Pass the new corners of all triangles in the original order. The tree
+    /// keeps its structure; its boxes are recomputed on all threads.
     ///
-    /// Answers are those of a newly built hierarchy, bit for bit. A refit takes a small part of the time of a
-    /// build, but the more the triangles move relative to each other, the slower rays become; [`Refit`] shows
-    /// how worn the tree is. Triangles may lose their area or stop being finite, and recover later.
+    /// Query results are bit for bit those of a newly built hierarchy. Refitting takes a small
+    /// fraction of the time of a build, but the more the triangles move relative to each other, the
+    /// slower tracing becomes; [`Refit`] shows how much the tree has degraded. Triangles may lose
+    /// their area or stop being finite, and recover later.
     ///
     /// # Errors
-    /// Fails if the number of triangles differs; then nothing has changed. Also fails if there is too little
-    /// memory; the hierarchy is then empty.
+    /// Fails if the number of triangles differs; the hierarchy is then unchanged. Also fails if
+    /// there is too little memory; the hierarchy is then empty.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -31,7 +32,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn refit(&mut self, triangles: &[TriangleOf<S>]) -> Result<Refit, RefitError> {
-        // Triangles may move to other leaves, so the table is recreated when it is needed.
+        // Triangles may move to other leaves, so drop the table; it is recreated when needed.
         self.slots.take();
         S::refit(&mut self.tree, &mut self.originals, triangles)
     }

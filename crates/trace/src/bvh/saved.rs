@@ -1,4 +1,4 @@
-//! Saves and loads the hierarchy.
+//! Saving and loading the hierarchy.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -11,10 +11,11 @@ use crate::save::{LoadError, Slice, Stream};
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
-    /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes on every CPU and for any number of
-    /// threads.
+    /// Serializes the hierarchy for [`Bvh::from_bytes`]. The bytes are the same on every CPU and
+    /// for any number of threads.
     ///
-    /// They contain the finite triangles, their numbers, and the tree: 60 to 90 bytes per triangle in f32.
+    /// They contain the finite triangles, their indices, and the tree: 60 to 90 bytes per triangle
+    /// in f32.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -34,7 +35,7 @@ impl<S: BvhScalar> Bvh<S> {
         self.try_to_bytes().expect("memory for a saved hierarchy")
     }
 
-    /// [`Bvh::to_bytes`], or an error if there is too little memory.
+    /// Like [`Bvh::to_bytes`], but returns an error if there is too little memory.
     #[doc(hidden)]
     pub fn try_to_bytes(&self) -> io::Result<Vec<u8>> {
         let mut bytes = Bytes(Vec::new());
@@ -42,24 +43,25 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(bytes.0)
     }
 
-    /// Writes [`Bvh::to_bytes`] in pieces.
+    /// Writes the bytes of [`Bvh::to_bytes`] piece by piece.
     ///
     /// # Errors
-    /// Fails if they cannot be written.
+    /// Fails if writing fails.
     pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
         S::write(&self.tree, &self.originals, &mut output)
     }
 
     /// Loads a saved hierarchy.
     ///
-    /// Any bytes yield an error or a sound hierarchy: every child, number and box is checked against its
-    /// contents. An attacker who fixes up the checksums can remove or replace triangles, but cannot make a
-    /// query miss a stored one. The checksums detect damage; they are not a signature.
+    /// Any input yields either an error or a sound hierarchy: every child, index, and box is
+    /// checked against its contents. An attacker who fixes up the checksums can remove or replace
+    /// triangles, but cannot make a query miss a stored one. The checksums detect damage; they are
+    /// not a signature.
     ///
     /// # Errors
-    /// Fails if the bytes are not a saved hierarchy, are damaged, truncated or followed by more bytes, were
-    /// written by a later version, need more memory than is available, or have coordinates of the other
-    /// scalar ([`LoadError::Scalar`]).
+    /// Fails if the bytes are not a saved hierarchy; are damaged, truncated, or followed by more
+    /// bytes; were written by a later version; need more memory than is available; or store
+    /// coordinates of the other scalar type ([`LoadError::Scalar`]).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
         let (tree, originals) = S::read(&mut input)?;
@@ -67,8 +69,9 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// [`Bvh::from_bytes`] from a stream. Bytes after the hierarchy are not read. Memory grows with the bytes
-    /// that arrive, whatever the header claims. It reads large pieces, so a buffered reader does not help.
+    /// Like [`Bvh::from_bytes`], but reads from a stream. Bytes after the hierarchy are not read.
+    /// Memory use grows with the bytes that arrive, whatever the header claims. This function reads
+    /// in large pieces, so a buffered reader does not help.
     ///
     /// # Errors
     /// As for [`Bvh::from_bytes`]; also fails if the stream cannot be read.
@@ -77,7 +80,7 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// [`Bvh::from_bytes`] from a file.
+    /// Like [`Bvh::from_bytes`], but reads from a file.
     ///
     /// # Errors
     /// As for [`Bvh::from_bytes`]; also fails if the file cannot be read.
@@ -91,7 +94,7 @@ impl<S: BvhScalar> Bvh<S> {
             input.end()?;
             return Ok(Self::of_parts(tree, originals));
         }
-        // A pipe or a device, or a system without positioned reads: read it as a stream.
+        // For pipes, devices, and systems without positioned reads, read the file as a stream.
         let size = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
         let mut input = Stream::new(file, size);
         let (tree, originals) = S::read(&mut input)?;
@@ -100,7 +103,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// Bytes that return an error if they cannot grow.
+/// A byte buffer that returns an error if it cannot grow.
 struct Bytes(Vec<u8>);
 
 impl Write for Bytes {

@@ -1,4 +1,4 @@
-//! What the queries collect from the hits that a traversal finds.
+//! How queries collect the hits that traversal finds.
 
 use std::cmp::Ordering;
 
@@ -14,7 +14,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// The order of hits with equal t.
+    /// The sort key of hits with equal t.
     pub(super) fn key(&self) -> (u32, u32) {
         (self.instance, self.position)
     }
@@ -22,23 +22,23 @@ impl Candidate {
 
 /// How a query collects hits.
 pub(super) trait Collect {
-    /// Whether hits farther than those collected are ignored.
+    /// Whether hits farther than those already collected are ignored.
     const SHORTENS: bool;
 
-    /// Whether hits count regardless of the masks of geometries.
+    /// Whether hits count regardless of geometry masks.
     const ALL_GEOMETRIES: bool = false;
 
-    /// Takes a hit. Returns false if no further hit can count.
+    /// Records a hit. Returns false if no further hit can count.
     fn take(&mut self, hit: Candidate) -> bool;
 
-    /// Hits at a larger t are ignored; a hit at exactly this t may be.
+    /// Hits with a larger t are ignored; a hit at exactly this t may be ignored too.
     fn far(&self) -> f64;
 }
 
-/// The closest hit.
+/// Collects the closest hit.
 pub(super) struct Closest<'a> {
     pub(super) ray: &'a Ray64,
-    /// The closest hit so far, and its t, correctly rounded.
+    /// The closest hit so far and its correctly rounded t.
     pub(super) best: Option<(f64, Candidate)>,
     far: f64,
 }
@@ -55,7 +55,8 @@ impl Collect for Closest<'_> {
     #[inline(never)]
     fn take(&mut self, hit: Candidate) -> bool {
         let t = exact::t(self.ray, &hit.triangle);
-        // Rounding preserves order, so the exact t are compared only if the rounded ones are equal.
+        // Rounding is monotonic, so exact t values need comparing only if the rounded ones are
+        // equal.
         let is_closer = self.best.as_ref().is_none_or(|(least, best)| {
             let order = match t.total_cmp(least) {
                 Ordering::Equal => exact::order(self.ray, &hit.triangle, &best.triangle),
@@ -65,7 +66,8 @@ impl Collect for Closest<'_> {
         });
         if is_closer {
             self.best = Some((t, hit));
-            // A competitor with the same rounded t is still in front of the next number.
+            // Keep looking up to the next number, so that hits with the same rounded t are still
+            // found.
             self.far = t.next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max);
         }
         true
@@ -77,7 +79,7 @@ impl Collect for Closest<'_> {
     }
 }
 
-/// Whether there is a hit.
+/// Stops at the first hit.
 pub(super) struct Any {
     pub(super) t_max: f64,
     pub(super) is_hit: bool,
@@ -97,7 +99,7 @@ impl Collect for Any {
     }
 }
 
-/// All hits.
+/// Collects all hits.
 pub(super) struct All {
     pub(super) t_max: f64,
     pub(super) hits: Vec<Candidate>,

@@ -11,14 +11,14 @@ use crate::util::threads;
 /// The mesh number of an instance that was removed.
 pub(super) const NO_MESH: u32 = u32::MAX;
 
-/// If products of a matrix and coordinates are at least this large (2^-140), or 0, no sum of them is too
-/// small for f64 lanes.
+/// If all products of matrix entries and coordinates are 0 or at least this large (2^-140), no sum
+/// of them is too small for f64 lanes.
 const SMALLEST: f64 = f64::from_bits((1023 - 140) << 52);
 
-/// No sum may be larger than this: 2^299.
+/// The largest sum that is safe for f64 lanes: 2^299.
 const LARGEST: f64 = f64::from_bits((1023 + 299) << 52);
 
-/// The number of instances that a thread processes at a time.
+/// The number of instances to prepare at a time.
 const PART: usize = 1 << 12;
 
 /// An instance as placed by the user.
@@ -27,7 +27,7 @@ pub(super) struct Placed {
     pub(super) matrix: Matrix,
     /// The number of its mesh, or [`NO_MESH`].
     pub(super) mesh: u32,
-    /// Queries see the instance if their masks share a bit with this one.
+    /// Queries consider the instance if their mask shares a bit with this one.
     pub(super) mask: u32,
 }
 
@@ -38,11 +38,11 @@ pub(super) struct MeshEntry {
     pub(super) extent: Extent,
 }
 
-/// A placement, prepared for rays.
+/// A placement prepared for tracing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) inverse: Inverse,
-    /// Whether computing its corners in f64 lanes loses nothing except by rounding.
+    /// Whether f64 lanes can compute the corners without overflow or underflow.
     pub(super) is_tame: bool,
 }
 
@@ -53,11 +53,12 @@ pub(super) struct Committed {
     pub(super) frames: Vec<Frame>,
     pub(super) meshes: Vec<Option<MeshEntry>>,
     pub(super) top: Top,
-    /// A stack size that is sufficient for every mesh.
+    /// A stack size that suffices for every mesh.
     pub(super) mesh_stack: usize,
 }
 
-/// A frame, and a box around its instance; `None` if the instance is hidden, removed or empty.
+/// A frame and the box around its instance, which is `None` if the instance is hidden, removed, or
+/// empty.
 type Looked = (Frame, Option<[[f64; 3]; 2]>);
 
 impl Committed {
@@ -67,7 +68,7 @@ impl Committed {
     ) -> Result<Self, NoMemory> {
         let (mut frames, mut boxes) = (room(placed.len())?, room(placed.len())?);
         let look = |placed: &Placed| Frame::look(placed, mesh_of(&meshes, placed));
-        // One part at a time, so that temporary memory stays small.
+        // Process one part at a time to keep temporary memory small.
         for (part, first) in placed.chunks(PART).zip((0_u32..).step_by(PART)) {
             let mut looked: Vec<Looked> = room(part.len())?;
             looked.resize(part.len(), (Frame::NONE, None));
@@ -78,7 +79,7 @@ impl Committed {
             }
         }
         let top = Top::over(&boxes)?;
-        // All meshes share one stack, so it is as deep as the deepest needs.
+        // All meshes share one stack, so make it as deep as the deepest mesh needs.
         let stacks = meshes.iter().flatten().map(|entry| entry.mesh.tree().stack);
         let mesh_stack = stacks.max().unwrap_or(0);
         Ok(Self { placed, frames, meshes, top, mesh_stack })
@@ -99,9 +100,9 @@ fn mesh_of<'a>(meshes: &'a [Option<MeshEntry>], placed: &Placed) -> Option<&'a M
 impl Frame {
     const NONE: Self = Self { inverse: Inverse::NONE, is_tame: false };
 
-    /// The frame of an instance and the box around it.
+    /// Prepares an instance: its frame and the box around it.
     fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> Looked {
-        // An instance without a box is not in the tree, which is all that hiding and removing require.
+        // To hide or remove an instance, it is enough to keep it out of the tree, so return no box.
         let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.mask != 0) else {
             return (Self::NONE, None);
         };
@@ -115,14 +116,14 @@ impl Frame {
     }
 }
 
-/// Whether computing the corners in f64 lanes loses nothing except by rounding.
+/// Returns whether f64 lanes can compute the corners without overflow or underflow.
 fn is_tame(m: &Matrix, extent: &Extent, sizes: &[f64; 3]) -> bool {
     let mut least = f64::INFINITY;
     for (i, x) in m.iter().enumerate() {
-        // Nothing is multiplied by the last column.
+        // The last column is added, not multiplied by a coordinate.
         let by = if i % 4 == 3 { 1.0 } else { extent.least };
-        // Compare the bits without the sign: if the CPU is set to flush subnormal numbers, a comparison with
-        // 0 would treat them as 0.
+        // Test the bits without the sign: if the CPU flushes subnormal numbers to zero, a
+        // comparison with 0 would treat them as 0.
         if x.to_bits() << 1 != 0 {
             least = least.min(x.abs() * by);
         }

@@ -1,24 +1,24 @@
-//! Errors in changing a scene.
+//! Errors from editing or committing a scene.
 
 use std::fmt;
 
 use super::hit::InstanceId;
 use crate::util::memory::NoMemory;
 
-/// Why a scene was not changed or committed.
+/// The reason why a scene could not be changed or committed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// The entry of a matrix at this position is NaN or infinite.
+    /// A matrix entry is NaN or infinite.
     NotFinite {
         /// The row, from 0.
         row: usize,
         /// The column, from 0.
         column: usize,
     },
-    /// There is no such instance, or it was removed.
+    /// The instance does not exist or was removed.
     NoInstance(InstanceId),
-    /// The scene has the maximum number of instances.
+    /// The scene already has the maximum number of instances.
     TooManyInstances,
     /// There is too little memory.
     OutOfMemory,
@@ -30,7 +30,7 @@ impl fmt::Display for SceneError {
             Self::NotFinite { row, column } => {
                 write!(
                     f,
-                    "the matrix is not finite in row {row}, column {column}: give finite numbers"
+                    "row {row}, column {column} of the matrix is not finite: use finite numbers"
                 )
             }
             Self::NoInstance(id) => {
@@ -40,9 +40,9 @@ impl fmt::Display for SceneError {
                     "the scene has no instance {id}: it was removed, or belongs to another scene"
                 )
             }
-            Self::TooManyInstances => {
-                f.write_str("the scene holds 2^31 instances, as many as it can: remove some first")
-            }
+            Self::TooManyInstances => f.write_str(
+                "the scene already holds the maximum of 2^31 instances: remove some first",
+            ),
             Self::OutOfMemory => f.write_str("too little memory for the scene: remove instances"),
         }
     }

@@ -1,64 +1,64 @@
-//! The numbers of instances, and hits with them.
+//! Instance numbers, and hits on instances.
 
 use intertri::Hit;
 
 use crate::nearest::ClosestPoint;
 
-/// The number of an instance in its scene. The number of a removed instance is reused for one added later.
+/// The number of an instance in its scene. After an instance is removed, its number may be reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct InstanceId(pub(super) u32);
 
 impl InstanceId {
-    /// The number as an index into your own tables; numbers start at 0.
+    /// The number as an index into your own tables. Numbers start at 0.
     #[inline]
     pub fn index(self) -> usize {
         self.0 as usize
     }
 
-    /// The instance with a given number.
+    /// The instance with the given number.
     #[inline]
     pub fn from_index(index: u32) -> Self {
         Self(index)
     }
 }
 
-/// Where a ray meets an instance.
+/// A hit on an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneHit {
-    /// The hit; its triangle and geometry refer to the mesh.
+    /// The hit. Its triangle and geometry refer to the instance's mesh.
     pub hit: Hit,
-    /// The instance; arbitrary if the hit is a miss.
+    /// The instance. Arbitrary if the hit is a miss.
     pub instance: InstanceId,
-    /// Whether the ray runs in the direction of the triangle's normal in world space, and so leaves a closed
-    /// mesh. A matrix that mirrors a mesh flips its triangles.
+    /// Whether the ray runs in the direction of the triangle's normal in world space, and thus
+    /// leaves a closed mesh. A mirroring matrix flips the triangles.
     pub leaves: bool,
 }
 
 impl SceneHit {
-    /// The answer for a ray that hits nothing, in a batch.
+    /// The result for a ray without a hit in a batch.
     pub const MISS: Self = Self { hit: Hit::MISS, instance: InstanceId(u32::MAX), leaves: false };
 
-    /// Whether there is a hit.
+    /// Returns whether this is a hit.
     #[inline]
     pub fn is_hit(&self) -> bool {
         self.hit.is_hit()
     }
 }
 
-/// The point of a scene that is closest to a given one.
+/// The point of a scene that is closest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneClosestPoint {
-    /// The point; its triangle and geometry are those of the mesh.
+    /// The point. Its triangle and geometry refer to the instance's mesh.
     pub closest: ClosestPoint,
-    /// The instance; arbitrary for [`SceneClosestPoint::NONE`].
+    /// The instance. Arbitrary for [`SceneClosestPoint::NONE`].
     pub instance: InstanceId,
 }
 
 impl SceneClosestPoint {
-    /// The result for a point without an answer, in a batch.
+    /// The result for a point without a closest point in a batch.
     pub const NONE: Self = Self { closest: ClosestPoint::NONE, instance: InstanceId(u32::MAX) };
 
-    /// Itself, or `None` for [`SceneClosestPoint::NONE`].
+    /// Returns `self`, or `None` for [`SceneClosestPoint::NONE`].
     pub fn some(self) -> Option<Self> {
         self.closest.some().map(|_| self)
     }

@@ -1,4 +1,4 @@
-//! Tests the triangles of leaves at an instance's position in the world.
+//! Intersects rays with the triangles of a leaf, transformed to world space.
 
 use std::marker::PhantomData;
 
@@ -16,10 +16,10 @@ use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 use crate::walk::single::Visit;
 
-/// The numbers of a matrix, each in every lane.
+/// Broadcasts each entry of a matrix to all lanes.
 #[inline(always)]
 fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
-    // Not `map`, which is not always inlined.
+    // A loop, because `map` is not always inlined.
     let mut rows = [Lanes::splat(0.0); 12];
     for (to, from) in rows.iter_mut().zip(m) {
         *to = Lanes::splat(*from);
@@ -27,19 +27,19 @@ fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
     rows
 }
 
-/// An instance's triangles in the world, for queries by a rule.
+/// An instance's triangles in world space, and the rule by which they are hit.
 pub(super) struct PlacedMesh<'a, S, X: BvhScalar> {
     pub(super) bvh: &'a Bvh<X>,
     pub(super) matrix: &'a Matrix,
     pub(super) instance: u32,
     pub(super) rule: Rule,
-    /// Geometries count whose masks share a bit with this one.
+    /// Only geometries whose masks share a bit with this one count.
     pub(super) mask: u32,
     pub(super) level: PhantomData<S>,
 }
 
 impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
-    /// The corners of a leaf's triangles, placed in the world by definition.
+    /// The corners of a leaf's triangles in world space, exactly as the scene defines them.
     #[inline(always)]
     pub(super) fn corners(&self, leaf: usize) -> [Vec3<S::F64x8>; 3] {
         let Bvh { tree, originals, .. } = self.bvh;
@@ -48,8 +48,8 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         [placed(rows, a), placed(rows, b), placed(rows, c)]
     }
 
-    /// Tests a ray with the triangles of a leaf, whose corners are given. `is_tame` says whether computing in lanes
-    /// loses nothing except by rounding. Returns false if no further hit can count.
+    /// Tests a ray against the triangles of a leaf, given their corners. `is_tame` means that f64
+    /// lanes neither overflow nor underflow. Returns false if no further hit can count.
     #[inline(always)]
     pub(super) fn test<C: Collect>(
         &self,
@@ -57,7 +57,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         (ray, is_tame): (&Ray64, bool),
         collect: &mut C,
     ) -> bool {
-        // The first tier of the exact test.
+        // Run the first tier of the exact test.
         let lanes = RayLanes::<S::F64x8>::of_ray(ray).until(Lanes::splat(collect.far()));
         let decided = decide(corners, &lanes);
         let sure = if self.rule == Rule::Closed { decided.closed } else { decided.inside };
@@ -66,8 +66,8 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
             let plain = self.plain(leaf, ray);
             (miss, sure) = (miss & plain, sure & plain);
         }
-        // Anything that is not a certain miss is a certain hit or left to integers; both are rare, so they
-        // are processed one by one.
+        // Lanes that are not certain misses are certain hits or need the exact test. Both are rare,
+        // so they are processed one at a time.
         let left = self.bvh.tree.present(leaf) & !miss;
         left == 0 || self.settle((leaf, left, sure), ray, collect)
     }
@@ -78,7 +78,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         placed_triangle(self.matrix, corners.map(|corner| corner.map(Into::into)))
     }
 
-    /// The lanes of a leaf in which f64 loses nothing except by rounding.
+    /// The lanes of a leaf in which f64 arithmetic neither overflows nor underflows.
     #[cold]
     #[inline(never)]
     fn plain(&self, leaf: usize, ray: &Ray64) -> u32 {
@@ -87,8 +87,8 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         (0..8).filter(is_plain).map(|lane| 1 << lane).sum()
     }
 
-    /// Takes the hits among some lanes of a leaf; those in `sure` are certain. Returns false if no further
-    /// hit can count.
+    /// Collects the hits in the given lanes of a leaf. Lanes in `sure` are certain hits. Returns
+    /// false if no further hit can count.
     #[inline(never)]
     fn settle<C: Collect>(
         &self,
@@ -114,14 +114,14 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
     }
 }
 
-/// Tests a ray with the triangles of leaves at an instance's position in the world.
+/// Tests a ray against the triangles of leaves in world space.
 pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
     pub(super) mesh: PlacedMesh<'a, S, X>,
     pub(super) ray: &'a Ray64,
-    /// Whether computing in lanes loses nothing except by rounding.
+    /// Whether f64 lanes can process the ray and the corners without overflow or underflow.
     pub(super) is_tame: bool,
     pub(super) collect: &'a mut C,
-    /// The factor from a t of the ray to one in the units of the mesh's tree.
+    /// Converts the ray's t to the units of the mesh's tree.
     pub(super) unit: f64,
     pub(super) go_on: bool,
 }
@@ -129,7 +129,7 @@ pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
 impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
-        // Most rays that enter an instance reach no leaf, so lanes are filled only here.
+        // Most rays that enter an instance reach no leaf, so fill the lanes only here.
         let corners = self.mesh.corners(leaf);
         self.go_on = self.mesh.test((leaf, corners), (self.ray, self.is_tame), &mut *self.collect);
         self.go_on.then(|| self.far())
@@ -137,7 +137,7 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
 }
 
 impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
-    /// The t from which on hits no longer count, in the units of the mesh's tree.
+    /// The t beyond which hits no longer count, in the units of the mesh's tree.
     #[inline(always)]
     pub(super) fn far(&self) -> f32 {
         rounded_up(self.collect.far(), self.unit)

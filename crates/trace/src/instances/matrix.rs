@@ -1,9 +1,9 @@
-//! Placements as numbers: corners and boxes in world space, and rays in mesh space.
+//! Arithmetic on placements: corners and boxes in world space, and rays in mesh space.
 //!
 //! ```text
-//!   mesh ──► corners ((m0·x + m1·y) + m2·z) + m3     the definition, rounded four times
-//!     ▲                      │ rounding, seen from the mesh: η
-//!     └── N ≈ A⁻¹ ── ray ◄───┘ rounding, and ‖I - N A‖: added to it, by how much boxes are widened
+//!   mesh ──► corners ((m0·x + m1·y) + m2·z) + m3     by definition, with four roundings
+//!     ▲                      │ rounding error, seen from the mesh: η
+//!     └── N ≈ A⁻¹ ── ray ◄───┘ plus rounding error and ‖I - N A‖: the sum widens boxes
 //! ```
 //!
 //! `docs/numerics/instances.md` has the bounds and proofs.
@@ -16,40 +16,41 @@ use super::mesh::Extent;
 /// Half an ulp of 1 in f64.
 const W: f64 = f64::EPSILON / 2.0;
 
-/// The error of a corner in world space is this fraction of its last summand, which is rounded once, plus
-/// four times the others, which are rounded up to four times.
+/// The error of a corner in world space is at most this fraction of its last summand, which is
+/// rounded once, plus four times the other summands, which are rounded up to four times.
 const CORNER: f64 = 1.02 * W;
 
-/// A box in world space is widened by this fraction of the same magnitudes.
+/// Boxes in world space are widened by this fraction of the same magnitudes.
 const BOX: f64 = 20.0 * W;
 
-/// The errors of an origin and of a direction in mesh space are this fraction of the inverse's magnitude
-/// times their own; for a direction, also times that of the matrix.
+/// The errors of an origin and a direction in mesh space are at most these fractions of their
+/// magnitudes times that of the inverse; for a direction, also times that of the matrix.
 const ORIGIN: f64 = 5.0 * W;
 const DIR: f64 = 4.1 * W;
 
-/// `ρ / (1 - ρ)` is at most this times ρ for ρ up to [`DEFECT`], with room for what rounding adds.
+/// `ρ / (1 - ρ)` is at most this factor times ρ for ρ up to [`DEFECT`], including rounding.
 const INVERSE: f64 = 1.01;
 
-/// The largest relative error of a direction to accept: 2^-10. `‖I - N A‖`, a part of it, is no larger.
+/// The largest acceptable relative error of a direction: 2^-10. It includes `‖I - N A‖`, which is
+/// therefore no larger.
 const DEFECT: f64 = 1.0 / 1024.0;
 
-/// The error of an entry of `I - N A` is this fraction of the sum of its terms' magnitudes.
+/// The error of an entry of `I - N A` is at most this fraction of the sum of its terms' magnitudes.
 const PRODUCT: f64 = 5.0 * W;
 
-/// More than the effect of underflow, once it is multiplied by one of the fractions above.
+/// Exceeds the effect of underflow even after multiplication by one of the fractions above.
 const TINY: f64 = 4.0 * f64::MIN_POSITIVE;
 
-/// Sums of magnitudes above this (2^1000) could overflow in products.
+/// Products of sums of magnitudes above this (2^1000) could overflow.
 const ENORMOUS: f64 = f64::from_bits((1023 + 1000) << 52);
 
-/// Rounds sums of magnitudes up.
+/// A factor that rounds sums of magnitudes up.
 const UP: f64 = 1.0 + 1e-12;
 
-/// The rows of a 3×4 matrix, one after the other.
+/// The three rows of a 3×4 matrix, concatenated.
 pub(super) type Matrix = [f64; 12];
 
-/// A point of a mesh in world space, by definition.
+/// Transforms a point of a mesh to world space, exactly as the scene defines it.
 #[inline(always)]
 pub(super) fn placed<D: Lanes>(m: &[D; 12], p: Vec3<D>) -> Vec3<D> {
     Vec3 {
@@ -59,7 +60,7 @@ pub(super) fn placed<D: Lanes>(m: &[D; 12], p: Vec3<D>) -> Vec3<D> {
     }
 }
 
-/// A triangle of a mesh in world space.
+/// Transforms a triangle of a mesh to world space.
 #[inline]
 pub(super) fn placed_triangle(m: &Matrix, corners: [[f64; 3]; 3]) -> TriangleOf<f64> {
     TriangleOf(corners.map(|corner| {
@@ -68,7 +69,7 @@ pub(super) fn placed_triangle(m: &Matrix, corners: [[f64; 3]; 3]) -> TriangleOf<
     }))
 }
 
-/// For each axis of the world, a bound on the sum of magnitudes in a coordinate.
+/// For each world axis, an upper bound on the sum of magnitudes that make up a coordinate.
 #[inline]
 pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
     let [x, y, z] = extent.largest();
@@ -77,13 +78,13 @@ pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
     })
 }
 
-/// A box in world space that contains all corners, as defined, of the triangles in a box of the mesh. May be
-/// infinite.
+/// A box in world space that contains all corners of the triangles inside a box of the mesh, as the
+/// scene defines them. The result may be infinite.
 #[inline(always)]
 pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -> [[f64; 3]; 2] {
     let [mut from, mut to] = [[0.0; 3]; 2];
-    // The centre and half the size: |A| maps the half to the extent in world space, whatever the signs of the
-    // matrix. Numbers are halved first, so that no sum overflows.
+    // Transform the centre and half the size: |A| maps the latter to the extent in world space,
+    // whatever the signs of the matrix. Halving first ensures that no sum overflows.
     let middle = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
     let half = [0, 1, 2].map(|k| 0.5 * hi[k] - 0.5 * lo[k]);
     for k in 0..3 {
@@ -96,43 +97,46 @@ pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -
     [from, to]
 }
 
-/// How rays are transformed to mesh space: a matrix N near the inverse, and a bound on its error.
+/// Transforms rays to mesh space: a matrix N close to the inverse, with a bound on its error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inverse {
     rows: [[f64; 3]; 3],
-    /// The error of an origin is this fraction of its distance from the matrix's last column.
+    /// The error of an origin is at most this fraction of its distance from the matrix's last
+    /// column.
     origin: f32,
-    /// The relative error of a direction; NaN or large if there is no useful inverse.
+    /// The relative error of a direction. NaN or large if there is no useful inverse.
     dir: f32,
-    /// How far, along an axis of the mesh, a corner as defined may be from the given corner.
+    /// The largest distance along a mesh axis between a given corner and its world-space corner
+    /// mapped back to mesh space.
     corner: f32,
 }
 
-/// Rays in the units of a tree, one in each lane.
+/// Rays in the units of a tree, one per lane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TreeRay<D> {
     pub(super) origin: Vec3<D>,
     pub(super) dir: Vec3<D>,
-    /// How far outside its box a hit may appear.
+    /// The largest distance outside its box at which a hit may appear.
     pub(super) room: D,
 }
 
 impl Inverse {
-    /// No useful inverse.
+    /// Marks a placement without a useful inverse.
     pub(super) const NONE: Self =
         Self { rows: [[0.0; 3]; 3], origin: 0.0, dir: f32::NAN, corner: 0.0 };
 
     pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
         let rows = near_inverse(a);
-        // However N was computed, its residual bounds the error, so the elimination needs no proof.
+        // The residual bounds the error however N was computed, so the elimination needs no proof.
         let defect = defect(&rows, &a);
         let sizes = sizes(m, extent);
         if sizes.iter().any(|&size| size > ENORMOUS) {
             return Self::NONE;
         }
         let (mut size, mut corner) = (0.0_f64, 0.0_f64);
-        // The last summand is rounded once and the others four times: (1) in the proof, without its factor w.
+        // The last summand is rounded once and the others four times; see (1) in the proof, here
+        // without its factor w.
         let rounded = [0, 1, 2].map(|i| 4.0 * sizes[i] - 3.0 * m[4 * i + 3].abs());
         for [x, y, z] in rows.map(|row| row.map(f64::abs)) {
             size = size.max(x + y + z);
@@ -149,15 +153,15 @@ impl Inverse {
         }
     }
 
-    /// Whether rays can be brought into the frame of the mesh.
+    /// Returns whether rays can be transformed to mesh space.
     #[inline(always)]
     pub(super) fn is_useful(&self) -> bool {
-        // False for NaN.
+        // The comparison is false for NaN.
         f64::from(self.dir) <= DEFECT
     }
 
-    /// Rays in the units of a mesh's tree, whose coordinates reach to ±`reach`, if the inverse is useful. The
-    /// mask has those whose error bounds are.
+    /// Transforms rays to the units of a mesh's tree, whose coordinates range over ±`reach`.
+    /// Requires a useful inverse. The mask marks the rays whose error bounds are small enough.
     #[inline(always)]
     pub(super) fn tree_ray<D: Lanes<Scalar = f64>>(
         &self,
@@ -172,30 +176,31 @@ impl Inverse {
         let from = origin - Vec3::splat([m[3], m[7], m[11]]);
         let origin = (times(&self.rows, from) - Vec3::splat(extent.centre)) * scale;
         let dir = times(&self.rows, dir) * scale;
-        // (3) of the proof: what the corners and the origin are off by, and what the direction adds on the way to the far
-        // side of the mesh.
+        // (3) in the proof: the errors of the corners and the origin, plus the effect of the
+        // direction's error at the far side of the mesh.
         let near = (splat(self.corner.into()) + off_origin * largest(from)) * scale;
         let room = near + splat(INVERSE) * off_dir * (largest(origin) + reach + near);
         let room = room * splat(UP);
-        // A hundredth of a mesh costs little; much more, and boxes in the world are better.
+        // A margin of a hundredth of the mesh costs little. If it is much larger, traversal in
+        // world space is faster.
         (TreeRay { origin, dir, room }, room.le(splat(0.25) * reach))
     }
 }
 
-/// The largest size of a coordinate, or any number where one is NaN.
+/// The largest magnitude of a coordinate; arbitrary if a coordinate is NaN.
 #[inline(always)]
 pub(super) fn largest<D: Lanes>(v: Vec3<D>) -> D {
     v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 
-/// A matrix of three rows times vectors.
+/// Multiplies a matrix of three rows by vectors.
 #[inline(always)]
 fn times<D: Lanes<Scalar = f64>>([a, b, c]: &[[f64; 3]; 3], v: Vec3<D>) -> Vec3<D> {
     Vec3 { x: Vec3::splat(*a).dot(v), y: Vec3::splat(*b).dot(v), z: Vec3::splat(*c).dot(v) }
 }
 
-/// A matrix near the inverse, by elimination with the largest pivot of each column; arbitrary if there is
-/// none.
+/// Computes a matrix close to the inverse by Gaussian elimination with partial pivoting. The result
+/// is arbitrary if the matrix is singular.
 fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let mut n = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for k in 0..3 {
@@ -207,7 +212,7 @@ fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
         }
         a.swap(k, pivot);
         n.swap(k, pivot);
-        // A pivot of 0 makes infinities and NaNs, which the defect detects.
+        // A zero pivot produces infinities and NaNs, which the defect detects.
         let by = 1.0 / a[k][k];
         (a[k], n[k]) = (a[k].map(|x| x * by), n[k].map(|x| x * by));
         for i in (0..3).filter(|&i| i != k) {
@@ -221,7 +226,7 @@ fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     n
 }
 
-/// A bound on `‖I - N A‖`, the largest sum of magnitudes in a row.
+/// An upper bound on `‖I - N A‖`, the largest sum of magnitudes in a row.
 fn defect(n: &[[f64; 3]; 3], a: &[[f64; 3]; 3]) -> f64 {
     let mut worst = 0.0_f64;
     for (i, row) in n.iter().enumerate() {
@@ -232,7 +237,7 @@ fn defect(n: &[[f64; 3]; 3], a: &[[f64; 3]; 3]) -> f64 {
             let sizes = x.abs() + y.abs() + z.abs() + one;
             sum += (one - x - y - z).abs() + PRODUCT * sizes + TINY;
         }
-        // Not `max`, which would lose a NaN.
+        // `max` would discard a NaN.
         if sum.is_nan() || sum > worst {
             worst = sum;
         }
@@ -255,8 +260,8 @@ mod tests {
     const EXTENT: Extent =
         Extent { bounds: [[-1.0; 3], [1.0; 3]], centre: [0.0; 3], scale: 1.0, least: 1.0 };
 
-    /// Corners that are placed far out are rounded by almost as much as the bound, and never by more. Here
-    /// the matrix only scales by a power of two, so the inverse is exact.
+    /// Corners that are placed far out are rounded by almost as much as the bound allows, but never
+    /// more. The matrix only scales by a power of two, so the inverse is exact.
     #[test]
     fn corners_are_rounded_by_less_than_the_bound() {
         let mut random = random();
@@ -266,7 +271,7 @@ mod tests {
             let mut m: Matrix = [0.0; 12];
             for i in 0..3 {
                 m[5 * i] = scale;
-                // Slightly above a power of two, where rounding is relatively largest.
+                // Relative rounding errors are largest slightly above a power of two.
                 let far = 1.0 + 1e-3 * f64::from(random()) * f64::from(random());
                 m[4 * i + 3] = far * (30.0 * f64::from(random())).floor().exp2();
             }
@@ -279,12 +284,13 @@ mod tests {
             }
         }
         assert!(worst < 1.0, "{worst}");
-        // Half of the bound would be exceeded.
+        // Shows that the bound is tight: half of it would be exceeded.
         assert!(worst > 0.6, "{worst}");
     }
 
-    /// A ray transformed to mesh space passes, within its bound, the position of a point that is exactly on
-    /// it in world space. The point is placed by a matrix of small integers, so nothing is rounded.
+    /// A ray through a point in world space passes, in mesh space, within its bound of that point's
+    /// original position. The matrix consists of small integers, so placing the point rounds
+    /// nothing.
     #[test]
     fn rays_in_the_frame_pass_within_their_room() {
         let mut random = random();
@@ -296,7 +302,7 @@ mod tests {
             for (i, m) in m.iter_mut().enumerate() {
                 *m = if i % 4 == 3 { whole(1e6) } else { whole(size) };
             }
-            // From one vertex to another, in a mesh whose coordinates are multiples of 1/64.
+            // From one vertex to another in a mesh whose coordinates are multiples of 1/64.
             let [from, to] = [0; 2].map(|_| [0; 3].map(|_| whole(64.0) / 64.0));
             let placed = |p| {
                 let Vec3 { x, y, z } = placed(&m, Vec3::<f64>::splat(p));
@@ -315,7 +321,7 @@ mod tests {
             let reached = [at.x + dir.x, at.y + dir.y, at.z + dir.z];
             for (reached, to) in reached.into_iter().zip(to) {
                 let off = (reached - to).abs();
-                // This sum is rounded, too.
+                // Allow for the rounding of the sum above.
                 let room = local.room + 4.0 * f64::EPSILON;
                 worst = worst.max(off / room);
             }

@@ -1,4 +1,4 @@
-//! The meshes of a scene, which its instances share.
+//! The meshes of a scene, which instances share.
 
 use std::sync::Arc;
 
@@ -9,12 +9,12 @@ use crate::scalar::BvhScalar;
 use crate::tree::{Node, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// A mesh that instances share: a [`Bvh`] in f32 or f64, both of which convert into it.
+/// A mesh that instances share: a [`Bvh`] in f32 or f64. An `Arc` of either converts into it.
 #[derive(Clone, Debug)]
 pub enum SceneMesh {
-    /// In f32.
+    /// A mesh in f32.
     F32(Arc<Bvh<f32>>),
-    /// In f64.
+    /// A mesh in f64.
     F64(Arc<Bvh<f64>>),
 }
 
@@ -31,7 +31,7 @@ impl From<Arc<Bvh<f64>>> for SceneMesh {
 }
 
 impl SceneMesh {
-    /// The tree over it.
+    /// The tree over the mesh.
     #[inline]
     pub(super) fn tree(&self) -> &Tree {
         match self {
@@ -40,7 +40,7 @@ impl SceneMesh {
         }
     }
 
-    /// Its address in memory, by which it is recognized.
+    /// The address in memory, which identifies the mesh.
     pub(super) fn address(&self) -> usize {
         match self {
             Self::F32(mesh) => Arc::as_ptr(mesh).addr(),
@@ -48,7 +48,7 @@ impl SceneMesh {
         }
     }
 
-    /// The properties that a scene needs to know.
+    /// Computes the properties that a scene needs.
     pub(super) fn extent(&self) -> Extent {
         match self {
             Self::F32(mesh) => Extent::of(mesh),
@@ -57,15 +57,15 @@ impl SceneMesh {
     }
 }
 
-/// The position of a mesh, and the units of its tree.
+/// The bounds of a mesh, and the units of its tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
-    /// The box around all triangles that are finite.
+    /// The box around all finite triangles.
     pub(super) bounds: [[f64; 3]; 2],
     /// The tree stores `(x - centre) * scale` for a coordinate x.
     pub(super) centre: [f64; 3],
     pub(super) scale: f64,
-    /// The smallest magnitude of a nonzero coordinate.
+    /// The smallest magnitude of any nonzero coordinate.
     pub(super) least: f64,
 }
 
@@ -78,7 +78,7 @@ impl Extent {
             for lane in lanes_of(tree.present(i)) {
                 let triangle = mesh.triangle_in(LeafSlot((8 * i + lane) as u32));
                 for &x in triangle.0.as_flattened() {
-                    // Use the bits: a CPU may be set to read subnormal numbers as 0.
+                    // Test the bits, because the CPU may be set to read subnormal numbers as 0.
                     if x.rank() != 0 {
                         least = least.min(Into::<f64>::into(x).abs());
                     }
@@ -87,7 +87,7 @@ impl Extent {
         }
         let mut extent =
             Self { bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], centre, scale, least };
-        // The boxes below the roots contain all triangles; the thin ones are below a separate root.
+        // The boxes in the root nodes contain all triangles. Thin triangles have a separate root.
         let roots = [Some(&tree.nodes[0]), tree.nodes.get(tree.thin_root as usize)];
         for (node, slot) in
             roots.into_iter().flatten().flat_map(|node| (0..8).map(move |i| (node, i)))
@@ -101,7 +101,8 @@ impl Extent {
         extent
     }
 
-    /// The box of a node's child in the mesh's coordinates; from infinity to minus infinity if there is none.
+    /// The box of a node's child in mesh coordinates. For a missing child, it runs from infinity to
+    /// minus infinity.
     #[inline(always)]
     pub(super) fn child_box(&self, node: &Node, slot: usize) -> [[f64; 3]; 2] {
         [false, true].map(|upper| {
@@ -118,7 +119,7 @@ impl Extent {
         [0, 1, 2].map(|k| if lo[k] <= hi[k] { lo[k].abs().max(hi[k].abs()) } else { 0.0 })
     }
 
-    /// Whether there are no triangles.
+    /// Returns whether there are no triangles.
     pub(super) fn is_empty(&self) -> bool {
         self.bounds[0][0] > self.bounds[1][0]
     }

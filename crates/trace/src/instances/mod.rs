@@ -1,13 +1,14 @@
-//! Instances: meshes that share a tree, each placed in the world by a matrix, in scenes that can change.
+//! Scenes of instances: meshes that share a tree, each placed in the world by a matrix. Scenes can
+//! be edited.
 //!
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings
 //!                                           │                      └── closest_point, classify
-//!     tree of instances over boxes in the world, an inverse of each matrix with its bounds
+//!     a tree of instances over world-space boxes, and an inverse of each matrix, with error bounds
 //! ```
 //!
-//! Triangles are tested at the world coordinates that the definition gives their corners, in f64 lanes, and
-//! exactly where these cannot decide. So the transformation to mesh space only affects boxes.
+//! Triangles are tested in world space, at the corners that the scene defines: in f64 lanes, and
+//! exactly where f64 cannot decide. The transformation to mesh space therefore only affects boxes.
 
 mod collect;
 mod committed;

@@ -1,8 +1,8 @@
-//! Triangles near a point: through the tree of instances, and through the boxes of meshes as they are placed in the
-//! world, nearest first.
+//! Closest-point search in a scene: descends the tree of instances and then the meshes, whose boxes
+//! are transformed to world space, nearest first.
 //!
-//! Boxes are compared by lower bounds of their distances, and triangles by distances that are rounded once. Those that
-//! rounding cannot tell apart are compared exactly.
+//! Boxes are compared by lower bounds on their distances, and triangles by distances that are
+//! rounded once. Triangles that rounding cannot tell apart are compared exactly.
 
 use std::ops::ControlFlow;
 
@@ -19,16 +19,17 @@ use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, LEAF, Node};
 use crate::util::lane_ops::lanes_of;
 
-/// Distances that differ by at most this fraction may be equal: each is within an ulp.
+/// Distances that differ by at most this fraction may be equal, because each is accurate to within
+/// an ulp.
 const DOUBT: f64 = 4.0 * f64::EPSILON;
 
-/// [`DOUBT`] as an absolute difference, for subnormal distances.
+/// The absolute counterpart of [`DOUBT`], for subnormal distances.
 const STEPS: f64 = f64::from_bits(4);
 
-/// Squares of lengths between this (2^-400) and one over it neither overflow nor underflow.
+/// Squares of lengths between this (2^-400) and its inverse neither overflow nor underflow.
 const SMALL: f64 = f64::from_bits((1023 - 400) << 52);
 
-/// What a search does with a triangle of an instance, which has a position in its mesh.
+/// A callback for each triangle of an instance that a search visits.
 type Visit<'v> = dyn FnMut(&mut Search<'_>, Candidate) -> ControlFlow<()> + 'v;
 
 /// A search around a point.
@@ -36,9 +37,9 @@ pub(super) struct Search<'a> {
     scene: &'a Committed,
     mask: u32,
     point: [f64; 3],
-    /// Farther triangles do not count.
+    /// Triangles farther than this do not count.
     far: f64,
-    /// The triangles that may be the closest, and their distances.
+    /// The triangles that may be the closest, with their distances.
     found: Vec<(f64, Candidate)>,
 }
 
@@ -48,7 +49,7 @@ impl<'a> Search<'a> {
         Self { scene, mask, point, far: doubtful(radius), found: Vec::new() }
     }
 
-    /// The closest triangle.
+    /// Finds the closest triangle.
     pub(super) fn run(&mut self) -> Option<Candidate> {
         let point = self.point;
         let _ = self.walk(&mut |search, candidate| {
@@ -61,7 +62,7 @@ impl<'a> Search<'a> {
         });
         let far = self.far;
         self.found.retain(|(distance, _)| *distance <= far);
-        // In order of the indices: a later triangle replaces the best only if it is strictly closer.
+        // Go in index order: a later triangle replaces the best only if it is strictly closer.
         self.found.sort_unstable_by_key(|(_, candidate)| candidate.key());
         let candidates = self.found.iter().map(|(_, candidate)| *candidate);
         candidates.reduce(|best, other| {
@@ -69,7 +70,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Whether any triangle that has an area and may be near satisfies a predicate.
+    /// Returns whether any nearby triangle that has an area satisfies a predicate.
     pub(super) fn any(&mut self, is: impl Fn(&Triangle64) -> bool) -> bool {
         let found = self.walk(&mut |_, Candidate { triangle, .. }| {
             let is_it = is(&triangle) && has_area(&triangle);
@@ -122,7 +123,7 @@ impl<'a> Search<'a> {
     ) -> ControlFlow<()> {
         let (tree, matrix) = (&bvh.tree, &self.scene.placed[instance].matrix);
         let sizes = sizes(matrix, extent);
-        // Only a few leaves are outside the main tree.
+        // Leaves outside the main tree are few, so visit all of them.
         for leaf in tree.boxed..tree.leaves.len() {
             self.leaf(bvh, matrix, leaf, instance, visit)?;
         }
@@ -165,7 +166,7 @@ impl<'a> Search<'a> {
         ControlFlow::Continue(())
     }
 
-    /// Pushes the children of a node that may be within `far`, the nearest last.
+    /// Pushes the children of a node that may be within `far`, nearest last.
     #[inline(always)]
     fn push(
         &self,
@@ -184,7 +185,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The largest distance that may round to this one.
+/// The largest distance that may round to the given one.
 fn doubtful(distance: f64) -> f64 {
     distance * (1.0 + DOUBT) + STEPS
 }
@@ -194,13 +195,13 @@ fn around(Triangle64([a, b, c]): &Triangle64) -> [[f64; 3]; 2] {
     [[0, 1, 2].map(|k| a[k].min(b[k]).min(c[k])), [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]))]
 }
 
-/// A lower bound of the distance from a point to a box; 0 where a number is NaN.
+/// A lower bound on the distance from a point to a box; 0 if a number is NaN.
 #[inline(always)]
 fn lower_bound(point: [f64; 3], [lo, hi]: &[[f64; 3]; 2]) -> f64 {
-    // The gap along an axis; `max` ignores a NaN.
+    // The gap along each axis; `max` ignores NaN.
     let gap = [0, 1, 2].map(|k| (lo[k] - point[k]).max(point[k] - hi[k]).max(0.0));
     let most = gap[0].max(gap[1]).max(gap[2]);
-    // The largest gap is a lower bound as well.
+    // The largest gap is itself a lower bound.
     let near = if most > SMALL && most < 1.0 / SMALL {
         (gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]).sqrt()
     } else {

@@ -1,13 +1,13 @@
-//! Packets: up to sixteen coherent rays through a scene together.
+//! Packet traversal: traces up to sixteen coherent rays through a scene together.
 //!
 //! ```text
-//!   sixteen rays ──► tree of instances ──► an instance ──► those that reach it, in its frame ──► its tree
-//!                                                                                                  │
-//!                    each ray that reaches it ◄── placed in the world, once ◄── a leaf ◄───────────┘
+//!   sixteen rays ──► tree of instances ──► instance ──► rays that reach it, in mesh space ──► its tree
+//!                                                                                                │
+//!                    each ray that reaches it ◄── moved to world space once ◄── a leaf ◄─────────┘
 //! ```
 //!
-//! Each lane does what [`Trace`] does with one ray. Boxes are widened by the largest margin that any ray of
-//! the packet needs, so no ray loses a hit.
+//! Each lane does what [`Trace`] does for a single ray. Boxes are widened by the largest margin
+//! that any ray of the packet needs, so no ray loses a hit.
 
 use std::marker::PhantomData;
 
@@ -31,19 +31,19 @@ use crate::util::patience::Patience;
 use crate::walk::packet::{Boxes, RAYS, VisitTogether, is_coherent, negative, octants};
 use crate::walk::single::{SlabLanes, Visit};
 
-/// If fewer rays than this visit an instance or a box together, tracing them one by one is faster.
+/// If fewer rays than this visit an instance or box together, tracing them one by one is faster.
 const TOGETHER: usize = 2;
 
-/// After a packet whose rays diverge, this many are traced ray by ray; twice as many after each further
-/// failure, up to the second number.
+/// After a packet whose rays diverge, this many packets are traced ray by ray. The number doubles
+/// after each further failure, up to the second value.
 const PATIENCE: [usize; 2] = [4, 256];
 
-/// Decides whether to try a packet, by how earlier packets of the batch fared.
+/// Decides whether to try a packet, based on how earlier packets of the batch fared.
 pub(super) fn patience() -> Patience {
     Patience::new(PATIENCE)
 }
 
-/// The traversal of a scene by up to sixteen rays, together if that pays.
+/// Traces up to sixteen rays through a scene, together if that pays.
 pub(super) struct TraceSome<'a, C> {
     pub(super) scene: &'a Committed,
     pub(super) rays: &'a [Ray64],
@@ -51,7 +51,7 @@ pub(super) struct TraceSome<'a, C> {
     pub(super) mask: u32,
     pub(super) scratch: &'a mut SceneScratch,
     pub(super) patience: &'a mut Patience,
-    /// The hits of each ray.
+    /// Collects the hits of each ray.
     pub(super) collect: &'a mut [C],
 }
 
@@ -96,9 +96,9 @@ struct World<'a> {
     origin: [[f64; RAYS]; 3],
     dir: [[f64; RAYS]; 3],
     t_min: [f64; RAYS],
-    /// The rays that may hit something, a bit each.
+    /// A bit for each ray that may hit something.
     live: u32,
-    /// The rays whose numbers neither overflow nor underflow in f64 lanes, a bit each.
+    /// A bit for each ray whose numbers neither overflow nor underflow in f64 lanes.
     tame: u32,
 }
 
@@ -113,7 +113,7 @@ impl<'a> World<'a> {
             }
             world.t_min[lane] = ray.t_min;
             let is_finite = ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite());
-            // The condition is false for NaN.
+            // The comparison is false for NaN.
             world.live |= u32::from(is_finite && ray.t_min < ray.t_max) << lane;
             let is_tame = exact::is_plain(ray, &Triangle64([[0.0; 3]; 3]));
             world.tame |= u32::from(is_tame) << lane;
@@ -121,8 +121,8 @@ impl<'a> World<'a> {
         world
     }
 
-    /// Transforms the rays in `some` to a tree's units, eight at a time. `into` also returns a mask of the
-    /// rays that it can transform.
+    /// Transforms the rays in `some` to a tree's units, eight at a time. `into` also returns a mask
+    /// of the rays that could be transformed.
     #[inline(always)]
     fn in_tree<S: Simd>(
         &self,
@@ -164,7 +164,7 @@ impl<'a> World<'a> {
     }
 }
 
-/// Eight of sixteen vectors, from `first` on.
+/// Loads eight of sixteen vectors, starting at `first`.
 #[inline(always)]
 fn eight<S: Simd>([x, y, z]: &[[f64; RAYS]; 3], first: usize) -> Vec3<S::F64x8> {
     Vec3 { x: Lanes::load(&x[first..]), y: Lanes::load(&y[first..]), z: Lanes::load(&z[first..]) }
@@ -173,11 +173,11 @@ fn eight<S: Simd>([x, y, z]: &[[f64; RAYS]; 3], first: usize) -> Vec3<S::F64x8> 
 /// Rays in the units of a tree.
 struct InTree {
     packet: RayPacket<RAYS>,
-    /// The factors that convert each ray's t to the packet's.
+    /// The factor that converts each ray's t to the packet's units.
     unit: [f64; RAYS],
-    /// The largest distance outside its box at which a hit of any ray may appear.
+    /// The largest distance outside its box at which any ray's hit may appear.
     room: f64,
-    /// The rays that could be transformed, a bit each.
+    /// A bit for each ray that could be transformed.
     some: u32,
     negative: [u32; 3],
 }
@@ -196,21 +196,22 @@ struct VisitInstances<'a, 'b, S, C> {
     mask: u32,
     scratch: &'b mut SceneScratch,
     collect: &'b mut [C],
-    /// For each ray, the t from which on hits no longer count; NaN if the ray is finished.
+    /// For each ray, the t beyond which hits no longer count; NaN if the ray is finished.
     until: [f64; RAYS],
-    /// The active rays, a bit each.
+    /// A bit for each active ray.
     live: u32,
-    /// The factors that convert each ray's t to the units of the top tree.
+    /// The factor that converts each ray's t to the units of the top tree.
     unit: [f64; RAYS],
-    /// [`VisitInstances::until`] in these units; NaN for rays that are not active.
+    /// [`VisitInstances::until`] in the units of the top tree; NaN for inactive rays.
     far: [f32; RAYS],
-    /// The number of boxes visited, and the total number of visits by single rays.
+    /// The number of boxes visited, and the number of ray visits summed over these boxes.
     work: [usize; 2],
     level: PhantomData<S>,
 }
 
 impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
-    /// Traces the rays. Returns the rays that must be traced alone, because their numbers are too extreme.
+    /// Traces the rays. Returns the rays whose numbers are too extreme for a packet and that must
+    /// be traced alone.
     #[inline(always)]
     fn run(&mut self) -> u32 {
         let (scene, live) = (self.scene, self.world.live);
@@ -226,7 +227,7 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
         for lane in lanes_of(rays.some) {
             self.until[lane] = self.collect[lane].far();
         }
-        // Instances without finite boxes come first, because a hit in them shortens the traversal.
+        // Visit instances without finite boxes first, because their hits shorten the traversal.
         for &instance in &top.everywhere {
             self.visit_instance(instance as usize, rays.some & self.searching());
         }
@@ -248,7 +249,7 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
         alone & !found
     }
 
-    /// The rays for which a further hit can count.
+    /// The rays that still look for hits.
     fn searching(&self) -> u32 {
         (0..RAYS).map(|lane| u32::from(!self.until[lane].is_nan()) << lane).sum()
     }
@@ -269,7 +270,7 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
         let mut alone = some;
         let is_useful = scene.frames[instance].inverse.is_useful();
         if some.count_ones() as usize >= TOGETHER && is_useful {
-            // A separate function, to leave registers free for the traversal.
+            // Call a separate function to leave registers free for the traversal.
             alone = match mesh {
                 SceneMesh::F32(bvh) => S::vectorize(
                     #[inline(always)]
@@ -302,7 +303,8 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
         self.update_far();
     }
 
-    /// Traces rays through the mesh of an instance together. Returns those that must be traced alone.
+    /// Traces rays through the mesh of an instance together. Returns the rays that must be traced
+    /// alone.
     #[inline(always)]
     fn enter<X: BvhScalar>(
         &mut self,
@@ -363,18 +365,18 @@ impl<S: Simd, C: Collect> VisitTogether<S::F32x16> for VisitInstances<'_, '_, S,
     }
 }
 
-/// Tests rays with the triangles of leaves, placed in the world.
+/// Tests rays against the triangles of leaves in world space.
 struct VisitLeaves<'a, S, X: BvhScalar, C> {
     mesh: PlacedMesh<'a, S, X>,
     rays: &'a [Ray64],
-    /// The rays whose numbers neither overflow nor underflow in f64 lanes, a bit each.
+    /// A bit for each ray whose numbers neither overflow nor underflow in f64 lanes.
     tame: u32,
     collect: &'a mut [C],
-    /// For each ray, the t from which on hits no longer count; NaN if the ray is finished.
+    /// For each ray, the t beyond which hits no longer count; NaN if the ray is finished.
     until: &'a mut [f64; RAYS],
-    /// The factors that convert each ray's t to the units of the mesh's tree.
+    /// The factor that converts each ray's t to the units of the mesh's tree.
     unit: [f64; RAYS],
-    /// [`VisitLeaves::until`] in these units; NaN for rays that are not active.
+    /// [`VisitLeaves::until`] in the units of the mesh's tree; NaN for inactive rays.
     far: [f32; RAYS],
 }
 
@@ -386,7 +388,8 @@ impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
     }
 }
 
-/// The t from which on hits no longer count, in a tree's units, for the rays in `some`; NaN for the others.
+/// For the rays in `some`, the t beyond which hits no longer count, in a tree's units; NaN for the
+/// others.
 #[inline(always)]
 fn far_of<S: Simd>(some: u32, until: &[f64; RAYS], unit: &[f64; RAYS]) -> S::F32x16 {
     let some = <S::F32x16 as Lanes>::Mask::from_bits(some);

@@ -1,5 +1,4 @@
-//! Point queries of a committed scene: the closest point of its instances, and how often they wind around a
-//! point.
+//! Point queries on a committed scene: the closest point, and the winding number.
 
 use intertri::internal::exact::{Side, facing, is_on};
 use intertri::{Ray64, Rule, TriangleId};
@@ -13,13 +12,13 @@ use crate::nearest::ClosestPoint;
 use crate::solid::WINDING_DIR;
 use crate::util::threads;
 
-/// Point queries. The masks of geometries do not affect them, as in
-/// [`Bvh::closest_point`](crate::Bvh::closest_point) and [`Solid`](crate::Solid); those of instances do.
+/// Point queries. As in [`Bvh::closest_point`](crate::Bvh::closest_point) and
+/// [`Solid`](crate::Solid), geometry masks have no effect. Instance masks do.
 impl SceneSnapshot {
-    /// The point of all instances that is closest to a given one, within a radius: as
-    /// [`Bvh::closest_point`](crate::Bvh::closest_point) finds it among the triangles in the world. If
-    /// several triangles are equally close, the lower instance wins, then the lower geometry, then the lower
-    /// triangle.
+    /// Returns the point of all instances that is closest to a given point, within a radius. The
+    /// result is what [`Bvh::closest_point`](crate::Bvh::closest_point) would find among the
+    /// world-space triangles. If several triangles are equally close, the lower instance wins, then
+    /// the lower geometry, then the lower triangle.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -50,8 +49,8 @@ impl SceneSnapshot {
         Some(SceneClosestPoint { closest, instance: InstanceId(instance) })
     }
 
-    /// [`SceneSnapshot::closest_point`] of many points, on all threads; [`SceneClosestPoint::NONE`] for a point that has
-    /// none.
+    /// Calls [`SceneSnapshot::closest_point`] for many points, on all threads. A point without a
+    /// closest point yields [`SceneClosestPoint::NONE`].
     pub fn closest_point_batch(&self, points: &[[f64; 3]], radius: f64) -> Vec<SceneClosestPoint> {
         let mut closest = vec![SceneClosestPoint::NONE; points.len()];
         threads::write(&mut closest, PIECE, |i| {
@@ -60,16 +59,18 @@ impl SceneSnapshot {
         closest
     }
 
-    /// Where a point lies: on a triangle of an instance, or inside as often as all instances together wind around it, as
-    /// [`Solid::classify`](crate::Solid::classify) counts it. A mirrored instance of a closed mesh counts as −1.
+    /// Classifies a point as on a triangle of an instance, inside, or outside. It is inside as many
+    /// times as all instances together wind around it, counted as in
+    /// [`Solid::classify`](crate::Solid::classify). A mirrored instance of a closed mesh counts as
+    /// −1.
     ///
-    /// Instances of meshes that are not closed give an answer that depends on the direction in which crossings are
-    /// counted.
+    /// If a mesh is not closed, the result depends on the direction in which crossings are counted.
     pub fn classify(&self, point: [f64; 3]) -> Containment {
         if !point.iter().all(|x| x.is_finite()) {
             return Containment::Outside;
         }
-        // A point on the surface has no side: crossings counted from there would depend on the direction.
+        // A point on the surface has no side: counting crossings from there would depend on the
+        // direction.
         let mut search = Search::new(self, point, 0.0);
         if search.any(|triangle| is_on(triangle, point)) {
             return Containment::Surface;
@@ -80,7 +81,7 @@ impl SceneSnapshot {
         winding.containment
     }
 
-    /// [`SceneSnapshot::classify`] of many points, on all threads.
+    /// Calls [`SceneSnapshot::classify`] for many points, on all threads.
     pub fn classify_batch(&self, points: &[[f64; 3]]) -> Vec<Containment> {
         let mut all = vec![Containment::Outside; points.len()];
         threads::write(&mut all, PIECE, |i| self.classify(points[i]));
@@ -88,7 +89,7 @@ impl SceneSnapshot {
     }
 }
 
-/// The signed sum of crossings.
+/// Sums signed crossings.
 struct Winding<'a> {
     ray: &'a Ray64,
     containment: Containment,
@@ -99,7 +100,7 @@ impl Collect for Winding<'_> {
     const ALL_GEOMETRIES: bool = true;
 
     fn take(&mut self, hit: Candidate) -> bool {
-        // A crossing is a hit by the rule *once*, so the triangle has a side.
+        // Crossings are found by the rule *once*, so the triangle always has a side.
         let leaves = facing(self.ray, &hit.triangle) == Some(Side::Leaves);
         self.containment = self.containment.crossed(leaves);
         true

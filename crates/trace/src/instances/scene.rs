@@ -1,4 +1,4 @@
-//! The editable scene: add, remove, move and hide instances, then commit.
+//! The editable scene: add, remove, move, and hide instances, then commit.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,15 +10,15 @@ use super::mesh::SceneMesh;
 use super::snapshot::SceneSnapshot;
 use crate::tree::LEAF;
 
-/// Instances of meshes, each placed by its own matrix, that may move between queries.
+/// A set of mesh instances, each placed by its own matrix, that may move between queries.
 ///
-/// A matrix has three rows of four numbers, stored row by row. A corner (x, y, z) of the mesh is placed at
-/// `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation rounded in f64. Queries
-/// return what a `Bvh<f64>` over these corners would return, bit for bit. Any finite matrix is allowed: it
-/// may scale, shear and mirror, and one that flattens a mesh makes a flat mesh.
+/// A matrix has three rows of four numbers, stored row by row. It places a corner (x, y, z) of the
+/// mesh at `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation
+/// rounded in f64. Queries return exactly what a `Bvh<f64>` over these corners would return, bit
+/// for bit. Any finite matrix is allowed. It may scale, shear, mirror, or even flatten a mesh.
 ///
-/// Changes take effect when they are committed. A [`SceneSnapshot`] never changes, so other threads may query
-/// one while you edit the scene.
+/// Changes take effect when you commit the scene. A [`SceneSnapshot`] never changes, so other
+/// threads can query it while you edit the scene.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -44,11 +44,12 @@ use crate::tree::LEAF;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// By number; removed instances have no mesh. Shared with the last snapshot until the scene is changed.
+    /// Indexed by instance number; removed instances have no mesh. Shared with the last snapshot
+    /// until the scene changes.
     placed: Arc<Vec<Placed>>,
-    /// The free numbers.
+    /// Instance numbers free for reuse.
     free: Vec<u32>,
-    /// By number; meshes without instances are dropped.
+    /// Indexed by mesh number; meshes without instances are dropped.
     meshes: Vec<Option<MeshEntry>>,
     /// The number of instances of each mesh.
     uses: Vec<usize>,
@@ -57,15 +58,15 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A scene without instances.
+    /// Creates an empty scene.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds an instance of a mesh: an `Arc<Bvh<f32>>` or an `Arc<Bvh<f64>>`.
+    /// Adds an instance of a mesh, which is an `Arc<Bvh<f32>>` or `Arc<Bvh<f64>>`.
     ///
     /// # Errors
-    /// Fails if an entry of the matrix is NaN or infinite, or if memory runs out.
+    /// Fails if a matrix entry is NaN or infinite, or if memory runs out.
     pub fn add(
         &mut self,
         mesh: impl Into<SceneMesh>,
@@ -91,16 +92,16 @@ impl Scene {
         Ok(InstanceId(id))
     }
 
-    /// Removes an instance. Its number is reused for an instance added later.
+    /// Removes an instance. Its number may be reused for an instance added later.
     ///
     /// # Errors
-    /// Fails if there is no such instance.
+    /// Fails if the instance does not exist.
     pub fn remove(&mut self, id: InstanceId) -> Result<(), SceneError> {
-        // The slot stays, so that the others keep their numbers.
+        // Keep the slot, so that other instances keep their numbers.
         let mesh = std::mem::replace(&mut self.instance(id)?.mesh, NO_MESH) as usize;
         self.free.push(id.0);
         self.uses[mesh] -= 1;
-        // The last instance of a mesh takes the mesh with it.
+        // Drop a mesh along with its last instance.
         if self.uses[mesh] == 0
             && let Some(entry) = self.meshes[mesh].take()
         {
@@ -109,29 +110,29 @@ impl Scene {
         Ok(())
     }
 
-    /// Changes the placement of an instance.
+    /// Moves an instance by replacing its matrix.
     ///
     /// # Errors
-    /// Fails if there is no such instance, or an entry of the matrix is NaN or infinite.
+    /// Fails if the instance does not exist, or if a matrix entry is NaN or infinite.
     pub fn place(&mut self, id: InstanceId, matrix: [f64; 12]) -> Result<(), SceneError> {
         check(&matrix)?;
         self.instance(id)?.matrix = matrix;
         Ok(())
     }
 
-    /// Shows an instance to all queries, or hides it: sets its mask to `u32::MAX`, or to 0.
+    /// Shows or hides an instance by setting its mask to `u32::MAX` or 0.
     ///
     /// # Errors
-    /// Fails if there is no such instance.
+    /// Fails if the instance does not exist.
     pub fn show(&mut self, id: InstanceId, is_visible: bool) -> Result<(), SceneError> {
         self.set_mask(id, if is_visible { u32::MAX } else { 0 })
     }
 
-    /// Sets the mask of an instance, which is `u32::MAX` at first: queries see it if their masks
-    /// ([`SceneSnapshot::mask`]) share a bit with it.
+    /// Sets the mask of an instance, initially `u32::MAX`. Queries consider the instance if their
+    /// own mask ([`SceneSnapshot::mask`]) shares a bit with it.
     ///
     /// # Errors
-    /// Fails if there is no such instance.
+    /// Fails if the instance does not exist.
     pub fn set_mask(&mut self, id: InstanceId, mask: u32) -> Result<(), SceneError> {
         self.instance(id)?.mask = mask;
         Ok(())
@@ -142,17 +143,17 @@ impl Scene {
         self.placed.len() - self.free.len()
     }
 
-    /// Whether there are no instances.
+    /// Returns whether the scene has no instances.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether there is such an instance.
+    /// Returns whether the scene contains an instance.
     pub fn contains(&self, id: InstanceId) -> bool {
         self.placed.get(id.index()).is_some_and(|placed| placed.mesh != NO_MESH)
     }
 
-    /// The current scene, for queries. Rebuilds the tree of instances, on all threads.
+    /// Commits the current scene for queries. This rebuilds the tree of instances, on all threads.
     ///
     /// # Errors
     /// Fails if there is too little memory.
@@ -161,7 +162,7 @@ impl Scene {
         Ok(SceneSnapshot::new(committed))
     }
 
-    /// The instance with this number.
+    /// Looks up an instance to be edited.
     fn instance(&mut self, id: InstanceId) -> Result<&mut Placed, SceneError> {
         if self.contains(id) {
             Ok(&mut Arc::make_mut(&mut self.placed)[id.index()])
@@ -170,7 +171,7 @@ impl Scene {
         }
     }
 
-    /// The number of a mesh; a new mesh gets one.
+    /// The number of a mesh, assigned on first use.
     fn number_of(&mut self, mesh: SceneMesh) -> u32 {
         let Self { meshes, uses, numbers, .. } = self;
         *numbers.entry(mesh.address()).or_insert_with(|| {
@@ -188,7 +189,7 @@ impl Scene {
     }
 }
 
-/// Fails if an entry of a matrix is not finite.
+/// Fails if a matrix entry is not finite.
 fn check(matrix: &[f64; 12]) -> Result<(), SceneError> {
     match matrix.iter().position(|x| !x.is_finite()) {
         Some(at) => Err(SceneError::NotFinite { row: at / 4, column: at % 4 }),

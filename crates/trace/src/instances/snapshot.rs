@@ -1,4 +1,4 @@
-//! The queries of a committed scene.
+//! Ray queries on a committed scene.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -18,11 +18,12 @@ use crate::util::patience::Patience;
 use crate::util::threads;
 use crate::walk::packet::RAYS;
 
-/// A [`Scene`](crate::Scene) as it was committed. It never changes; clones share it.
+/// A committed [`Scene`](crate::Scene). It never changes, and clones share its data.
 ///
-/// Answers are those of the mode `exact` on the corners in world space, which [`Scene`](crate::Scene) defines: t, u and v
-/// are correctly rounded. If two hits have the same t, the lower instance wins, then the lower geometry, then the lower
-/// triangle. Hidden instances, and geometries whose mask is 0, are ignored; [`SceneSnapshot::mask`] ignores others.
+/// Results are those of the mode `exact` on the world-space corners defined by
+/// [`Scene`](crate::Scene): t, u, and v are correctly rounded. If two hits have the same t, the
+/// lower instance wins, then the lower geometry, then the lower triangle. Hidden instances and
+/// geometries with mask 0 are ignored; [`SceneSnapshot::mask`] lets you ignore more.
 #[derive(Clone, Debug)]
 pub struct SceneSnapshot {
     pub(super) committed: Arc<Committed>,
@@ -30,11 +31,11 @@ pub struct SceneSnapshot {
     pub(super) mask: u32,
 }
 
-/// The number of rays of a batch that a thread takes at a time.
+/// The number of rays or points that a thread takes at a time.
 pub(super) const PIECE: usize = 1 << 6;
 
 thread_local! {
-    /// The thread's stacks, which are kept between queries.
+    /// The thread's stacks, kept between queries.
     static SCRATCH: Cell<Option<SceneScratch>> = const { Cell::new(None) };
 }
 
@@ -43,14 +44,14 @@ impl SceneSnapshot {
         Self { committed: Arc::new(committed), level: Level::best(), mask: u32::MAX }
     }
 
-    /// Sets the level of CPU instructions. Answers do not depend on it.
+    /// Sets the instruction set level to use. Results do not depend on it.
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }
 
-    /// This snapshot for queries that see only some instances and geometries: those whose masks
-    /// ([`Scene::set_mask`](crate::Scene::set_mask), [`Bvh::set_mask`](crate::Bvh::set_mask)) share a bit
-    /// with this one.
+    /// Restricts queries to the instances and geometries whose masks
+    /// ([`Scene::set_mask`](crate::Scene::set_mask), [`Bvh::set_mask`](crate::Bvh::set_mask)) share
+    /// a bit with this one.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -73,7 +74,7 @@ impl SceneSnapshot {
         Self { mask, ..self }
     }
 
-    /// The closest hit.
+    /// Returns the closest hit, if any.
     pub fn closest(&self, ray: &Ray64) -> Option<SceneHit> {
         let mut closest = Closest::of(ray);
         self.trace(ray, Rule::Closed, &mut closest);
@@ -83,20 +84,21 @@ impl SceneSnapshot {
         Some(self.named(ray, &found, hit[0]))
     }
 
-    /// Whether anything is hit.
+    /// Returns whether the ray hits anything.
     pub fn any(&self, ray: &Ray64) -> bool {
         let mut any = Any { t_max: ray.t_max, is_hit: false };
         self.trace(ray, Rule::Closed, &mut any);
         any.is_hit
     }
 
-    /// Every hit, by t; if two have the same t, by instance, geometry, and triangle.
+    /// Returns all hits, sorted by t. Hits with the same t are sorted by instance, then geometry,
+    /// then triangle.
     pub fn all(&self, ray: &Ray64) -> Vec<SceneHit> {
         self.all_by(ray, Rule::Closed)
     }
 
-    /// The crossings of a ray with the meshes, sorted like [`SceneSnapshot::all`]; but a point on an edge or
-    /// a corner of a mesh belongs to only one of its triangles.
+    /// Returns the ray's crossings with the meshes, sorted like [`SceneSnapshot::all`]. A point on
+    /// an edge or corner of a mesh counts for only one of its triangles.
     pub fn crossings(&self, ray: &Ray64) -> Vec<SceneHit> {
         self.all_by(ray, Rule::Once)
     }
@@ -105,7 +107,7 @@ impl SceneSnapshot {
         let mut all = All { t_max: ray.t_max, hits: Vec::new() };
         self.trace(ray, rule, &mut all);
         let mut found = all.hits;
-        // Sort by index, then by t with a stable sort.
+        // Sort by index first, then stably by t.
         found.sort_unstable_by_key(Candidate::key);
         let t: Vec<f64> = found.iter().map(|hit| exact::t(ray, &hit.triangle)).collect();
         let mut order: Vec<usize> = (0..found.len()).collect();
@@ -117,7 +119,7 @@ impl SceneSnapshot {
         self.hits(ray, &sorted)
     }
 
-    /// The hits of triangles that a ray is known to hit.
+    /// The hits on triangles that the ray is known to hit.
     fn hits(&self, ray: &Ray64, found: &[Candidate]) -> Vec<SceneHit> {
         let pairs: Vec<_> = found.iter().map(|hit| (ray, &hit.triangle, hit.position)).collect();
         let mut hits = vec![Hit::MISS; found.len()];
@@ -125,7 +127,7 @@ impl SceneSnapshot {
         hits.into_iter().zip(found).map(|(hit, found)| self.named(ray, found, hit)).collect()
     }
 
-    /// A hit, its triangle named within its geometry.
+    /// Completes a hit: names the triangle within its geometry, and adds the instance.
     fn named(&self, ray: &Ray64, found: &Candidate, mut hit: Hit) -> SceneHit {
         if let Some(entry) = self.committed.mesh(found.instance as usize) {
             entry.mesh.tree().geometries.rename([&mut hit]);
@@ -141,7 +143,7 @@ impl SceneSnapshot {
         });
     }
 
-    /// Traces rays on this thread, together where that pays; `collect[i]` belongs to `rays[i]`.
+    /// Traces rays on this thread, together where that pays. `collect[i]` belongs to `rays[i]`.
     fn trace_each<C: Collect>(&self, rays: &[Ray64], collect: &mut [C], patience: &mut Patience) {
         let (scene, mask, rule) = (&*self.committed, self.mask, Rule::Closed);
         self.with_scratch(|scratch| {
@@ -155,29 +157,30 @@ impl SceneSnapshot {
 
     fn with_scratch(&self, trace: impl FnOnce(&mut SceneScratch)) {
         let scene = &*self.committed;
-        // Taken out while in use: a query within a query finds none, and creates its own.
+        // Take the scratch out while it is in use. A nested query finds none and creates its own.
         let kept = SCRATCH.try_with(Cell::take).ok().flatten();
         let mut scratch =
             kept.filter(|kept| kept.fits(scene)).unwrap_or_else(|| SceneScratch::new(scene));
         trace(&mut scratch);
-        // If the thread is about to end, it is not needed any more.
+        // This fails if the thread is ending; the scratch is no longer needed then.
         let _ = SCRATCH.try_with(|last| last.set(Some(scratch)));
     }
 }
 
-/// Many rays per call, on all threads; `answers[i]` belongs to `rays[i]`.
+/// Batch queries for many rays, on all threads. Result `i` belongs to `rays[i]`.
 impl SceneSnapshot {
-    /// [`SceneSnapshot::closest`] for many rays; [`SceneHit::MISS`] for a ray that hits nothing.
+    /// Like [`SceneSnapshot::closest`], but for many rays. A ray without a hit yields
+    /// [`SceneHit::MISS`].
     pub fn closest_batch(&self, rays: &[Ray64]) -> Vec<SceneHit> {
         let mut hits = vec![SceneHit::MISS; rays.len()];
         self.closest_batch_into(rays, &mut hits);
         hits
     }
 
-    /// [`SceneSnapshot::closest_batch`] into a slice.
+    /// Like [`SceneSnapshot::closest_batch`], but writes the hits to a slice.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn closest_batch_into(&self, rays: &[Ray64], hits: &mut [SceneHit]) {
         chunks(rays, hits, |rays, hits| {
             let mut patience = patience();
@@ -188,13 +191,13 @@ impl SceneSnapshot {
         });
     }
 
-    /// The closest hits of at most [`PIECE`] rays, on this thread.
+    /// Finds the closest hits of at most [`PIECE`] rays, on this thread.
     fn closest_of(&self, rays: &[Ray64], hits: &mut [SceneHit], patience: &mut Patience) {
         let mut closest: Vec<Closest<'_>> = rays.iter().map(Closest::of).collect();
         self.trace_each(rays, &mut closest, patience);
         let found = closest.iter().map(|closest| closest.best.map(|(_, best)| best));
         let found: Vec<Option<Candidate>> = found.collect();
-        // t, u and v of several rays are computed side by side.
+        // Compute t, u, and v for several rays in SIMD lanes.
         let rays_and_found = || rays.iter().zip(&found).filter_map(|(r, f)| Some((r, f.as_ref()?)));
         let pairs: Vec<_> = rays_and_found().map(|(r, f)| (r, &f.triangle, f.position)).collect();
         let mut numbers = [Hit::MISS; PIECE];
@@ -205,17 +208,17 @@ impl SceneSnapshot {
         }
     }
 
-    /// [`SceneSnapshot::any`] for many rays.
+    /// Like [`SceneSnapshot::any`], but for many rays.
     pub fn any_batch(&self, rays: &[Ray64]) -> Vec<bool> {
         let mut any = vec![false; rays.len()];
         self.any_batch_into(rays, &mut any);
         any
     }
 
-    /// [`SceneSnapshot::any_batch`] into a slice.
+    /// Like [`SceneSnapshot::any_batch`], but writes the results to a slice.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn any_batch_into(&self, rays: &[Ray64], any: &mut [bool]) {
         chunks(rays, any, |rays, any| {
             let mut patience = patience();
@@ -229,7 +232,7 @@ impl SceneSnapshot {
         });
     }
 
-    /// [`SceneSnapshot::all`] for many rays, in compact arrays.
+    /// Like [`SceneSnapshot::all`], but for many rays. Returns the hits in compact arrays.
     ///
     /// # Errors
     /// Fails if there is too little memory for the hits.
@@ -237,7 +240,8 @@ impl SceneSnapshot {
         self.lists(rays, Rule::Closed)
     }
 
-    /// [`SceneSnapshot::crossings`] for many rays, in compact arrays.
+    /// Like [`SceneSnapshot::crossings`], but for many rays. Returns the crossings in compact
+    /// arrays.
     ///
     /// # Errors
     /// Fails if there is too little memory for the crossings.

@@ -1,4 +1,4 @@
-//! The tree of instances: nodes of eight boxes, each a node or an instance.
+//! The tree of instances. Each node has eight boxes, which contain other nodes or instances.
 
 use intertri::TriangleOf;
 use intertri::internal::LocalFrame;
@@ -10,21 +10,21 @@ use crate::scalar::crowd;
 use crate::tree::{Aabb, Node, Tree};
 use crate::util::memory::{NoMemory, room};
 
-/// The tree over the boxes of instances, in f32 relative to the centre of the scene.
+/// A tree over the boxes of instances, in f32 relative to the centre of the scene.
 #[derive(Debug)]
 pub(super) struct Top {
     pub(super) nodes: Vec<Node>,
     pub(super) stack: usize,
     frame: LocalFrame,
-    /// The largest coordinate of a box.
+    /// The largest magnitude of a box coordinate.
     pub(super) reach: f32,
     /// The number of instances below the nodes.
     pub(super) boxed: usize,
-    /// The instances whose boxes are infinite.
+    /// Instances with infinite boxes.
     pub(super) everywhere: Vec<u32>,
 }
 
-/// An instance and a box that contains it.
+/// An instance and its bounding box.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InstanceBox {
     pub(super) instance: u32,
@@ -32,14 +32,14 @@ pub(super) struct InstanceBox {
 }
 
 impl Top {
-    /// The tree over instances.
+    /// Builds the tree over instances.
     pub(super) fn over(boxes: &[InstanceBox]) -> Result<Self, NoMemory> {
         let (mut around, mut everywhere) =
             ([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], Vec::new());
         let mut finite = room(boxes.len())?;
         for one in boxes {
             let [lo, hi] = one.bounds;
-            // A side that is NaN or infinite makes the sum NaN.
+            // NaN or an infinity on any side makes the sum NaN.
             if lo.iter().chain(&hi).map(|x| x * 0.0).sum::<f64>() != 0.0 {
                 everywhere.try_reserve(1)?;
                 everywhere.push(one.instance);
@@ -53,15 +53,15 @@ impl Top {
         }
         let middle =
             |one: &&InstanceBox| [0, 1, 2].map(|k| 0.5 * one.bounds[0][k] + 0.5 * one.bounds[1][k]);
-        // f32 is most precise near 0, so the frame is centred where most instances are: a distant one must
-        // not make all other boxes coarse.
+        // f32 is most precise near 0, so centre the frame where most instances are. Otherwise, a
+        // single distant instance would make all boxes coarse.
         let frame = LocalFrame::around(around, crowd(finite.iter().map(middle)));
 
         let (mut reach, mut scaled) = (0.0_f32, room(finite.len())?);
         for one in &finite {
             let [lo, hi] = one.bounds;
-            // The frame rounds the boxes of triangles outward, so pass a degenerate triangle over two
-            // opposite corners.
+            // The frame rounds the boxes of triangles outward, so pass a degenerate triangle that
+            // spans two opposite corners.
             let Some([lo, hi]) = frame.bounds(&TriangleOf([lo, hi, lo])) else {
                 everywhere.try_reserve(1)?;
                 everywhere.push(one.instance);
@@ -82,28 +82,28 @@ impl Top {
         })
     }
 
-    /// The box of a node's child in the world, or a little more.
+    /// A world-space box that contains the box of a node's child.
     #[inline(always)]
     pub(super) fn child_box(&self, node: &Node, slot: usize) -> [[f64; 3]; 2] {
         let ((centre, _), scale) = (self.frame.centre_and_exponent(), self.frame.scale());
         [false, true].map(|upper| {
             [0, 1, 2].map(|axis| {
                 let side = f64::from(node.sides(axis, upper)[slot]) / scale;
-                // More than the rounding of the sum.
+                // Exceeds the rounding error of the sum.
                 let room = f64::EPSILON * (side.abs() + centre[axis].abs()) + f64::MIN_POSITIVE;
                 side + centre[axis] + if upper { room } else { -room }
             })
         })
     }
 
-    /// Rays in the tree's units.
+    /// Transforms rays to the tree's units.
     #[inline(always)]
     pub(super) fn tree_ray<D: Lanes<Scalar = f64>>(
         &self,
         [origin, dir]: [Vec3<D>; 2],
     ) -> TreeRay<D> {
         let ((centre, _), scale) = (self.frame.centre_and_exponent(), D::splat(self.frame.scale()));
-        // Boxes were rounded outward and contain their hits, so no other margin is needed.
+        // Boxes were rounded outward and contain their hits, so no further margin is needed.
         let origin = (origin - Vec3::splat(centre)) * scale;
         TreeRay { origin, dir: dir * scale, room: D::splat(0.0) }
     }

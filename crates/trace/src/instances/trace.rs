@@ -1,9 +1,10 @@
-//! Traces one ray through a scene: the tree of instances, the mesh of each, and the triangles in world space.
+//! Traces one ray through a scene: the tree of instances, then their meshes, then triangles in
+//! world space.
 //!
 //! ```text
-//!   world   tree of instances ──► an instance             triangles as placed, in f64 lanes ──► exact
-//!   mesh                            └──► its tree, by a ray in its frame ──┘
-//!                                        or by its boxes, as placed, where the frame is of no use
+//!   world   tree of instances ──► an instance             triangles in world space, in f64 lanes ──► exact
+//!   mesh                            └──► its tree, by a ray in mesh space ─┘
+//!                                        or by its boxes in world space, if the inverse is of no use
 //! ```
 
 use std::marker::PhantomData;
@@ -25,7 +26,7 @@ use crate::tree::{EMPTY, LEAF, Node};
 use crate::walk::packet::PacketStack;
 use crate::walk::single::{SlabLanes, TraversalScratch, Visit, Walk};
 
-/// The stacks of a ray and of a packet: one for the instances, one for a mesh.
+/// The traversal stacks for single rays and packets: one each for the instances and for a mesh.
 pub(super) struct SceneScratch {
     instances: Box<TraversalScratch>,
     pub(super) mesh: Box<TraversalScratch>,
@@ -46,12 +47,12 @@ impl SceneScratch {
     }
 }
 
-/// The traversal of a scene by one ray.
+/// Traces one ray through a scene.
 pub(super) struct Trace<'a, C> {
     pub(super) scene: &'a Committed,
     pub(super) ray: &'a Ray64,
     pub(super) rule: Rule,
-    /// Instances and geometries count whose masks share a bit with this one.
+    /// Only instances and geometries whose masks share a bit with this one count.
     pub(super) mask: u32,
     pub(super) scratch: &'a mut SceneScratch,
     pub(super) collect: &'a mut C,
@@ -64,7 +65,7 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
     fn run<S: Simd>(self) {
         let Self { scene, ray, rule, mask, scratch, collect } = self;
         let is_finite = ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite());
-        // The condition is false for NaN.
+        // The comparison is false for NaN.
         if !(is_finite && ray.t_min < ray.t_max) {
             return;
         }
@@ -81,7 +82,7 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
             unit: 1.0,
             level: PhantomData::<S>,
         };
-        // Instances without finite boxes come first, because a hit in them shortens the traversal.
+        // Visit instances without finite boxes first, because their hits shorten the traversal.
         for &instance in &top.everywhere {
             if visitor.visit(instance as usize).is_none() {
                 return;
@@ -90,7 +91,7 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
         let in_tree = top.tree_ray([ray.origin, ray.dir].map(Vec3::<f64>::splat));
         let Some(TreeSlabs { slabs, octant, unit }) = TreeSlabs::new::<S>(in_tree, top.reach)
         else {
-            // Too far out, or of extreme length: test all instances.
+            // The origin is too far out or the direction has an extreme length: test all instances.
             let mut all = instances_below(&top.nodes);
             let _ = all.try_for_each(|instance| visitor.visit(instance).map(|_| ()));
             return;
@@ -111,24 +112,24 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
     }
 }
 
-/// All instances below nodes.
+/// Iterates over all instances below the given nodes.
 fn instances_below(nodes: &[Node]) -> impl Iterator<Item = usize> {
     let children = nodes.iter().flat_map(Node::children);
     let leaves = children.filter(|&&child| child != EMPTY && child & LEAF != 0);
     leaves.map(|child| (child ^ LEAF) as usize)
 }
 
-/// Traces one ray through each instance that it may meet.
+/// Traces one ray through each instance that it may hit.
 pub(super) struct VisitOne<'a, S, C> {
     pub(super) scene: &'a Committed,
     pub(super) ray: &'a Ray64,
     pub(super) rule: Rule,
     pub(super) mask: u32,
-    /// Whether computing with the ray in f64 lanes loses nothing except by rounding.
+    /// Whether f64 lanes can process the ray without overflow or underflow.
     pub(super) is_tame: bool,
     pub(super) scratch: &'a mut TraversalScratch,
     pub(super) collect: &'a mut C,
-    /// The factor from a t of the ray to one in the units of the top tree.
+    /// Converts the ray's t to the units of the top tree.
     pub(super) unit: f64,
     pub(super) level: PhantomData<S>,
 }
@@ -140,7 +141,7 @@ impl<S: Simd, C: Collect> Visit for VisitOne<'_, S, C> {
         let Some(MeshEntry { mesh, extent }) = self.scene.mesh(instance).filter(|_| is_seen) else {
             return Some(rounded_up(self.collect.far(), self.unit));
         };
-        // A separate function, which leaves registers to the traversal.
+        // Call a separate function to leave registers free for the traversal.
         let go_on = match mesh {
             SceneMesh::F32(bvh) => S::vectorize(
                 #[inline(always)]
@@ -186,8 +187,8 @@ impl<S: Simd, C: Collect> VisitOne<'_, S, C> {
             WorldWalk { tree, extent, matrix, sizes, ray }.run(&mut leaves);
             return leaves.go_on;
         };
-        // From here on, a t of the traversal is one of the ray times this power of two, because the frame
-        // scales the direction.
+        // From here on, the t of the traversal is the ray's t times this power of two, because the
+        // direction was scaled.
         leaves.unit = unit;
         let interval = [rounded_down(ray.t_min, unit), leaves.far()];
         let (shortens, closest) = (C::SHORTENS, C::SHORTENS);

@@ -1,4 +1,4 @@
-//! Rays in the units of a tree, prepared for the slab test.
+//! Transforms rays to the units of a tree for the slab test.
 
 use intertri::Ray;
 use intertri::simd::{Lanes, Simd};
@@ -7,27 +7,27 @@ use super::matrix::{TreeRay, largest};
 use crate::tree::Margin;
 use crate::walk::single::{Slabs, octant};
 
-/// Each coordinate of an origin must be smaller than this (2^49) for the slab test.
+/// The slab test requires every coordinate of the origin to be smaller than this (2^49).
 const FAR: f64 = (1_u64 << 49) as f64;
 
-/// The length of the shortest direction (2^-900); its inverse is that of the longest.
+/// The shortest direction allowed (2^-900). The longest is its inverse.
 const SHORT: f64 = f64::from_bits((1023 - 900) << 52);
 
 impl<D: Lanes<Scalar = f64>> TreeRay<D> {
-    /// Scales the directions by powers of two to lengths between 1 and 2, because the bounds of the slab test
-    /// exclude very long and very short ones. Returns the scaled rays, the factors that convert a t to their
-    /// units, and the rays that are in range for the slab test.
+    /// Scales directions by powers of two to lengths between 1 and 2, because the error bounds of
+    /// the slab test exclude very long and very short ones. Returns the scaled rays, the factors
+    /// that convert t to their units, and a mask of the rays that are in range for the slab test.
     #[inline(always)]
     pub(super) fn scaled(self) -> (Self, D, D::Mask) {
         let Self { origin, dir, room } = self;
         let splat = D::splat;
-        // Each axis separately, because a maximum may hide a NaN.
+        // Test each axis separately, because `max` may hide a NaN.
         let (at, along, most) = (origin.abs(), dir.abs(), splat(1.0 / SHORT));
         let is_near = at.x.lt(splat(FAR)) & at.y.lt(splat(FAR)) & at.z.lt(splat(FAR));
         let is_bounded = along.x.le(most) & along.y.le(most) & along.z.le(most);
         let length = largest(dir);
         let is_sane = is_near & is_bounded & length.ge(splat(SHORT));
-        // A power of two, so nothing is rounded.
+        // Scaling by a power of two is exact.
         let unit = length.power();
         let dir = dir * (splat(1.0) / unit);
         (Self { origin, dir, room }, unit, is_sane)
@@ -38,12 +38,12 @@ impl<D: Lanes<Scalar = f64>> TreeRay<D> {
 pub(super) struct TreeSlabs {
     pub(super) slabs: Slabs,
     pub(super) octant: usize,
-    /// The factor that converts a t of the ray to the slabs' units, a power of two.
+    /// The power of two that converts the ray's t to the slabs' units.
     pub(super) unit: f64,
 }
 
 impl TreeSlabs {
-    /// `None` if numbers are too large or too small for the slab test.
+    /// Returns `None` if numbers are too large or too small for the slab test.
     #[inline(always)]
     pub(super) fn new<S: Simd>(ray: TreeRay<f64>, reach: f32) -> Option<Self> {
         let (TreeRay { origin, dir, room }, unit, is_sane) = ray.scaled();
@@ -60,30 +60,30 @@ impl TreeSlabs {
     }
 }
 
-/// Multiplying a positive f32 by one of these moves it down or up by at least one ulp. A subnormal one needs
-/// [`f32::MIN_POSITIVE`], too.
+/// Multiplying a positive normal f32 by one of these moves it down or up by at least one ulp.
+/// Subnormal numbers also need [`f32::MIN_POSITIVE`].
 const DOWN: f32 = 1.0 - f32::EPSILON;
 const UP: f32 = 1.0 + f32::EPSILON;
 
-/// A t in the units of the slabs, rounded down, at least 0.
+/// Converts a t to the slabs' units and rounds it down, but not below 0.
 #[inline(always)]
 pub(super) fn rounded_down(t: f64, unit: f64) -> f32 {
     lowered((t * unit) as f32)
 }
 
-/// A t in the units of the slabs, rounded up. NaN stays NaN.
+/// Converts a t to the slabs' units and rounds it up. NaN stays NaN.
 #[inline(always)]
 pub(super) fn rounded_up(t: f64, unit: f64) -> f32 {
     raised((t * unit) as f32)
 }
 
-/// [`rounded_down`] for sixteen t, each with its own factor.
+/// [`rounded_down`] for sixteen values of t, each with its own factor.
 #[inline(always)]
 pub(super) fn all_rounded_down<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
     lowered(in_f32::<S>(t, unit))
 }
 
-/// [`rounded_up`] for sixteen t, each with its own factor.
+/// [`rounded_up`] for sixteen values of t, each with its own factor.
 #[inline(always)]
 pub(super) fn all_rounded_up<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
     raised(in_f32::<S>(t, unit))
@@ -96,7 +96,7 @@ fn lowered<F: Lanes<Scalar = f32>>(t: F) -> F {
     (finite * F::splat(DOWN) - F::splat(f32::MIN_POSITIVE)).max(F::splat(0.0))
 }
 
-/// Rounds up by at least one ulp, unless the number is negative: no hit lies before that.
+/// Rounds up by at least one ulp, except for negative numbers, at which there are no hits.
 #[inline(always)]
 fn raised<F: Lanes<Scalar = f32>>(t: F) -> F {
     t * F::splat(UP) + F::splat(f32::MIN_POSITIVE)

@@ -1,5 +1,5 @@
-//! Traces a ray through the boxes of a mesh as placed in the world, for placements without a useful inverse,
-//! such as flat ones.
+//! Traverses the boxes of a mesh in world space. Used for placements without a useful inverse, such
+//! as those that flatten the mesh.
 
 use intertri::Ray64;
 
@@ -12,10 +12,10 @@ use crate::tree::{EMPTY, LEAF, Tree};
 use crate::walk::single::Visit;
 use intertri::simd::Simd;
 
-/// The relative error of a plane's t.
+/// A bound on the relative error of a plane's t.
 const SHARE: f64 = 4.0 * f64::EPSILON;
 
-/// A traversal of boxes in world space.
+/// A traversal in world space.
 pub(super) struct WorldWalk<'a> {
     pub(super) tree: &'a Tree,
     pub(super) extent: &'a Extent,
@@ -25,13 +25,13 @@ pub(super) struct WorldWalk<'a> {
 }
 
 impl WorldWalk<'_> {
-    /// Visits the leaves that the ray may meet; of a node's children, those that begin first.
+    /// Visits the leaves that the ray may reach, nearest children first.
     #[inline(always)]
     pub(super) fn run<S: Simd, X: BvhScalar, C: Collect>(
         &self,
         leaves: &mut VisitLeaves<'_, S, X, C>,
     ) {
-        // Triangles too thin for f32 boxes have a separate root.
+        // Triangles that are too thin for f32 boxes have a separate root.
         let mut stack = vec![(0.0, 0), (0.0, self.tree.thin_root)];
         while let Some((near, child)) = stack.pop() {
             if child == EMPTY || near > leaves.collect.far() {
@@ -55,13 +55,14 @@ impl WorldWalk<'_> {
                     stack.push((near, child));
                 }
             }
-            // Push the nearest last, because a stack is last in, first out.
+            // Sort the nearest to the top of the stack.
             stack[start..].sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
         }
     }
 }
 
-/// A lower bound on the first t in a box, if the ray may be in it before `far`.
+/// Returns a lower bound on the t at which the ray enters a box, or `None` if it certainly does not
+/// enter the box before `far`.
 fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
     let (mut first, mut last) = (ray.t_min.max(0.0), far);
     for k in 0..3 {
@@ -73,11 +74,12 @@ fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
             }
             continue;
         }
-        // The side that the ray meets first.
+        // The side that the ray reaches first.
         let (from, to) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
         let (from, to) = ((from - o) / d, (to - o) / d);
         let (from, to) = (from - SHARE * from.abs(), to + SHARE * to.abs());
-        // An overflowed number gives no bound, and the effect of underflow is less than this.
+        // An infinite value provides no bound. Subtracting or adding the smallest normal number
+        // covers underflow.
         if from < f64::INFINITY {
             first = first.max(from - f64::MIN_POSITIVE);
         }

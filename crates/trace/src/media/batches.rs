@@ -1,4 +1,4 @@
-//! Many rays and points per call.
+//! Media queries for many rays and points at once.
 
 use intertri::RayOf;
 
@@ -9,15 +9,15 @@ use crate::scalar::BvhScalar;
 use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 use crate::util::threads;
 
-/// Rays that are traced together, few enough that the lists of their crossings stay small.
+/// The number of rays to trace together, small enough that their lists of crossings stay small.
 const SLAB: usize = 1 << 16;
 
-/// Rays whose segments one thread lists at a time.
+/// The number of rays whose segments a thread lists at a time.
 const CHUNK: usize = 1 << 10;
 
-/// Many points or rays per call, on all threads. `answers[i]` belongs to `rays[i]`.
+/// Batch queries for many points or rays, on all threads. Result `i` belongs to point or ray `i`.
 impl<S: BvhScalar> Media<S> {
-    /// [`Media::medium_at`] for many points.
+    /// Like [`Media::medium_at`], but for many points.
     ///
     /// # Errors
     /// Fails if there is too little memory.
@@ -32,7 +32,7 @@ impl<S: BvhScalar> Media<S> {
         Ok(media)
     }
 
-    /// [`Media::next_crossing`] for many rays.
+    /// Like [`Media::next_crossing`], but for many rays.
     ///
     /// # Errors
     /// Fails if there is too little memory.
@@ -48,7 +48,7 @@ impl<S: BvhScalar> Media<S> {
         Ok(next)
     }
 
-    /// [`Media::segments`] for many rays, in compact arrays.
+    /// Like [`Media::segments`], but for many rays. Returns the segments in compact arrays.
     ///
     /// # Errors
     /// Fails if there is too little memory.
@@ -76,7 +76,7 @@ impl<S: BvhScalar> Media<S> {
         Ok(lists)
     }
 
-    /// All crossings of the rays, whatever their `t_max`.
+    /// All crossings of the rays, ignoring their `t_max`.
     fn crossings(&self, rays: &[RayOf<S>]) -> Result<CrossingLists, OutOfMemory> {
         let mut whole = room(rays.len())?;
         whole.extend(rays.iter().map(endless));
@@ -84,7 +84,7 @@ impl<S: BvhScalar> Media<S> {
     }
 }
 
-/// The segments of the rays, and the end of each ray's segments.
+/// Lists the segments of the rays, and the end of each ray's segments in that list.
 fn listed<'a>(
     paths: impl Iterator<Item = Path<'a>>,
 ) -> Result<(Vec<usize>, Vec<Segment>), NoMemory> {

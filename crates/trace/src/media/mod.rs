@@ -23,17 +23,18 @@ use crate::scalar::BvhScalar;
 use crate::solid::{Solid, SolidError, WINDING_DIR};
 use path::Path;
 
-/// Closed meshes in one hierarchy, each filled with a medium, for particles that travel from medium to
-/// medium.
+/// A set of closed meshes in one hierarchy, each filled with a medium. Use it to follow particles
+/// from medium to medium.
 ///
-/// Each mesh is a geometry of the hierarchy, in the given order. Meshes may be nested, touch and overlap:
-/// where several wind around a point, the last of them decides. So list them from the outside in. Where none
-/// does, the medium is `None`, the outside.
+/// Each mesh is a geometry of the hierarchy, in the given order. Meshes may be nested, touch, or
+/// overlap: where several wind around a point, the last one in the list decides, so list them from
+/// the outside in. Where no mesh winds around a point, the medium is `None`, that is, the outside.
 ///
-/// Each point of space and each part of a ray has one medium. Crossings at the same t count together, so
-/// there is no gap between solids that touch, and their order is exact. A ray that starts on a wall starts in
-/// the medium that it enters. A ray along a wall passes the wall's corners on one side, which is the same for
-/// all triangles and meshes: the rule of [`Query::crossings`](crate::Query::crossings).
+/// Every point in space and every part of a ray has exactly one medium. Crossings at the same t are
+/// evaluated together, so touching solids have no gap between them, and the order of crossings is
+/// exact. A ray that starts on a wall starts in the medium that it enters. A ray that runs along a
+/// wall passes the wall's corners on a definite side, which is the same for all triangles and
+/// meshes; this is the rule of [`Query::crossings`](crate::Query::crossings).
 ///
 /// ```
 /// use intertri_trace::{Media, intertri::{Ray, Triangle}};
@@ -44,7 +45,7 @@ use path::Path;
 /// };
 /// const ROCK: u32 = 7;
 /// const STEEL: u32 = 3;
-/// // Steel in a corner of the rock, and more of it behind.
+/// // Steel in a corner of the rock, and more steel behind it.
 /// let media = Media::new(&[
 ///     (ROCK, &tetrahedron(0.0, 8.0)),
 ///     (STEEL, &tetrahedron(0.0, 2.0)),
@@ -73,8 +74,8 @@ pub struct Media<S: BvhScalar = f32> {
 }
 
 impl<S: BvhScalar> Media<S> {
-    /// Builds media from closed meshes, each with the number of its medium. You choose the numbers; meshes
-    /// with the same number are one medium.
+    /// Builds media from closed meshes, each paired with the number of its medium. You choose the
+    /// numbers. Meshes with the same number form one medium.
     ///
     /// # Errors
     /// Fails if a mesh is not closed or not finite, or if the hierarchy cannot be built.
@@ -100,22 +101,23 @@ impl<S: BvhScalar> Media<S> {
         &self.media
     }
 
-    /// The medium at a point; `None` outside, and if the point is not finite. A point on a wall belongs to
-    /// the side to which a step along (0.537, 0.351, 0.767) leads.
+    /// Returns the medium at a point, or `None` if the point is outside all meshes or not finite. A
+    /// point on a wall belongs to the side that a step along (0.537, 0.351, 0.767) leads to.
     pub fn medium_at(&self, point: [S; 3]) -> Option<u32> {
         let ray = toward_outside(point);
         self.path(&ray, &self.bvh.crossings(&ray)).medium()
     }
 
-    /// The next crossing of a ray into another medium, if there is one before `t_max`.
+    /// Returns the next crossing of a ray into another medium, if there is one before `t_max`.
     pub fn next_crossing(&self, ray: &RayOf<S>) -> Option<MediumCrossing> {
         self.path(ray, &self.bvh.crossings(&endless(ray))).next_crossing()
     }
 
-    /// Splits a ray where its medium changes. The segments cover it from `t_min` to `t_max`: each starts
-    /// where the one before ends. A segment whose ends have the same t after rounding is left out. Its length
-    /// in space is `end - start` times that of the direction. A ray without a direction, or one that is not
-    /// finite, is outside.
+    /// Splits a ray where its medium changes. The segments cover the ray from `t_min` to `t_max`;
+    /// each starts where the previous one ends. Segments whose ends have the same rounded t are
+    /// omitted. The length of a segment in space is `end - start` times the length of the
+    /// direction. A ray with a zero or non-finite direction, or a non-finite origin, counts as
+    /// outside.
     pub fn segments(&self, ray: &RayOf<S>) -> Vec<Segment> {
         let crossings = self.bvh.crossings(&endless(ray));
         let mut segments: Vec<Segment> = self.path(ray, &crossings).collect();
@@ -129,25 +131,25 @@ impl<S: BvhScalar> Media<S> {
     }
 }
 
-/// The ray without an end, because the winding numbers at its start depend on all crossings.
+/// Removes the end of a ray, because the winding numbers at its start depend on all crossings.
 fn endless<S: Scalar>(ray: &RayOf<S>) -> RayOf<S> {
     RayOf { t_max: S::INFINITY, ..*ray }
 }
 
-/// A ray from a point, in the direction that decides on which side of a wall the point is.
+/// Creates a ray from a point in the direction that decides which side of a wall the point is on.
 fn toward_outside<S: Scalar>(point: [S; 3]) -> RayOf<S> {
     RayOf::new(point, WINDING_DIR.map(S::from))
 }
 
-/// Why media could not be built.
+/// The reason why media could not be built.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MediaError<S = f32> {
     /// A mesh is not closed or not finite.
     Mesh {
-        /// Its number.
+        /// The index of the mesh.
         mesh: usize,
-        /// Its defect.
+        /// The defect of the mesh.
         error: SolidError<S>,
     },
     /// The hierarchy could not be built, or there is too little memory.

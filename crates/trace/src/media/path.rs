@@ -1,47 +1,48 @@
-//! The segments of one ray, from the last to the first.
+//! The segments of a single ray, from last to first.
 //!
-//! Infinitely far away nothing winds around the ray. Going back from there to its start, each crossing
-//! changes the winding number of one mesh by one:
+//! Infinitely far away, no mesh winds around the ray. Going back from there toward the start, each
+//! crossing changes the winding number of one mesh by one:
 //!
 //! ```text
 //!   rock    0 ─┤ enters ├─ 1 ──────────────── 1 ───────────┤ leaves ├─ 0        read from right to left
 //!   steel   0 ──────────── 0 ─┤ enters ├─ 1 ─┤ leaves ├─ 0 ──────────── 0
 //! ```
 //!
-//! Crossings with the same t change all their numbers at once. Rounding preserves order, so crossings with
-//! the same exact t have the same rounded t, too.
+//! Crossings with the same t change all their winding numbers at once. Rounding preserves order, so
+//! crossings with the same exact t also have the same rounded t.
 
 use intertri::{Crossing, Hit, RayOf, Scalar};
 
 use super::segment::{MediumCrossing, Segment};
 
-/// The segments of a ray, from the last to the first.
+/// Iterates over the segments of a ray, from last to first.
 pub(super) struct Path<'a> {
     media: &'a [u32],
-    /// The crossings before `end`, and those at or beyond the ray's end that have not been counted yet, by t.
+    /// The crossings not yet processed, sorted by t: those before `end`, and initially also those
+    /// at or beyond the ray's end.
     crossings: &'a [Crossing],
-    /// The meshes that wind around the ray before `end`, with their winding numbers.
+    /// The meshes that wind around the ray just before `end`, with their winding numbers.
     winding: Vec<(u32, i32)>,
     start: f64,
-    /// The end of the next segment, and the wall there.
+    /// The end of the next segment to be returned, and the wall at that end.
     end: f64,
     wall: Hit,
 }
 
 impl<'a> Path<'a> {
-    /// Starts from all crossings after the start of a ray, whatever its `t_max`.
+    /// Takes all crossings after the start of a ray, whatever its `t_max`.
     pub(super) fn new<S: Scalar>(
         media: &'a [u32],
         ray: &RayOf<S>,
         crossings: &'a [Crossing],
     ) -> Self {
         let (start, end): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
-        // A crossing at 0 never counts.
+        // A crossing at t = 0 never counts.
         let start = if start < 0.0 { 0.0 } else { start };
         Self { media, crossings, winding: Vec::new(), start, end, wall: Hit::MISS }
     }
 
-    /// The first segment, and the medium of the second.
+    /// Returns the first segment and the medium of the second.
     fn first_two(self) -> Option<(Segment, Option<u32>)> {
         self.fold(None, |later: Option<(Segment, _)>, segment| {
             Some((segment, later.and_then(|(next, _)| next.medium)))
@@ -53,7 +54,7 @@ impl<'a> Path<'a> {
         self.first_two()?.0.medium
     }
 
-    /// The end of the first segment, unless the ray ends there.
+    /// The crossing at the end of the first segment, unless the ray ends there.
     pub(super) fn next_crossing(self) -> Option<MediumCrossing> {
         let (Segment { medium: left, wall: hit, .. }, entered) = self.first_two()?;
         hit.is_hit().then_some(MediumCrossing { hit, left, entered })
@@ -99,8 +100,8 @@ impl Iterator for Path<'_> {
             }
             let before = self.mesh();
             if t < end && self.medium_of(before) != self.medium_of(after) {
-                // The ray crosses the later of the two meshes here, because only one of them winds around it
-                // on each side.
+                // The ray crosses the later of the two meshes here, because that mesh winds around
+                // it on only one side.
                 let mesh = before.max(after);
                 let wall_here = tied.iter().find(|crossing| Some(crossing.hit.geometry) == mesh);
                 self.end = t;

@@ -2,26 +2,27 @@
 
 use intertri::Hit;
 
-/// A part of a ray in one medium: [`Media::segments`](crate::Media::segments).
+/// A part of a ray within one medium; see [`Media::segments`](crate::Media::segments).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// The t where it starts.
+    /// The t at which the segment starts.
     pub start: f64,
-    /// The t where it ends, and the next one starts.
+    /// The t at which the segment ends and the next one starts.
     pub end: f64,
-    /// The medium; `None` outside.
+    /// The medium, or `None` outside all meshes.
     pub medium: Option<u32>,
-    /// The wall at its end; [`Hit::MISS`] at the end of the ray.
+    /// The wall at the end of the segment, or [`Hit::MISS`] at the end of the ray.
     pub wall: Hit,
 }
 
-/// A crossing from one medium into another: [`Media::next_crossing`](crate::Media::next_crossing).
+/// A crossing from one medium into another; see
+/// [`Media::next_crossing`](crate::Media::next_crossing).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MediumCrossing {
-    /// The wall between them. Its geometry is the index of the mesh.
+    /// The hit on the wall between the media. Its geometry is the index of the mesh.
     pub hit: Hit,
-    /// The medium before the wall; `None` outside.
+    /// The medium before the wall, or `None` outside all meshes.
     pub left: Option<u32>,
-    /// The medium after the wall; `None` outside.
+    /// The medium after the wall, or `None` outside all meshes.
     pub entered: Option<u32>,
 }

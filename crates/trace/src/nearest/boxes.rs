@@ -1,24 +1,26 @@
-//! Lower bounds on the distances from a point to the eight boxes of a node, or of eight triangles.
+//! Lower bounds on the distances from a point to the eight boxes of a node or to the boxes of eight
+//! triangles.
 
 use intertri::simd::{Lanes, Vec3};
 
 use crate::tree::Node;
 
-/// A bound on the relative excess of a computed square over the exact one: `2^-20`.
+/// A bound on the relative excess of a computed squared distance over the exact one: `2^-20`.
 const SHARE: f64 = 1.0 / (1_u64 << 20) as f64;
 
-/// A bound on the effect of underflow, and of subnormal numbers read as 0, on a square: `2^-120`.
+/// A bound on the absolute error of a squared distance from underflow and from subnormal numbers
+/// read as 0: `2^-120`.
 const TINY: f64 = f64::from_bits((1023 - 120) << 52);
 
-/// The largest squared distance, as computed by [`squares`], of a box that may contain a point at a squared
-/// distance below `most`.
+/// The largest squared distance that [`squares`] may compute for a box that contains a point at a
+/// squared distance below `most`.
 #[inline(always)]
 pub(super) fn far_for(most: f64) -> f32 {
     ((most * (1.0 + SHARE) + TINY) as f32).next_up()
 }
 
-/// Which boxes may contain a point whose squared distance is at most `far`, and the squared distance of each
-/// box. The two points of `within` enclose the query point.
+/// Returns a mask of the boxes that may contain a point whose squared distance is at most `far`,
+/// and the squared distance of each box. The two points of `within` enclose the query point.
 #[inline(always)]
 pub(super) fn squares<F: Lanes<Scalar = f32>>(
     node: &Node,
@@ -40,7 +42,7 @@ pub(super) fn squares<F: Lanes<Scalar = f32>>(
     (lo.x.le(hi.x) & square.le(F::splat(far)), square)
 }
 
-/// Which of eight triangles may be within `far`, according to their bounding boxes.
+/// Returns a mask of the triangles whose bounding boxes may be within `far`.
 #[inline(always)]
 pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
     [a, b, c]: [Vec3<F>; 3],
@@ -52,12 +54,12 @@ pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
     to_boxes(lo, hi, within).le(F::splat(far))
 }
 
-/// The squared distances to boxes.
+/// The squared distances to eight boxes.
 #[inline(always)]
 fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, [from, to]: [Vec3<F>; 2]) -> F {
     let none = F::splat(0.0);
-    // The gap along an axis: before the lower side, behind the upper, or none inside. `from` and `to` enclose the
-    // point.
+    // The gap along each axis: the distance to the nearer side if the point is outside, or 0 if it
+    // is inside. `from` and `to` enclose the point.
     let (before, behind) = (lo - to, from - hi);
     let x = before.x.max(behind.x).max(none);
     let y = before.y.max(behind.y).max(none);

@@ -1,4 +1,4 @@
-//! The result of a search: triangles that may be the closest, and the one that is.
+//! The result of a closest-point search, and the choice between the last candidates.
 
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{Closest, Tier, closer, closest};
@@ -6,29 +6,32 @@ use intertri::{LeafSlot, Scalar, TriangleId, TriangleOf};
 
 use super::mesh::Mesh;
 
-/// The point of a mesh that is closest to a given one. Plain data of 56 bytes.
+/// The point of a mesh that is closest to a given point. Plain data of 56 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ClosestPoint {
-    /// The distance. Its error is at most 0.86 units in the last place, and it is 0 only if the true one is.
-    /// For f64 coordinates, the error is at most 0.93 units if the distance is subnormal, and it is infinite
-    /// if it is beyond the range of f64.
+    /// The distance, with an error of at most 0.86 ulp. It is 0 only if the exact distance is 0.
+    /// For f64 coordinates, the error of a subnormal distance is at most 0.93 ulp, and the distance
+    /// is infinite if it exceeds the range of f64.
     pub distance: f64,
-    /// The point. The error of each coordinate is at most `2^-50` of the triangle's largest coordinate, plus
-    /// `2^-1073` if that is subnormal in f64. It is never outside the triangle's box.
+    /// The point. The error of each coordinate is at most `2^-50` of the triangle's largest
+    /// coordinate, plus `2^-1073` if that is subnormal in f64. The point is never outside the
+    /// triangle's bounding box.
     pub point: [f64; 3],
-    /// The weight of the triangle's second corner, rounded once.
+    /// The barycentric weight of the triangle's second corner, rounded once.
     pub u: f64,
-    /// The weight of the third corner, rounded once.
+    /// The barycentric weight of the triangle's third corner, rounded once.
     pub v: f64,
-    /// The triangle. It is truly the closest; if several are equally close, the lowest index wins.
+    /// The triangle, which is truly the closest. If several are equally close, the lowest index
+    /// wins.
     pub triangle: u32,
-    /// The index of its mesh, if there are several; otherwise 0.
+    /// The index of the triangle's mesh if there are several meshes, otherwise 0.
     pub geometry: u32,
 }
 
 impl ClosestPoint {
-    /// The result for a point without an answer, in a batch: infinitely far away, on triangle `u32::MAX`.
+    /// The result for a point without a closest point in a batch: infinitely far away, on triangle
+    /// `u32::MAX`.
     pub const NONE: Self = Self {
         distance: f64::INFINITY,
         point: [f64::NAN; 3],
@@ -38,41 +41,43 @@ impl ClosestPoint {
         geometry: 0,
     };
 
-    /// The point of a finite triangle that is closest to a finite one, without a name for the triangle.
+    /// The point of a finite triangle that is closest to a finite point. The triangle's index is
+    /// not set.
     pub(crate) fn on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Self {
         let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, triangle);
-        // Used only for the point: the distance and the weights are exact except for one rounding (nearest.md,
-        // section 6).
+        // This weight is used only to compute the point: the distance and the other weights are
+        // exact up to a single rounding (nearest.md, section 6).
         let first = (1.0 - u) - v;
         let at = |axis: usize| {
             let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());
-            // Rounding may leave the box, or the range of f64.
+            // Rounding may leave the box or the range of f64.
             ((first * a + u * b) + v * c).clamp(a.min(b).min(c), a.max(b).max(c))
         };
         Self { distance, point: [at(0), at(1), at(2)], u, v, ..Self::NONE }
     }
 
-    /// This result, or `None` for [`ClosestPoint::NONE`].
+    /// Returns `self`, or `None` for [`ClosestPoint::NONE`].
     pub fn some(self) -> Option<Self> {
         (self.triangle != u32::MAX).then_some(self)
     }
 }
 
-/// A triangle that may be the closest: its slot in the leaves, and a lower bound on its squared distance.
+/// A triangle that may be the closest: its slot in the leaves and a lower bound on its squared
+/// distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) slot: LeafSlot,
     pub(super) least: f64,
 }
 
-/// The closest of several candidates; if several are equally close, the lowest index wins.
+/// Picks the closest of several candidates. If several are equally close, the lowest index wins.
 pub(super) fn closest_of<M: Mesh>(
     mesh: M,
     point: [M::Scalar; 3],
     candidates: &mut [Candidate],
 ) -> Option<(LeafSlot, ClosestPoint)> {
-    // In order of the indices: a later triangle replaces the best only if it is strictly closer, so the lowest index
-    // wins ties.
+    // Go in index order: a later triangle replaces the best only if it is strictly closer, so the
+    // lowest index wins ties.
     if candidates.len() > 1 {
         candidates.sort_unstable_by_key(|candidate| mesh.tree().index_of(candidate.slot));
     }

@@ -1,44 +1,44 @@
-//! The mesh that a search for the closest point works on.
+//! The mesh interface of the closest-point search.
 
 use intertri::simd::{Lanes, Simd, Vec3};
 use intertri::{LeafSlot, Scalar, Triangle, TriangleOf};
 
 use crate::tree::Tree;
 
-/// A mesh in some scalar, and the tree over it or over copies of it. The search uses the tree's units, in
-/// which the mesh is scaled by a power of two.
+/// A mesh in f32 or f64, and the tree over it or over f32 copies of it. The search uses the tree's
+/// units, which differ from the mesh's by a power of two.
 pub(crate) trait Mesh: Copy {
-    /// The scalar of the coordinates.
+    /// The scalar type of the coordinates.
     type Scalar: Scalar;
 
-    /// The tree.
+    /// The tree over the mesh.
     fn tree(&self) -> &Tree;
 
-    /// A point in the tree's units.
+    /// Converts a point to the tree's units.
     fn at(&self, point: [Self::Scalar; 3]) -> QueryPoint;
 
-    /// A length in the tree's units.
+    /// Converts a length to the tree's units.
     fn scaled(&self, length: f64) -> f64;
 
-    /// Approximate corners of a leaf's triangles in the tree's units.
+    /// The approximate corners of a leaf's triangles in the tree's units.
     fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3];
 
-    /// The corners of some of a leaf's triangles in the tree's units, exact except for underflow; arbitrary in other
-    /// lanes.
+    /// The corners of the leaf's triangles in the given lanes, in the tree's units and exact except
+    /// for underflow. Other lanes are arbitrary.
     fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3];
 
     /// The triangle in a slot of the leaves.
     fn triangle(&self, slot: LeafSlot) -> TriangleOf<Self::Scalar>;
 }
 
-/// A point in the tree's units.
+/// A query point in the tree's units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct QueryPoint {
-    /// Two points that certainly enclose it.
+    /// Two points that certainly enclose the query point.
     pub(crate) within: [[f32; 3]; 2],
     /// [`Self::within`], widened by the error of [`Mesh::near_corners`].
     pub(crate) in_leaves: [[f32; 3]; 2],
-    /// The point itself, exact except for underflow.
+    /// The query point, exact except for underflow.
     pub(crate) point: [f64; 3],
 }
 

@@ -1,9 +1,9 @@
-//! The point of the mesh that is closest to a given one.
+//! Closest-point queries: finds the point of the mesh that is closest to a given point.
 //!
 //! ```text
-//!   boxes      lower bounds in f32 lanes: boxes that are certainly farther than a triangle found so far are skipped
-//!   triangles  lower and upper bounds in f64 lanes: nearly always one remains, or neighbours that share the point
-//!   the rest   exact signs and integers: the closest triangle, its distance and point
+//!   boxes      lower bounds in f32 lanes; boxes certainly farther than a known triangle are skipped
+//!   triangles  bounds in f64 lanes; nearly always, one remains, or neighbours that share the point
+//!   the rest   exact signs and integers determine the closest triangle, its distance, and its point
 //! ```
 //!
 //! `docs/numerics/nearest.md` has the bounds and proofs.

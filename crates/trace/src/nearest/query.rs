@@ -1,4 +1,4 @@
-//! The closest points for many points, on one thread.
+//! Finds the closest points for many query points, on one thread.
 
 use intertri::TriangleId;
 use intertri::internal::Bits;
@@ -10,7 +10,8 @@ use super::search::Search;
 use crate::morton::along_curve;
 use crate::walk::single::TraversalScratch;
 
-/// Finds the closest point for each of several points, on this thread, unless it is farther than a radius.
+/// Finds the closest point for each query point, on this thread, unless it is farther than a
+/// radius.
 pub(crate) fn closest_points<M: Mesh>(
     mesh: M,
     points: &[[M::Scalar; 3]],
@@ -37,12 +38,12 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let mut kept = TraversalScratch::lend(tree);
         let mut candidates: Vec<Candidate> = Vec::new();
 
-        // Slightly more than the square of the radius. The final distance decides about points in between.
+        // Search slightly beyond the radius. The final distance decides which results to keep.
         let scaled = mesh.scaled(radius);
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
-        // If memory for a better order runs out, keep the given one.
-        // Neighbouring points in sequence, so that the leaf found last is a good first guess.
+        // Process neighbouring points in sequence, so that the last leaf found is a good first
+        // guess. If there is too little memory to sort them, keep the given order.
         let order =
             along_curve(&tree.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
         for i in 0..points.len() {
@@ -60,7 +61,7 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
             if let Some((slot, found)) = closest_of(mesh, point, search.candidates)
                 && found.distance <= radius
             {
-                // The next point is often near, so the search begins at this leaf.
+                // The next point is often nearby, so start its search at this leaf.
                 likely = Some(slot.0 / 8);
                 *closest = found;
                 let name = tree.geometries.name(TriangleId(found.triangle));

@@ -1,5 +1,5 @@
-//! The traversal: visits the nearest box first, and skips boxes that are certainly farther than a triangle
-//! found so far.
+//! Traversal for closest points: visits the nearest box first and skips boxes that are certainly
+//! farther than a triangle found so far.
 
 use intertri::LeafSlot;
 use intertri::internal::exact::squares;
@@ -16,25 +16,26 @@ use crate::walk::single::{BOTTOM, TraversalScratch};
 pub(super) struct Search<'a, M> {
     pub(super) mesh: M,
     pub(super) at: QueryPoint,
-    /// The largest square that still counts, in the tree's units.
+    /// The largest squared distance that still counts, in the tree's units.
     pub(super) most: f64,
     /// The triangles that may be the closest.
     pub(super) candidates: &'a mut Vec<Candidate>,
 }
 
 impl<M: Mesh> Search<'_, M> {
-    /// Traverses the tree and collects candidates, beginning with a leaf that is likely to be near, if one is
-    /// known.
+    /// Traverses the tree and collects candidates, starting with a leaf that is likely to be near,
+    /// if one is known.
     #[inline(always)]
     pub(super) fn run<S: Simd>(&mut self, likely: Option<u32>, kept: &mut TraversalScratch) {
         let mesh = self.mesh;
         let (bvh, within) = (mesh.tree(), self.at.within.map(Vec3::<S::F32x8>::splat));
-        // Starting with a near leaf makes `most` small, so that traversal skips nearly everything else.
+        // Starting with a nearby leaf makes `most` small, so that traversal skips nearly everything
+        // else.
         self.candidates.clear();
         if let Some(leaf) = likely {
             self.leaf::<S>(leaf as usize);
         }
-        // Only a few leaves are outside the main tree, so all of them are tested.
+        // Leaves outside the main tree are few, so test all of them.
         for leaf in bvh.boxed..bvh.leaves.len() {
             self.leaf::<S>(leaf);
         }
@@ -51,7 +52,7 @@ impl<M: Mesh> Search<'_, M> {
             }
             if next & LEAF != 0 {
                 let leaf = (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
-                // The likely leaf was searched already.
+                // The likely leaf has already been searched.
                 if likely != Some(leaf as u32) && self.leaf::<S>(leaf) {
                     far = boxes::far_for(self.most);
                 }
@@ -60,25 +61,26 @@ impl<M: Mesh> Search<'_, M> {
             let node = &bvh.nodes[next as usize];
             let (met, squares) = boxes::squares(node, within, far);
             next = if met.any() {
-                // The other children come in the order of octant 0, because there is no ray to determine a
-                // better one.
+                // Push the other children in the order of octant 0, since there is no ray to
+                // suggest a better order.
                 stack.push_nearest_first::<S>(&mut top, node, 0, met, squares)
             } else {
                 BOTTOM
             };
         }
-        // `most` has shrunk since the early candidates were added.
+        // `most` may have shrunk since the early candidates were added.
         let most = self.most;
         self.candidates.retain(|candidate| candidate.least <= most);
     }
 
-    /// Adds the triangles of a leaf that may be the closest. Returns whether there are any.
+    /// Adds the triangles of a leaf that may be the closest. Returns whether any were added.
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, leaf: usize) -> bool {
         let (mesh, at) = (self.mesh, self.at);
         let within = at.in_leaves.map(Vec3::<S::F32x8>::splat);
         let far = boxes::far_for(self.most);
-        // In f32, the boxes of the eight triangles rule out most of them before any f64 is used.
+        // The f32 bounding boxes of the eight triangles rule out most of them before any f64
+        // arithmetic.
         let near = boxes::may_be_near(mesh.near_corners(leaf), within, far);
         let near = near.bits() & mesh.tree().present(leaf);
         if near == 0 {
@@ -92,7 +94,7 @@ impl<M: Mesh> Search<'_, M> {
         let (mut least, mut most) = ([0.0; 8], [0.0; 8]);
         found.least.store(&mut least);
         found.most.store(&mut most);
-        // First lower the bound by all lanes, then add only those that still meet it.
+        // First lower the bound for all lanes, then add only the lanes that still satisfy it.
         for lane in lanes_of(near) {
             self.most = if most[lane] < self.most { most[lane] } else { self.most };
         }

@@ -6,7 +6,7 @@ use intertri::internal::exact::{Tier, closer_from, closest};
 use crate::util::test_numbers::random;
 use crate::{Bvh, ClosestPoint, Containment, Solid};
 
-/// The plain loop, entirely in integers.
+/// The reference: a plain loop in integer arithmetic.
 fn plain(triangles: &[Triangle], point: [f32; 3], radius: f64) -> Option<(u32, f64, [f64; 2])> {
     let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
     let mut best: Option<usize> = None;
@@ -36,7 +36,8 @@ fn assert_plain(triangles: &[Triangle], points: &[[f32; 3]], radius: f64) -> usi
     found
 }
 
-/// Everything on a small grid, where most distances tie; scaled to the limits of the exponents; and anywhere.
+/// Tests points and triangles on a small grid, where most distances tie, at extreme exponents, and
+/// at arbitrary coordinates.
 #[test]
 fn it_is_the_plain_loop() {
     let mut number = random();
@@ -53,7 +54,7 @@ fn it_is_the_plain_loop() {
         let mut point = || [coordinate(), coordinate(), coordinate()];
         let mut triangles: Vec<Triangle> =
             (0..40).map(|_| Triangle([point(), point(), point()])).collect();
-        // Points and segments, alone and mixed.
+        // Degenerate triangles: points and segments, alone and mixed with others.
         for t in triangles.iter_mut().step_by([1, 3, 7][round % 3]) {
             t.0[2] = t.0[round % 2];
             t.0[1] = if round % 4 == 0 { t.0[0] } else { t.0[1] };
@@ -69,7 +70,8 @@ fn it_is_the_plain_loop() {
     assert!(found > 2500, "{found}");
 }
 
-/// A ball from far away, from nearby, and from inside; from its centre everything is about equally close.
+/// A sphere seen from far away, from nearby, and from inside. At its centre, all triangles are
+/// about equally close.
 #[test]
 fn balls_far_and_near() {
     use std::f32::consts::PI;
@@ -99,7 +101,7 @@ fn balls_far_and_near() {
     );
     assert_eq!(assert_plain(&ball, &points, f64::INFINITY), points.len());
 
-    // The sign.
+    // Check the sign of the distance.
     let solid = Solid::assume_closed(&ball).unwrap();
     let mut distances = vec![0.0; points.len()];
     solid.signed_distance_batch_into(&points, &mut distances);
@@ -118,7 +120,7 @@ fn balls_far_and_near() {
     assert!(solid.signed_distance([f32::NAN, 0.0, 0.0]).is_nan());
 }
 
-/// A segment that is a degenerate triangle, and a point.
+/// One triangle degenerates to a segment, another to a point.
 #[test]
 fn triangles_without_an_area_are_segments_and_points() {
     let floor = Triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
@@ -128,7 +130,7 @@ fn triangles_without_an_area_are_segments_and_points() {
     let found = near([6.5, 5.0, 6.0]);
     assert_eq!((found.triangle, found.distance, found.point), (1, 1.0, [6.5, 5.0, 5.0]));
     assert_eq!([found.u, found.v], [0.75, 0.0]);
-    // The corner in the interior of the segment.
+    // The third corner, which lies in the interior of the segment.
     assert_eq!(
         near([6.0, 5.0, 6.0]),
         ClosestPoint { point: [6.0, 5.0, 5.0], u: 0.0, v: 1.0, ..found }
@@ -136,7 +138,7 @@ fn triangles_without_an_area_are_segments_and_points() {
     let found = near([9.0, 9.0, 11.0]);
     assert_eq!((found.triangle, found.distance, found.point), (2, 2.0, [9.0; 3]));
 
-    // Rays do not hit them, and a mesh may consist only of them.
+    // Rays do not hit degenerate triangles, and a mesh may consist of nothing else.
     let ray = intertri::Ray::new([6.0, 5.0, 9.0], [0.0, 0.0, -1.0]);
     assert_eq!(bvh.closest(&ray), None);
     assert_eq!(bvh.bounds(), Some([[0.0; 3], [1.0, 1.0, 0.0]]));

@@ -1,4 +1,4 @@
-//! The queries for many rays.
+//! Queries for many rays at once.
 
 use intertri::{Counts, Crossings, Hit, Mode, RayOf};
 
@@ -10,24 +10,25 @@ use crate::tree::MeshTriangle;
 use crate::util::memory::OutOfMemory;
 use crate::util::threads;
 
-/// Many rays per call, on all threads.
+/// Batch queries: many rays per call, on all threads.
 ///
-/// Each method returns its answers; its `…_into` variant writes them to your slice and returns the number of
-/// tests. `answers[i]` belongs to `rays[i]`.
+/// Each method returns a new `Vec`. Its `…_into` variant writes to your slice instead and returns
+/// the number of intersection tests. Result `i` belongs to `rays[i]`.
 ///
-/// Batches are faster if rays that are neighbours in the slice are also neighbours in space. The fastest are
-/// rays that share their origin and are the pixels of a picture, in rows of any width or in tiles, such as 32
-/// by 32 in Z-order: the library detects them and traces 1024 in a narrow cone at a time. Other coherent rays,
-/// such as parallel ones, are traced sixteen at a time. Answers do not depend on the order.
+/// Batches are faster if rays that are adjacent in the slice are also close in space. Fastest are
+/// rays that share an origin and form the pixels of an image, in rows of any width or in tiles,
+/// such as 32 by 32 in Z-order: the library detects them and traces 1024 at a time in a narrow
+/// cone. Other coherent rays, such as parallel ones, are traced sixteen at a time. Results do not
+/// depend on the order.
 ///
-/// If there is too little memory for a `Vec` of answers, the program aborts, as for every `Vec`; the `…_into`
-/// variants use your memory. Lists of hits return an error.
+/// If there is too little memory for a `Vec` of results, the program aborts, as with any `Vec`; the
+/// `…_into` variants use your memory instead. Methods that return lists of hits report an error.
 ///
 /// # Panics
-/// Panics if rays and answers differ in number, or if there are lists of triangles to skip but not one per
-/// ray.
+/// Panics if the numbers of rays and results differ, or if you set lists of triangles to skip but
+/// not one per ray.
 impl<S: BvhScalar> Query<'_, S> {
-    /// [`Query::closest`] for many rays; [`Hit::MISS`] for a ray that hits nothing.
+    /// Like [`Query::closest`], but for many rays. A ray without a hit yields [`Hit::MISS`].
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -44,8 +45,9 @@ impl<S: BvhScalar> Query<'_, S> {
         hits
     }
 
-    /// Like [`Query::closest_batch`], but writes to a slice of [`Hit`], or of [`Hit32`](intertri::Hit32) if
-    /// f32 is enough for t, u and v, which takes less memory and time.
+    /// Like [`Query::closest_batch`], but writes to a slice of [`Hit`]. Use a slice of
+    /// [`Hit32`](intertri::Hit32) instead if f32 is precise enough for t, u, and v; it takes less
+    /// memory and time.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -62,14 +64,15 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_batch(self.mode, rays, hits)
     }
 
-    /// [`Query::closest_triangle`] for many rays; [`MeshTriangle::MISS`] for a ray that hits nothing.
+    /// Like [`Query::closest_triangle`], but for many rays. A ray without a hit yields
+    /// [`MeshTriangle::MISS`].
     pub fn closest_triangle_batch(&self, rays: &[RayOf<S>]) -> Vec<MeshTriangle> {
         let mut triangles = vec![MeshTriangle::MISS; rays.len()];
         self.closest_triangle_batch_into(rays, &mut triangles);
         triangles
     }
 
-    /// [`Query::closest_triangle_batch`] into a slice.
+    /// Like [`Query::closest_triangle_batch`], but writes the triangles to a slice.
     pub fn closest_triangle_batch_into(
         &self,
         rays: &[RayOf<S>],
@@ -78,24 +81,25 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_batch(self.mode, rays, triangles)
     }
 
-    /// [`Query::any`] for many rays.
+    /// Like [`Query::any`], but for many rays.
     ///
-    /// This is fastest if neighbouring rays share their origin, or if all end at one point (up to rounding),
-    /// at t = 1 or `t_max`, and do not look beyond it. For shadows use [`Query::visible_batch`]: a ray that
-    /// starts on a surface may hit it, because its origin is rounded.
+    /// This is fastest if neighbouring rays share their origin, or if all rays end at one point (up
+    /// to rounding), at t = 1 or `t_max`, and do not extend beyond it. For shadows, use
+    /// [`Query::visible_batch`], because a ray that starts on a surface may hit that surface after
+    /// its origin is rounded.
     pub fn any_batch(&self, rays: &[RayOf<S>]) -> Vec<bool> {
         let mut any = vec![false; rays.len()];
         self.any_batch_into(rays, &mut any);
         any
     }
 
-    /// [`Query::any_batch`] into a slice.
+    /// Like [`Query::any_batch`], but writes the results to a slice.
     pub fn any_batch_into(&self, rays: &[RayOf<S>], any: &mut [bool]) -> Counts {
         self.trace_batch(self.mode, rays, any)
     }
 
-    /// [`Query::all`] for many rays, in compact arrays; with a `limit`, only the first hits of each ray. A
-    /// ray then looks no farther than the last hit that it keeps.
+    /// Like [`Query::all`], but for many rays. Returns the hits in compact arrays. With a `limit`,
+    /// only the first hits of each ray are kept, and traversal stops at the last one kept.
     ///
     /// # Errors
     /// Fails if there is too little memory for the hits.
@@ -119,8 +123,8 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(self.mode, rays, |batch| Ok(lists(batch, limit)?))
     }
 
-    /// [`Query::crossings`] for many rays, in compact arrays; with a `limit`, only the first ones of each
-    /// ray.
+    /// Like [`Query::crossings`], but for many rays. Returns the crossings in compact arrays. With
+    /// a `limit`, only the first crossings of each ray are kept.
     ///
     /// # Errors
     /// Fails if there is too little memory for the crossings.
@@ -132,14 +136,14 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(self.crossing_mode(), rays, |batch| Ok(lists(batch, limit)?))
     }
 
-    /// How many times each of many rays crosses the mesh.
+    /// Returns how many times each ray crosses the mesh.
     pub fn count_crossings_batch(&self, rays: &[RayOf<S>]) -> Vec<Crossings> {
         let mut crossings = vec![Crossings::default(); rays.len()];
         self.count_crossings_batch_into(rays, &mut crossings);
         crossings
     }
 
-    /// [`Query::count_crossings_batch`] into a slice.
+    /// Like [`Query::count_crossings_batch`], but writes the results to a slice.
     pub fn count_crossings_batch_into(&self, rays: &[RayOf<S>], crossings: &mut [Crossings]) {
         crossings.fill(Crossings::default());
         self.trace_batch(self.crossing_mode(), rays, crossings);
@@ -149,7 +153,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(mode, rays, |batch| batch.trace(answers))
     }
 
-    /// Runs `trace` on the rays, on this thread only if the query is set to do so.
+    /// Runs `trace` on the rays, restricted to this thread if the query is set to do so.
     fn with_batch<A>(
         &self,
         mode: Mode,
@@ -157,13 +161,13 @@ impl<S: BvhScalar> Query<'_, S> {
         trace: impl FnOnce(&RayBatch<'_, S>) -> A,
     ) -> A {
         let lists = self.selection.skip.len();
-        // There must be one list per ray; a wrong number would skip other rays' triangles.
+        // Require one list per ray; otherwise, a ray would skip the triangles of another.
         let fits = lists == 0 || lists == rays.len();
-        assert!(fits, "a list of triangles to skip for each ray, or none");
+        assert!(fits, "pass one list of triangles to skip per ray, or none");
         self.in_threads(|| trace(&self.batch(self.active, mode, rays)))
     }
 
-    /// Traces rays with a different selection of triangles than the query's.
+    /// Traces rays with a selection of triangles other than the query's own.
     pub(super) fn with_selection<A: Answer>(
         &self,
         selection: ActiveSelection<'_>,

@@ -1,4 +1,5 @@
-//! `Query`: one object with the mode, the selection, the scratch memory, and every method.
+//! `Query` combines the mode, the selection of triangles, scratch memory, and all methods that
+//! trace rays.
 
 mod batches;
 mod shortcuts;
@@ -16,20 +17,20 @@ use crate::tree::MeshTriangle;
 use crate::walk::one_ray;
 use crate::walk::single::{LentScratch, SingleRay, TraversalScratch};
 
-/// A query: how hits are decided, which triangles are considered, and the methods that trace rays. Create one
-/// with [`Bvh::query`].
+/// A ray query. It determines how hits are decided and which triangles are considered, and provides
+/// the methods that trace rays. Create one with [`Bvh::query`].
 ///
-/// By default the mode is [`Mode::exact`] and all triangles are considered. Each setting returns the query,
-/// so that settings can be chained. Answers are those of a plain loop over the selected triangles: they do
-/// not depend on the hierarchy, the number of threads, or earlier queries.
+/// By default, the mode is [`Mode::exact`] and all triangles are considered. Settings can be
+/// chained, since each returns the query. Results equal those of a plain loop over the selected
+/// triangles: they do not depend on the hierarchy, the number of threads, or earlier queries.
 ///
-/// If you trace one ray at a time, keep a query for each thread and reuse it: it owns the traversal's stack and
-/// remembers where the last rays went.
+/// If you trace one ray at a time, keep one query per thread and reuse it: it owns the traversal
+/// stack and remembers where the last rays went.
 ///
 /// ```
 /// use intertri_trace::Bvh;
 /// use intertri_trace::intertri::{Mode, Ray, Triangle};
-/// // A particle between two walls, which turns round at each.
+/// // A particle that bounces between two walls.
 /// let wall = |x| Triangle::new([x, -9.0, -9.0], [x, 9.0, -9.0], [x, 0.0, 9.0]);
 /// let bvh = Bvh::new(&[wall(-1.0), wall(3.0)])?;
 /// let mut query = bvh.query().mode(Mode::certified());
@@ -47,14 +48,14 @@ pub struct Query<'a, S: BvhScalar = f32> {
     bvh: &'a Bvh<S>,
     mode: Mode,
     selection: Selection<'a>,
-    /// The part of the selection that a traversal has to check.
+    /// The part of the selection that traversal has to check.
     active: ActiveSelection<'a>,
     on_this_thread: bool,
     scratch: LentScratch,
 }
 
 impl<S: BvhScalar> Bvh<S> {
-    /// Creates a query. By default its mode is [`Mode::exact`] and it considers all triangles.
+    /// Creates a query. By default, its mode is [`Mode::exact`] and it considers all triangles.
     #[inline]
     pub fn query(&self) -> Query<'_, S> {
         Query {
@@ -68,7 +69,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// How hits are decided. Coordinates in f64 are always decided exactly.
+/// The mode decides what counts as a hit. With f64 coordinates, hits are always decided exactly.
 impl Query<'_, f32> {
     /// Sets the mode.
     #[inline]
@@ -78,24 +79,26 @@ impl Query<'_, f32> {
 }
 
 impl<'a, S: BvhScalar> Query<'a, S> {
-    /// Sets the mode [`Mode::once`]: each point of a mesh belongs to exactly one of its triangles.
+    /// Sets the mode [`Mode::once`], in which each point of a mesh belongs to exactly one of its
+    /// triangles.
     pub fn once(self) -> Self {
         Self { mode: Mode::once().at(self.mode.level()), ..self }
     }
 
-    /// Sets the level of CPU instructions. Answers do not depend on it.
+    /// Sets the instruction set level to use. Results do not depend on it.
     pub fn at(self, level: Level) -> Self {
         Self { mode: self.mode.at(level), ..self }
     }
 
     /// Traces batches on the calling thread only.
     ///
-    /// By default, batches run in the calling thread's rayon pool: inside `ThreadPool::install`, that is your own pool.
+    /// By default, batches run in the calling thread's rayon pool. Inside `ThreadPool::install`,
+    /// that is your own pool.
     pub fn on_this_thread(self) -> Self {
         Self { on_this_thread: true, ..self }
     }
 
-    /// Considers only geometries whose mask ([`Bvh::set_mask`]) shares a bit with this one.
+    /// Considers only geometries whose mask ([`Bvh::set_mask`]) shares a bit with `mask`.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -115,12 +118,12 @@ impl<'a, S: BvhScalar> Query<'a, S> {
         self.select(selection)
     }
 
-    /// Considers only triangles that a ray meets from this side.
+    /// Considers only triangles that a ray hits from the given side.
     ///
     /// ```
     /// use intertri_trace::{Bvh, Faces};
     /// use intertri_trace::intertri::{Ray, Triangle};
-    /// // Two walls whose corners run clockwise, and counter-clockwise, as the ray sees them.
+    /// // Seen along the ray, one wall's corners run clockwise, the other's counter-clockwise.
     /// let back = Triangle::new([0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [0.0, 1.0, 3.0]);
     /// let front = Triangle::new([0.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 0.0, 5.0]);
     /// let bvh = Bvh::new(&[back, front])?;
@@ -134,8 +137,9 @@ impl<'a, S: BvhScalar> Query<'a, S> {
         self.select(selection)
     }
 
-    /// Ignores the triangles of some hits. For a batch, pass one list per ray; for single rays, pass one list, which
-    /// applies to each. A list names triangles by [`Hit::geometry`] and [`Hit::triangle`]; misses in it have no effect.
+    /// Ignores the triangles of the given hits. For a batch, pass one list per ray. For single
+    /// rays, pass one list, which applies to every ray. Lists identify triangles by
+    /// [`Hit::geometry`] and [`Hit::triangle`]; misses in a list have no effect.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -154,23 +158,24 @@ impl<'a, S: BvhScalar> Query<'a, S> {
     }
 
     fn select(self, selection: Selection<'a>) -> Self {
-        // Whether anything is filtered is determined here once, not for each ray.
+        // Determine here once, not per ray, whether anything needs filtering.
         Self { selection, active: selection.active(&self.bvh.tree), ..self }
     }
 }
 
-/// One ray per call.
+/// Single-ray queries: one ray per call.
 ///
 /// # Panics
-/// Panics if there are several lists of triangles to skip.
+/// Panics if you set more than one list of triangles to skip.
 impl<S: BvhScalar> Query<'_, S> {
-    /// The closest hit. If two have the same t, the lower geometry wins, then the lower triangle.
+    /// Returns the closest hit, if any. If two hits have the same t, the lower geometry wins, then
+    /// the lower triangle.
     #[inline]
     pub fn closest(&mut self, ray: &RayOf<S>) -> Option<Hit> {
         self.trace(ray, one_ray::closest)
     }
 
-    /// Only the triangle of [`Query::closest`], which saves computing t, u and v.
+    /// Returns only the triangle of [`Query::closest`], which saves computing t, u, and v.
     ///
     /// ```
     /// use intertri_trace::{Bvh, MeshTriangle};
@@ -186,19 +191,21 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace(ray, one_ray::closest_triangle)
     }
 
-    /// Whether anything is hit.
+    /// Returns whether the ray hits anything.
     #[inline]
     pub fn any(&mut self, ray: &RayOf<S>) -> bool {
         self.trace(ray, one_ray::any)
     }
 
-    /// Every hit, by t; if two have the same t, by geometry, then by triangle.
+    /// Returns all hits, sorted by t. Hits with the same t are sorted by geometry, then by
+    /// triangle.
     pub fn all(&mut self, ray: &RayOf<S>) -> Vec<Hit> {
         self.trace(ray, one_ray::all)
     }
 
-    /// Where a ray crosses the mesh, by t; if two have the same t, by geometry, then by triangle. A point on
-    /// an edge or a corner belongs to only one of its triangles. Crossings are decided exactly in every mode.
+    /// Returns the points where a ray crosses the mesh, sorted by t. Crossings with the same t are
+    /// sorted by geometry, then by triangle. A point on an edge or corner belongs to only one of
+    /// the triangles that share it. Crossings are decided exactly in every mode.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -214,8 +221,8 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_in(self.crossing_mode(), ray, one_ray::crossings)
     }
 
-    /// The first of [`Query::crossings`], with its side, without tracing the whole line: for particles that
-    /// travel from medium to medium.
+    /// Returns the first of [`Query::crossings`], including its side, without tracing the whole
+    /// line. Use it for particles that travel from medium to medium.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -223,7 +230,7 @@ impl<S: BvhScalar> Query<'_, S> {
     /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
     /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
     /// let bvh = Bvh::new(&faces)?;
-    /// // Into a corner, exactly, and out of the face across it.
+    /// // The ray enters exactly at a corner and leaves through the opposite face.
     /// let ray = Ray::new([-1.0; 3], [1.0; 3]);
     /// let entry = bvh.query().next_crossing(&ray).unwrap();
     /// assert!(entry.hit.t == 1.0 && !entry.leaves);
@@ -235,10 +242,10 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_in(self.crossing_mode(), ray, one_ray::next_crossing)
     }
 
-    /// The mode for crossings: exact, with each crossing counted once.
+    /// The mode for crossings: exact, counting each crossing once.
     fn crossing_mode(&self) -> Mode {
-        // Counting needs a rule that assigns each shared edge to one triangle, whatever mode was chosen for
-        // hits.
+        // Counting needs a rule that assigns each shared edge to one triangle, whichever mode was
+        // chosen for hits.
         Mode::once().at(self.mode.level())
     }
 
@@ -252,13 +259,13 @@ impl<S: BvhScalar> Query<'_, S> {
     #[inline(always)]
     fn trace_in<A>(&mut self, mode: Mode, ray: &RayOf<S>, verb: Verb<A>) -> A {
         let Self { bvh, active, scratch, selection, .. } = self;
-        assert!(selection.skip.len() <= 1, "one list of triangles to skip for one ray, or none");
+        assert!(selection.skip.len() <= 1, "pass at most one list of triangles to skip for a ray");
         bvh.trace_ray(mode, active, ray, scratch, verb)
     }
 }
 
 impl<S: BvhScalar> Bvh<S> {
-    /// Traces a ray through a tree.
+    /// Traces a ray through the hierarchy's tree.
     #[inline(always)]
     fn trace_ray<A>(
         &self,
@@ -274,7 +281,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// A query for one ray, in f32, compiled in this crate.
+/// A function that traces a single f32 ray; it is compiled in this crate.
 type Verb<A> = fn(SingleRay<'_>) -> A;
 
 impl<S: BvhScalar> Clone for Query<'_, S> {

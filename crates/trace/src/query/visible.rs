@@ -1,14 +1,14 @@
-//! Whether two points see each other: segments, and the surfaces on which their ends lie.
+//! Visibility between two points, which may be on surfaces.
 //!
 //! ```text
-//!            light                  a segment ends on surfaces up to rounding: just before, on or
-//!           ╱                       behind them. These do not count, so nothing shades itself
-//!     ────●╱────  surface           by accident; all others do, exactly
+//!            light                  a segment ends on surfaces only up to rounding: just before, on,
+//!           ╱                       or behind them. These surfaces are ignored, so that nothing
+//!     ────●╱────  surface           shades itself by accident. All others are tested exactly
 //! ```
 //!
-//! Rays are first traced without skip lists, so that they can be traced in bundles. Those that hit something
-//! are traced again, with a predicate that leaves out the triangles at their ends. `docs/numerics/exact.md`,
-//! section 9, has the definition.
+//! Rays are first traced without skip lists, so that they can be traced in bundles. Rays that hit
+//! something are then traced again, with a predicate that ignores the triangles at their ends. For
+//! the definition, see `docs/numerics/exact.md`, section 9.
 
 use intertri::internal::Bits;
 use intertri::internal::exact::{Tier, closest};
@@ -18,26 +18,27 @@ use super::Query;
 use crate::scalar::BvhScalar;
 use crate::selection::Selection;
 
-/// An end lies on a triangle if the distance is at most this many rounding units.
+/// An end is on a triangle if its distance is at most this many rounding units.
 const UNITS: f64 = 16.0;
 
-/// The number of segments that are copied and traced together.
+/// The number of segments to copy and trace at a time.
 const PIECE: usize = 1 << 16;
 
-/// Segments between points.
+/// Visibility between the two ends of a segment.
 ///
 /// # Panics
-/// Panics if segments and answers differ in number, or if there are lists of triangles to skip but not one
-/// per segment.
+/// Panics if the numbers of segments and results differ, or if you set lists of triangles to skip
+/// but not one per segment.
 impl<S: BvhScalar> Query<'_, S> {
-    /// Whether no triangle hides two points from each other, other than those on which they lie.
+    /// Returns whether two points see each other, that is, whether no triangle is between them
+    /// other than those on which they lie.
     ///
-    /// A point lies on a triangle if its distance is at most 16 rounding units (`2^-23` or `2^-52` of the
-    /// largest coordinate of both points and the triangle's corners). So a surface does not shade itself,
-    /// however its points were rounded, not even across an edge. If your points are less accurate, name their
-    /// triangles with [`Query::skip`]; a list may name the triangles of both ends. Any other triangle hides
-    /// the points if it meets the ray from `a` in direction `b - a` at `0 < t < 1`. Points with a NaN or an
-    /// infinity see nothing.
+    /// A point is on a triangle if its distance is at most 16 rounding units (`2^-23` or `2^-52` of
+    /// the largest coordinate of both points and the triangle's corners). This keeps a surface from
+    /// shading itself, however its points were rounded, even across an edge. If your points are
+    /// less accurate, pass their triangles to [`Query::skip`]; a list may contain the triangles of
+    /// both ends. Any other triangle blocks the view if the ray from `a` in direction `b - a` hits
+    /// it at `0 < t < 1`. Points with a NaN or infinite coordinate see nothing.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -57,28 +58,30 @@ impl<S: BvhScalar> Query<'_, S> {
         visible[0]
     }
 
-    /// [`Query::visible`] for the ends of many segments.
+    /// Like [`Query::visible`], but for many segments.
     ///
-    /// This is fastest if segments start or end at one point, such as a light, as for [`Query::any_batch`].
+    /// As with [`Query::any_batch`], this is fastest if the segments start or end at a common
+    /// point, such as a light.
     pub fn visible_batch(&self, segments: &[[[S; 3]; 2]]) -> Vec<bool> {
         let mut visible = vec![false; segments.len()];
         self.visible_batch_into(segments, &mut visible);
         visible
     }
 
-    /// [`Query::visible_batch`] into a slice.
+    /// Like [`Query::visible_batch`], but writes the results to a slice.
     pub fn visible_batch_into(&self, segments: &[[[S; 3]; 2]], visible: &mut [bool]) {
         self.visible_within(segments, (S::DIGITS - 1) as u32, visible);
     }
 
-    /// [`Query::visible_batch_into`] for points that were rounded to `bits` bits after the first.
+    /// Like [`Query::visible_batch_into`], but for points whose coordinates were rounded to `bits`
+    /// bits after the leading one.
     #[doc(hidden)]
     pub fn visible_within(&self, segments: &[[[S; 3]; 2]], bits: u32, visible: &mut [bool]) {
         assert_eq!(segments.len(), visible.len(), "one answer per segment");
         let (skip, reach) = (self.selection.skip, UNITS / (1_u64 << bits) as f64);
         let lists = skip.len();
         let fits = lists == 0 || lists == segments.len();
-        assert!(fits, "a list of triangles to skip for each segment, or none");
+        assert!(fits, "pass one list of triangles to skip per segment, or none");
         let pieces = segments.chunks(PIECE).zip(visible.chunks_mut(PIECE));
         for (i, (segments, visible)) in pieces.enumerate() {
             let skip = if lists == 0 { skip } else { &skip[i * PIECE..][..segments.len()] };
@@ -86,7 +89,7 @@ impl<S: BvhScalar> Query<'_, S> {
         }
     }
 
-    /// Answers at most [`PIECE`] segments.
+    /// Processes at most [`PIECE`] segments.
     fn visible_piece(
         &self,
         segments: &[[[S; 3]; 2]],
@@ -94,15 +97,15 @@ impl<S: BvhScalar> Query<'_, S> {
         reach: f64,
         visible: &mut [bool],
     ) {
-        // Without skip lists at first, so that rays can be traced in bundles.
+        // First trace without skip lists, so that rays can be traced in bundles.
         let (bvh, mode) = (self.bvh, self.mode);
         let rays: Vec<_> = segments.iter().map(ray_of).collect();
         let all = Selection { skip: &[], ..selection }.active(&bvh.tree);
         self.with_selection(all, mode, &rays, visible);
 
-        // The segments that hit something, which may be at their ends.
+        // These segments hit something, possibly only the surfaces at their ends.
         let hidden: Vec<_> = (0..segments.len()).filter(|&i| visible[i]).collect();
-        // Nearly all hidden segments end on a surface, whose own triangle they hit.
+        // Nearly all of them hit only the triangle on which one of their ends lies.
         let rays: Vec<_> = hidden.iter().map(|&i| rays[i]).collect();
         let lists: Vec<_> = match selection.skip {
             [] => Vec::new(),
@@ -129,17 +132,18 @@ impl<S: BvhScalar> Query<'_, S> {
 
 /// The ray from one end of a segment to the other.
 fn ray_of<S: BvhScalar>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
-    // Scaled before the subtraction, which may overflow even for finite ends.
+    // Scale before subtracting, because the difference may overflow even for finite ends.
     let way = |share: f64| [0, 1, 2].map(|k| S::nearest(share * b[k].into() - share * a[k].into()));
     let dir = way(1.0);
     if dir.iter().all(|x| Bits::is_finite(*x)) {
         return RayOf::new(*a, dir).between(S::ZERO, S::ONE);
     }
-    // Half of the direction and twice the interval: the same segment.
+    // Half the direction with twice the interval describes the same segment.
     RayOf::new(*a, way(0.5)).between(S::ZERO, S::from(2.0))
 }
 
-/// Whether one end of a segment lies on a triangle, within `reach` times the largest coordinate.
+/// Returns whether an end of a segment is on a triangle, within `reach` times the largest
+/// coordinate.
 fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f64) -> bool {
     let corners = triangle.0.map(|corner| corner.map(Into::<f64>::into));
     let all = corners.as_flattened().iter().copied();
@@ -147,7 +151,8 @@ fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f6
     let most = all.chain(ends64.as_flattened().iter().copied());
     let reach = reach * most.fold(0.0, |most: f64, x| most.max(x.abs()));
 
-    // Few triangles that hide a segment are near its ends; twice the reach leaves a margin for rounding.
+    // Most triangles that block a segment are not near its ends. Twice the reach leaves a margin
+    // for rounding.
     let is_near = |end: [f64; 3]| {
         (0..3).all(|k| {
             let [a, b, c] = [0, 1, 2].map(|i| corners[i][k]);
@@ -156,7 +161,7 @@ fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f6
         })
     };
     ends.iter().zip(ends64).any(|(&end, end64)| {
-        // The exact distance decides; boxes rule out nearly all triangles beforehand.
+        // The exact distance decides, but bounding boxes rule out nearly all triangles first.
         is_near(end64) && closest(Tier::Float, end, triangle).distance <= reach
     })
 }

@@ -1,8 +1,8 @@
-//! Why a hierarchy could not be refitted.
+//! Errors from refitting a hierarchy.
 
 use std::fmt;
 
-/// Why a hierarchy could not be refitted.
+/// The reason why a hierarchy could not be refitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RefitError {
@@ -15,11 +15,11 @@ pub enum RefitError {
     },
     /// There is too little memory.
     OutOfMemory,
-    /// An index is out of bounds.
+    /// A vertex index is out of bounds.
     BadIndex {
-        /// The triangle.
+        /// The triangle with the invalid index.
         triangle: usize,
-        /// The index of its vertex.
+        /// The invalid vertex index.
         index: u32,
         /// The number of vertices.
         vertices: usize,

@@ -1,13 +1,14 @@
-//! Refitting: the same tree around triangles that have moved.
+//! Refits the tree to triangles that have moved.
 //!
 //! ```text
-//!   leaves   new corners, live lanes and boxes                     in parallel
+//!   leaves   new corners, live lanes, and boxes, in parallel
 //!   nodes    boxes around those of their children, from the last node up
-//!   the rest triangles that no box can contain, or that the build left out
+//!   the rest triangles that no box can contain or that the build omitted
 //! ```
 //!
-//! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until it can be hit
-//! again. A triangle without area keeps its corners there, for closest points.
+//! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until the
+//! triangle can be hit again. A triangle without area keeps its corners there for closest-point
+//! queries.
 
 mod error;
 #[cfg(test)]
@@ -21,30 +22,31 @@ use crate::util::lane_ops::lanes_of;
 use crate::util::memory::{NoMemory, room};
 use crate::util::threads;
 
-/// How good a tree is after [`Bvh::refit`](crate::Bvh::refit).
+/// The quality of a tree after [`Bvh::refit`](crate::Bvh::refit).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Refit {
-    /// The current surface-area cost: how many nodes and leaves a random line through the root's box is
-    /// expected to visit. Leaves without a box always count.
+    /// The current surface-area cost: the expected number of nodes and leaves that a random line
+    /// through the root's box visits. Leaves without a box always count.
     pub cost: f64,
-    /// The cost when it was built.
+    /// The cost of the tree as it was built.
     pub cost_as_built: f64,
 }
 
 impl Refit {
-    /// A tree that costs this many times as much as when it was built may be worth rebuilding.
+    /// The cost ratio above which a tree may be worth rebuilding.
     pub const WORN: f64 = 1.5;
 
-    /// The current cost divided by that of the build: 1 if no triangle has moved, larger the more the tree is
-    /// worn.
+    /// The current cost divided by the cost as built. It is 1 if no triangle has moved, and grows
+    /// as the tree degrades.
     pub fn ratio(&self) -> f64 {
         self.cost / self.cost_as_built
     }
 
-    /// Whether rebuilding may be worthwhile: the [`ratio`](Self::ratio) is above [`Refit::WORN`], and rays
-    /// may take correspondingly longer. This is a hint: answers are right however worn the tree is, and for a
-    /// crumpled mesh a new tree may cost as much.
+    /// Returns whether rebuilding may be worthwhile, that is, whether the [`ratio`](Self::ratio) is
+    /// above [`Refit::WORN`]. Tracing may then take correspondingly longer. This is only a hint:
+    /// results are correct however degraded the tree is, and for a crumpled mesh a new tree may
+    /// cost just as much.
     pub fn is_worn(&self) -> bool {
         self.ratio() > Self::WORN
     }
@@ -78,10 +80,10 @@ impl Tree {
             Some(cost) => cost,
             None => self.cost()?,
         };
-        // Computed before the first refit, and compared with after each.
+        // Computed before the first refit, then compared with the cost after every refit.
         self.cost_as_built = Some(cost_as_built);
 
-        // Find the triangles that are not in the tree before the tree changes.
+        // Find the triangles that are not in the tree before changing it.
         let left_out = self.left_out()?;
         // The second tree is rebuilt, not refitted, because triangles enter and leave it.
         self.leaves.truncate(self.boxed);
@@ -95,7 +97,7 @@ impl Tree {
         Ok(Refit { cost: self.cost()?, cost_as_built })
     }
 
-    /// Fits the leaves of the tree to their triangles, and finds their boxes.
+    /// Refits the leaves to their triangles and returns their bounds.
     pub(crate) fn fit_leaves(
         &mut self,
         triangles: &(impl Triangles + ?Sized),
@@ -107,9 +109,10 @@ impl Tree {
         })
     }
 
-    /// Fits the boxes of all nodes to those of the leaves.
+    /// Refits the boxes of all nodes to those of the leaves.
     fn fit_nodes(&mut self, leaves: &[LeafBounds]) -> Result<(), NoMemory> {
-        // A node comes after its parent, so in reverse order all children are done before their parent.
+        // Nodes come after their parents, so going in reverse handles all children before their
+        // parent.
         let mut around = room(self.nodes.len())?;
         around.resize(self.nodes.len(), Aabb::EMPTY);
         let of = |child: u32, around: &[Aabb]| match child & LEAF {
@@ -123,7 +126,8 @@ impl Tree {
             }
             around[i] = all;
         }
-        // Writing the boxes into the nodes is most of the work, and the nodes are independent now.
+        // Writing the boxes to the nodes is most of the work. The nodes are independent now, so do
+        // it in parallel.
         threads::update(&mut self.nodes, |node| {
             for slot in 0..8 {
                 let child = node.children()[slot];
@@ -135,15 +139,16 @@ impl Tree {
         Ok(())
     }
 
-    /// The triangles that are no longer below the root, or never were, and can be hit; and those outside it
-    /// without area.
+    /// Lists triangles outside the tree below the root: those that can be hit, and those without
+    /// area.
     fn outside(
         &self,
         triangles: &(impl Triangles + ?Sized),
         bounds: &[LeafBounds],
         left_out: &[u32],
     ) -> Result<[Vec<u32>; 2], NoMemory> {
-        // Triangles in leaves that have become needles: no box bounds the reference's hits with them.
+        // Triangles in leaves that have become needles. No box bounds the hits that the reference
+        // finds on them.
         let mut outside = Vec::new();
         for (leaf, bounds) in self.leaves.iter().zip(bounds) {
             for lane in lanes_of(bounds.thin) {
@@ -151,7 +156,7 @@ impl Tree {
                 outside.push(leaf.indices[lane]);
             }
         }
-        // Triangles that were never in the tree may have become finite, or gained an area.
+        // Triangles that were never in the tree may have become finite or gained an area.
         let mut degenerate = Vec::new();
         for &index in left_out {
             let to = match triangles.hit_bounds(index as usize) {

@@ -3,7 +3,7 @@ use intertri::{Mode, Ray, Triangle};
 use crate::util::test_numbers::random;
 use crate::{Bvh, Refit, RefitError};
 
-/// A ball with this many rings, with a function applied to its corners.
+/// A sphere with the given number of rings, with a function applied to its corners.
 fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     use std::f32::consts::PI;
     let corner = |i: usize, j: usize| {
@@ -18,7 +18,7 @@ fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     squares.flat_map(|(i, j)| square(i, j)).collect()
 }
 
-/// The answers must be those of a newly built hierarchy.
+/// Checks that results are those of a newly built hierarchy.
 fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
     let anew = Bvh::new(triangles).unwrap();
     assert_eq!(bvh.bounds(), anew.bounds());
@@ -45,7 +45,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
         assert_eq!(near(bvh), near(&anew));
     }
 
-    // A picture, for bundles.
+    // The rays of an image, to test bundles.
     let middle = [0, 1, 2].map(|k| lo[k] * 0.5 + hi[k] * 0.5);
     let eye = [0, 1, 2].map(|k| middle[k] * 2.0 + (hi[k] - lo[k]) * 1.5 + 1.0);
     let pixel = |i: usize| {
@@ -61,7 +61,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
     };
     assert_eq!(hits(bvh), hits(&anew));
 
-    // It can be saved in this state.
+    // The refitted hierarchy can be saved and loaded.
     let bytes = bvh.to_bytes();
     let loaded = Bvh::<f32>::from_bytes(&bytes).unwrap();
     assert!(loaded.to_bytes() == bytes);
@@ -84,7 +84,7 @@ fn a_ball_is_twisted_exploded_and_folded() {
         assert_as_new(&bvh, &twisted);
     }
 
-    // Moved until every triangle is somewhere else, then folded.
+    // Move every triangle somewhere else, then fold the sphere.
     let mut number = random();
     let exploded: Vec<Triangle> = ball(24, still)
         .iter()
@@ -107,7 +107,8 @@ fn a_ball_is_twisted_exploded_and_folded() {
     assert_as_new(&bvh, &back);
 }
 
-/// Triangles lose their area, become needles without a box, or are not finite, at the build or later.
+/// Triangles lose their area, become needles without a box, or stop being finite, both at build
+/// time and later.
 #[test]
 fn triangles_vanish_and_come_back() {
     let whole = ball(12, |p| p);

@@ -1,4 +1,4 @@
-//! Records of a section, as they arrive.
+//! Storage for the records of a section as they arrive.
 
 use bytemuck::Zeroable;
 
@@ -6,8 +6,9 @@ use super::format::Entry;
 use super::input::Input;
 use crate::util::memory::{NoMemory, zeros};
 
-/// Memory for the records of a section. If all records are certain to follow, it is allocated at once, so that each
-/// thread touches its own pages; otherwise it grows as they arrive.
+/// Memory for the records of a section. If all records are certain to follow, it is allocated at
+/// once, so that each thread is the first to touch its own pages. Otherwise, it grows as records
+/// arrive.
 pub(super) struct Arriving<T> {
     all: Vec<T>,
     done: usize,
@@ -16,13 +17,13 @@ pub(super) struct Arriving<T> {
 impl<T: Zeroable + Clone> Arriving<T> {
     pub(super) fn of(input: &dyn Input, entry: &Entry) -> Result<Self, NoMemory> {
         let there = input.known() as u64 >= entry.size;
-        // Allocate all memory at once if the source is known to be long enough; otherwise grow with what
-        // arrives.
+        // Allocate all memory at once if the source is known to be long enough. Otherwise, grow
+        // with the data that arrives.
         let count = if there { entry.count() } else { 0 };
         Ok(Self { all: zeros(count)?.into_vec(), done: 0 })
     }
 
-    /// The slots of the next `count` records.
+    /// The slots for the next `count` records.
     pub(super) fn next(&mut self, count: usize) -> Result<&mut [T], NoMemory> {
         let end = self.done + count;
         if let Some(more) = end.checked_sub(self.all.len()) {
@@ -34,7 +35,7 @@ impl<T: Zeroable + Clone> Arriving<T> {
         Ok(next)
     }
 
-    /// All records that arrived.
+    /// All records that have arrived.
     pub(super) fn all(self) -> Vec<T> {
         self.all
     }

@@ -1,7 +1,8 @@
-//! Checks that nodes, leaves and numbers are consistent.
+//! Checks that nodes, leaves, and triangle indices are consistent.
 //!
-//! A hierarchy that passes answers correctly for the triangles in its leaves: every child exists and has one
-//! parent; every box contains its contents, with the padding that needles need; no number occurs twice.
+//! A hierarchy that passes these checks returns correct results for the triangles in its leaves:
+//! every child exists and has exactly one parent, every box contains its contents with the padding
+//! that needles need, and no index occurs twice.
 
 use super::error::LoadError;
 use crate::build::MAX_DEPTH;
@@ -9,8 +10,8 @@ use crate::tree::{Aabb, EMPTY, Geometries, LEAF, Leaf, LeafBounds, NONE, Node};
 use crate::util::memory::{NoMemory, room};
 use crate::util::threads;
 
-/// The depth of a tree in which each node except the first comes after its one parent, and each leaf has one
-/// parent.
+/// Checks that nodes and leaves form a tree, and returns its depth. Each node except the first must
+/// come after its only parent, and each leaf must have exactly one parent.
 pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
     let (mut depths, mut leaves) = (zeros::<u8>(nodes.len())?, zeros::<bool>(boxed)?);
     let wrong = LoadError::damaged("its nodes do not form a tree");
@@ -26,8 +27,8 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
             let index = (child & !LEAF) as usize;
             if child & LEAF == 0 {
                 match depths.get_mut(index) {
-                    // Each child comes after its parent and has only one parent, which rules out cycles. This also
-                    // refuses nodes without a parent.
+                    // A child must come after its parent and have only one parent, which rules out
+                    // cycles. Nodes without a parent are rejected too.
                     Some(below) if index > i && *below == 0 && depth > 0 => *below = depth + 1,
                     _ => return wrong,
                 }
@@ -46,7 +47,8 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
     if deepest == 0 || count != boxed { wrong } else { Ok(deepest.into()) }
 }
 
-/// The geometries, each given by its number of triangles and its mask; together they contain all triangles.
+/// Restores the geometries from their triangle counts and masks. Together, they must contain all
+/// triangles.
 pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometries, LoadError> {
     let counts = all.iter().map(|&(count, _)| count as usize);
     if counts.clone().map(|count| count as u64).sum::<u64>() != triangles {
@@ -60,12 +62,13 @@ pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometrie
     Ok(geometries)
 }
 
-/// Checks that every box contains its contents, and that no triangle that must be tested with every ray is in a box.
+/// Checks that every box contains its contents, and that no triangle that must be tested against
+/// every ray is inside a box.
 pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadError> {
     let is_in = |inner: &Aabb, outer: &Aabb| {
         (0..3).all(|k| outer.lo[k] <= inner.lo[k] && inner.hi[k] <= outer.hi[k])
     };
-    // All eight at once: compare the extremes of the sides in lanes.
+    // Compare the extremes of all eight boxes at once, in SIMD lanes.
     let are_in = |node: &Node, outer: &Aabb| {
         (0..3).all(|k| {
             let least = node.sides(k, false).iter().fold(f32::INFINITY, |least, &x| least.min(x));
@@ -79,7 +82,7 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
             if child & LEAF == 0 {
                 return are_in(&nodes[child as usize], &bounds);
             }
-            // No box bounds the hits with a needle, so it must not be below the root.
+            // No box bounds the hits on a needle, so needles must not be below the root.
             let leaf = &leaves[(child & !LEAF) as usize];
             leaf.thin == 0 && is_in(&leaf.bounds, &bounds)
         })
@@ -87,8 +90,8 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
     if threads::all(nodes, holds) { Ok(()) } else { LoadError::damaged("a box is too small") }
 }
 
-/// Checks that each triangle is either in the tree once or in the list of those left out, and that no
-/// triangle without a box is also live in the tree, or listed twice.
+/// Checks that each triangle is either in the tree once or in the list of omitted triangles. Also
+/// checks that no triangle without a box is live in the tree or listed twice.
 pub(super) fn numbers(
     leaves: &[Leaf],
     boxed: usize,
@@ -97,12 +100,12 @@ pub(super) fn numbers(
 ) -> Result<(), LoadError> {
     let wrong = LoadError::damaged("the numbers of its triangles are invalid");
     let (tree, unboxed) = leaves.split_at(boxed);
-    // One bit for each triangle that occurs.
+    // One bit for each triangle seen.
     let mut seen = zeros::<u64>(triangles.div_ceil(64))?;
     let mut is_new = |index: u32| {
         let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));
         let new = *word & bit == 0;
-        // A bit set twice is a triangle that occurs twice.
+        // If the bit is already set, the triangle occurs twice.
         *word |= bit;
         new
     };
@@ -115,7 +118,8 @@ pub(super) fn numbers(
     for &index in left_out {
         once = once && (index as usize) < triangles && is_new(index);
     }
-    // If each occurs once, the number of triangles equals the number of bits set.
+    // If each triangle occurs at most once, the number of bits set is the number of triangles
+    // found.
     let found: usize = seen.iter().map(|word| word.count_ones() as usize).sum();
     if !once || found != triangles {
         return wrong;
@@ -124,7 +128,8 @@ pub(super) fn numbers(
         return Ok(());
     }
 
-    // Triangles that may be listed: those of the tree that cannot be hit, and those left out.
+    // These triangles may be listed without a box: those in the tree that cannot be hit, and the
+    // omitted ones.
     let mut away = zeros::<u64>(triangles.div_ceil(64))?;
     let silent = tree.iter().flat_map(|leaf| {
         let lanes = leaf.indices.iter().take_while(|&&index| index != NONE).count();

@@ -1,5 +1,5 @@
-//! XXH64 with seed 0, as specified at <https://xxhash.com>: it detects damage, not tampering, and is as fast
-//! as memory.
+//! XXH64 with seed 0, as specified at <https://xxhash.com>. It detects damage, not tampering, and
+//! runs at memory speed.
 
 const P1: u64 = 0x9e37_79b1_85eb_ca87;
 const P2: u64 = 0xc2b2_ae3d_27d4_eb4f;
@@ -7,12 +7,12 @@ const P3: u64 = 0x1656_67b1_9e37_79f9;
 const P4: u64 = 0x85eb_ca77_c2b2_ae63;
 const P5: u64 = 0x27d4_eb2f_1656_67c5;
 
-/// The XXH64 hash of bytes.
+/// Computes the XXH64 hash of a byte slice.
 pub fn checksum(bytes: &[u8]) -> u64 {
     let mut stripes = bytes.chunks_exact(32);
     let mut sum = P5;
     if bytes.len() >= 32 {
-        // Four independent sums, so that the CPU can work on all of them at once.
+        // Use four independent sums, so that the CPU can work on all of them at once.
         let mut lanes = [P1.wrapping_add(P2), P2, 0, 0_u64.wrapping_sub(P1)];
         for stripe in &mut stripes {
             for (lane, word) in lanes.iter_mut().zip(words(stripe)) {
@@ -29,7 +29,7 @@ pub fn checksum(bytes: &[u8]) -> u64 {
     }
     sum = sum.wrapping_add(bytes.len() as u64);
 
-    // The remaining bytes: words, half a word, single bytes.
+    // Process the remaining bytes: whole words, then half a word, then single bytes.
     let mut left = stripes.remainder();
     while let Some((word, rest)) = left.split_first_chunk::<8>() {
         let mixed = sum ^ round(0, u64::from_le_bytes(*word));
@@ -45,7 +45,7 @@ pub fn checksum(bytes: &[u8]) -> u64 {
         sum = (sum ^ u64::from(byte).wrapping_mul(P5)).rotate_left(11).wrapping_mul(P1);
     }
 
-    // The avalanche: every bit of the input changes half of the bits of the sum.
+    // Final avalanche: flipping any input bit changes about half of the output bits.
     sum = (sum ^ sum >> 33).wrapping_mul(P2);
     sum = (sum ^ sum >> 29).wrapping_mul(P3);
     sum ^ sum >> 32
@@ -56,7 +56,7 @@ fn round(lane: u64, word: u64) -> u64 {
     lane.wrapping_add(word.wrapping_mul(P2)).rotate_left(31).wrapping_mul(P1)
 }
 
-/// The words of a stripe.
+/// The 64-bit words of a stripe.
 #[inline(always)]
 fn words(stripe: &[u8]) -> impl Iterator<Item = u64> + '_ {
     stripe.as_chunks::<8>().0.iter().map(|word| u64::from_le_bytes(*word))
@@ -66,7 +66,7 @@ fn words(stripe: &[u8]) -> impl Iterator<Item = u64> + '_ {
 mod tests {
     use super::checksum;
 
-    /// As computed by the program `xxhsum -H1`.
+    /// The expected values come from the program `xxhsum -H1`.
     #[test]
     fn it_is_xxh64() {
         let text = b"Nobody inspects the spammish repetition";

@@ -1,38 +1,39 @@
-//! Why a saved hierarchy could not be loaded.
+//! Errors from loading a saved hierarchy.
 
 use std::{fmt, io};
 
 use crate::util::memory::NoMemory;
 
-/// Why a saved hierarchy could not be loaded, in one line.
+/// The reason why a saved hierarchy could not be loaded. The message fits on one line.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// It does not begin like a saved hierarchy.
+    /// The input does not begin like a saved hierarchy.
     NotSaved,
-    /// It was written by a later version of this crate.
+    /// The input was written by a later version of this crate.
     Newer {
-        /// The part that is unknown to this version.
+        /// The feature that this version does not know.
         what: String,
     },
-    /// It was written by an earlier version of this crate, which left out triangles that closest points
-    /// consider.
+    /// The input was written by an earlier version of this crate, which omitted triangles that
+    /// closest-point queries consider.
     Older,
-    /// Its coordinates are in the other scalar: it is a `Bvh<f64>`, or a `Bvh<f32>`.
+    /// The coordinates have the other scalar type: the hierarchy is a `Bvh<f64>` where a `Bvh<f32>`
+    /// was expected, or vice versa.
     Scalar {
-        /// `f32` or `f64`.
+        /// The scalar type found: `f32` or `f64`.
         found: &'static str,
     },
-    /// It ends before it should.
+    /// The input ends too early.
     CutOff,
-    /// Its contents have changed since it was written.
+    /// The contents have changed since they were written.
     Damaged {
-        /// What is damaged.
+        /// A description of the damage.
         what: &'static str,
     },
     /// There is too little memory.
     OutOfMemory,
-    /// It cannot be read.
+    /// The input cannot be read.
     Io(io::Error),
 }
 
@@ -66,7 +67,7 @@ impl fmt::Display for LoadError {
                 write!(f, "written by a newer version ({what}); save it again with this one")
             }
             Self::Older => f.write_str(
-                "the saved hierarchy is of version 1, which left out triangles without an area; build it again",
+                "the saved hierarchy has version 1, which omits triangles without area; build it again",
             ),
             Self::Scalar { found } => {
                 write!(f, "the coordinates of the saved hierarchy are {found}: load it as such")

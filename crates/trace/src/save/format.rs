@@ -1,4 +1,4 @@
-//! The header and the table of a saved hierarchy. All numbers are little-endian.
+//! The header and the section table of a saved hierarchy. All numbers are little-endian.
 //!
 //! ```text
 //!   header  0 magic            8 version: u32      12 sections: u32     16 triangles: u64
@@ -6,13 +6,15 @@
 //!   entry   0 kind: u32        4 record: u32        8 place: u64        16 size: u64       24 checksum: u64
 //! ```
 //!
-//! `boxed` is the number of leaves in the main tree; the others are tested with every ray. `cost` is that of
-//! the tree as built, NaN unless it was refitted. `record` is the size of a section's records; the checksum
-//! of a section is that of the checksums of its blocks of 1024 records. The header's checksum covers its
-//! other bytes and the table, and so the whole file.
+//! `boxed` is the number of leaves in the main tree; all other leaves are tested against every ray.
+//! `cost` is the cost of the tree as it was built, or NaN if it was never refitted. `record` is the
+//! size of a section's records. A section's checksum covers the checksums of its blocks, each of
+//! 1024 records. The header's checksum covers its other bytes and the table, and thereby the whole
+//! file.
 //!
-//! **To add a section**, add a kind here, and its records next to those of leaves. A reader refuses a file with an unknown
-//! kind, unless the kind has the bit [`OPTIONAL`]. If the layout of nodes or leaves changes, raise [`VERSION`].
+//! **To add a section**, add a kind here, and its records next to those of leaves. Readers reject
+//! files with an unknown kind unless the kind has the [`OPTIONAL`] bit set. If the layout of nodes
+//! or leaves changes, increment [`VERSION`].
 
 use super::checksum::checksum;
 use super::error::LoadError;
@@ -27,29 +29,29 @@ use crate::tree::LEAF;
 /// ```
 pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
 
-/// Version 1 left out triangles without area.
+/// The format version. Version 1 omitted triangles without area.
 pub(super) const VERSION: u32 = 2;
 
-/// The size of the header, and of an entry of the table.
+/// The size of the header and of a table entry.
 pub(super) const HEADER: usize = 64;
 pub(super) const ENTRY: usize = 32;
 
-/// Sections begin at multiples of this, so that they are aligned if a file is mapped into memory.
+/// Sections start at multiples of this, so that they are aligned when a file is mapped into memory.
 pub(super) const ALIGN: usize = 64;
 
 /// The maximum number of sections in a file.
 const SECTIONS: u32 = 64;
 
-/// Records with one checksum.
+/// The number of records that share a checksum.
 pub(super) const BLOCK: usize = 1024;
 
-/// The largest size of a record.
+/// The maximum size of a record.
 const RECORD: usize = 4096;
 
-/// Readers may skip unknown kinds with this bit.
+/// Readers may skip unknown kinds that have this bit set.
 pub(super) const OPTIONAL: u32 = 1 << 31;
 
-/// The kinds of sections, and the sizes of their records.
+/// The kinds of sections and their record sizes.
 pub(super) const NODES: u32 = 1;
 pub(super) const NODE: usize = 256;
 pub(super) const LEAVES: u32 = 2;
@@ -59,7 +61,7 @@ pub(super) const NUMBER: usize = 4;
 pub(super) const GEOMETRIES: u32 = 4;
 pub(super) const GEOMETRY: usize = 8;
 
-/// Used instead of [`LEAVES`] for f64: the frame of the copies, and the leaves.
+/// For f64, these replace [`LEAVES`]: the frame of the copies, and the leaves.
 pub(super) const FRAME: u32 = 5;
 pub(super) const FRAME_SIZE: usize = 32;
 pub(super) const LEAVES64: u32 = 6;
@@ -94,7 +96,7 @@ impl Entry {
     }
 }
 
-/// The header and the table.
+/// Serializes the header and the table.
 pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
     let mut bytes = Vec::from(SAVED_MAGIC);
     bytes.extend(VERSION.to_le_bytes());
@@ -103,7 +105,7 @@ pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
     bytes.extend(header.boxed.to_le_bytes());
     bytes.extend(header.cost.to_bits().to_le_bytes());
     bytes.extend(header.size.to_le_bytes());
-    // Space for the checksum, which is written last and does not cover itself.
+    // Reserve space for the checksum, which is written last and does not cover itself.
     bytes.resize(HEADER, 0);
     for entry in entries {
         bytes.extend(entry.kind.to_le_bytes());
@@ -115,18 +117,19 @@ pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
     bytes
 }
 
-/// The checksum of header and table.
+/// The checksum of the header and the table.
 fn sum_of(front: &[u8]) -> u64 {
     checksum(&[&front[..SUM], &front[HEADER..]].concat())
 }
 
-/// The size of the table that follows a header. Errors found here take precedence over a wrong checksum.
+/// Returns the size of the table that follows a header. Errors found here take precedence over a
+/// wrong checksum.
 pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     if header[..8] != SAVED_MAGIC {
         return Err(LoadError::NotSaved);
     }
     let (version, sections) = (u32_at(header, 8), u32_at(header, 12));
-    // The magic number was right, so this is a saved hierarchy; report how the versions differ.
+    // The magic number matched, so this is a saved hierarchy. Report how the versions differ.
     if version > VERSION {
         return Err(LoadError::Newer { what: format!("version {version}") });
     }
@@ -139,7 +142,7 @@ pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     Ok(sections as usize * ENTRY)
 }
 
-/// Parses header and table, if they are valid.
+/// Parses the header and the table, and checks that they are valid.
 pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     if u64_at(front, SUM) != sum_of(front) {
         return LoadError::damaged("the checksum of its header does not match");
@@ -152,10 +155,10 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     };
     let entries: Vec<Entry> = front[HEADER..].chunks_exact(ENTRY).map(entry).collect();
 
-    // Apart from alignment, sections follow each other without gaps.
+    // Sections must be contiguous except for alignment.
     let mut end = front.len() as u64;
     for Entry { kind, record, place, size, .. } in &entries {
-        // No number from the table sizes an allocation or indexes memory before it has passed these checks.
+        // These checks come before any number from the table sizes an allocation or indexes memory.
         let sane = (1..=RECORD as u32).contains(record) && size % u64::from(*record) == 0;
         if !sane || *place != end.next_multiple_of(ALIGN as u64) || *size > u64::MAX / 4 {
             return LoadError::damaged("its table of sections is invalid");
@@ -167,11 +170,11 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
             GEOMETRIES => *record == GEOMETRY as u32,
             FRAME => *record == FRAME_SIZE as u32 && *size == u64::from(*record),
             LEAVES64 => *record == LEAF64_SIZE as u32,
-            // A later version may add optional sections without preventing this one from reading the rest.
+            // A later version may add optional sections; this version can still read the rest.
             _ if kind & OPTIONAL != 0 => true,
             _ => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
         };
-        // Records are numbered with 31 bits.
+        // Record indices have 31 bits.
         if !known || u64::from(*record) * u64::from(LEAF) < *size {
             return LoadError::damaged("its table of sections is invalid");
         }
@@ -203,7 +206,7 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
 }
 
-/// The checksum of the checksums of blocks.
+/// The checksum of the block checksums.
 pub(super) fn checksum_of_blocks(blocks: &[u64]) -> u64 {
     checksum(&blocks.iter().flat_map(|sum| sum.to_le_bytes()).collect::<Vec<u8>>())
 }

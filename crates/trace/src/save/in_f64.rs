@@ -1,4 +1,4 @@
-//! Saves and loads hierarchies over f64: nodes, the frame of the copies, and leaves with f64 corners.
+//! Saving and loading f64 hierarchies: nodes, the frame of the copies, and leaves with f64 corners.
 
 use std::io::{self, Write};
 
@@ -31,8 +31,8 @@ pub(crate) fn write64(
     write_with(tree, sections, output)
 }
 
-/// Reads the whole hierarchy, and nothing after it: the tree, the frame of its copies, and the triangles leaf
-/// by leaf.
+/// Reads a whole hierarchy, and nothing after it. Returns the tree, the frame of the copies, and
+/// the triangles of each leaf.
 pub(crate) fn read64(
     input: &mut dyn Input,
 ) -> Result<(Tree, LocalFrame, Vec<EightTriangles>), LoadError> {
@@ -41,10 +41,11 @@ pub(crate) fn read64(
         return LoadError::damaged("it has no frame or no leaves");
     };
 
-    // The extent of the corners from the centre, along each axis.
+    // The extent of the corners along each axis, relative to the centre.
     let mut around = Aabb::EMPTY;
     parts.bounds.iter().for_each(|leaf| around.join(&leaf.bounds));
-    // Computed from the corners and not taken from the file, because the filter's bounds depend on it.
+    // Compute this from the corners and do not trust the file, because the filter's error bounds
+    // depend on it.
     let far = |axis: usize| (-around.lo[axis]).max(around.hi[axis]).max(0.0);
     let (centre, up) = frame.centre_and_exponent();
     let frame = LocalFrame::of(centre, up, [far(0), far(1), far(2)]);

@@ -1,4 +1,5 @@
-//! Sources of bytes: memory, which is read in place, or a stream or file, through one buffer.
+//! Byte sources: memory that is read in place, and streams and files that are read through a
+//! buffer.
 
 #[cfg(unix)]
 use std::fs::File;
@@ -11,15 +12,15 @@ use crate::util::threads;
 /// The number of bytes to read from a stream at a time.
 const PIECE: usize = 1 << 20;
 
-/// A source of bytes, in pieces.
+/// A source of bytes.
 pub trait Input {
-    /// The next `count` bytes.
+    /// Returns the next `count` bytes.
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError>;
     /// The number of bytes that are certain to follow.
     fn known(&self) -> usize;
 }
 
-/// Bytes in memory.
+/// A source in memory.
 pub(crate) struct Slice<'a> {
     left: &'a [u8],
 }
@@ -29,7 +30,7 @@ impl<'a> Slice<'a> {
         Self { left: bytes }
     }
 
-    /// Fails if anything follows.
+    /// Fails if more bytes follow.
     pub(crate) fn end(self) -> Result<(), LoadError> {
         if self.left.is_empty() { Ok(()) } else { more() }
     }
@@ -47,7 +48,7 @@ impl Input for Slice<'_> {
     }
 }
 
-/// Bytes of a stream.
+/// A source that reads from a stream.
 pub(crate) struct Stream<R> {
     from: R,
     buffer: Vec<u8>,
@@ -55,12 +56,12 @@ pub(crate) struct Stream<R> {
 }
 
 impl<R: Read> Stream<R> {
-    /// A stream with at least `known` more bytes.
+    /// Creates a source from a stream that has at least `known` more bytes.
     pub(crate) fn new(from: R, known: usize) -> Self {
         Self { from, buffer: Vec::new(), known }
     }
 
-    /// Fails if anything follows.
+    /// Fails if more bytes follow.
     pub(crate) fn end(mut self) -> Result<(), LoadError> {
         if self.from.read(&mut [0])? == 0 { Ok(()) } else { more() }
     }
@@ -68,7 +69,8 @@ impl<R: Read> Stream<R> {
 
 impl<R: Read> Input for Stream<R> {
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError> {
-        // A damaged table may request any size, so the buffer grows piece by piece, with what arrives.
+        // A damaged table may request any size, so let the buffer grow piece by piece as data
+        // arrives.
         let mut filled = 0;
         while filled < count {
             let end = count.min(filled + PIECE);
@@ -89,7 +91,7 @@ impl<R: Read> Input for Stream<R> {
     }
 }
 
-/// Bytes of a file of known size, which all threads copy from the system's cache.
+/// A file of known size, which all threads copy from the system's cache.
 #[cfg(unix)]
 pub(crate) struct Pieces {
     file: File,
@@ -100,14 +102,14 @@ pub(crate) struct Pieces {
 
 #[cfg(unix)]
 impl Pieces {
-    /// The number of bytes that one thread copies at a time.
+    /// The number of bytes that a thread copies at a time.
     const EACH: usize = 1 << 18;
 
     pub(crate) fn new(file: File, size: u64) -> Self {
         Self { file, at: 0, size, buffer: Vec::new() }
     }
 
-    /// Fails if anything follows.
+    /// Fails if more bytes follow.
     pub(crate) fn end(self) -> Result<(), LoadError> {
         use std::os::unix::fs::FileExt;
         if self.file.read_at(&mut [0], self.at)? == 0 { Ok(()) } else { more() }
@@ -121,7 +123,7 @@ impl Input for Pieces {
         if count > self.known() {
             return Err(LoadError::CutOff);
         }
-        // The size of the file is known, so `count` is at most the size of the rest.
+        // The file size is known, so `count` cannot exceed what is left of it.
         if self.buffer.len() < count {
             let more = count - self.buffer.len();
             self.buffer.try_reserve(more).map_err(|_| LoadError::OutOfMemory)?;

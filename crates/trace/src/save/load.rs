@@ -1,4 +1,5 @@
-//! Reading a hierarchy, a section at a time. Each batch is checksummed, checked and stored while it is in the cache.
+//! Loads a hierarchy one section at a time. Each batch is checksummed, checked, and stored while it
+//! is in the cache.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,10 +23,10 @@ use crate::tree::{
 use crate::util::memory::NoMemory;
 use crate::util::threads;
 
-/// Blocks read at a time for each thread, which are small enough for its cache.
+/// The number of blocks to read at a time per thread, small enough for the thread's cache.
 const BATCH: usize = 1;
 
-/// The least number of records that a thread takes at a time.
+/// The minimum number of records that a thread takes at a time.
 const LEAST: usize = 128;
 
 /// The contents of the sections.
@@ -34,7 +35,7 @@ pub(super) struct Parts {
     nodes: Option<Vec<Node>>,
     leaves: Option<Vec<Leaf>>,
     pub(super) bounds: Vec<LeafBounds>,
-    /// Only for f64: the frame of the copies, and the original triangles, leaf by leaf.
+    /// Only for f64: the frame of the copies, and the original triangles of each leaf.
     pub(super) frame: Option<LocalFrame>,
     pub(super) originals: Option<Vec<EightTriangles>>,
     left_out: Option<Vec<u32>>,
@@ -42,13 +43,13 @@ pub(super) struct Parts {
     geometries: Option<Vec<(u32, u32)>>,
 }
 
-/// Reads the whole hierarchy, and nothing after it.
+/// Reads a whole hierarchy, and nothing after it.
 pub(crate) fn read(input: &mut dyn Input) -> Result<Tree, LoadError> {
     let (header, parts) = read_parts(input, "f32")?;
     parts.tree(&header)
 }
 
-/// Reads all sections of a hierarchy in some scalar.
+/// Reads all sections of a hierarchy with the given scalar type.
 pub(super) fn read_parts(
     input: &mut dyn Input,
     scalar: &'static str,
@@ -58,7 +59,8 @@ pub(super) fn read_parts(
     let mut front = header.to_vec();
     front.extend(input.take(table_size(&header)?)?);
     let (header, entries) = parse(&front)?;
-    // The table shows the scalar, so a program can try the other one without reading any section.
+    // The table reveals the scalar type, so a caller can try the other type before reading any
+    // section.
     let is_f64 = entries.iter().any(|entry| matches!(entry.kind, FRAME | LEAVES64));
     let found = if is_f64 { "f64" } else { "f32" };
     if found != scalar {
@@ -69,7 +71,7 @@ pub(super) fn read_parts(
     let mut end = front.len() as u64;
     for entry in &entries {
         let gap = input.take((entry.place - end) as usize)?;
-        // No checksum covers the padding, so it has to be zero.
+        // No checksum covers the padding, so it must be zero.
         if gap.iter().any(|&byte| byte != 0) {
             return LoadError::damaged("there are bytes between its sections");
         }
@@ -79,7 +81,7 @@ pub(super) fn read_parts(
     Ok((header, parts))
 }
 
-/// A file that is shorter than a header is probably something else, not a truncated hierarchy.
+/// A file shorter than a header is probably something else, not a truncated hierarchy.
 fn not_saved(error: LoadError) -> LoadError {
     if matches!(error, LoadError::CutOff) { LoadError::NotSaved } else { error }
 }
@@ -93,7 +95,7 @@ impl Parts {
         header: &Header,
     ) -> Result<(), LoadError> {
         let triangles = header.triangles as u32;
-        // A duplicate section would overwrite one that was checked before.
+        // Reject duplicate sections: a second one would overwrite data that was already checked.
         let again = match entry.kind {
             NODES => {
                 let nodes = read_nodes(input, entry)?;
@@ -132,7 +134,8 @@ impl Parts {
                 std::mem::replace(&mut self.frame, frame).is_some()
             }
             LEAVES64 => {
-                // The copies of the corners are computed while the leaves are read, which requires the frame.
+                // The copies of the corners are computed while the leaves are read, which requires
+                // the frame.
                 let Some(frame) = &self.frame else {
                     return LoadError::damaged("its leaves come before its frame");
                 };
@@ -140,7 +143,7 @@ impl Parts {
                 self.bounds = bounds;
                 self.leaves.replace(leaves).is_some() | self.originals.replace(originals).is_some()
             }
-            // An optional section is skipped, but its checksum is verified.
+            // Skip an optional section, but verify its checksum.
             _ => {
                 in_batches(input, entry, |_| Ok(()))?;
                 false
@@ -149,7 +152,7 @@ impl Parts {
         if again { LoadError::damaged("it has the same section twice") } else { Ok(()) }
     }
 
-    /// Builds the tree, if its parts are consistent.
+    /// Assembles the tree if its parts are consistent.
     pub(super) fn tree(self, header: &Header) -> Result<Tree, LoadError> {
         let (Some(nodes), Some(leaves)) = (self.nodes, self.leaves) else {
             return LoadError::damaged("it has no nodes or no leaves");
@@ -162,7 +165,8 @@ impl Parts {
             return LoadError::damaged("the header is invalid");
         }
         let boxed = header.boxed as usize;
-        // Check the boxes only once this is known to be a tree, because the check follows its children.
+        // Check the boxes only after checking that the nodes form a tree, because the box check
+        // follows child indices.
         let (depth, numbers) = threads::join(
             || check::tree(&nodes, boxed),
             || check::numbers(&leaves, boxed, &left_out, header.triangles as usize),
@@ -189,7 +193,7 @@ impl Parts {
             geometries,
             cost_as_built: (cost >= 0.0 && cost.is_finite()).then_some(cost),
         };
-        // The second tree is not in the file. It has few leaves, so it is rebuilt.
+        // The second tree is not in the file. It has few leaves, so rebuild it.
         bvh.note_degenerate(&self.bounds)?;
         bvh.add_thin_nodes(&boxes_of(&self.bounds[boxed..])?)?;
         Ok(bvh)
@@ -228,7 +232,7 @@ fn read_leaves(input: &mut dyn Input, entry: &Entry, triangles: u32) -> Result<L
     Ok((leaves.all(), bounds.all()))
 }
 
-/// Leaves over f64, and the original triangles.
+/// Reads f64 leaves and the original triangles.
 fn read_leaves64(
     input: &mut dyn Input,
     entry: &Entry,
@@ -251,13 +255,13 @@ fn read_leaves64(
     Ok(((leaves.all(), bounds.all()), originals.all()))
 }
 
-/// Reserves memory for all records of a section, if they are certain to follow.
+/// Reserves memory for all records of a section if they are certain to follow.
 fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
     let there = input.known() as u64 >= entry.size;
     crate::util::memory::room(if there { entry.count() } else { 0 })
 }
 
-/// Passes on a section in batches of blocks, and verifies its checksum.
+/// Passes a section to `each` in batches of blocks, and verifies its checksum.
 fn in_batches(
     input: &mut dyn Input,
     entry: &Entry,
@@ -268,7 +272,8 @@ fn in_batches(
     while left > 0 {
         let size = left.min((BATCH * threads::count() * block) as u64) as usize;
         let batch = input.take(size)?;
-        // Each thread checksums its own blocks while they are in the cache; `each` reads them from there.
+        // Each thread checksums its own blocks while they are in the cache; `each` then reads them
+        // from there.
         let sum = |i: usize| checksum(&batch[i * block..size.min((i + 1) * block)]);
         threads::extend(&mut sums, size.div_ceil(block), 1, sum)?;
         each(batch)?;
@@ -281,13 +286,13 @@ fn in_batches(
     }
 }
 
-/// Reads records piece by piece, on all threads. Fails if one of them is invalid.
+/// Reads records piece by piece, on all threads. Fails if a record is invalid.
 fn all_sound<P: Send>(
     pieces: impl Iterator<Item = P>,
     what: &'static str,
     read: impl Fn(P) -> bool + Sync,
 ) -> Result<(), LoadError> {
-    // Pieces do not return results, so an invalid one sets a flag.
+    // Pieces return no results, so an invalid one sets a flag.
     let sound = AtomicBool::new(true);
     threads::pieces(pieces, |_, piece| {
         if !read(piece) {

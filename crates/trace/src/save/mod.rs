@@ -1,15 +1,15 @@
-//! Saves and loads hierarchies, with the same bytes on every CPU.
+//! Saving and loading hierarchies. The bytes are the same on every CPU.
 //!
 //! ```text
 //!   header    magic, version, sizes                   64 bytes
-//!   table     kind, offset, checksum of each section  32 bytes a section
-//!   sections  nodes; leaves; triangles left out       each at a multiple of 64
+//!   table     kind, offset, checksum of each section  32 bytes per section
+//!   sections  nodes; leaves; omitted triangles        each aligned to 64 bytes
 //! ```
 //!
-//! [`format`] has every field, and `docs/saved.md` specifies them for other programs. A section is copied
-//! once, from the read buffer to where traversal needs it, and every number is checked on the way
-//! ([`records`], [`check`]). So a hierarchy that passes answers correctly for the triangles that it contains,
-//! even if an attacker wrote it.
+//! [`format`] documents every field, and `docs/saved.md` specifies the format for other programs. A
+//! section is copied once, from the read buffer to where traversal needs it, and every number is
+//! checked on the way ([`records`], [`check`]). A hierarchy that passes these checks returns
+//! correct results for the triangles it contains, even if an attacker wrote it.
 
 mod arriving;
 mod check;
@@ -36,8 +36,8 @@ pub(crate) use load::read;
 pub(crate) use records64::EightTriangles;
 pub(crate) use store::write;
 
-/// Recomputes all checksums of a saved hierarchy, if it is intact enough to locate them, for tests of the
-/// checks behind the checksums.
+/// Recomputes all checksums of a saved hierarchy if it is intact enough to locate them. This allows
+/// testing the checks that run after the checksums are verified.
 #[doc(hidden)]
 pub fn seal(bytes: &mut [u8]) {
     format::seal(bytes);

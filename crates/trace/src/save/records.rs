@@ -1,13 +1,14 @@
 //! Nodes and leaves as bytes.
 //!
 //! ```text
-//!   node   8 rows of 8 f32: lower x y z, upper x y z, the children by their bits, no child
-//!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' numbers
+//!   node   8 rows of 8 f32: lower x y z, upper x y z, children as bits, `EMPTY`
+//!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' indices
 //! ```
 //!
-//! A number with its highest bit set belongs to a triangle that cannot be hit: one without area, with its own
-//! corners; or, in a refitted hierarchy, one that is currently not finite, with the corners of any triangle
-//! that has an area. All bits set mean no triangle.
+//! An index with its highest bit set belongs to a triangle that cannot be hit. It is either a
+//! triangle without area, stored with its own corners, or, in a refitted hierarchy, one that is
+//! currently not finite, stored with the corners of some triangle that has an area. If all bits are
+//! set, the lane holds no triangle.
 
 use intertri::TriangleBlock;
 use intertri::simd::{Simd, WithSimd};
@@ -15,7 +16,7 @@ use intertri::simd::{Simd, WithSimd};
 use super::format::{LEAF_SIZE, NODE};
 use crate::tree::{EMPTY, LaneBounds, Leaf, LeafBounds, NONE, Node};
 
-/// Marks the number of a triangle that cannot be hit.
+/// Marks the index of a triangle that cannot be hit.
 const SILENT: u32 = 1 << 31;
 
 /// Writes a node.
@@ -33,7 +34,7 @@ pub(super) fn write_leaf(leaf: &Leaf, to: &mut [u8]) {
     }
 }
 
-/// The numbers of a leaf's triangles in their written form.
+/// The indices of a leaf's triangles as they are stored.
 pub(super) fn numbers_to_write(leaf: &Leaf) -> impl Iterator<Item = u32> + '_ {
     let live = leaf.block.live();
     let number = move |lane: usize| {
@@ -43,18 +44,18 @@ pub(super) fn numbers_to_write(leaf: &Leaf) -> impl Iterator<Item = u32> + '_ {
     (0..8).map(number)
 }
 
-/// The numbers of a leaf, and which of its triangles are live: at least one number, in ascending order, below
-/// `triangles`.
+/// Decodes the indices of a leaf and a mask of its live triangles. There must be at least one
+/// index, and indices must be in ascending order and below `triangles`.
 #[inline(always)]
 pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u32; 8], u32)> {
     let (mut live, mut sound, mut next) = (0, indices[0] != NONE, 0);
     for (lane, index) in indices.iter_mut().enumerate() {
         if *index == NONE {
-            // No number follows an absent one.
+            // No index may follow an absent one.
             next = SILENT;
             continue;
         }
-        // Ascending, and with gaps only at the end, as builds make them.
+        // Indices ascend, with gaps only at the end, as a build writes them.
         live |= u32::from(*index & SILENT == 0) << lane;
         *index &= !SILENT;
         sound &= *index >= next && *index < triangles;
@@ -63,14 +64,14 @@ pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u3
     sound.then_some((indices, live))
 }
 
-/// The lanes that have a number but are not live.
+/// The lanes that have an index but are not live.
 #[inline(always)]
 pub(super) fn silent_lanes(indices: &[u32; 8], live: u32) -> u32 {
     let numbered = indices.iter().take_while(|&&index| index != NONE).count();
     ((1_u32 << numbered) - 1) & !live
 }
 
-/// The words of a record.
+/// The 32-bit words of a record.
 #[inline(always)]
 fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     let mut words = [0; N];
@@ -80,17 +81,17 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-/// Reads a node. Returns whether it is valid by itself, without its children.
+/// Reads a node. Returns whether the node is valid, not considering its children.
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);
-    // The last row is always empty; traversal reads it as the child of no slot.
+    // The last row is always empty; traversal reads it when no slot is selected.
     let mut sound = words[56..] == [EMPTY; 8];
     for slot in 0..8 {
         for axis in 0..3 {
             let (lo, hi) = (rows[axis][slot], rows[axis + 3][slot]);
             let is_box = lo <= hi && lo.is_finite() && hi.is_finite();
-            // An inverted box means no child, or one below which nothing can be hit.
+            // An inverted box means that there is no child, or that nothing below it can be hit.
             let is_none = lo == f32::INFINITY && hi == f32::NEG_INFINITY;
             sound &= is_none || is_box && words[48 + slot] != EMPTY;
         }
@@ -99,8 +100,8 @@ pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     sound
 }
 
-/// Reads leaves and computes their bounds. Returns whether they are valid: finite corners, and at least one
-/// number, in ascending order, below `triangles`.
+/// Reads leaves and computes their bounds. Returns whether they are valid: all corners are finite,
+/// and there is at least one index, in ascending order and below `triangles`.
 pub(super) struct ReadLeaves<'a> {
     pub bytes: &'a [u8],
     pub triangles: u32,
@@ -132,7 +133,8 @@ impl WithSimd for ReadLeaves<'_> {
             }
             *leaf = Leaf { block: TriangleBlock::of_lanes_in::<S>(corners, live), indices };
             *bounds = LaneBounds::of(&leaf.block).run::<S>();
-            // A silent triangle either has no area, which is determined here, or is currently not finite.
+            // A triangle that cannot be hit either has no area, which is determined here, or is
+            // currently not finite.
             bounds.add_degenerate(&corners, silent_lanes(&indices, live));
         }
         true

@@ -1,11 +1,11 @@
-//! The frame and the leaves of a hierarchy over f64, as bytes.
+//! The frame and the leaves of an f64 hierarchy as bytes.
 //!
 //! ```text
 //!   frame  the centre x y z (f64), the exponent of the scale (i32), zero (u32)
-//!   leaf   3 corners of 3 rows of 8 f64: x y z; 8 u32: the triangles' numbers, as for f32
+//!   leaf   3 corners of 3 rows of 8 f64: x y z; 8 u32: the triangles' indices, as for f32
 //! ```
 //!
-//! Copies are not written: a loader computes them from the corners, as a build does.
+//! Copies are not stored: the loader recomputes them from the corners, as a build does.
 
 use intertri::internal::LocalFrame;
 use intertri::internal::exact::has_area;
@@ -30,14 +30,15 @@ pub(super) fn write_frame(frame: &LocalFrame, to: &mut [u8]) {
     to[24..28].copy_from_slice(&up.to_le_bytes());
 }
 
-/// Writes a leaf, in which some lanes may contain triangles without area. Lanes without a triangle repeat a
-/// live one, or else one that has an area.
+/// Writes a leaf, in which some lanes may hold triangles without area. Lanes without a triangle
+/// repeat a live triangle or, if there is none, a dummy that has an area.
 pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles, to: &mut [u8]) {
     let first = lanes_of(leaf.block.live()).next();
     let corners = (0..9).flat_map(|row| (0..8).map(move |lane| (row / 3, row % 3, lane)));
     let (rows, numbers) = to.split_at_mut(9 * 64);
     for (to, (corner, axis, lane)) in rows.chunks_exact_mut(8).zip(corners) {
-        // Lanes without a triangle get fixed contents, so that equal hierarchies have equal bytes.
+        // Lanes without a triangle get deterministic contents, so that equal hierarchies have equal
+        // bytes.
         let some = if present >> lane & 1 != 0 { Some(lane) } else { first };
         let any = if corner == axis { 1.0_f64 } else { 0.0 };
         let x = some.map_or(any, |lane| triangles[lane].0[corner][axis]);
@@ -48,7 +49,7 @@ pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles
     }
 }
 
-/// Reads a frame. Its reach is computed later, from the corners.
+/// Reads a frame. Its reach is computed later from the corners.
 pub(super) fn read_frame(bytes: &[u8]) -> Result<LocalFrame, LoadError> {
     let (centre, up) = ([0, 8, 16].map(|at| f64_at(bytes, at)), u32_at(bytes, 24) as i32);
     match LocalFrame::of(centre, up, [0.0; 3]) {
@@ -61,8 +62,9 @@ fn f64_at(bytes: &[u8], at: usize) -> f64 {
     f64::from_bits(u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32)
 }
 
-/// Reads leaves over f64: the leaves of their copies, the copies' bounds, and the original triangles. Returns
-/// whether they are valid: finite corners, and numbers as in an f32 leaf.
+/// Reads f64 leaves: the leaves of their copies, the bounds of the copies, and the original
+/// triangles. Returns whether they are valid: all corners are finite, and indices are as in f32
+/// leaves.
 pub(super) struct ReadLeaves64<'a> {
     pub bytes: &'a [u8],
     pub triangles: u32,
@@ -93,13 +95,14 @@ impl WithSimd for ReadLeaves64<'_> {
             for (x, bytes) in flat.iter_mut().zip(rows.as_chunks::<8>().0) {
                 let bits = u64::from_le_bytes(*bytes);
                 *x = f64::from_bits(bits);
-                // All exponent bits are set only in infinities and NaN.
+                // Only infinities and NaN have all exponent bits set.
                 finite &= bits & f64::INFINITY.to_bits() != f64::INFINITY.to_bits();
             }
             if !finite {
                 return false;
             }
-            // Which triangles have no area is not stored but recomputed, so that a file cannot claim it.
+            // Whether a triangle has an area is recomputed here and not stored, so a file cannot
+            // lie about it.
             let degenerate = degenerate(&corners, silent_lanes(&indices, live));
             *leaf = Leaf { block: frame.block_in::<S>(&corners, live), indices };
             let [[a, b, c], [x, y, z]] = frame.bounds_in::<S>(&corners, live | degenerate);
@@ -115,7 +118,7 @@ impl WithSimd for ReadLeaves64<'_> {
     }
 }
 
-/// Which of the given lanes have no area.
+/// The given lanes whose triangles have no area.
 fn degenerate(corners: &[[[f64; 8]; 3]; 3], lanes: u32) -> u32 {
     let corner = |k: usize, lane: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
     let triangle = |lane: usize| TriangleOf([0, 1, 2].map(|k| corner(k, lane)));

@@ -1,4 +1,4 @@
-//! Writing a hierarchy.
+//! Writes a hierarchy.
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,10 +14,10 @@ use crate::util::memory::{NoMemory, room, zeros};
 use crate::util::stop;
 use crate::util::threads;
 
-/// A NaN that has the same bits everywhere.
+/// A NaN with the same bits on every platform.
 const NO_COST: f64 = f64::from_bits(0x7ff8 << 48);
 
-/// A section to write: the number and size of its records, and a function that writes one.
+/// A section to write: the number and size of its records, and a function that writes a record.
 pub(super) struct Section<'a> {
     pub(super) kind: u32,
     pub(super) record: usize,
@@ -26,10 +26,10 @@ pub(super) struct Section<'a> {
 }
 
 impl Section<'_> {
-    /// A block of it.
+    /// Serializes a block of the section.
     fn block(&self, block: usize) -> Result<Box<[u8]>, NoMemory> {
-        // Sections are never entirely in memory: each block is generated twice, for its checksum and for the
-        // output.
+        // Sections are never entirely in memory. Each block is generated twice: once for its
+        // checksum and once for the output.
         let records = block * BLOCK..self.count.min((block + 1) * BLOCK);
         let mut bytes = zeros(records.len() * self.record)?;
         for (i, to) in records.zip(bytes.chunks_exact_mut(self.record)) {
@@ -38,7 +38,7 @@ impl Section<'_> {
         Ok(bytes)
     }
 
-    /// The checksums of its blocks.
+    /// The checksums of the section's blocks.
     fn sums(&self) -> Result<Vec<u64>, NoMemory> {
         let (mut sums, is_full) = (Vec::new(), AtomicBool::new(false));
         let sum = |block| {
@@ -63,7 +63,7 @@ pub(crate) fn write(bvh: &Tree, output: &mut dyn Write) -> io::Result<()> {
     write_with(bvh, vec![leaves], output)
 }
 
-/// Writes the whole hierarchy, given a function that writes its leaves.
+/// Writes the whole hierarchy, given the sections that hold its leaves.
 pub(super) fn write_with(
     bvh: &Tree,
     leaves: Vec<Section<'_>>,
@@ -89,9 +89,8 @@ pub(super) fn write_with(
         sections.push(Section { kind: GEOMETRIES, record: GEOMETRY, count, write: &geometry });
     }
 
-    // The offsets and checksums of all sections.
-    // The table comes first and the output cannot seek, so all checksums are computed before anything is
-    // written.
+    // Compute the offsets and checksums of all sections. The table comes first and the output
+    // cannot seek, so all checksums must be known before anything is written.
     let mut end = HEADER + sections.len() * ENTRY;
     let mut entries = Vec::new();
     for section in &sections {

@@ -5,7 +5,7 @@ use super::seal;
 use crate::util::test_numbers::random;
 use crate::{Bvh, LoadError};
 
-/// Triangles anywhere; some are needles, coincide, have no area, or are not finite.
+/// Random triangles. Some are needles, some coincide, some have no area, and some are not finite.
 fn soup(count: usize) -> Vec<Triangle> {
     let mut number = random();
     let mut triangles: Vec<Triangle> = (0..count)
@@ -19,7 +19,7 @@ fn soup(count: usize) -> Vec<Triangle> {
             0 => triangles[i].0[2] = triangles[i].0[1],
             1 => triangles[i].0[1][2] = f32::NAN,
             2 => triangles[i] = triangles[i / 2],
-            // Needles, some without a known box.
+            // Needles, some of which have no known box.
             3 => triangles[i] = Triangle([[0.0; 3], [1.0, 1e-9, 0.5], [2.0, 3e-9, 1.0]]),
             _ => triangles[i] = Triangle([[0.1; 3], [1.1, 0.1, 0.1], [2.1, 0.100_000_01, 0.1]]),
         }
@@ -33,7 +33,7 @@ fn rays(count: usize) -> Vec<Ray> {
     (0..count).map(|_| Ray::new(point(), point())).collect()
 }
 
-/// Two hierarchies give the same answers.
+/// Asserts that two hierarchies return the same results.
 fn assert_same(a: &Bvh, b: &Bvh) {
     assert_eq!(
         (a.len(), a.bounds(), a.tree.stack, a.tree.reach),
@@ -70,7 +70,7 @@ fn geometries_and_masks_are_saved() {
         }
     }
 
-    // One more triangle in a geometry than there is.
+    // Claim one triangle too many in a geometry.
     let mut bytes = Bvh::from_meshes(&[&soup[..9], &soup[9..99]]).unwrap().to_bytes();
     let last = bytes.len() - 16;
     bytes[last] += 1;
@@ -107,8 +107,8 @@ fn the_same_bytes_everywhere() {
     }
 }
 
-/// The checksum of the saved soup of 5000. It changes with the builder, or with the format, which then raises
-/// the version.
+/// The checksum of a saved soup of 5000 triangles. It changes if the builder or the format changes;
+/// in the latter case, increment the version.
 const GOLDEN: u64 = 491_421_215_413_427_236;
 
 #[test]
@@ -151,7 +151,8 @@ fn every_cut_and_every_damage_is_told() {
     assert!(Bvh::<f32>::from_bytes(&damaged).is_ok());
 }
 
-/// If any word is changed and all checksums are repaired, the result is an error or a sound hierarchy.
+/// If any word is changed and all checksums are fixed up, the result is an error or a sound
+/// hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let triangles = soup(120);
@@ -167,7 +168,7 @@ fn no_word_makes_an_answer_wrong() {
                 continue;
             };
             loaded += 1;
-            // The answers must be those of a new tree over the same triangles.
+            // The results must be those of a new tree over the same triangles.
             let anew = Bvh::new(&bvh.to_triangles()).unwrap();
             for ray in &rays(4) {
                 let mode = Mode::exact();
@@ -194,9 +195,10 @@ fn other_versions_are_told() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
     let text = |bytes: &[u8]| Bvh::<f32>::from_bytes(bytes).unwrap_err().to_string();
     assert!(text(&changed(&bytes, 8, &[3])).contains("newer version"));
-    // An old version may have left out triangles without area.
+    // Version 1 may have omitted triangles without area.
     assert!(text(&changed(&bytes, 8, &[1])).contains("version 1"));
-    // The third section lists the triangles left out. Give it an unknown kind, required or optional.
+    // The third section lists the omitted triangles. Give it an unknown kind, once required and
+    // once optional.
     let kind = HEADER + 2 * ENTRY;
     assert!(text(&changed(&bytes, kind, &7_u32.to_le_bytes())).contains("kind 7"));
     let optional = changed(&bytes, kind, &(7 | OPTIONAL).to_le_bytes());
@@ -208,11 +210,11 @@ fn other_versions_are_told() {
     );
 }
 
-/// No count in a header sizes an allocation.
+/// No count in a header determines the size of an allocation.
 #[test]
 fn promises_need_no_memory() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
-    // Change the size of the leaves, as if two billion followed.
+    // Change the size of the leaves as if two billion of them followed.
     let mut long = bytes.clone();
     let (nodes, leaves, left_out) = (HEADER, HEADER + ENTRY, HEADER + 2 * ENTRY);
     let size = 320 * ((1_u64 << 31) - 8);
@@ -223,7 +225,7 @@ fn promises_need_no_memory() {
     assert!(word(nodes + 8) > 0);
     long[left_out + 8..left_out + 16].copy_from_slice(&place.to_le_bytes());
     long[40..48].copy_from_slice(&end.to_le_bytes());
-    // The checksum of the header only; the sections are missing.
+    // Recompute only the checksum of the header; the sections are missing.
     let front = [&long[..HEADER - 8], &long[HEADER..HEADER + 3 * ENTRY]].concat();
     let sum = super::checksum::checksum(&front);
     long[HEADER - 8..HEADER].copy_from_slice(&sum.to_le_bytes());

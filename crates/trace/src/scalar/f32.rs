@@ -1,4 +1,4 @@
-//! The f32 backend: traversal uses the triangles and rays themselves.
+//! The f32 backend: traversal uses the given triangles and rays directly.
 
 use std::io::{self, Write};
 use std::ops::Range;
@@ -19,7 +19,7 @@ impl Backend for f32 {
     const PIECE: usize = usize::MAX;
 
     fn build(triangles: &[Triangle], progress: Progress<'_>) -> Result<(Tree, ()), BuildError> {
-        // The leaves contain the triangles themselves, so there are no originals to keep.
+        // The leaves contain the triangles themselves, so no originals need keeping.
         Ok((Tree::over(triangles, progress)?, ()))
     }
 

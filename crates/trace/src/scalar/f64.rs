@@ -1,4 +1,4 @@
-//! The f64 backend: traversal uses f32 copies, and the resolver the originals.
+//! The f64 backend: traversal uses f32 copies, and the resolver uses the originals.
 
 use std::cell::RefCell;
 use std::cmp::Ordering;
@@ -25,7 +25,7 @@ use crate::util::lane_ops::lanes_of;
 use crate::util::memory::{NoMemory, OutOfMemory, copied, zeros};
 use crate::util::threads;
 
-/// The original triangles, in the order of the leaves of their copies, and the frame of the copies.
+/// The original triangles, in the leaf order of their copies, and the frame of the copies.
 #[derive(Clone, Debug)]
 pub struct Originals64 {
     frame: LocalFrame,
@@ -46,7 +46,7 @@ fn keep(
     triangles: &[Triangle64],
     kept: &mut Vec<EightTriangles>,
 ) -> Result<(), NoMemory> {
-    // Fresh zeros come from untouched pages, which the threads below are the first to touch.
+    // Freshly zeroed memory has untouched pages, so the threads below are the first to touch them.
     kept.truncate(tree.leaves.len());
     if kept.is_empty() {
         *kept = zeros(tree.leaves.len())?.into_vec();
@@ -88,7 +88,7 @@ impl Backend for f64 {
         ray: &Ray64,
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A {
-        // A single ray needs no buffer: its copy is on the stack.
+        // A single ray needs no buffer, because its copy fits on the stack.
         let copied = CopiedRays::new(tree, originals, mode, (from_ref(ray), 0..1));
         trace(&copied.filter(), &originals.frame.ray(ray))
     }
@@ -100,7 +100,7 @@ impl Backend for f64 {
         rays: (&[Ray64], Range<usize>),
         trace: impl FnOnce(Filter<'_>, &[Ray]) -> A,
     ) -> A {
-        // The thread keeps the memory for the copies between calls.
+        // The thread reuses the memory for the copies between calls.
         let copied = CopiedRays::new(tree, originals, mode, rays);
         let mut copies = COPIES.take();
         originals.frame.rays(copied.level, copied.rays, &mut copies);
@@ -157,11 +157,12 @@ impl Backend for f64 {
         originals: &mut Originals64,
         triangles: &[Triangle64],
     ) -> Result<Refit, RefitError> {
-        // The copies get the frame of a new build, which fits the moved triangles.
+        // The copies get the frame that a new build would choose, which fits the moved triangles.
         let copies = Copies::new(triangles);
         let (refit, frame) = (tree.refit(&copies)?, copies.frame);
         originals.frame = frame;
-        // The tree has moved but its originals have not: an empty tree is correct, a mixed one would not be.
+        // The tree has moved, but its originals have not. An empty tree is correct; an inconsistent
+        // one would not be.
         if let Err(NoMemory) = keep(tree, triangles, &mut originals.leaves) {
             tree.clear();
             return Err(RefitError::OutOfMemory);
@@ -179,7 +180,7 @@ impl Backend for f64 {
     }
 }
 
-/// The number of points sampled to find where most of them are.
+/// The number of points to sample when estimating where most of them are.
 const SAMPLE: usize = 1000;
 
 /// The frame around all finite triangles.
@@ -187,7 +188,7 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for triangle in triangles {
         let corners = triangle.0.as_flattened();
-        // Times zero, a NaN or an infinity is NaN, and the sum stays NaN.
+        // Zero times a NaN or infinity is NaN, and a sum with NaN stays NaN.
         if corners.iter().map(|x| x * 0.0).sum::<f64>() == 0.0 {
             for (i, &x) in corners.iter().enumerate() {
                 (lo[i % 3], hi[i % 3]) = (lo[i % 3].min(x), hi[i % 3].max(x));
@@ -197,7 +198,7 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
     LocalFrame::around([lo, hi], crowd(triangles.iter().map(|triangle| triangle.0[0])))
 }
 
-/// The box that contains most points, estimated from a sample.
+/// Estimates, from a sample, the box that contains most points.
 pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
     let step = points.len().div_ceil(SAMPLE).max(1);
     let some = points.step_by(step);
@@ -206,7 +207,7 @@ pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3
     for k in 0..3 {
         let mut along: Vec<f64> = some.iter().map(|corner| corner[k]).collect();
         along.sort_unstable_by(f64::total_cmp);
-        // Leave out a tenth at each end.
+        // Ignore a tenth of the points at each end.
         if let Some(last) = along.len().checked_sub(1) {
             crowd[0][k] = along[last / 10];
             crowd[1][k] = along[last - last / 10];
@@ -215,7 +216,7 @@ pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3
     crowd
 }
 
-/// Triangles to be copied.
+/// Triangles to be copied in f32.
 struct Copies<'a> {
     frame: LocalFrame,
     triangles: &'a [Triangle64],
@@ -223,7 +224,7 @@ struct Copies<'a> {
 }
 
 impl<'a> Copies<'a> {
-    /// Copies relative to the centre of the triangles.
+    /// Prepares copies relative to the centre of the triangles.
     fn new(triangles: &'a [Triangle64]) -> Self {
         Self { frame: frame_around(triangles), triangles, level: Level::best() }
     }
@@ -238,9 +239,10 @@ impl Triangles for Copies<'_> {
         let triangle = &self.triangles[i];
         let Some(bounds) = self.frame.bounds(triangle) else { return HitBounds::Nowhere };
         let [lo, hi] = bounds.map(|[x, y, z]| [x, y, z, 0.0]);
-        // The frame's bounds are already rounded outward by a step of f32, so no margin is needed.
+        // The frame rounds the bounds outward to the next f32, so no margin is needed.
         let bounds = Aabb { lo, hi };
-        // A triangle whose f64 normal is rounded to zero may have a tiny area, which integers detect.
+        // A triangle whose f64 normal rounds to zero may still have a tiny area, which integer
+        // arithmetic detects.
         if triangle.normal() == [0.0; 3] && !exact::has_area(triangle) {
             return HitBounds::Degenerate(bounds);
         }
@@ -269,7 +271,8 @@ impl Triangles for Copies<'_> {
 }
 
 impl Copies<'_> {
-    /// The copies of the triangles in the present lanes, some of them live; other lanes repeat one of them.
+    /// Copies the triangles in the present lanes, of which some are live. Other lanes repeat a
+    /// present one.
     fn copied(&self, indices: &[u32; BLOCK], present: u32, live: u32) -> TriangleBlock<8> {
         let Some(first) = lanes_of(present).next() else { return TriangleBlock::of_copies(&[]) };
         let mut corners = [[[0.0; BLOCK]; 3]; 3];
@@ -286,7 +289,7 @@ impl Copies<'_> {
     }
 }
 
-/// Copies eight triangles that are side by side.
+/// Copies eight triangles in structure-of-arrays layout.
 struct CopyBlock<'a> {
     frame: &'a LocalFrame,
     corners: &'a [[[f64; BLOCK]; 3]; 3],
@@ -305,17 +308,17 @@ impl WithSimd for CopyBlock<'_> {
 thread_local! {
     /// The copies of several rays.
     static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
-    /// The values of triangles, computed for one bundle after another.
+    /// The coefficients of triangles, recomputed for each bundle.
     static SCRATCH: RefCell<Vec<[HitCoefficients; 8]>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Rays whose copies are traced through a tree, and the originals for the resolver.
+/// The rays whose copies are traced through a tree, with the originals for the resolver.
 #[derive(Debug)]
 struct CopiedRays<'a> {
     tree: &'a Tree,
     originals: &'a Originals64,
     rays: &'a [Ray64],
-    /// The rays that come later.
+    /// The rays that follow in the batch.
     later: &'a [Ray64],
     room: Room,
     rule: Rule,
@@ -335,7 +338,7 @@ impl<'a> CopiedRays<'a> {
         Self { tree, originals, rays, later, room, rule, level: mode.level() }
     }
 
-    /// The filter over copies, backed by these originals.
+    /// The filter over the copies, backed by the originals.
     fn filter(&self) -> Filter<'_> {
         Filter::on_copies(self, &self.room, self.level)
     }
@@ -349,13 +352,14 @@ impl<'a> CopiedRays<'a> {
 impl Originals for CopiedRays<'_> {
     fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64> {
         let (original, triangle) = self.pair(ray, slot);
-        // The signs are decided on the original numbers; t is only computed for hits.
+        // The signs are decided on the original coordinates; t is computed only for hits.
         exact::hit(self.rule, original, triangle).then(|| self.t(ray, slot))
     }
 
     fn t(&self, ray: RayId, slot: LeafSlot) -> f64 {
         let (ray, triangle) = self.pair(ray, slot);
-        // The traversal's copy of a very long or short ray is scaled, and so is t.
+        // If a ray is very long or very short, the traversal's copy is scaled, and t must be scaled
+        // with it.
         exact::t_times(ray, triangle, self.originals.frame.exponent(ray))
     }
 
@@ -416,7 +420,7 @@ impl Originals for CopiedRays<'_> {
         // Different f64 origins may have the same f32 copy.
         let origin = |ray: &Ray64| ray.origin.map(f64::to_bits);
         if rays.iter().any(|ray| origin(ray) != origin(&rays[0])) {
-            // Only their copies share an origin.
+            // Only the copies share an origin.
             for (&(ray, number), hit) in pairs.iter().zip(hits) {
                 let slot = slots.get(number as usize);
                 *hit =
@@ -440,7 +444,8 @@ impl Originals for CopiedRays<'_> {
     fn hits(&self, pairs: &[(RayId, LeafSlot)], hits: &mut [Hit]) {
         for (pairs, hits) in pairs.chunks(8).zip(hits.chunks_mut(8)) {
             let of = |i: usize| {
-                // With fewer than eight pairs, the last one is repeated, and its extra results are dropped.
+                // If there are fewer than eight pairs, repeat the last one and drop the extra
+                // results.
                 let (ray, slot) = pairs[i.min(pairs.len() - 1)];
                 let (ray, triangle) = self.pair(ray, slot);
                 (ray, triangle, self.tree.index_of(slot).0)

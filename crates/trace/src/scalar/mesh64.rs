@@ -1,5 +1,5 @@
-//! An f64 mesh for closest-point searches: boxes are those of the copies, while lanes and exact arithmetic
-//! use the originals.
+//! An f64 mesh for closest-point queries: boxes come from the copies, while f64 lanes and exact
+//! arithmetic use the originals.
 
 use intertri::internal::LocalFrame;
 use intertri::simd::{Lanes, Simd, Vec3};
@@ -10,7 +10,7 @@ use crate::save::EightTriangles;
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 
-/// Up to this size nothing overflows in lanes: `2^400`.
+/// Up to this size, nothing overflows in lanes: `2^400`.
 const FAR_OUT: f64 = f64::from_bits((1023 + 400) << 52);
 
 /// A mesh in f64.
@@ -34,10 +34,10 @@ impl Mesh for Mesh64<'_> {
         let frame = self.frame;
         let (room, scale) = (frame.corner_room(), frame.scale());
         let [from, to] = frame.around_point(point);
-        // Corners are rebuilt from rounded edges, so a leaf's triangles are less accurate than its box;
+        // Corners are rebuilt from rounded edges, so they are less accurate than the leaf's box;
         // `room` covers the difference.
         let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
-        // Farther out than 2^400, lanes could overflow; NaN makes them prove nothing.
+        // Beyond 2^400, lanes could overflow. With NaN, they prove nothing.
         let scaled = |x: f64| if (x * scale).abs() <= FAR_OUT { x * scale } else { f64::NAN };
         QueryPoint { within: [from, to], in_leaves, point: point.map(scaled) }
     }
@@ -49,7 +49,8 @@ impl Mesh for Mesh64<'_> {
 
     #[inline(always)]
     fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3] {
-        // The copy stores a corner, the edge from the second corner to it, and the edge from it to the third.
+        // A copy stores the first corner, the edge from the second corner to it, and the edge from
+        // it to the third corner.
         let [a, minus_h4, h5] = self.tree.leaves[leaf].block.corners();
         let a = Vec3::<F>::load(a);
         [a, a - Vec3::load(minus_h4), a + Vec3::load(h5)]
@@ -62,7 +63,7 @@ impl Mesh for Mesh64<'_> {
         for lane in lanes_of(lanes) {
             for (rows, corner) in corners.iter_mut().zip(&triangles[lane].0) {
                 for (row, x) in rows.iter_mut().zip(corner) {
-                    // By a power of two, so the products are exact.
+                    // The scale is a power of two, so the products are exact.
                     row[lane] = x * scale;
                 }
             }

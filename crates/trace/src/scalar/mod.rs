@@ -27,10 +27,11 @@ use crate::save::{Input, LoadError};
 use crate::tree::Tree;
 use crate::util::memory::OutOfMemory;
 
-/// Called occasionally during a build, with the number of triangles that are done, and their total.
+/// Called occasionally during a build with the number of triangles that are done and the total.
 pub(crate) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// A scalar for the triangles and rays of a [`Bvh`](crate::Bvh): f32 or f64. The trait is sealed.
+/// A scalar type for the triangles and rays of a [`Bvh`](crate::Bvh): f32 or f64. This trait is
+/// sealed.
 pub trait BvhScalar: Backend {}
 
 impl BvhScalar for core::primitive::f32 {}
@@ -38,10 +39,11 @@ impl BvhScalar for core::primitive::f64 {}
 
 /// The operations of a hierarchy that differ between f32 and f64.
 pub trait Backend: Scalar {
-    /// The data stored with the tree: the given coordinates, if the tree has only copies.
+    /// The data stored with the tree. If the tree contains only copies, these are the original
+    /// coordinates.
     type Originals: Clone + Debug + Send + Sync;
 
-    /// The number of rays that are copied at a time, few enough that the copies stay in the cache.
+    /// The number of rays to copy at a time, few enough that the copies stay in the cache.
     const PIECE: usize;
 
     /// Builds the tree and the data stored with it.
@@ -50,10 +52,10 @@ pub trait Backend: Scalar {
         progress: Progress<'_>,
     ) -> Result<(Tree, Self::Originals), BuildError>;
 
-    /// Copies the data stored with the tree, or fails if there is too little memory.
+    /// Clones the data stored with the tree. Fails if there is too little memory.
     fn try_clone(originals: &Self::Originals) -> Result<Self::Originals, OutOfMemory>;
 
-    /// Hands one ray to a traversal, in f32, with the filter for it.
+    /// Passes one ray to a traversal, converted to f32, along with the filter for it.
     fn with_ray<A>(
         tree: &Tree,
         originals: &Self::Originals,
@@ -62,7 +64,8 @@ pub trait Backend: Scalar {
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A;
 
-    /// Hands several rays of a call to a traversal, in f32, with the filter for them.
+    /// Passes several rays of a call to a traversal, converted to f32, along with the filter for
+    /// them.
     fn with_rays<A>(
         tree: &Tree,
         originals: &Self::Originals,
@@ -71,23 +74,23 @@ pub trait Backend: Scalar {
         trace: impl FnOnce(Filter<'_>, &[Ray]) -> A,
     ) -> A;
 
-    /// The triangle in a slot of the tree's leaves, as given.
+    /// The original triangle in a slot of the tree's leaves.
     fn triangle(tree: &Tree, originals: &Self::Originals, slot: LeafSlot) -> TriangleOf<Self>;
 
-    /// The corners of the triangles in a leaf, as given; arbitrary in lanes without a triangle.
+    /// The original corners of the triangles in a leaf. Lanes without a triangle are arbitrary.
     fn leaf_corners<L: Simd>(
         tree: &Tree,
         originals: &Self::Originals,
         leaf: usize,
     ) -> [Vec3<L::F64x8>; 3];
 
-    /// The centre and the scale of the tree's units: a coordinate x becomes `(x - centre) * scale`.
+    /// The centre and scale of the tree's units: a coordinate x becomes `(x - centre) * scale`.
     fn frame(originals: &Self::Originals) -> ([f64; 3], f64);
 
-    /// A point in the tree's units.
+    /// Converts a point to the tree's units.
     fn point(originals: &Self::Originals, point: [Self; 3]) -> [f32; 3];
 
-    /// The closest point for each of several points, on this thread, if it is within a radius.
+    /// Finds the closest point within a radius for each query point, on this thread.
     fn closest_points(
         tree: &Tree,
         originals: &Self::Originals,
@@ -106,6 +109,6 @@ pub trait Backend: Scalar {
     /// Writes the whole hierarchy.
     fn write(tree: &Tree, originals: &Self::Originals, output: &mut dyn Write) -> io::Result<()>;
 
-    /// Reads a written hierarchy.
+    /// Reads a hierarchy that was written.
     fn read(input: &mut dyn Input) -> Result<(Tree, Self::Originals), LoadError>;
 }

@@ -1,12 +1,12 @@
-//! The solid angle of a boundary: what it adds to the crossings of a ray.
+//! The solid angle of a boundary, which is added to the crossings of a ray.
 //!
 //! ```text
 //!                 d                 Ω(-d, a, b) = 2 arg Z,
 //!                 ▲   b             Z = (|A| - A·d)(|B| - B·d) + A'·B' - i d·(A' × B')
 //!                 │  ↗ ╲
-//!         p ·─────┼─a   ╲           A, B the ends from p; A', B' what is across d of them
+//!         p ·─────┼─a   ╲           A, B: ends relative to p; A', B': their parts perpendicular to d
 //!                 │  ╲   ╲
-//!                -d ──────╲         d·(A × B) = 0 and Z < 0: the ray meets the edge
+//!                -d ──────╲         d·(A × B) = 0 and Z < 0: the ray hits the edge
 //! ```
 //!
 //! `docs/numerics/winding.md` has the derivation and the bound.
@@ -21,12 +21,13 @@ use super::boundary::Boundary;
 use super::classify::WINDING_DIR;
 use super::seen_corner::{Axes, SeenCorner};
 
-/// A bound on the error of a cross product perpendicular to the ray, relative to the product of its factors'
-/// magnitudes.
+/// A bound on the error of a cross product perpendicular to the ray, relative to the product of the
+/// magnitudes of its factors.
 const SIDE: f64 = 64.0 * f64::EPSILON;
 
-/// The solid angle of a boundary seen from a point, divided by that of the sphere, to be added to the signed
-/// crossings of the ray from the point. The point must be finite, and on no triangle.
+/// The solid angle of a boundary as seen from a point, as a fraction of the full sphere, to be
+/// added to the signed crossings of the ray from that point. The point must be finite and not on
+/// any triangle.
 pub(super) fn turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> f64 {
     let mut sum = Sum::default();
     for corners in boundary.loops() {
@@ -35,11 +36,11 @@ pub(super) fn turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> f64 {
     sum.turns()
 }
 
-/// A sum of half solid angles.
+/// A compensated sum of half solid angles.
 #[derive(Default)]
 struct Sum {
     angle: f64,
-    /// A bound on what was left out of the sum.
+    /// The accumulated rounding error.
     lost: f64,
 }
 
@@ -56,8 +57,9 @@ impl Sum {
         (self.angle + self.lost) / TAU
     }
 
-    /// Adds the angles of a loop. The angles of edges are those of complex numbers, whose product has their
-    /// sum as its angle up to whole turns; these are counted.
+    /// Adds the angles of a loop. The angle of each edge is the argument of a complex number. The
+    /// argument of their product is the sum of the angles up to whole turns, which are counted
+    /// separately.
     #[inline]
     fn add_loop<S: Scalar>(&mut self, axes: &Axes, point: [S; 3], corners: &[[S; 3]]) {
         let (mut re, mut im, mut turns) = (1.0_f64, 0.0_f64, 0.0);
@@ -72,11 +74,12 @@ impl Sum {
             }
             let (a, b) = (re * x - im * y, re * y + im * x);
             let size = a.abs() + b.abs();
-            // An edge that appears as a point from one of its ends has no angle.
+            // An edge that looks like a point from one of its ends has no angle.
             if size == 0.0 {
                 continue;
             }
-            // If two angles on one side of 0 have a sum on the other side, a turn was completed.
+            // If two angles on the same side of 0 have a sum on the other side, a turn was
+            // completed.
             let is_below = im.is_sign_negative();
             if is_below == y.is_sign_negative() && is_below != b.is_sign_negative() {
                 turns += if is_below { -1.0 } else { 1.0 };
@@ -88,8 +91,9 @@ impl Sum {
     }
 }
 
-/// A number whose angle is half the solid angle between an edge and the direction opposite to the ray, and
-/// whether the side on which the ray passes has to be determined exactly.
+/// Returns a complex number whose argument is half the solid angle between an edge and the
+/// direction opposite to the ray, and whether the side on which the ray passes must be determined
+/// exactly.
 #[inline(always)]
 fn edge_number(a: &SeenCorner, b: &SeenCorner) -> (f64, f64, bool) {
     let ([ax, ay], [bx, by]) = (a.across, b.across);
@@ -99,14 +103,15 @@ fn edge_number(a: &SeenCorner, b: &SeenCorner) -> (f64, f64, bool) {
     (re, im, re < 0.0 && im.abs() <= SIDE * room)
 }
 
-/// An angle near half a turn: the ray passes close to the edge, and its side is determined exactly.
+/// The angle is close to half a turn: the ray passes close to the edge, so its side is determined
+/// exactly.
 #[cold]
 #[inline(never)]
 fn settled<S: Scalar>(point: [S; 3], edge: [[S; 3]; 2], angle: f64) -> f64 {
     match edge_side(point, WINDING_DIR.map(S::from), edge) {
         Ordering::Greater if angle > 0.0 => angle - TAU,
         Ordering::Less if angle < 0.0 => angle + TAU,
-        // The edge appears as a point, or the point lies on it.
+        // The edge looks like a point, or the point lies on it.
         Ordering::Equal => 0.0,
         _ => angle,
     }

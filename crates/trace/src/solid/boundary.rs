@@ -1,9 +1,10 @@
-//! The boundary of a mesh: loops of the edges that triangles traverse more often one way than the other.
+//! The boundary of a mesh: loops of the edges that triangles traverse more often in one direction
+//! than the other.
 //!
 //! ```text
-//!   ┌──▶──┬──▶──┐        each triangle runs around itself; where neighbours run along an edge in opposite
-//!   ▲  ◀──┘  ◀──▼        directions, it cancels. What is left leads out of every corner as often as into it,
-//!   └──◀──┴──◀──┘        so it consists of loops
+//!   ┌──▶──┬──▶──┐        each triangle traverses its edges in order. Where neighbours traverse an
+//!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. As many of the remaining edges
+//!   └──◀──┴──◀──┘        leave each corner as enter it, so they form loops
 //! ```
 
 use intertri::{Scalar, TriangleOf};
@@ -14,11 +15,11 @@ use super::seen_corner::Axes;
 use crate::util::memory::{NoMemory, filled, room};
 use crate::util::stop;
 
-/// The loops of a boundary, one after the other; each repeats its first corner at its end.
+/// The loops of a boundary, concatenated. Each loop repeats its first corner at its end.
 #[derive(Clone, Debug)]
 pub(super) struct Boundary<S> {
     corners: Vec<[S; 3]>,
-    /// The ends of the loops.
+    /// The end of each loop in `corners`.
     ends: Vec<usize>,
     /// The same boundary, divided into small loops.
     pub(super) clusters: Clusters,
@@ -26,12 +27,12 @@ pub(super) struct Boundary<S> {
 }
 
 impl<S: Scalar> Boundary<S> {
-    /// The boundary of a closed mesh, which is empty.
+    /// The empty boundary of a closed mesh.
     pub(super) fn none() -> Self {
         Self { corners: Vec::new(), ends: Vec::new(), clusters: Clusters::NONE, axes: Axes::new() }
     }
 
-    /// The boundary of triangles.
+    /// Computes the boundary of triangles.
     pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
         let edges = Edges::of(triangles)?;
         let open = || edges.shared().filter(|edge| !edge.is_closed()).map(|edge| edge.excess());
@@ -44,9 +45,10 @@ impl<S: Scalar> Boundary<S> {
         Self::of_arcs(&arcs)
     }
 
-    /// Builds loops from sorted arcs, of which equally many lead out of every corner and into it.
+    /// Builds loops from sorted arcs. Each corner must have equally many incoming and outgoing
+    /// arcs.
     fn of_arcs(arcs: &[(Corner<S>, Corner<S>)]) -> Result<Self, NoMemory> {
-        // For the first arc from each corner, how many arcs from that corner are used.
+        // At the first arc from each corner, the number of arcs from that corner already used.
         let mut used = filled(arcs.len(), 0)?;
         let (mut corners, mut ends) = (room(2 * arcs.len())?, room(arcs.len())?);
         let mut first = 0;
@@ -64,7 +66,8 @@ impl<S: Scalar> Boundary<S> {
                     if to == from {
                         break;
                     }
-                    // As many arcs lead out of a corner as into it, so one is always left to continue with.
+                    // Each corner has as many outgoing arcs as incoming ones, so there is always
+                    // one to continue with.
                     at = arcs.partition_point(|arc| arc.0 < to);
                 }
                 ends.push(corners.len());
@@ -80,13 +83,13 @@ impl<S: Scalar> Boundary<S> {
         self.corners.len() - self.ends.len()
     }
 
-    /// The corners of each loop.
+    /// Iterates over the loops, each a slice of its corners.
     pub(super) fn loops(&self) -> impl Iterator<Item = &[[S; 3]]> + Clone {
         loops(&self.corners, &self.ends)
     }
 }
 
-/// The corners of loops with these ends.
+/// Splits corners into loops that end at the given positions.
 fn loops<'a, S>(
     corners: &'a [[S; 3]],
     ends: &'a [usize],
@@ -112,21 +115,22 @@ mod tests {
         let flat = [Triangle([a, b, c]), Triangle([c, b, a])];
         assert_eq!((edges(&flat), edges(&flat[..1])), (0, 3));
 
-        // An edge split in two halves meets the whole edge at a triangle without area.
+        // An edge that is split in half on one side. A triangle without area closes the gap to the
+        // whole edge.
         let halves = [Triangle([a, b, c]), Triangle([d, c, b]), Triangle([c, d, a])];
         assert_eq!(edges(&halves), 3);
         assert_eq!(edges(&[&halves[..], &[Triangle([b, a, d])]].concat()), 0);
         assert_eq!(edges(&[&halves[..], &[Triangle([a, b, d])]].concat()), 6);
 
-        // One triangle twice, and another once.
+        // One triangle twice, and its reverse once.
         assert_eq!(edges(&[flat[0], flat[0], flat[1]]), 3);
         assert_eq!(edges(&[flat[0], flat[0], flat[1], flat[1]]), 0);
         assert_eq!(edges(&[]), 0);
-        // A corner that is not finite.
+        // A triangle with a corner that is not finite.
         assert_eq!(edges(&[flat[0], TriangleOf([a, b, [f32::NAN; 3]])]), 3);
     }
 
-    /// Loops traverse every open edge as often as it has more triangles in that direction.
+    /// Loops traverse every open edge once for each excess triangle in that direction.
     #[test]
     fn loops_are_all_that_is_open() {
         let at = |i: usize| [(i * 7 % 5) as f32, (i * 3 % 4) as f32, (i % 3) as f32];

@@ -1,4 +1,4 @@
-//! Classifies points: inside a mesh, outside, or on it.
+//! Classifies points as inside, outside, or on a mesh.
 
 use intertri::internal::exact::is_on;
 use intertri::internal::prefetch;
@@ -13,22 +13,23 @@ use crate::walk::beam::order;
 use crate::walk::single::{SingleRay, TraversalScratch, is_held};
 use crate::walk::{BatchOutput, one_ray};
 
-/// The direction in which crossings are counted. Any direction gives the same answer; an unusual one rarely
-/// meets edges exactly.
+/// The direction in which crossings are counted. Any direction gives the same result; an unusual
+/// one rarely hits edges exactly.
 pub const WINDING_DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
-/// Points that are sorted at a time, and whose rays are generated at a time.
+/// The number of points to sort at a time, and the number of rays to generate at a time.
 const SLAB: usize = 1 << 21;
 const PIECE: usize = 1 << 12;
 
-/// How far ahead of the current point to prefetch.
+/// The prefetch distance, in points.
 const AHEAD: usize = 16;
 
 /// Classifies a point.
 pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment {
     let (tree, originals) = (&bvh.tree, &bvh.originals);
     let seen = S::point(originals, point);
-    // A point on the surface has no side: crossings counted from there would depend on the direction.
+    // A point on the surface has no side: counting crossings from there would depend on the
+    // direction.
     if is_held(tree, seen, |slot| is_on(&bvh.triangle_in(slot), point)) {
         return Containment::Surface;
     }
@@ -39,27 +40,29 @@ pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment
     })
 }
 
-/// Classifies points. `answer` converts the results of the crossings alone, given the rays from the points.
+/// Classifies points. `answer` converts the results based on crossings alone, given the rays from
+/// the points.
 pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
     answer: impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync,
 ) {
-    assert_eq!(points.len(), answers.len(), "one answer a point");
+    assert_eq!(points.len(), answers.len(), "one answer per point");
     for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
         classify_slab(bvh, points, answers, &answer);
     }
 }
 
-/// Classifies the points of a slab. If there is too little memory for all, each half is classified on its own.
+/// Classifies the points of a slab. If there is too little memory for all of them, classifies each
+/// half separately.
 fn classify_slab<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
     answer: &(impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync),
 ) {
-    // The memory for the order of the points and their answers is proportional to the number of points.
+    // The memory for the order of the points and for their results grows with the number of points.
     let is_done = try_classify_slab(bvh, points, answers, answer).is_ok();
     if is_done {
         return;
@@ -81,8 +84,8 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Default + Send>(
     answers: &mut [A],
     answer: &(impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync),
 ) -> Result<(), NoMemory> {
-    // Rays in one direction from neighbouring points stay close together, so beams can trace sixteen of them
-    // at once.
+    // Parallel rays from neighbouring points stay close together, so beams can trace sixteen of
+    // them at once.
     let order = order(points, WINDING_DIR.map(f64::from))?;
     let mut in_order = filled(points.len(), A::default())?;
     chunks(&order, &mut in_order, |order, answers| {
@@ -106,11 +109,11 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Default + Send>(
     Ok(())
 }
 
-/// Rays from the points with these indices.
+/// Creates the rays that start at the points with the given indices.
 fn gather<S: BvhScalar>(points: &[[S; 3]], numbers: &[u32], rays: &mut Vec<RayOf<S>>) {
     rays.clear();
     let ray = |(i, &number): (usize, &u32)| {
-        // In this order the points are scattered in memory, and each access would be a cache miss.
+        // In this order, points are scattered in memory, and each access would be a cache miss.
         if let Some(&later) = numbers.get(i + AHEAD) {
             prefetch(&points[later as usize..][..1]);
         }

@@ -1,15 +1,15 @@
-//! The loops of a boundary cut into small ones, and a tree of balls around them, so that what is far from a point is bounded
-//! as a whole.
+//! Divides the loops of a boundary into small ones and builds a tree of bounding spheres over them,
+//! so that everything far from a point can be bounded as a whole.
 //!
 //! ```text
 //!    ·──▶──·──▶──·            ·──▶──·──▶──·
 //!    ▲           ▼            ▲           ▼         ·─────▶─────·
 //!    ·           ·     =      ·─────◀─────·    +    ▲           ▼
 //!    ▲           ▼                                  ·─────◀─────·
-//!    ·──◀──·──◀──·      pieces, each closed by a chord, and the loop of the chords, which is cut again
+//!    ·──◀──·──◀──·      pieces, each closed by a chord, plus the loop of chords, which is cut again
 //! ```
 //!
-//! Derivation of the bound: `docs/numerics/winding.md`, section 5.
+//! `docs/numerics/winding.md`, section 5, derives the bound.
 
 use std::f64::consts::TAU;
 
@@ -18,43 +18,44 @@ use intertri::Scalar;
 use crate::util::memory::{NoMemory, room};
 use crate::util::stop;
 
-/// Edges of a piece without its chord.
+/// The number of edges in a piece, not counting its chord.
 const PIECE: usize = 8;
 
-/// More than the relative roundings of a radius and of an area.
+/// Exceeds the relative rounding errors of a radius and an area.
 const ROOM: f64 = 1.0 + 1.0e-9;
 
-/// Boundaries of other sizes are added up edge by edge: a size to the fourth power is a number with room on both sides.
+/// The range of sizes for which clusters are used. Outside it, edges are summed one by one. The
+/// fourth power of a size in this range is far from overflow and underflow.
 const SIZES: [f64; 2] = [1e-60, 1e60];
 
-/// Loops in a ball.
+/// A bounding sphere around one or more loops.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cluster {
-    /// The middle of the ball, and its radius squared.
+    /// The centre of the sphere and its squared radius.
     pub(super) middle: [f64; 3],
     pub(super) radius: f64,
-    /// The area of triangles from the first corner of each loop to its edges, over 4π.
+    /// The area of the triangles from the first corner of each loop to its edges, divided by 4π.
     pub(super) area: f64,
-    /// Where the tree goes on after this cluster and those within it.
+    /// The index of the next cluster after this one and its descendants.
     pub(super) next: usize,
-    /// Where the corners of the loop begin and end, if it is a single one.
+    /// The range of the loop's corners, if the cluster is a single loop.
     pub(super) corners: Option<[usize; 2]>,
 }
 
-/// A boundary as a tree of clusters, each before those within it.
+/// A boundary as a tree of clusters in depth-first order: each cluster precedes its descendants.
 #[derive(Clone, Debug)]
 pub(super) struct Clusters {
     pub(super) clusters: Vec<Cluster>,
     pub(super) corners: Vec<[f64; 3]>,
-    /// A power of two by which sizes are multiplied, so that the largest is near 1.
+    /// A power of two that scales sizes so that the largest is near 1.
     pub(super) scale: f64,
 }
 
 impl Clusters {
     pub(super) const NONE: Self = Self { clusters: Vec::new(), corners: Vec::new(), scale: 1.0 };
 
-    /// Those of some loops; each loop has its first corner at its end again. None if their size is extreme:
-    /// then no whole turns are certain.
+    /// Builds the clusters of the given loops, each of which repeats its first corner at its end.
+    /// Returns no clusters if the size is extreme; no whole turns are then certain.
     pub(super) fn of<'a, S: Scalar>(
         loops: impl Iterator<Item = &'a [[S; 3]]> + Clone,
     ) -> Result<Self, NoMemory> {
@@ -70,7 +71,8 @@ impl Clusters {
         Ok(tree)
     }
 
-    /// Adds the cluster of some pieces, and those within it. Radii are more than a least one.
+    /// Adds the cluster of the given pieces and its descendants. `least` is added to radii to cover
+    /// rounding.
     fn add(&mut self, pieces: &mut [[usize; 2]], least: f64) {
         stop::heed();
         let corners = |piece: &[usize; 2]| self.corners[piece[0]..piece[1]].iter().copied();
@@ -84,7 +86,7 @@ impl Clusters {
         let loop_corners = if let [piece] = *pieces { Some(piece) } else { None };
         self.clusters.push(Cluster { middle, radius, area, next: 0, corners: loop_corners });
         if pieces.len() > 1 {
-            // Halves on both sides of the median along the longest side.
+            // Split at the median along the longest side.
             let k = bounds.longest();
             let place = |piece: &[usize; 2]| Bounds::of(corners(piece)).middle()[k];
             let half = pieces.len() / 2;
@@ -97,14 +99,14 @@ impl Clusters {
     }
 }
 
-/// Corners of pieces, and where those of each piece begin and end.
+/// The corners of all pieces, and the range of each piece.
 type Pieces = (Vec<[f64; 3]>, Vec<[usize; 2]>);
 
-/// Loops cut into pieces.
+/// Cuts loops into pieces.
 fn pieces<'a, S: Scalar>(
     loops: impl Iterator<Item = &'a [[S; 3]]> + Clone,
 ) -> Result<Pieces, NoMemory> {
-    // Each level has an eighth of the pieces of the one below, and ten corners a piece.
+    // Each level has an eighth as many pieces as the level below, with ten corners per piece.
     let mut corners: Vec<[f64; 3]> = room(loops.clone().map(|all| 2 * all.len() + 8).sum())?;
     let mut pieces = room(loops.clone().map(|all| all.len() / 7 + 8).sum())?;
     let mut chords: Vec<[f64; 3]> = room(loops.clone().map(<[_]>::len).max().unwrap_or(0))?;
@@ -132,7 +134,7 @@ fn pieces<'a, S: Scalar>(
     Ok((corners, pieces))
 }
 
-/// A box around corners.
+/// A bounding box of corners.
 struct Bounds([[f64; 3]; 2]);
 
 impl Bounds {
@@ -147,7 +149,7 @@ impl Bounds {
         [0, 1, 2].map(|k| 0.5 * self.0[0][k] + 0.5 * self.0[1][k])
     }
 
-    /// The axis along which it is longest.
+    /// The axis of the longest side.
     fn longest(&self) -> usize {
         let [x, y, z] = apart(self.0[1], self.0[0]);
         if x >= y && x >= z {
@@ -159,13 +161,13 @@ impl Bounds {
         }
     }
 
-    /// Its longest side.
+    /// The length of the longest side.
     fn size(&self) -> f64 {
         apart(self.0[1], self.0[0])[self.longest()]
     }
 }
 
-/// More than the double area of the triangles from the first corner of a loop to its edges.
+/// An upper bound on twice the area of the triangles from the first corner of a loop to its edges.
 fn fan(mut corners: impl Iterator<Item = [f64; 3]>, least: f64) -> f64 {
     let Some(first) = corners.next() else { return 0.0 };
     let (mut from, mut area) = ([0.0; 3], 0.0);
@@ -175,7 +177,8 @@ fn fan(mut corners: impl Iterator<Item = [f64; 3]>, least: f64) -> f64 {
             let (i, j) = ((k + 1) % 3, (k + 2) % 3);
             from[i] * to[j] - from[j] * to[i]
         });
-        // The cross product of nearly parallel edges has lost its digits.
+        // The cross product of nearly parallel edges suffers from cancellation, which the second
+        // term covers.
         area += size(cross) + least * (size(from) + size(to));
         from = to;
     }
@@ -196,7 +199,7 @@ mod tests {
 
     use super::{Cluster, Clusters, apart, size};
 
-    /// A flat, convex loop of many edges, with its first corner at its end.
+    /// A convex planar loop with many edges, which repeats its first corner at its end.
     fn circle(count: usize) -> Vec<[f64; 3]> {
         let corner = |i: usize| {
             let angle = (i % count) as f64 / count as f64 * TAU;
@@ -215,7 +218,7 @@ mod tests {
         within.filter_map(|cluster| cluster.corners).map(|[start, end]| &tree.corners[start..end])
     }
 
-    /// Twice the area that a flat loop encloses.
+    /// Twice the area enclosed by a planar loop.
     fn enclosed(corners: &[[f64; 3]]) -> f64 {
         let mut sum = [0.0; 3];
         for edge in corners.windows(2) {
@@ -226,7 +229,7 @@ mod tests {
         size(sum)
     }
 
-    /// Chords cancel, so that the small loops together run along each edge as often as the boundary.
+    /// Chords cancel, so together the small loops traverse each edge as often as the boundary does.
     #[test]
     fn small_loops_are_the_boundary() {
         for count in [3, 8, 16, 17, 18, 129, 130, 1000] {
@@ -251,7 +254,8 @@ mod tests {
         }
     }
 
-    /// Balls contain their loops, and areas are those of the loops: no less, and in a flat and convex loop no more.
+    /// Spheres contain their loops, and areas are never below those of the loops. For a convex
+    /// planar loop, the area is tight.
     #[test]
     fn balls_and_areas_are_bounds() {
         for count in [3, 17, 200, 1000] {
@@ -268,7 +272,7 @@ mod tests {
                     "{count}: {area} for {enclosed}"
                 );
             }
-            // A triangle without area still has room for the rounding of its corners.
+            // Even a triangle without area gets a margin for the rounding of its corners.
             let x = 1.0 / count as f64;
             let line = clusters(&[vec![[x; 3], [x + 1.0; 3], [x; 3]]]);
             assert!(line.clusters[0].area > 0.0 && line.clusters[0].radius > 0.75);

@@ -1,4 +1,4 @@
-//! Signed distances: the distance of the mesh, and the side.
+//! Signed distances: the distance to the mesh, with a sign for the side.
 
 use intertri::internal::Bits;
 
@@ -9,13 +9,14 @@ use crate::nearest::ClosestPoint;
 use crate::scalar::BvhScalar;
 use crate::util::memory::filled;
 
-/// The number of points processed at a time, so that temporary memory stays small.
+/// The number of points to process at a time, so that temporary memory stays small.
 const SLAB: usize = 1 << 16;
 
 impl<S: BvhScalar> Solid<S> {
-    /// The distance of a point from the mesh: negative inside, 0 on a triangle, positive outside. The sign is
-    /// that of [`Solid::classify`], and the distance is [`ClosestPoint::distance`], which also considers
-    /// triangles without area. NaN if the point is not finite, infinite if there are no triangles.
+    /// Returns the distance from a point to the mesh: negative inside, 0 on a triangle, and
+    /// positive outside. The sign follows [`Solid::classify`], and the distance is
+    /// [`ClosestPoint::distance`], which also considers triangles without area. The result is NaN
+    /// if the point is not finite and infinite if there are no triangles.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -32,24 +33,24 @@ impl<S: BvhScalar> Solid<S> {
         distance[0]
     }
 
-    /// [`Solid::signed_distance`] for many points, on all threads.
+    /// Like [`Solid::signed_distance`], but for many points, on all threads.
     pub fn signed_distance_batch(&self, points: &[[S; 3]]) -> Vec<f64> {
         let mut distances = vec![0.0; points.len()];
         self.signed_distance_batch_into(points, &mut distances);
         distances
     }
 
-    /// [`Solid::signed_distance_batch`] into a slice.
+    /// Like [`Solid::signed_distance_batch`], but writes the distances to a slice.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
     pub fn signed_distance_batch_into(&self, points: &[[S; 3]], distances: &mut [f64]) {
-        assert_eq!(points.len(), distances.len(), "one distance a point");
+        assert_eq!(points.len(), distances.len(), "one distance per point");
         let mut slab = SLAB.min(points.len()).max(1);
         let (mut closest, mut inside) = loop {
             match (filled(slab, ClosestPoint::NONE), filled(slab, false)) {
                 (Ok(closest), Ok(inside)) => break (closest, inside),
-                // Try fewer at a time if there is too little memory.
+                // If there is too little memory, process fewer at a time.
                 _ if slab > 1 => slab /= 2,
                 _ => break (vec![ClosestPoint::NONE], vec![false]),
             }

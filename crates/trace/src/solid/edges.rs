@@ -1,5 +1,5 @@
-//! The edges of a mesh, identified by the coordinates of their ends, and how often triangles traverse each of
-//! them in either direction.
+//! The edges of a mesh, identified by the coordinates of their ends, and how often triangles
+//! traverse each of them in either direction.
 
 use intertri::internal::Bits;
 use intertri::{Scalar, TriangleOf};
@@ -7,22 +7,23 @@ use intertri::{Scalar, TriangleOf};
 use crate::util::memory::{NoMemory, room};
 use crate::util::stop;
 
-/// A corner as bits; both zeros are equal.
+/// A corner as an ordered bit pattern, in which both zeros are equal.
 pub(super) type Corner<S> = [<S as Bits>::Key; 3];
 
-/// An edge from its lower end to its higher one, whether its triangle traverses it in that direction, and its number:
-/// three times the triangle, plus the corner where it starts.
+/// An edge from its lower to its higher end, whether its triangle traverses it in that direction,
+/// and its number: three times the triangle's index plus the corner at which the edge starts.
 type DirectedEdge<S> = (Corner<S>, Corner<S>, bool, usize);
 
-/// The edges of all triangles, with equal ones adjacent.
+/// The edges of all triangles, with equal edges adjacent.
 pub(super) struct Edges<S: Scalar>(Vec<DirectedEdge<S>>);
 
-/// An edge and all triangles that have it.
+/// An edge, with one entry for each triangle that has it.
 #[derive(Clone, Copy)]
 pub(super) struct SharedEdge<'a, S: Scalar>(&'a [DirectedEdge<S>]);
 
 impl<S: Scalar> Edges<S> {
-    /// The edges of triangles. A triangle with a corner that is not finite has none, because no ray hits it.
+    /// Collects the edges of triangles. Triangles with a non-finite corner are skipped, because no
+    /// ray hits them.
     pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
         let edges = |(i, t): (usize, &TriangleOf<S>)| {
             let [a, b, c] = t.0.map(corner::<S>);
@@ -33,7 +34,8 @@ impl<S: Scalar> Edges<S> {
         let directed = finite.flat_map(edges).filter(|(from, to, _)| from != to);
         all.extend(directed.map(|(from, to, i)| {
             stop::heed();
-            // Ends in a fixed order, so that both directions of an edge are sorted next to each other.
+            // Put the ends in a fixed order, so that both directions of an edge sort next to each
+            // other.
             if from < to { (from, to, true, i) } else { (to, from, false, i) }
         }));
         all.sort_unstable_by(|a, b| {
@@ -43,7 +45,7 @@ impl<S: Scalar> Edges<S> {
         Ok(Self(all))
     }
 
-    /// Each edge once.
+    /// Iterates over the distinct edges.
     pub(super) fn shared(&self) -> impl Iterator<Item = SharedEdge<'_, S>> + Clone {
         self.0.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).map(|edge| {
             stop::heed();
@@ -53,26 +55,29 @@ impl<S: Scalar> Edges<S> {
 }
 
 impl<S: Scalar> SharedEdge<'_, S> {
-    /// How many triangles traverse it from its lower end, and how many from its higher one.
+    /// The number of triangles that traverse the edge from its lower end, and the number that do so
+    /// from its higher end.
     pub(super) fn counts(&self) -> [usize; 2] {
         let up = self.0.iter().filter(|(_, _, up, _)| *up).count();
         [up, self.0.len() - up]
     }
 
-    /// Whether triangles traverse it equally often in both directions.
+    /// Returns whether triangles traverse the edge equally often in both directions.
     pub(super) fn is_closed(&self) -> bool {
         let [up, down] = self.counts();
         up == down
     }
 
-    /// The direction in which more triangles traverse it, as its start and end, and how many more do.
+    /// The start and end of the edge in the direction in which more triangles traverse it, and how
+    /// many more do.
     pub(super) fn excess(&self) -> (Corner<S>, Corner<S>, usize) {
         let (&(lo, hi, ..), [up, down]) = (&self.0[0], self.counts());
         let (from, to) = if up > down { (lo, hi) } else { (hi, lo) };
         (from, to, up.abs_diff(down))
     }
 
-    /// This edge of the first triangle that has it: the triangle, the corner where it starts, and both ends.
+    /// The edge as it occurs in the first triangle that has it: the triangle, the corner at which
+    /// the edge starts, and both ends.
     pub(super) fn first(&self) -> Option<(usize, usize, [[S; 3]; 2])> {
         let first = self.0.iter().min_by_key(|(.., number)| *number);
         first.map(|&(lo, hi, up, number)| {
@@ -81,14 +86,15 @@ impl<S: Scalar> SharedEdge<'_, S> {
         })
     }
 
-    /// The two triangles that alone have it, and whether each runs from its lower end.
+    /// If exactly two triangles share the edge, returns both, and whether each traverses it from
+    /// its lower end.
     pub(super) fn pair(&self) -> Option<[(usize, bool); 2]> {
         let triangle = |&(_, _, up, number): &DirectedEdge<S>| (number / 3, up);
         if let [a, b] = self.0 { Some([triangle(a), triangle(b)]) } else { None }
     }
 }
 
-/// Whether all coordinates of a triangle are finite.
+/// Returns whether all coordinates of a triangle are finite.
 pub(super) fn is_finite<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
     triangle.0.as_flattened().iter().all(|x| x.is_finite())
 }

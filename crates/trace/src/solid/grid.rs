@@ -1,10 +1,10 @@
-//! Classifies the points of a grid with one ray per column.
+//! Classifies the points of a grid, using one ray per column.
 //!
 //! ```text
-//!        z ▲  ·    ·    ·          A ray runs up each column, and its crossings lie between the points. From the top down, where
-//!          │  ·   ╱·╲   ·          nothing winds around a point, each crossing changes the winding number.
+//!        z ▲  ·    ·    ·          One ray runs up each column. Starting at the top, where the winding
+//!          │  ·   ╱·╲   ·          number is 0, each crossing between two points changes it.
 //!          │  ·  ● · ╲  ·
-//!          │  · ╱  ·  ╲ ·          Points on triangles are found by their triangles first: see `grid_surface`.
+//!          │  · ╱  ·  ╲ ·          Points on triangles are found beforehand; see `grid_surface`.
 //!          └───────────────▶ x, y
 //! ```
 
@@ -17,17 +17,19 @@ use crate::scalar::BvhScalar;
 use crate::util::memory::{OutOfMemory, room};
 use crate::util::threads;
 
-/// Columns whose rays are traced together, and columns that one thread fills at a time.
+/// The number of columns whose rays are traced together, and the number of columns that a thread
+/// fills at a time.
 const SLAB: usize = 1 << 14;
 const PIECE: usize = 1 << 6;
 
 impl<S: BvhScalar> Solid<S> {
-    /// [`Solid::classify`] for all points of a grid, which is given by the coordinates along each axis: the
-    /// point `[x[i], y[j], z[k]]` has the answer `(i * y.len() + j) * z.len() + k`.
+    /// Classifies all points of a grid, like [`Solid::classify`]. The grid is given by its
+    /// coordinates along each axis. The index of the result for the point `[x[i], y[j], z[k]]` is
+    /// `(i * y.len() + j) * z.len() + k`.
     ///
-    /// If coordinates are ascending and the mesh is closed, this takes one ray for each column of points
-    /// along z, and so a fraction of the time of [`classify_batch`](Solid::classify_batch). Otherwise the
-    /// points are classified one by one.
+    /// If the coordinates are ascending and the mesh is closed, this traces only one ray per column
+    /// of points along z, which takes a fraction of the time of
+    /// [`classify_batch`](Solid::classify_batch). Otherwise, points are classified one by one.
     ///
     /// ```
     /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -37,7 +39,7 @@ impl<S: BvhScalar> Solid<S> {
     /// let centres = [0.5, 1.5, 2.5];
     /// let voxels = solid.classify_grid([&centres, &centres, &centres]);
     /// assert_eq!(voxels[0], Containment::Inside(1));
-    /// // At (0.5, 0.5, 2.5), and at (0.5, 2.5, 1.5).
+    /// // The points (0.5, 0.5, 2.5) and (0.5, 2.5, 1.5).
     /// assert_eq!((voxels[2], voxels[7]), (Containment::Inside(1), Containment::Outside));
     /// # Ok::<(), intertri_trace::SolidError>(())
     /// ```
@@ -47,13 +49,13 @@ impl<S: BvhScalar> Solid<S> {
         all
     }
 
-    /// [`Solid::classify_grid`] into a slice.
+    /// Like [`Solid::classify_grid`], but writes the results to a slice.
     ///
     /// # Panics
-    /// Panics if the slice does not have one answer per point.
+    /// Panics if the length of the slice differs from the number of points.
     pub fn classify_grid_into(&self, axes: [&[S]; 3], all: &mut [Containment]) {
         let count = axes.iter().map(|axis| axis.len()).product::<usize>();
-        assert_eq!(all.len(), count, "one answer a point");
+        assert_eq!(all.len(), count, "one answer per point");
         let goes_up = |axis: &&[S]| {
             axis.iter().all(|x| x.is_finite()) && axis.windows(2).all(|pair| pair[0] <= pair[1])
         };
@@ -75,7 +77,7 @@ impl<S: BvhScalar> Solid<S> {
         }
     }
 
-    /// Classifies the points by their columns.
+    /// Classifies the points column by column.
     fn classify_columns(
         &self,
         axes: [&[S]; 3],
@@ -103,13 +105,14 @@ impl<S: BvhScalar> Solid<S> {
         Ok(())
     }
 
-    /// Fills a column from the top down, except for the points on triangles, which are already known.
+    /// Fills a column from the top down, except for points on triangles, which are already known.
     fn fill(&self, [x, y]: [S; 2], z: &[S], crossings: &[Crossing], all: &mut [Containment]) {
         let bottom: f64 = z[0].into();
         let (mut above, mut containment) = (crossings, Containment::Outside);
         for (z, to) in z.iter().zip(all).rev() {
             let height = Into::<f64>::into(*z) - bottom;
-            // Both heights are rounded once, so a crossing that is higher after rounding is higher.
+            // Both heights are rounded once, so a crossing that is higher after rounding really is
+            // higher.
             while let Some((last, rest)) = above.split_last().filter(|(c, _)| c.hit.t > height) {
                 containment = containment.crossed(last.leaves);
                 above = rest;

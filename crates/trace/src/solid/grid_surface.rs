@@ -1,10 +1,10 @@
-//! Finds the points of a grid that lie on triangles, triangle by triangle.
+//! Finds the points of a grid that lie on triangles, one triangle at a time.
 //!
 //! ```text
-//!       ·     ·     ·     ·          A triangle is seen along the axis nearest to its normal. On each line of points along this
-//!             ┌───╱┐                 axis, only those near the plane are compared with the triangle exactly.
+//!       ·     ·     ·     ·          A triangle is viewed along the axis closest to its normal. On each
+//!             ┌───╱┐                 grid line along this axis, only points near the plane are tested.
 //!       ·     │ ╱  │·     ·
-//!             ╱────┘                 A needle lies near its longest edge instead.
+//!             ╱────┘                 For a needle, only points near its longest edge are tested.
 //!       ·     ·     ·     ·
 //! ```
 
@@ -22,21 +22,23 @@ use crate::util::{stop, threads};
 /// The number of leaves that a thread processes at a time.
 const LEAVES: usize = 1 << 7;
 
-/// With M the largest side of a triangle's box and N the largest component of its normal, the error of the
-/// height of its plane is less than this times `M³ / N`: `docs/numerics/winding.md`, section 7.
+/// With M the largest side of a triangle's box and N the largest component of its normal, the error
+/// in the height of its plane is less than this times `M³ / N`; see `docs/numerics/winding.md`,
+/// section 7.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// If N is less than `ROUNDING` times M², the triangle is closer to the line of its longest edge than this
-/// times M.
+/// If N is less than `ROUNDING` times M², all of the triangle is within this times M of the line
+/// through its longest edge.
 const WIDTH: f64 = 8.0 * ROUNDING;
 
-/// For boxes of other sizes all points are tested, because products of three sides may underflow or overflow.
+/// For boxes outside this range of sizes, all points are tested, because products of three sides
+/// may underflow or overflow.
 const SIZES: [f64; 2] = [1e-90, 1e90];
 
-/// The coordinates along each axis, ascending.
+/// The ascending coordinates along each axis.
 type Axes<'a, S> = [&'a [S]; 3];
 
-/// The indices of the points on triangles. Points on several triangles may be repeated.
+/// The indices of the points on triangles. A point on several triangles may occur several times.
 pub(super) fn points_on_triangles<S: BvhScalar>(
     bvh: &Bvh<S>,
     axes: Axes<'_, S>,
@@ -73,7 +75,7 @@ fn add_points<S: Scalar>(
     axes: Axes<'_, S>,
     on: &mut Vec<usize>,
 ) -> Result<(), NoMemory> {
-    // The points in the triangle's box.
+    // The range of grid points in the triangle's box.
     let mut ranges = [const { 0..0 }; 3];
     for k in 0..3 {
         let mut corners = triangle.0.map(|corner| corner[k]);
@@ -93,7 +95,7 @@ fn add_points<S: Scalar>(
     };
     let shape = Shape::of(triangle);
     let at = |k: usize, i: usize| Into::<f64>::into(axes[k][i]) - shape.origin[k];
-    // The points of a line that are near a height. A height of NaN is near all of them.
+    // The points on a line that are near a height, or all points if the height is NaN.
     let near = |k: usize, height: f64| {
         let (range, [low, high]) = (ranges[k].clone(), [height - shape.room, height + shape.room]);
         let lower = |x: &S| Into::<f64>::into(*x) - shape.origin[k] < low;
@@ -133,16 +135,16 @@ fn add_points<S: Scalar>(
     Ok(())
 }
 
-/// Where the points of a triangle can be: near a plane, or near a line.
+/// Describes where the points of a triangle can be: near a plane or near a line.
 struct Shape {
-    /// A corner.
+    /// A corner of the triangle.
     origin: [f64; 3],
-    /// The normal of the plane, or the direction of the line.
+    /// The normal of the plane or the direction of the line.
     vector: [f64; 3],
     /// The axis of the vector's largest component.
     axis: usize,
     is_needle: bool,
-    /// How far away, along an axis, the points may be.
+    /// The largest distance of the points, measured along an axis.
     room: f64,
 }
 
@@ -155,7 +157,7 @@ impl Shape {
             let sizes = v.map(f64::abs);
             (0..3).max_by(|&i, &j| sizes[i].total_cmp(&sizes[j])).unwrap_or(0)
         };
-        // The side of the box, and the edge that spans it.
+        // The largest side of the box, and the edge that spans it.
         let side = |i: usize| edges[i][largest(edges[i])].abs();
         let longest = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
         let size = side(longest);
@@ -186,8 +188,8 @@ mod tests {
     use super::{Shape, add_points};
     use crate::util::test_numbers::random;
 
-    /// Triangles of any width, down to needles of rounding size, and grids through points on them and next to
-    /// them.
+    /// Tests triangles of any width, down to needles as thin as a rounding error, with grids
+    /// through points on them and next to them.
     #[test]
     fn all_points_on_needles_are_found() {
         let mut random = random();
@@ -197,7 +199,7 @@ mod tests {
             let mut point = || [0; 3].map(|_| (number() * 64.0).round() / 8.0 - 4.0);
             let (a, b) = (point(), point());
             let mut c = [0, 1, 2].map(|k| 0.5 * a[k] + 0.5 * b[k]);
-            // As thin as a few units in the last place, or wider.
+            // As thin as one unit in the last place, or wider.
             let steps = if round % 2 == 0 { 1 } else { 1 << (round % 50) };
             c[round % 3] = f64::from_bits(c[round % 3].to_bits() + steps);
             let triangle = TriangleOf([a, b, c]);

@@ -1,4 +1,4 @@
-//! Solids: what is inside a mesh, by winding numbers.
+//! Solids: tests whether points are inside a mesh, based on winding numbers.
 
 mod angle;
 mod boundary;
@@ -32,12 +32,13 @@ use edges::{Edges, is_finite};
 pub use orient::Orientation;
 pub use report::{DefectiveEdge, DuplicateTriangle, MeshReport};
 
-/// A mesh with its hierarchy, which distinguishes inside from outside.
+/// A mesh and its hierarchy, with tests for inside and outside.
 ///
-/// In a closed mesh, made by [`Solid::new`], triangles traverse every edge equally often in both directions,
-/// and inside and outside are exact. The mesh may have several parts, intersect itself, and contain duplicate
-/// triangles or triangles without area. Any other mesh becomes a solid by [`Solid::from_soup`]; winding
-/// numbers decide. Clones share the hierarchy.
+/// Use [`Solid::new`] for a closed mesh, in which triangles traverse every edge equally often in
+/// both directions. The distinction between inside and outside is then exact. The mesh may have
+/// several parts, intersect itself, and contain duplicate triangles or triangles without area. For
+/// any other mesh, use [`Solid::from_soup`], which decides by winding numbers. Clones share the
+/// hierarchy.
 ///
 /// ```
 /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -57,19 +58,20 @@ pub struct Solid<S: BvhScalar = f32> {
 }
 
 impl<S: BvhScalar> Solid<S> {
-    /// Makes a solid from a closed mesh.
+    /// Creates a solid from a closed mesh.
     ///
     /// # Errors
-    /// Fails if it is open or not finite, or if the hierarchy cannot be built.
+    /// Fails if the mesh is open or not finite, or if the hierarchy cannot be built.
     pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, SolidError<S>> {
         Self::check_closed(triangles)?;
         Ok(Self::assume_closed(triangles)?)
     }
 
-    /// Checks what [`Solid::new`] requires of triangles, without building a hierarchy.
+    /// Checks whether triangles meet the requirements of [`Solid::new`], without building a
+    /// hierarchy.
     ///
     /// # Errors
-    /// Fails if they are open or not finite, or there is too little memory.
+    /// Fails if the mesh is open or not finite, or if there is too little memory.
     ///
     /// ```
     /// use intertri_trace::{Bvh, Solid, intertri::Triangle};
@@ -103,8 +105,8 @@ impl<S: BvhScalar> Solid<S> {
         MeshReport::of(triangles).map_err(out_of_memory)
     }
 
-    /// Makes a solid from any mesh, treated as closed. If it is open, answers depend on the direction in
-    /// which crossings are counted.
+    /// Creates a solid from any mesh and treats it as closed. If the mesh is open, results depend
+    /// on the direction in which crossings are counted.
     ///
     /// # Errors
     /// Fails if the hierarchy cannot be built.
@@ -112,19 +114,20 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self::assume_closed_bvh(Bvh::new(triangles)?))
     }
 
-    /// Like [`Solid::assume_closed`], from an existing hierarchy, such as one that was loaded or refitted.
-    /// All its geometries together form the mesh, whatever their masks.
+    /// Like [`Solid::assume_closed`], but takes an existing hierarchy, such as a loaded or refitted
+    /// one. All its geometries together form the mesh, whatever their masks.
     pub fn assume_closed_bvh(bvh: Bvh<S>) -> Self {
         Self { bvh: Arc::new(bvh), boundary: Boundary::none() }
     }
 
-    /// Returns only the hierarchy over the mesh. If a solid from [`Solid::with_boundary`] shares it, it is
-    /// copied.
+    /// Returns the hierarchy over the mesh. If a solid from [`Solid::with_boundary`] shares it,
+    /// this makes a copy.
     pub fn into_bvh(self) -> Bvh<S> {
         Arc::unwrap_or_clone(self.bvh)
     }
 
-    /// The hierarchy, shared: for instances of the mesh in a [`Scene`](crate::Scene).
+    /// Returns the shared hierarchy. Use it to create instances of the mesh in a
+    /// [`Scene`](crate::Scene).
     pub fn shared_bvh(&self) -> Arc<Bvh<S>> {
         self.bvh.clone()
     }
@@ -134,21 +137,21 @@ impl<S: BvhScalar> Solid<S> {
         &self.bvh
     }
 
-    /// Classifies a point: it is inside if the [winding number](Self::winding_number), rounded to the nearest
-    /// integer, is not 0. In a mesh whose corners run counter-clockwise as seen from outside, it is inside if
-    /// that number is above 1/2. A point that is not finite is outside.
+    /// Classifies a point. It is inside if the [winding number](Self::winding_number), rounded to
+    /// the nearest integer, is not 0. For a mesh whose corners run counter-clockwise as seen from
+    /// outside, this means a winding number above 1/2. A non-finite point is outside.
     pub fn classify(&self, point: [S; 3]) -> Containment {
         self.counted(point, classify(&self.bvh, point))
     }
 
-    /// [`Solid::classify`] for many points.
+    /// Like [`Solid::classify`], but for many points.
     pub fn classify_batch(&self, points: &[[S; 3]]) -> Vec<Containment> {
         let mut all = vec![Containment::Outside; points.len()];
         self.classify_batch_into(points, &mut all);
         all
     }
 
-    /// [`Solid::classify_batch`] into a slice.
+    /// Like [`Solid::classify_batch`], but writes the results to a slice.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -159,14 +162,14 @@ impl<S: BvhScalar> Solid<S> {
         });
     }
 
-    /// Which of many points are inside or on the surface.
+    /// Returns, for each point, whether it is inside or on the surface.
     pub fn contains_batch(&self, points: &[[S; 3]]) -> Vec<bool> {
         let mut contains = vec![false; points.len()];
         self.contains_batch_into(points, &mut contains);
         contains
     }
 
-    /// [`Solid::contains_batch`] into a slice.
+    /// Like [`Solid::contains_batch`], but writes the results to a slice.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -180,16 +183,16 @@ impl<S: BvhScalar> Solid<S> {
     }
 }
 
-/// Why a mesh is not a solid.
+/// The reason why a mesh is not a solid.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SolidError<S = f32> {
-    /// Triangles traverse edges more often in one direction than in the other: these edges are open, or
-    /// triangles are flipped or duplicates.
+    /// Triangles traverse some edges more often in one direction than in the other: these edges are
+    /// open, or their triangles are flipped or duplicated.
     Open(Box<MeshReport<S>>),
     /// A corner is not finite.
     NotFinite {
-        /// Its triangle.
+        /// The triangle with that corner.
         triangle: usize,
     },
     /// The hierarchy could not be built, or there is too little memory to check the mesh.

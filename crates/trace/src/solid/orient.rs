@@ -1,8 +1,9 @@
-//! Which triangles to turn so that every connected piece of a mesh is oriented consistently, and outward.
+//! Finds the triangles to flip so that every connected piece of a mesh is oriented consistently and
+//! outward.
 //!
 //! ```text
-//!   ┌──▶──┬──◀──┐       two triangles that run along their edge the same way: one of them is turned. Pieces end where an
-//!   ▲     │▲▲   ▼       edge has one triangle, or three and more, which cannot be paired
+//!   ┌──▶──┬──◀──┐       if two triangles traverse their shared edge in the same direction, one of
+//!   ▲     │▲▲   ▼       them is flipped. Pieces end at edges with one triangle or more than two
 //!   └──◀──┴──▶──┘
 //! ```
 
@@ -15,31 +16,35 @@ use crate::scalar::BvhScalar;
 use crate::util::memory::{NoMemory, filled, room};
 use crate::util::stop;
 
-/// Volumes below this share of the cube around a piece, times its triangles, may have either sign.
+/// If the volume is below this fraction of the cube around a piece, times the number of triangles,
+/// its sign is uncertain.
 const FLAT: f64 = 64.0 * f64::EPSILON;
 
-/// The pieces of a mesh, and which triangles to turn, as [`Solid::orient`] finds them.
+/// The pieces of a mesh and the triangles to flip, as found by [`Solid::orient`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Orientation {
-    /// The triangles to turn, in order.
+    /// The triangles to flip, in ascending order.
     pub turned: Vec<usize>,
-    /// How many pieces there are, connected by edges of two triangles.
+    /// The number of pieces. Triangles belong to the same piece if edges with exactly two triangles
+    /// connect them.
     pub pieces: usize,
-    /// Pieces with open edges: they become consistent, and outward as seen from the middle of their bounding box.
+    /// The number of pieces with open edges. These are made consistent, and outward as seen from
+    /// the centre of their bounding box.
     pub open: usize,
-    /// Pieces that have no two sides, such as a Möbius strip: their triangles are not turned.
+    /// The number of one-sided pieces, such as a Möbius strip. Their triangles are not flipped.
     pub one_sided: usize,
 }
 
 impl<S: BvhScalar> Solid<S> {
-    /// Which triangles of a mesh to turn, by swapping two corners, so that each connected piece is oriented consistently and
-    /// its corners run counter-clockwise as seen from outside. Each piece is looked at by itself, so the wall of a cavity is
-    /// turned outward, too. A piece without a volume is turned where fewer of its triangles have to be.
+    /// Finds the triangles of a mesh to flip, by swapping two corners, so that each connected piece
+    /// is oriented consistently and its corners run counter-clockwise as seen from outside. Each
+    /// piece is considered separately, so the wall of a cavity is turned outward, too. If a piece
+    /// has no volume, the orientation that flips fewer triangles is chosen.
     ///
-    /// Triangles that are not finite are left out.
+    /// Triangles that are not finite are ignored.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// Fails if there is too little memory.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -97,12 +102,12 @@ fn orient<S: Scalar>(triangles: &[TriangleOf<S>]) -> Result<Orientation, NoMemor
     Ok(orientation)
 }
 
-/// A connected piece, as its first triangle is oriented.
+/// A connected piece, oriented like its first triangle.
 #[derive(Clone, Copy)]
 struct Piece {
     lo: [f64; 3],
     hi: [f64; 3],
-    /// Six times the volume between the middle of its box and the triangles.
+    /// Six times the signed volume between the centre of the piece's box and its triangles.
     volume: f64,
     triangles: usize,
     turned: usize,
@@ -117,7 +122,7 @@ impl Default for Piece {
 }
 
 impl Piece {
-    /// Grows the box around a triangle.
+    /// Extends the box to include a triangle.
     fn hold<S: Scalar>(&mut self, triangle: &TriangleOf<S>) {
         for corner in triangle.0 {
             for (k, x) in corner.map(Into::<f64>::into).into_iter().enumerate() {
@@ -130,7 +135,7 @@ impl Piece {
         [0, 1, 2].map(|k| self.hi[k] - self.lo[k]).into_iter().fold(0.0, f64::max)
     }
 
-    /// Adds a triangle, in units of the box.
+    /// Adds a triangle, scaled to the size of the box.
     fn add<S: Scalar>(&mut self, triangle: &TriangleOf<S>, is_turned: bool) {
         let size = self.size();
         let [a, b, c] = triangle.0.map(|corner| {
@@ -156,9 +161,11 @@ impl Piece {
     }
 }
 
-/// Triangles that are connected, and whether each is turned against the first of its set.
+/// A union-find structure over triangles that also tracks whether each is flipped relative to the
+/// first triangle of its set.
 struct Sets {
-    /// A triangle of the same set, and whether this one is turned against it; the first of a set has itself.
+    /// For each triangle, another one of its set, and whether the two have opposite orientations.
+    /// The first triangle of a set refers to itself.
     to: Vec<(usize, bool)>,
     is_one_sided: Vec<bool>,
 }
@@ -170,12 +177,12 @@ impl Sets {
         Ok(Self { to, is_one_sided: filled(count, false)? })
     }
 
-    /// The first of a triangle's set, and whether the triangle is turned against it.
+    /// The first triangle of a triangle's set, and whether the two have opposite orientations.
     fn root(&mut self, triangle: usize) -> (usize, bool) {
         let (mut i, mut is_turned) = (triangle, false);
         while self.to[i].0 != i {
             let (next, turned) = self.to[i];
-            // Halves the way for those that come later.
+            // Path halving shortens later lookups.
             let (after, more) = self.to[next];
             self.to[i] = (after, turned != more);
             is_turned ^= turned != more;
@@ -184,7 +191,7 @@ impl Sets {
         (i, is_turned)
     }
 
-    /// Connects two triangles, one of which is turned against the other or not.
+    /// Connects two triangles. `is_turned` means that one of them must be flipped.
     fn join(&mut self, a: usize, b: usize, is_turned: bool) {
         stop::heed();
         let ((a, a_turned), (b, b_turned)) = (self.root(a), self.root(b));
@@ -206,7 +213,7 @@ mod tests {
     use super::{Orientation, Solid};
     use crate::util::test_numbers::random;
 
-    /// A globe with the given centre.
+    /// A sphere with the given centre.
     fn globe(at: [f32; 3]) -> Vec<Triangle> {
         let corner = |ring: usize, i: usize| {
             let (a, b) = (ring as f32 / 6.0, (i % 12) as f32 / 12.0);
@@ -230,7 +237,8 @@ mod tests {
         }
     }
 
-    /// Whichever triangles are turned, they are turned back, in each of two globes, one of which has a hole.
+    /// Whichever triangles are flipped, the function finds exactly these, in two spheres, one of
+    /// which has a hole.
     #[test]
     fn turned_triangles_are_turned_back() {
         let (near, far) = (globe([0.0; 3]), globe([5.0, 1.0, 0.3]));
@@ -246,7 +254,8 @@ mod tests {
         }
     }
 
-    /// A band whose ends meet the other way round has one side; it stays as it is, and pieces beside it do not.
+    /// A band that is joined with a half twist is one-sided. It is left unchanged, but other pieces
+    /// are not.
     #[test]
     fn a_twisted_band_has_one_side() {
         for (twist, one_sided) in [(false, 0), (true, 1)] {
@@ -271,7 +280,8 @@ mod tests {
         }
     }
 
-    /// Where more than two triangles meet, pieces end; flat pieces and numbers at the ends of the exponents.
+    /// Pieces end at edges with more than two triangles. Also tests flat pieces and extreme
+    /// coordinates.
     #[test]
     fn any_triangles_have_pieces() {
         let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

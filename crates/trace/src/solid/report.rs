@@ -1,4 +1,4 @@
-//! The defects of a mesh that should be closed: which edges and triangles have them, and how many.
+//! The defects of a mesh that should be closed: the edges and triangles concerned.
 
 use std::fmt;
 
@@ -8,18 +8,18 @@ use super::edges::{Corner, Edges, corner, is_finite};
 use crate::util::memory::{NoMemory, room};
 use crate::util::stop;
 
-/// An edge of a mesh that has a defect.
+/// A defective edge of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DefectiveEdge<S> {
     /// The first triangle with this edge.
     pub triangle: usize,
-    /// The corner of that triangle where the edge starts. It ends at the next corner.
+    /// The corner of that triangle at which the edge starts. The edge ends at the next corner.
     pub corner: usize,
-    /// Where the edge starts and ends.
+    /// The start and end of the edge.
     pub ends: [[S; 3]; 2],
 }
 
-/// A triangle of a mesh with the corners of an earlier one.
+/// A triangle with the same corners as an earlier triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct DuplicateTriangle {
     /// The triangle.
@@ -28,9 +28,9 @@ pub struct DuplicateTriangle {
     pub of: usize,
 }
 
-/// The open edges, and the flipped and duplicate triangles, of a mesh, as found by
-/// [`Solid::inspect`](super::Solid::inspect). Edges and triangles are the same if the coordinates of their
-/// corners are. Each list is sorted by triangle, and its length is the number of such edges or triangles.
+/// The open edges, flipped triangles, and duplicate triangles of a mesh, as found by
+/// [`Solid::inspect`](super::Solid::inspect). Edges and triangles are considered equal if the
+/// coordinates of their corners are equal. Each list is complete and sorted by triangle.
 ///
 /// ```
 /// use intertri_trace::{Solid, intertri::Triangle};
@@ -47,20 +47,22 @@ pub struct DuplicateTriangle {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshReport<S = f32> {
-    /// Edges of only one triangle.
+    /// Edges that belong to only one triangle.
     pub open: Vec<DefectiveEdge<S>>,
-    /// Edges that two triangles traverse in the same direction: one of the two is flipped.
+    /// Edges that two triangles traverse in the same direction, so that one of the two is flipped.
     pub turned: Vec<DefectiveEdge<S>>,
-    /// Edges of three triangles or more that are traversed more often in one direction than in the other.
+    /// Edges of three or more triangles that are traversed more often in one direction than in the
+    /// other.
     pub uneven: Vec<DefectiveEdge<S>>,
-    /// Triangles with the corners of an earlier one, in the same orientation.
+    /// Triangles with the same corners as an earlier one, in the same orientation.
     pub doubled: Vec<DuplicateTriangle>,
-    /// Triangles with the corners of an earlier one, in the opposite orientation: the two cancel.
+    /// Triangles with the same corners as an earlier one, in the opposite orientation. The two
+    /// cancel.
     pub opposed: Vec<DuplicateTriangle>,
 }
 
 impl<S: Scalar> MeshReport<S> {
-    /// Inspects triangles; those that are not finite are left out.
+    /// Inspects triangles. Those that are not finite are ignored.
     pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
         let (mut open, mut turned, mut uneven) = (Vec::new(), Vec::new(), Vec::new());
         for edge in Edges::of(triangles)?.shared().filter(|edge| !edge.is_closed()) {
@@ -80,31 +82,31 @@ impl<S: Scalar> MeshReport<S> {
         Ok(Self { open, turned, uneven, doubled, opposed })
     }
 
-    /// Whether every edge is traversed equally often in both directions, so that winding numbers are
-    /// integers.
+    /// Returns whether every edge is traversed equally often in both directions. If so, winding
+    /// numbers are integers.
     pub fn is_closed(&self) -> bool {
         self.open.is_empty() && self.turned.is_empty() && self.uneven.is_empty()
     }
 }
 
-/// Adds an item to a list, if there is memory for it.
+/// Adds an item to a list, or fails if there is too little memory.
 fn push<T>(list: &mut Vec<T>, item: T) -> Result<(), NoMemory> {
     list.try_reserve(1).map_err(|_| NoMemory)?;
     list.push(item);
     Ok(())
 }
 
-/// Triangles that duplicate others, in the same orientation and in the opposite one.
+/// Finds triangles that duplicate others, in the same and in the opposite orientation.
 fn repeated<S: Scalar>(
     triangles: &[TriangleOf<S>],
 ) -> Result<[Vec<DuplicateTriangle>; 2], NoMemory> {
-    // The sorted corners, and whether sorting took an odd number of swaps.
+    // The sorted corners, the triangle's index, and whether sorting took an odd number of swaps.
     type Key<S> = ([Corner<S>; 3], usize, bool);
     let key = |(i, triangle): (usize, &TriangleOf<S>)| -> Key<S> {
         let [mut a, mut b, mut c] = triangle.0.map(corner::<S>);
         let mut is_odd = false;
-        // Sort three corners in two passes and keep the parity of the swaps: the same corners with the other
-        // parity are the flipped triangle.
+        // Sort three corners in two passes and track the parity of the swaps. If two triangles have
+        // the same corners but different parity, one is a flipped copy of the other.
         for _ in 0..2 {
             if b < a {
                 (a, b, is_odd) = (b, a, !is_odd);
@@ -212,7 +214,8 @@ mod tests {
                 .starts_with("3 edges belong to one triangle alone, the first at triangle 0 from ")
         );
 
-        // A duplicated face: its edges have three triangles, two of them in the same direction.
+        // With a duplicated face, its edges belong to three triangles, two of which traverse them
+        // in the same direction.
         let doubled = report(&[&CORNER[..], &[[Y, X, O]]].concat());
         assert_eq!(
             (doubled.uneven.len(), doubled.doubled.as_slice(), doubled.opposed.len()),
@@ -224,7 +227,8 @@ mod tests {
                 .ends_with("; 1 triangle repeats another the same way round, triangle 4 that of 0")
         );
 
-        // Each edge in the direction of its first triangle, in the order of the triangles.
+        // Each edge has the direction of its first triangle, and edges are in the order of
+        // triangles.
         let edges = |list: &[DefectiveEdge<f32>]| {
             list.iter().map(|edge| (edge.triangle, edge.corner, edge.ends)).collect::<Vec<_>>()
         };
@@ -233,7 +237,7 @@ mod tests {
         assert_eq!(edges(&turned.turned), [(0, 2, [X, O]), (1, 1, [O, Z]), (1, 2, [Z, X])]);
         assert_eq!(edges(&doubled.uneven), [(0, 0, [O, Y]), (0, 1, [Y, X]), (0, 2, [X, O])]);
 
-        // A face and its opposite cancel: the mesh is closed, but this is worth reporting.
+        // A face and its flipped copy cancel. The mesh is closed, but this is worth reporting.
         let opposed = report(&[&CORNER[..], &[[X, Y, O], [O, Y, X]]].concat());
         assert!(opposed.is_closed());
         let of = |list: &[DuplicateTriangle]| {

@@ -1,46 +1,47 @@
-//! A corner relative to a point: perpendicular to the rays along which crossings are counted, and along them.
+//! The position of a corner relative to a point, split into components along the rays that count
+//! crossings and perpendicular to them.
 
 use intertri::Scalar;
 use intertri::internal::exact::moment;
 
 use super::classify::WINDING_DIR;
 
-/// If the squared ratio of a corner's distance from the ray to its distance along the ray is below this, it
-/// is computed exactly.
+/// If the squared ratio of a corner's distance from the ray to its distance along the ray is below
+/// this, the corner is computed exactly.
 const NEAR_RAY: f64 = 1.0 / (1_u64 << 60) as f64;
 
-/// Magnitudes whose products neither overflow nor underflow.
+/// The range of magnitudes whose products neither overflow nor underflow.
 const TAME: [f64; 2] = [pow2(-300), pow2(300)];
 
-/// `2^e`, a normal number.
+/// `2^e`, which must be a normal number.
 const fn pow2(e: i32) -> f64 {
     f64::from_bits(((1023 + e) as u64) << 52)
 }
 
-/// The direction of the rays, and two perpendicular ones.
+/// The direction of the rays and two directions perpendicular to it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axes(pub(super) [[f64; 3]; 3]);
 
 /// A corner relative to a point.
 #[derive(Clone, Copy)]
 pub(super) struct SeenCorner {
-    /// Its position perpendicular to the ray.
+    /// The position perpendicular to the ray.
     pub(super) across: [f64; 2],
-    /// The difference between its distance and its position along the ray.
+    /// The difference between the distance from the point and the position along the ray.
     pub(super) excess: f64,
-    /// Its distance.
+    /// The distance from the point.
     pub(super) size: f64,
 }
 
 impl Axes {
     pub(super) fn new() -> Self {
         let d = unit(WINDING_DIR.map(f64::from));
-        // Any direction that is not parallel.
+        // Any direction that is not parallel to the rays will do.
         let e = unit(cross(d, [1.0, 0.0, 0.0]));
         Self([d, e, cross(d, e)])
     }
 
-    /// The corner relative to a point.
+    /// Computes the corner relative to a point.
     #[inline(always)]
     pub(super) fn seen<S: Scalar>(&self, point: [S; 3], corner: [S; 3]) -> SeenCorner {
         let [p, c] = [point, corner].map(|v| v.map(Into::<f64>::into));
@@ -59,7 +60,8 @@ impl Axes {
         SeenCorner { across: [x, y], excess, size }
     }
 
-    /// A corner near the ray, or on it: the perpendicular direction exactly, and half the angle between them.
+    /// Handles a corner on or near the ray: its perpendicular direction, computed exactly, and half
+    /// the angle between the ray and the direction to the corner.
     #[cold]
     #[inline(never)]
     fn near<S: Scalar>(&self, point: [S; 3], corner: [S; 3], half: f64) -> SeenCorner {
@@ -70,14 +72,16 @@ impl Axes {
     }
 }
 
-/// A vector in the direction of `c - p`, with a magnitude that suits products; 0 if they are equal.
+/// A vector in the direction of `c - p`, scaled so that its products stay in range; 0 if the two
+/// are equal.
 #[cold]
 fn scaled(c: [f64; 3], p: [f64; 3]) -> [f64; 3] {
     let small = [0, 1, 2].map(|k| c[k] - p[k]);
     if small.iter().all(|x| x.abs() < 1.0) {
         return small.map(|x| x * pow2(690));
     }
-    // The difference of the largest numbers overflows; that of their quarters does not.
+    // The difference of the largest numbers overflows, but the difference of their quarters does
+    // not.
     [0, 1, 2].map(|k| (0.25 * c[k] - 0.25 * p[k]) * pow2(-660))
 }
 

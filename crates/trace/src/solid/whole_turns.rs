@@ -1,13 +1,14 @@
-//! How many whole turns a boundary adds to the crossings of rays, for eight points at a time.
+//! Computes how many whole turns a boundary adds to the crossings of rays, for eight points at a
+//! time.
 //!
 //! ```text
-//!   clusters ──► far from all eight, and the rays miss the ball: a bound
-//!            └──► else those within it, down to a loop: a product of complex numbers, one an edge
+//!   clusters ──► far from all eight points, and all rays miss the sphere: a bound
+//!            └──► otherwise its parts, down to loops: a product with one complex number per edge
 //!                                │
-//!   angle of the product ────────┴──► not near half a turn: the winding number is rounded without an angle
+//!   angle of the product ────────┴──► not near half a turn: turns are certain without computing an angle
 //! ```
 //!
-//! Derivation and bound: `docs/numerics/winding.md`, section 5.
+//! `docs/numerics/winding.md`, section 5, has the derivation and the bound.
 
 use intertri::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
 use intertri::{RayOf, Scalar};
@@ -15,27 +16,29 @@ use intertri::{RayOf, Scalar};
 use super::boundary::Boundary;
 use crate::util::lane_ops::lanes_of;
 
-/// Points at a time.
+/// The number of points to process at a time.
 pub(super) const POINTS: usize = 8;
 
-/// A cluster whose share of all directions is less is far: first, and where that leaves too much open.
+/// A cluster is far if it covers a smaller fraction of all directions than this. Later values are
+/// tried if earlier ones leave points undecided.
 const FAR: [f64; 3] = [1.0 / 64.0, 1.0 / 4096.0, 0.0];
 
-/// Numbers of edges whose distance from the negative axis is less, squared and relative to the ends, are left to the exact
-/// side.
+/// If the squared distance of an edge's complex number from the negative axis, relative to its
+/// ends, is below this, the side must be determined exactly.
 const NEAR_AXIS: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// The smallest distance of a corner, squared, from which products of a loop cannot underflow.
+/// If a corner's squared distance is at least this, the products of a loop cannot underflow.
 const NEAR_CORNER: f64 = 1.0 / (1_u64 << 32) as f64;
 
-/// More than the rounding of an edge's solid angle, over 4π.
+/// Exceeds the rounding error of an edge's solid angle, divided by 4π.
 const EDGE_OFF: f64 = 1.0 / (1_u64 << 24) as f64;
 
-/// More than the relative rounding of a squared distance.
+/// Exceeds the relative rounding error of a squared distance.
 const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// The whole turns that are nearest to what a boundary adds at the starts of some rays, at most eight, and for which of them
-/// they are certain. Only those that are `asked` for are found.
+/// For up to eight rays, computes the integer nearest to the number of turns that a boundary adds
+/// at the ray's origin. Returns the turns and a mask of the rays for which they are certain. Only
+/// the rays in `asked` are processed.
 pub(super) fn whole_turns<S: Scalar>(
     boundary: &Boundary<S>,
     rays: &[RayOf<S>],
@@ -44,7 +47,7 @@ pub(super) fn whole_turns<S: Scalar>(
     let some = asked.trailing_zeros() as usize;
     let mut points = [[0.0; POINTS]; 3];
     for i in 0..POINTS {
-        // Lanes that are not asked for have the point of one that is.
+        // Unused lanes get the point of a lane that is used.
         let ray = &rays[if asked >> i & 1 == 1 { i } else { some }];
         for (row, x) in points.iter_mut().zip(ray.origin) {
             row[i] = x.into();
@@ -83,7 +86,7 @@ impl<S: Scalar> WithSimd for WholeTurns<'_, S> {
 }
 
 impl<S: Scalar> WholeTurns<'_, S> {
-    /// The turns, rounded, and where that is certain.
+    /// The rounded turns, and a mask of the points for which they are certain.
     #[inline(always)]
     fn rounded<L: Simd>(&self, points: Vec3<L::F64x8>, far: f64) -> (L::F64x8, u32) {
         let splat = L::F64x8::splat;
@@ -98,9 +101,11 @@ impl<S: Scalar> WholeTurns<'_, S> {
             let radius = splat(cluster.radius);
             let across = away * splat(1.0 - ROUNDING) - along * along;
             let passes_by = along.lt(splat(0.0)) | across.gt(radius);
-            // The distance times that from the ball, at least.
+            // A lower bound on the product of the distances from the sphere's centre and from its
+            // surface.
             let gap = away * splat(0.875) - (radius + radius);
-            // The share of all directions is at most the quotient, which is needed only if it is small.
+            // The fraction of all directions is at most this quotient, which is needed only if it
+            // is small.
             let (num, den) = (splat(cluster.area) * away, gap * gap);
             let is_far = passes_by & gap.gt(splat(0.0)) & num.lt(splat(far) * den);
             if is_far.bits() == (1 << POINTS) - 1 {
@@ -119,22 +124,24 @@ impl<S: Scalar> WholeTurns<'_, S> {
     }
 }
 
-/// The product of numbers of edges, whose angle is half their solid angle but for whole turns, and these.
+/// The product of the edges' complex numbers and the number of whole turns. Apart from these turns,
+/// the argument of the product is half the solid angle.
 struct Product<L: Simd> {
     re: L::F64x8,
     im: L::F64x8,
     turns: L::F64x8,
-    /// The least distance, squared, of a number from the negative axis, beyond [`NEAR_AXIS`]; and of a corner.
+    /// The smallest squared distance of an edge's number from the negative axis, minus
+    /// [`NEAR_AXIS`]; and the smallest squared distance of a corner.
     beside: L::F64x8,
     corner: L::F64x8,
 }
 
-/// A corner as it is seen from the points.
+/// A corner as seen from the points.
 #[derive(Clone, Copy)]
 struct Seen<L: Simd> {
     across: [L::F64x8; 2],
     excess: L::F64x8,
-    /// Its distance, squared.
+    /// The squared distance.
     far: L::F64x8,
 }
 
@@ -178,7 +185,8 @@ impl<L: Simd> Product<L> {
             self.multiply(x, y);
             from = to;
         }
-        // Products of a loop have exponents to spare; infinite ones become NaN here.
+        // Normalize here: the products of a single loop stay in range. Infinite products become
+        // NaN.
         let inverse = L::F64x8::splat(1.0) / (self.re.abs() + self.im.abs());
         self.re = self.re * inverse;
         self.im = self.im * inverse;
@@ -189,18 +197,19 @@ impl<L: Simd> Product<L> {
         let (zero, one) = (L::F64x8::splat(0.0), L::F64x8::splat(1.0));
         let re = self.re.mul_add(x, -(self.im * y));
         let im = self.re.mul_add(y, self.im * x);
-        // Two angles on one side of 0 whose sum is on the other have come round.
+        // If two angles on the same side of 0 have a sum on the other side, a turn was completed.
         let (was, by, is) = (self.im.lt(zero), y.lt(zero), im.lt(zero));
         let up = L::F64x8::select(!was & !by & is, one, zero);
         self.turns = self.turns + L::F64x8::select(was & by & !is, -one, up);
         (self.re, self.im) = (re, im);
     }
 
-    /// Where the angle of the product is not half a turn, though it is off by a share of a whole one.
+    /// A mask of the points at which the product's argument is certainly not half a turn, even if
+    /// it is off by a fraction `off` of a whole turn.
     #[inline(always)]
     fn is_certain(&self, off: L::F64x8) -> <L::F64x8 as Lanes>::Mask {
         let splat = L::F64x8::splat;
-        // tan 2πx ≤ 8x up to 1/8.
+        // tan 2πx ≤ 8x for x up to 1/8.
         let is_clear = self.im.abs().gt(-(self.re * off * splat(8.0))) & off.le(splat(0.125));
         is_clear & self.beside.gt(splat(0.0)) & self.corner.gt(splat(NEAR_CORNER))
     }
@@ -217,7 +226,7 @@ mod tests {
     use crate::solid::classify::WINDING_DIR;
     use crate::util::test_numbers::random;
 
-    /// Only the first of the passes.
+    /// Runs only the first pass.
     struct First<'a>(WholeTurns<'a, f64>);
     impl WithSimd for First<'_> {
         type Output = ([f64; POINTS], u32);
@@ -231,7 +240,7 @@ mod tests {
         }
     }
 
-    /// Fans with many edges, some of them side by side, of a size.
+    /// Triangle fans of a given size with many edges, some side by side.
     fn fans(count: usize, fans: usize, size: f64) -> Vec<Triangle64> {
         let fan = |k: usize| {
             let corner = move |i: usize| {
@@ -245,7 +254,8 @@ mod tests {
         (0..fans).flat_map(fan).collect()
     }
 
-    /// Points around fans, next to their corners and edges, with rays at them, and where the sum is nearly a half.
+    /// Points around the fans, next to corners and edges, whose rays pass close to edges, or where
+    /// the sum is close to one half.
     fn point(
         fans: &[Triangle64],
         boundary: &Boundary<f64>,
@@ -264,7 +274,7 @@ mod tests {
             2 => [0, 1, 2].map(|k| at(0.0)[k] + beside[k]),
             3 => [0, 1, 2].map(|k| at(0.3)[k] - size * f64::from(WINDING_DIR[k]) + beside[k]),
             _ => {
-                // Between two points of which the sum is on both sides of a half, nearer and nearer to it.
+                // Bisect between two points whose sums are on either side of one half.
                 let (mut a, mut b) = (anywhere(3.0), anywhere(3.0));
                 let side = |point| turns(boundary, point).rem_euclid(1.0) < 0.5;
                 for _ in 0..2 + i / 5 % 16 {
@@ -276,7 +286,8 @@ mod tests {
         }
     }
 
-    /// Whole turns that are certain are those of the sum over all edges, at every level and of any size.
+    /// Whole turns that are certain agree with the sum over all edges, at every level and for every
+    /// size.
     #[test]
     fn certain_turns_are_those_of_the_sum() {
         let mut numbers = random();
@@ -315,14 +326,15 @@ mod tests {
                 }
             }
         }
-        // Sizes that are extreme are not certain at all; of points next to edges and to a half, many are not, and some are
-        // by a later pass.
+        // Nothing is certain at extreme sizes. For points next to edges or with a sum near one
+        // half, many results are uncertain, and some become certain only in a later pass.
         let [open, sure] = counts;
         assert!(open > 1000 && sure > open && first[1] < sure - 20, "{first:?} {counts:?}");
     }
 
-    /// Whether whole turns at eight points that are certain, after all passes, are those of the sum over all edges, at every
-    /// level; and how many are certain. Points where the sum is within rounding of a half are left out.
+    /// Checks that whole turns that are certain after all passes agree with the sum over all edges,
+    /// at every level. Returns how many are certain. Ignores points whose sum is within rounding
+    /// error of one half.
     fn count_certain(boundary: &Boundary<f64>, points: [[f64; 3]; POINTS]) -> usize {
         let by_axis = [0, 1, 2].map(|k| points.map(|point| point[k]));
         let sums = points.map(|point| turns(boundary, point));
@@ -341,7 +353,8 @@ mod tests {
         certain
     }
 
-    /// A sphere about the origin in small triangles with gaps between them, so that each is a loop.
+    /// A sphere around the origin, made of small triangles with gaps between them, so that each is
+    /// a loop.
     fn shards(size: f64) -> Vec<Triangle64> {
         let mut all: Vec<[[f64; 3]; 3]> = Vec::new();
         for i in 0..8 {
@@ -370,8 +383,8 @@ mod tests {
         all.into_iter().map(shard).collect()
     }
 
-    /// Many distant loops, each of which adds little, add up to nearly a whole turn: together they are not far. This is so
-    /// whether the squares of their areas are numbers or not.
+    /// Many distant loops each add little but together add almost a whole turn, so together they
+    /// are not far. This must hold even if squares of their areas overflow or underflow.
     #[test]
     fn many_distant_loops_are_not_far() {
         let mut random = random();
@@ -388,8 +401,8 @@ mod tests {
         }
     }
 
-    /// From far away, the line of a ray through the tip of a triangle is as far from its middle as the tip, up to a rounding
-    /// that is larger than the room of the radius.
+    /// The line of a distant ray through the tip of a triangle is as far from the triangle's centre
+    /// as the tip itself, up to a rounding error that exceeds the margin of the radius.
     #[test]
     fn rays_through_the_tip_of_a_distant_loop() {
         let mut numbers = random();
@@ -406,12 +419,14 @@ mod tests {
             let away = 4.0 * 1e6_f64.powf(random());
             let point = [0, 1, 2]
                 .map(|k| tip[k] + share * (center[k] - tip[k]) - away * f64::from(WINDING_DIR[k]));
-            // Eight times, because a cluster is visited unless it is far from all points.
+            // Use the same point eight times, because a cluster is visited unless it is far from
+            // all points.
             count_certain(&boundary, [point; POINTS]);
         }
     }
 
-    /// Next to a corner at the origin, where squares of distances are subnormal numbers with few digits, or 0.
+    /// Points next to a corner at the origin, where squared distances are 0 or subnormal, with few
+    /// digits.
     #[test]
     fn points_whose_distance_has_no_square() {
         let mut numbers = random();
@@ -421,7 +436,7 @@ mod tests {
             let boundary = Boundary::of(&[TriangleOf([[0.0; 3], a, b])]).unwrap();
             let size = 2.0_f64.powi(-545 + i % 20);
             let points = [0; POINTS].map(|_| {
-                // Above the triangle, low, where the sum is nearly a half.
+                // Low above the triangle, where the sum is close to one half.
                 let [x, y, height] = [random(), random(), 0.5_f64.powf(8.0 * random())];
                 [0, 1, 2].map(|k| size * (x * a[k] + y * b[k] + height * (random() - 0.5)))
             });
@@ -429,7 +444,8 @@ mod tests {
         }
     }
 
-    /// Where rays pass a corner closely and the sum is nearly a half, the rounding of edges decides.
+    /// If rays pass close to a corner and the sum is close to one half, the rounding of edges
+    /// decides.
     #[test]
     fn nearly_a_half_beside_a_corner() {
         let mut numbers = random();
@@ -445,7 +461,7 @@ mod tests {
                 [0, 1, 2].map(|k| corners[0][k] + s * (off[k] - f64::from(WINDING_DIR[k])))
             };
             let above = |s: f64| turns(&boundary, at(s)).rem_euclid(1.0) - 0.5;
-            // Two places between which the sum passes a half, and not a whole number.
+            // Find two positions between which the sum passes one half, not an integer.
             let places = [0; 16].map(|_| 0.02 + 1.5 * random());
             let half = |s: &f64| above(*s).abs() < 0.25;
             let Some(mut a) = places.into_iter().find(half) else { continue };

@@ -1,4 +1,4 @@
-//! Winding numbers of any mesh: signed crossings of a ray, plus the solid angle of the boundary.
+//! Winding numbers of any mesh: the signed crossings of a ray plus the solid angle of the boundary.
 
 use intertri::{RayOf, TriangleOf};
 
@@ -13,11 +13,11 @@ use crate::scalar::BvhScalar;
 use crate::util::lane_ops::lanes_of;
 
 impl<S: BvhScalar> Solid<S> {
-    /// Makes a solid from any mesh, which may be open, have holes, and have faces that are flipped,
-    /// duplicates or without area. A point is inside if its winding number, rounded to an integer, is not 0.
-    /// For a closed mesh the answers are those of [`Solid::new`].
+    /// Creates a solid from any mesh. The mesh may be open or have holes, and faces may be flipped,
+    /// duplicated, or without area. A point is inside if its winding number, rounded to an integer,
+    /// is not 0. For a closed mesh, results are the same as with [`Solid::new`].
     ///
-    /// Triangles that are not finite are left out.
+    /// Triangles that are not finite are ignored.
     ///
     /// # Errors
     /// Fails if the hierarchy cannot be built, or there is too little memory.
@@ -32,7 +32,7 @@ impl<S: BvhScalar> Solid<S> {
     /// let points = [[0.5, 0.5, 0.5], [1.5, 1.5, 1.5], [2.0, 2.0, 0.0]];
     /// let containments = points.map(|point| solid.classify(point));
     /// assert_eq!(containments, [Containment::Inside(1), Containment::Outside, Containment::Surface]);
-    /// // Seven eighths of the directions from a point next to the corner lead to the faces.
+    /// // From a point next to the corner, faces cover seven eighths of all directions.
     /// assert!((solid.winding_number([1e-6; 3]).unwrap() - 0.875).abs() < 1e-5);
     /// # Ok::<(), intertri_trace::BuildError>(())
     /// ```
@@ -41,7 +41,8 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { boundary, ..Self::assume_closed(triangles)? })
     }
 
-    /// This mesh as by [`Solid::from_soup`]: shares the hierarchy, and takes open edges into account.
+    /// Returns this solid as [`Solid::from_soup`] would create it: the result shares the hierarchy
+    /// but takes open edges into account.
     ///
     /// # Errors
     /// Fails if there is too little memory.
@@ -59,24 +60,26 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { bvh: self.bvh.clone(), boundary: boundary(&triangles)? })
     }
 
-    /// The number of open edges; an edge counts as often as it is traversed more in one direction than in the
-    /// other. It is 0 for a closed mesh, and for one that is assumed to be closed.
+    /// The number of open edges. If triangles traverse an edge more often in one direction than in
+    /// the other, it counts as many times as the difference. The result is 0 for a mesh that is
+    /// closed or assumed to be closed.
     pub fn open_edges(&self) -> usize {
         self.boundary.edges()
     }
 
-    /// The winding number of a point: the sum of the solid angles of all triangles divided by 4π, where
-    /// triangles seen from behind count as positive. `None` on a triangle, 0 if the point is not finite.
+    /// Returns the winding number of a point: the sum of the solid angles of all triangles divided
+    /// by 4π, where triangles seen from behind count as positive. Returns `None` on a triangle, and
+    /// 0 if the point is not finite.
     ///
-    /// It is the sum of the signed crossings of a ray, which are exact, and of the solid angle of the
-    /// boundary, which is rounded. So it is an integer if the mesh is closed. Otherwise the error is at most
-    /// `2^-47` for each open edge, times the ratio of the edge's length to its distance from the point if
-    /// that ratio is above 1.
+    /// The winding number is the sum of a ray's signed crossings, which are exact, and the solid
+    /// angle of the boundary, which is rounded. It is therefore an integer if the mesh is closed.
+    /// Otherwise, the error is at most `2^-47` for each open edge, multiplied by the ratio of the
+    /// edge's length to its distance from the point if that ratio exceeds 1.
     pub fn winding_number(&self, point: [S; 3]) -> Option<f64> {
         self.number(point, classify(&self.bvh, point))
     }
 
-    /// [`Solid::winding_number`] for many points, on all threads.
+    /// Like [`Solid::winding_number`], but for many points, on all threads.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -93,7 +96,7 @@ impl<S: BvhScalar> Solid<S> {
         numbers
     }
 
-    /// [`Solid::winding_number_batch`] into a slice.
+    /// Like [`Solid::winding_number_batch`], but writes the numbers to a slice.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -105,7 +108,7 @@ impl<S: BvhScalar> Solid<S> {
         });
     }
 
-    /// The winding number of a point, given the containment from its crossings.
+    /// The winding number of a point, given its containment computed from crossings alone.
     fn number(&self, point: [S; 3], crossed: Containment) -> Option<f64> {
         let times = match crossed {
             Containment::Outside => 0,
@@ -118,14 +121,15 @@ impl<S: BvhScalar> Solid<S> {
         Some(f64::from(times) + turns(&self.boundary, point))
     }
 
-    /// The containment of a point, given the one from its crossings alone.
+    /// The containment of a point, given its containment computed from crossings alone.
     pub(super) fn counted(&self, point: [S; 3], crossed: Containment) -> Containment {
         let mut all = [crossed];
         self.count_boundary(&[RayOf::new(point, [S::ONE; 3])], &mut all);
         all[0]
     }
 
-    /// Adds the boundary to the containments from the crossings of rays alone, of the points where they start.
+    /// Adds the boundary to containments that were computed from crossings alone, for the points
+    /// where the rays start.
     pub(super) fn count_boundary(&self, rays: &[RayOf<S>], crossed: &mut [Containment]) {
         if self.boundary.edges() == 0 {
             return;
@@ -150,11 +154,11 @@ impl<S: BvhScalar> Solid<S> {
         }
     }
 
-    /// The containment of a point by its winding number, rounded to an integer.
+    /// The containment of a point, based on its winding number rounded to an integer.
     #[cold]
     fn rounded(&self, point: [S; 3], crossed: Containment) -> Containment {
         let number = self.number(point, crossed).unwrap_or(0.0);
-        // A half rounds to 0.
+        // Exactly one half rounds to 0.
         match (number.abs() - 0.5).ceil().copysign(number) as i32 {
             0 => Containment::Outside,
             times => Containment::Inside(times),

@@ -1,11 +1,13 @@
-//! Axis-aligned boxes.
+//! Axis-aligned bounding boxes.
 //!
-//! Four lanes instead of three, so that a union takes two vector instructions. The fourth lane is unused.
+//! Corners have four lanes instead of three, so that a union takes two vector instructions. The
+//! fourth lane is unused.
 
 use bytemuck::Zeroable;
 use intertri::Triangle;
 
-/// The closed box `lo <= p <= hi`, exact: the minimum and maximum of the points it was made from.
+/// The closed box `lo <= p <= hi`. It is exact: the minimum and maximum of the points it was made
+/// from.
 #[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Aabb {
@@ -14,30 +16,30 @@ pub(crate) struct Aabb {
 }
 
 impl Aabb {
-    /// The box around nothing; its union with another is the other.
+    /// The empty box. Joining it with another box yields the other box.
     pub(crate) const EMPTY: Self = Self { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] };
 
-    /// The box of a triangle, or `None` if a corner is not finite: such a triangle is never hit.
+    /// The box of a triangle, or `None` if a corner is not finite; such a triangle is never hit.
     pub(crate) fn of(triangle: &Triangle) -> Option<Self> {
         let [a, b, c] = triangle.0.map(|p| [p[0], p[1], p[2], 0.0]);
-        // Times zero, a NaN or an infinity is NaN, and the sum stays NaN.
+        // Zero times a NaN or infinity is NaN, and a sum with NaN stays NaN.
         let sum: f32 = triangle.0.iter().flatten().map(|x| x * 0.0).sum();
         (sum == 0.0).then(|| Self { lo: min(min(a, b), c), hi: max(max(a, b), c) })
     }
 
-    /// The box extended by this much on every side.
+    /// The box padded by this much on every side.
     pub(crate) fn padded(self, by: f32) -> Self {
-        // The sum and the padding both round; a step outward covers that.
+        // The sum and the padding are both rounded; moving one ulp outward covers that.
         let by = by.next_up();
         Self { lo: self.lo.map(|x| (x - by).next_down()), hi: self.hi.map(|x| (x + by).next_up()) }
     }
 
-    /// Whether no side is infinite.
+    /// Returns whether all sides are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.lo.iter().chain(&self.hi).all(|x| x.is_finite())
     }
 
-    /// The box with each side at ±2^-149 moved outward to the smallest normal number.
+    /// The box with any side at ±2^-149 moved outward to the smallest normal number.
     #[inline(always)]
     pub(crate) fn without_least_sides(&self) -> Self {
         let outward = |x: f32, to: f32| if x.abs() == f32::from_bits(1) { to } else { x };
@@ -47,7 +49,7 @@ impl Aabb {
         }
     }
 
-    /// Makes this the box around both.
+    /// Extends this box to contain another one.
     #[inline(always)]
     pub(crate) fn join(&mut self, other: &Self) {
         self.lo = min(self.lo, other.lo);
@@ -61,18 +63,18 @@ impl Aabb {
         [a[0] * s + b[0] * s, a[1] * s + b[1] * s, a[2] * s + b[2] * s, 0.0]
     }
 
-    /// Half the surface in units of `1 / scale²`; infinite for the box around nothing.
+    /// Half the surface area in units of `1 / scale²`; infinite for the empty box.
     #[inline(always)]
     pub(crate) fn half_area(&self, scale: f32) -> f32 {
         let (a, b, s) = (self.lo, self.hi, scale);
         let d = [b[0] * s - a[0] * s, b[1] * s - a[1] * s, b[2] * s - a[2] * s];
-        // xy + xz + yz: half of the surface.
+        // xy + xz + yz is half the surface area.
         d[0] * (d[1] + d[2]) + d[1] * d[2]
     }
 
-    /// A power of two that scales the longest side to about 1, so that no area overflows or vanishes,
-    /// whatever the unit of the scene. Coordinates do not overflow either, unless the box is small relative
-    /// to its position.
+    /// A power of two that scales the longest side to about 1, so that no area overflows or
+    /// underflows, whatever the scene's unit. Coordinates do not overflow either, unless the box is
+    /// small relative to its position.
     pub(crate) fn scale(&self) -> f32 {
         let side = |k: usize| self.hi[k] as f64 - self.lo[k] as f64;
         let away =
@@ -82,8 +84,9 @@ impl Aabb {
     }
 }
 
-// Comparisons instead of `f32::min`: one instruction each, and NaN does not occur. If two values are equal
-// (zeros of either sign), the later wins, which keeps the operation associative.
+// Comparisons are used in place of `f32::min`: they take one instruction each, and NaN does not
+// occur. If two values are equal (zeros of either sign), the later one wins, which keeps the
+// operation associative.
 #[inline(always)]
 fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })

@@ -1,16 +1,16 @@
-//! The cost of a tree, by the surface-area heuristic.
+//! The cost of a tree by the surface-area heuristic.
 
 use super::hierarchy::Tree;
 use super::node::{EMPTY, Node};
 use crate::util::memory::NoMemory;
 use crate::util::threads;
 
-/// Nodes that are summed in sequence, so that the sum is the same for any number of threads.
+/// The number of nodes to sum sequentially, so that the sum is the same for any number of threads.
 const BLOCK: usize = 1 << 10;
 
 impl Tree {
-    /// The expected number of nodes and leaves that a random line through the root's box visits; leaves
-    /// without a box are always visited.
+    /// The expected number of nodes and leaves that a random line through the root's box visits.
+    /// Leaves without a box are always visited.
     pub(crate) fn cost(&self) -> Result<f64, NoMemory> {
         let mut sums = Vec::new();
         let block = |i: usize| {
@@ -24,18 +24,20 @@ impl Tree {
     }
 }
 
-/// The sum of the areas of a node's children, and the area around all of them, in half surfaces. Never 0.
+/// The sum of the half surface areas of a node's children, and the half surface area of the box
+/// around all of them. The second is never 0.
 fn areas(node: &Node) -> [f64; 2] {
     let (mut lo, mut hi, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
     let half_area = |lo: &[f64; 3], hi: &[f64; 3]| {
         let [x, y, z] = [0, 1, 2].map(|k| hi[k] - lo[k]);
-        // Never 0, so that a flat root does not divide by it.
+        // Add a tiny area, so that a flat root causes no division by 0.
         x * (y + z) + y * z + 1e-300
     };
     for slot in (0..8).filter(|&slot| node.children()[slot] != EMPTY) {
         let side = |upper| [0, 1, 2].map(|axis| f64::from(node.sides(axis, upper)[slot]));
         let (child_lo, child_hi) = (side(false), side(true));
-        // After a refit nothing below a child may be hittable; its box is then inverted and has no area.
+        // After a refit, a child may contain nothing that can be hit. Its box is then inverted and
+        // has no area.
         if child_lo[0] <= child_hi[0] {
             sum += half_area(&child_lo, &child_hi);
             lo = [0, 1, 2].map(|k| lo[k].min(child_lo[k]));

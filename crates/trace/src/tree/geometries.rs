@@ -1,8 +1,8 @@
 //! Several meshes in one hierarchy: the geometry of each triangle, and the masks of geometries.
 //!
 //! ```text
-//!   position in the whole   0 1 2 3 4 5 6 7 8        leaves store it, and it breaks ties
-//!   geometry                0 0 0 1 1 2 2 2 2        a hit reports these two
+//!   overall position        0 1 2 3 4 5 6 7 8        stored in leaves; breaks ties
+//!   geometry                0 0 0 1 1 2 2 2 2        a hit reports these two numbers
 //!   triangle                0 1 2 0 1 0 1 2 3
 //! ```
 
@@ -11,7 +11,7 @@ use intertri::{Hit, Hit32, TriangleId};
 
 use crate::util::memory::{NoMemory, copied, room};
 
-/// The triangle of a hit: 8 bytes.
+/// The triangle of a hit, in 8 bytes.
 ///
 /// ```
 /// use intertri_trace::MeshTriangle;
@@ -20,26 +20,26 @@ use crate::util::memory::{NoMemory, copied, room};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
 pub struct MeshTriangle {
-    /// The triangle's index in its mesh, as in [`Hit::triangle`]; [`Hit::NO_TRIANGLE`] for a miss.
+    /// The triangle's index in its mesh, as in [`Hit::triangle`]. [`Hit::NO_TRIANGLE`] for a miss.
     pub triangle: u32,
     /// The index of the mesh, as in [`Hit::geometry`].
     pub geometry: u32,
 }
 
 impl MeshTriangle {
-    /// The answer for a ray that hits nothing.
+    /// The result for a ray that hits nothing.
     pub const MISS: Self = Self { triangle: Hit::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether there is a triangle.
+    /// Returns whether this is a hit.
     #[inline]
     pub fn is_hit(self) -> bool {
         self.triangle != Hit::NO_TRIANGLE
     }
 }
 
-/// An answer that names a triangle by its position among all until it is renamed.
+/// A result that identifies its triangle by position among all triangles until it is renamed.
 pub(crate) trait NamesTriangle {
-    /// The fields with the triangle's index and its geometry.
+    /// The fields for the triangle's index and geometry.
     fn name_mut(&mut self) -> (&mut u32, &mut u32);
 }
 
@@ -56,16 +56,16 @@ macro_rules! names_triangle {
 
 names_triangle!(Hit, Hit32, MeshTriangle);
 
-/// The geometries of a hierarchy. A single mesh has no tables.
+/// The geometries of a hierarchy. A single mesh needs no tables.
 #[derive(Clone, Debug)]
 pub(crate) struct Geometries {
-    /// The position of each geometry's first triangle; empty for a single mesh.
+    /// The position of each geometry's first triangle. Empty for a single mesh.
     firsts: Vec<u32>,
-    /// The geometry of each triangle by its position among all; empty for a single mesh.
+    /// The geometry of each triangle, indexed by position. Empty for a single mesh.
     of: Vec<u32>,
     /// The mask of each geometry.
     masks: Vec<u32>,
-    /// The bits that all masks have.
+    /// The bits that are set in all masks.
     common: u32,
 }
 
@@ -78,7 +78,7 @@ impl Geometries {
     /// Sets the mask of one geometry.
     pub(crate) fn set_mask(&mut self, geometry: usize, mask: u32) {
         self.masks[geometry] = mask;
-        // A query whose mask shares a bit with all geometries does not have to filter.
+        // If a query's mask shares a bit with `common`, no geometry needs to be filtered out.
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 
@@ -90,7 +90,8 @@ impl Geometries {
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 
-    /// The number of triangles of each geometry, out of `all`, and its mask.
+    /// The number of triangles and the mask of each geometry, where `all` is the total number of
+    /// triangles.
     pub(crate) fn counts_and_masks(&self, all: usize) -> impl Iterator<Item = (u32, u32)> {
         let ends = self.firsts.iter().skip(1).copied().chain([all as u32]);
         let firsts = self.firsts.iter().copied().chain(self.firsts.is_empty().then_some(0));
@@ -98,7 +99,7 @@ impl Geometries {
         counts.zip(self.masks.iter().copied())
     }
 
-    /// Whether this is a single mesh that every mask selects.
+    /// Returns whether this is a single mesh that every mask selects.
     pub(crate) fn is_plain(&self) -> bool {
         !self.are_told() && self.masks == [u32::MAX]
     }
@@ -108,7 +109,7 @@ impl Geometries {
         Self { firsts: Vec::new(), of: Vec::new(), masks: vec![u32::MAX], common: u32::MAX }
     }
 
-    /// Meshes with these numbers of triangles.
+    /// Several meshes with the given numbers of triangles.
     pub(crate) fn of(
         counts: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Result<Self, NoMemory> {
@@ -132,13 +133,13 @@ impl Geometries {
         Ok(Self { firsts, of, masks, common: *common })
     }
 
-    /// Whether hits must be renamed, because there is not exactly one mesh.
+    /// Returns whether hits must be renamed, because there is not exactly one mesh.
     #[inline(always)]
     fn are_told(&self) -> bool {
         !self.of.is_empty()
     }
 
-    /// The geometry of a triangle, given its position, and its index in the geometry.
+    /// The geometry of the triangle at a position, and the triangle's index within that geometry.
     #[inline(always)]
     pub(crate) fn name(&self, TriangleId(position): TriangleId) -> MeshTriangle {
         match self.of.get(position as usize) {
@@ -149,7 +150,7 @@ impl Geometries {
         }
     }
 
-    /// The position of a triangle among all, if it exists.
+    /// The position of a triangle among all triangles, if it exists.
     pub(crate) fn position(&self, name: MeshTriangle, all: usize) -> Option<TriangleId> {
         let MeshTriangle { triangle, geometry } = name;
         // Sum the counts up to the geometry; `Err` ends the loop with the result.
@@ -170,13 +171,14 @@ impl Geometries {
         self.masks[geometry as usize]
     }
 
-    /// Whether every geometry certainly shares a bit with a mask. `false` is only a guess.
+    /// Returns whether every geometry is known to share a bit with a mask. If the result is
+    /// `false`, they still may.
     #[inline(always)]
     pub(crate) fn all_have(&self, mask: u32) -> bool {
         self.common & mask != 0
     }
 
-    /// Renames the triangles of hits, which are given by their positions.
+    /// Renames the triangles of hits, which are identified by position.
     #[inline(always)]
     pub(crate) fn rename<'h, H: NamesTriangle + 'h>(
         &self,

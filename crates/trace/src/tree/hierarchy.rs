@@ -1,4 +1,4 @@
-//! The hierarchy that is traversed: nodes and leaves in f32.
+//! The hierarchy used for traversal: nodes and leaves in f32.
 
 use bytemuck::Zeroable;
 use intertri::internal::Resolver;
@@ -10,44 +10,45 @@ use super::node::{EMPTY, LEAF, NONE, Node};
 use super::{Aabb, Margin};
 use crate::util::memory::{NoMemory, copied, room};
 
-/// Up to eight triangles, in six cache lines.
+/// Up to eight triangles in six cache lines.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf {
     pub(crate) block: TriangleBlock<8>,
-    /// Their indices in the original order.
+    /// The triangles' original indices.
     pub(crate) indices: [u32; 8],
 }
 
 const _: () = assert!(size_of::<Leaf>() == 384);
 
-/// Nodes and leaves, of triangles or of their copies.
+/// Nodes and leaves over triangles or copies of them.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// The first is the root; a leaf of a node is the index of a block. Nodes above the leaves from `boxed`
-    /// on come last.
+    /// The nodes, with the root first. If a child is a leaf, the node stores its index in `leaves`.
+    /// Nodes above the leaves from `boxed` on come last.
     pub(crate) nodes: Vec<Node>,
-    /// The triangles, in groups of eight.
+    /// The triangles in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
-    /// For each leaf, the lanes of triangles without area. Rays ignore them, but closest points consider
-    /// them. Empty if there are none.
+    /// For each leaf, a mask of the triangles without area. Rays ignore these, but closest-point
+    /// queries consider them. Empty if there are none.
     pub(crate) degenerate: Vec<u8>,
-    /// The number of leaves, from the first, that are below the root. The others contain needles, whose hits
-    /// by the reference may be anywhere outside them, and triangles that were not finite when the tree was
-    /// built.
+    /// The number of leaves below the root, which come first. The other leaves contain needles,
+    /// whose reference hits may be anywhere outside them, and triangles that were not finite when
+    /// the tree was built.
     pub(crate) boxed: usize,
-    /// The root of a second tree over these other leaves; [`EMPTY`] if there are none.
+    /// The root of a second tree over the other leaves, or [`EMPTY`] if there are none.
     pub(crate) thin_root: u32,
-    /// The largest coordinate of any triangle.
+    /// The largest coordinate magnitude of any triangle.
     pub(crate) reach: f32,
-    /// How far outside a triangle's box the reference may hit it, apart from a fraction of the ray's origin.
+    /// The maximum distance outside a triangle's box at which the reference may hit it, not
+    /// counting a part that is proportional to the ray's origin.
     pub(crate) lean: f32,
-    /// A stack size that is always sufficient.
+    /// A stack size that always suffices.
     pub(crate) stack: usize,
     pub(crate) triangles: usize,
     /// The geometries of the triangles.
     pub(crate) geometries: Geometries,
-    /// The cost of the tree as built, if it was refitted.
+    /// The cost of the tree as it was built, if it has been refitted.
     pub(crate) cost_as_built: Option<f64>,
 }
 
@@ -63,14 +64,14 @@ impl Tree {
         })
     }
 
-    /// The triangles that are not in the tree, ascending: those that were not finite, or had no box, when it
-    /// was built.
+    /// The triangles that are not in the tree, in ascending order. These triangles were not finite
+    /// or had no box when the tree was built.
     pub(crate) fn left_out(&self) -> Result<Vec<u32>, NoMemory> {
         let in_tree = || {
             let indices = self.leaves[..self.boxed].iter().flat_map(|leaf| leaf.indices);
             indices.filter(|&index| index != NONE)
         };
-        // Nearly always all triangles are in the tree, and no table is needed.
+        // Nearly always, all triangles are in the tree and no table is needed.
         if in_tree().count() == self.triangles {
             return Ok(Vec::new());
         }
@@ -82,14 +83,14 @@ impl Tree {
         Ok(left_out)
     }
 
-    /// The lanes of a leaf that hold a finite triangle, not a filler.
+    /// A mask of the lanes of a leaf that hold a finite triangle and not a filler.
     #[inline(always)]
     pub(crate) fn present(&self, leaf: usize) -> u32 {
         let degenerate = self.degenerate.get(leaf).map_or(0, |&lanes| u32::from(lanes));
         self.leaves[leaf].block.live() | degenerate
     }
 
-    /// Records which lanes have no area, leaf by leaf.
+    /// Records which lanes of each leaf have no area.
     pub(crate) fn note_degenerate(&mut self, bounds: &[LeafBounds]) -> Result<(), NoMemory> {
         self.degenerate = Vec::new();
         if bounds.iter().any(|leaf| leaf.degenerate != 0) {
@@ -99,7 +100,7 @@ impl Tree {
         Ok(())
     }
 
-    /// How traversal must widen boxes for a resolver.
+    /// The margin by which traversal must widen boxes for a resolver.
     #[inline(always)]
     pub(crate) fn margin(&self, resolver: Resolver<'_>) -> Margin {
         Margin::new(
@@ -108,37 +109,38 @@ impl Tree {
         )
     }
 
-    /// The first of the leaves that are tested with every ray. If hits lie on their triangles there are none,
-    /// and traversal begins at both roots.
+    /// The first of the leaves that are tested against every ray. If all hits are on their
+    /// triangles, there are no such leaves, and traversal starts at both roots.
     #[inline(always)]
     pub(crate) fn first_unboxed(&self, resolver: Resolver<'_>) -> usize {
         if resolver.hits_lie_on_triangles() { self.leaves.len() } else { self.boxed }
     }
 
-    /// The second root, unless traversal has tested the leaves from `unboxed` on without boxes; then [`EMPTY`].
+    /// The second root, or [`EMPTY`] if traversal has tested the leaves from `unboxed` on without
+    /// boxes.
     #[inline(always)]
     pub(crate) fn thin_root_for(&self, unboxed: usize) -> u32 {
         if unboxed == self.leaves.len() { self.thin_root } else { EMPTY }
     }
 
-    /// Builds the second tree over the leaves from `boxed` on, with these boxes: eight neighbours form a
-    /// node, and eight nodes form another.
+    /// Builds the second tree over the leaves from `boxed` on, which have the given boxes. Eight
+    /// neighbours form a node, eight nodes form a node of the next level, and so on.
     pub(crate) fn add_thin_nodes(&mut self, boxes: &[Aabb]) -> Result<(), NoMemory> {
-        // The number of nodes on each level, from the leaves up.
+        // The number of nodes on each level, from the bottom up.
         let mut levels = Vec::new();
         let mut width = boxes.len();
-        // Up to a single root. Even one leaf gets a node above it.
+        // Continue up to a single root. Even a lone leaf gets a node above it.
         while width > usize::from(!levels.is_empty()) {
             width = width.div_ceil(8);
             levels.push(width);
         }
 
-        // From the last node to the root, so that a node comes after its parent.
+        // Go from the last node to the root, so that nodes come after their parents.
         let first = self.nodes.len();
         let mut next = first + levels.iter().sum::<usize>();
         self.nodes.try_reserve(next - first)?;
         self.nodes.resize(next, Node::NO_CHILDREN);
-        // Each round groups one level of children into the nodes of the level above.
+        // Each iteration groups the children on one level into the nodes of the level above.
         let mut row = room(boxes.len())?;
         row.extend((self.boxed as u32..).zip(boxes).map(|(leaf, &bounds)| (LEAF | leaf, bounds)));
         for &width in &levels {
@@ -161,7 +163,7 @@ impl Tree {
         Ok(())
     }
 
-    /// The nodes of the main tree; the others belong to the second.
+    /// The nodes of the main tree. The remaining nodes belong to the second tree.
     pub(crate) fn main_nodes(&self) -> &[Node] {
         &self.nodes[..self.nodes.len().min(self.thin_root as usize)]
     }
@@ -180,9 +182,9 @@ impl Tree {
         around
     }
 
-    /// The largest coordinate of any triangle, from the boxes of both roots.
+    /// Computes the largest coordinate magnitude of any triangle.
     pub(crate) fn find_reach(&self) -> f32 {
-        // The boxes of both roots hold all triangles that have one.
+        // The boxes in the root nodes contain all triangles that have a box.
         let roots = [Some(&self.nodes[0]), self.nodes.get(self.thin_root as usize)];
         let sides = roots.into_iter().flatten().flat_map(|root| {
             (0..3).flat_map(|axis| [root.sides(axis, false), root.sides(axis, true)]).flatten()

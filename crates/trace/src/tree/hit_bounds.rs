@@ -1,9 +1,10 @@
-//! The box in which a triangle can be hit. The reference may also hit the thinnest triangles outside it. A
-//! triangle without area is never hit, but is in the tree for closest points.
+//! The box in which a triangle can be hit. The reference may also hit the thinnest triangles
+//! outside it. A triangle without area is never hit, but is in the tree for closest-point queries.
 //!
-//! The reference computes the normal in f64, with an error relative to the product of two edges. The thinner the
-//! triangle, the further that normal can lean, and the further outside the triangle it accepts points.
-//! `docs/numerics/hierarchy.md` bounds how far.
+//! The reference computes the normal in f64, with an error relative to the product of two edge
+//! lengths. The thinner the triangle, the more its computed normal may lean, and the farther
+//! outside the triangle the reference may accept points. `docs/numerics/hierarchy.md` bounds this
+//! distance.
 
 use intertri::Triangle;
 use intertri::internal::exact::has_area;
@@ -13,30 +14,33 @@ use super::aabb::Aabb;
 /// The box in which a triangle can be hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HitBounds {
-    /// Nowhere: the triangle is not finite.
+    /// The triangle is not finite and is never hit.
     Nowhere,
-    /// Nowhere: the triangle has no area. For closest points it is a segment or a point in this box.
+    /// The triangle has no area and is never hit. For closest-point queries, it is a segment or
+    /// point in this box.
     Degenerate(Aabb),
-    /// In its box; for the reference, up to `lean` outside it.
+    /// The triangle is hit inside its box or, by the reference, up to `lean` outside it.
     Box { bounds: Aabb, lean: f32 },
-    /// In its box; for the reference anywhere, because the error of the normal has no useful bound.
+    /// The triangle is hit inside its box or, by the reference, anywhere, because the error of the
+    /// normal has no useful bound.
     Thin(Aabb),
 }
 
-/// Up to this thinness (2^25) the margin is small enough to widen all boxes of the tree.
+/// Up to this thinness (2^25), the margin is small enough to widen all boxes of the tree.
 const THIN: f64 = (1_u64 << 25) as f64;
 
-/// Beyond this thinness (2^44) there is no bound on where the reference accepts a point.
+/// Beyond this thinness (2^44), there is no bound on where the reference accepts a point.
 const NEEDLE: f64 = (1_u64 << 44) as f64;
 
-/// How far outside a triangle of thinness 1 with longest edge 1 a point is accepted: 64 · 2^-53.
+/// The distance outside a triangle with thinness 1 and longest edge 1 at which a point may be
+/// accepted: 64 · 2^-53.
 const LEAN: f64 = 1.0 / (1_u64 << 47) as f64;
 
-/// Finds the [`HitBounds`] of a triangle.
+/// Computes the [`HitBounds`] of a triangle.
 pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     let Some(bounds) = Aabb::of(triangle) else { return HitBounds::Nowhere };
 
-    // The square of the longest edge over the length of the normal.
+    // Compute the squared length of the longest edge, divided by the length of the normal.
     let [c1, c2, c3] = triangle.0.map(|c| c.map(f64::from));
     let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -47,11 +51,13 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
         h4[0] * h5[1] - h4[1] * h5[0],
     ];
     let square = dot(h4, h4).max(dot(h5, h5)).max(dot(h6, h6));
-    // h²/|n|, at least 1.15: the computed normal leans by a share of this (hierarchy.md, section 1).
+    // h²/|n|, at least 1.15. The computed normal leans in proportion to this (hierarchy.md, section
+    // 1).
     let thinness = square / dot(n, n).sqrt();
 
     if n == [0.0; 3] {
-        // The reference never hits it. `exact` hits it in its box if its area was rounded to 0 in f64.
+        // The reference never hits this triangle. If its area was merely rounded to 0 in f64,
+        // `exact` hits it inside its box.
         let lean = 0.0;
         if has_area(triangle) {
             HitBounds::Box { bounds, lean }
@@ -61,8 +67,8 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     } else {
         let lean = ((LEAN * thinness * square.sqrt()) as f32).next_up();
         let padded = bounds.padded(lean);
-        // `Margin` adds a small lean to every box at query time. A large one would make all boxes wide, so
-        // only this triangle's is padded.
+        // At query time, `Margin` adds a small lean to every box. A large one would widen all
+        // boxes, so pad only this triangle.
         if thinness <= THIN {
             HitBounds::Box { bounds, lean }
         } else if thinness <= NEEDLE && padded.is_finite() {

@@ -1,7 +1,8 @@
-//! The boxes in which the triangles of a leaf can be hit, eight at once.
+//! Computes the boxes in which the triangles of a leaf can be hit, eight triangles at once.
 //!
-//! Nearly all triangles are plain: finite, and far from being needles. Their hit bounds are the boxes of
-//! their corners, which f32 lanes compute. [`hit_bounds`] handles the other triangles one by one.
+//! Nearly all triangles are plain: finite, and far from being needles. Their hit bounds are the
+//! bounding boxes of their corners, which f32 lanes can compute. [`hit_bounds`] handles the
+//! remaining triangles one by one.
 
 use bytemuck::Zeroable;
 use intertri::simd::{Lanes, Mask, Simd, Vec3, WithSimd};
@@ -12,16 +13,17 @@ use super::hit_bounds::{HitBounds, hit_bounds};
 use crate::util::lane_ops::{lanes_of, smallest_of_eight};
 use crate::util::memory::{NoMemory, room};
 
-/// A triangle is plain if its normal is certainly longer than this fraction (2^-8) of the square of its
-/// longest edge, in 1-norms. Then its thinness is below `2^12`, far from needing padding, because the error
-/// of f32 is at most `2^-19`.
+/// A triangle is plain if the length of its normal certainly exceeds this fraction (2^-8) of the
+/// squared length of its longest edge, in 1-norms. Its thinness is then below `2^12`, so that it
+/// needs no padding, because the error of f32 is at most `2^-19`.
 const PLAIN: f32 = 1.0 / 256.0;
 
-/// How far outside its box the reference hits a plain triangle, divided by longest edge and thinness, both in
-/// 1-norms: 2^-43, which is 16 times that of [`hit_bounds`].
+/// The distance outside its box at which the reference may hit a plain triangle, divided by the
+/// longest edge and the thinness, both in 1-norms: 2^-43, which is 16 times the value in
+/// [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
-/// For squares of edges outside `2^-90..2^100`, f32 does not decide.
+/// If the squared edge length is outside `2^-90..2^100`, f32 does not decide.
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
 
 /// The boxes in which up to eight triangles can be hit.
@@ -29,24 +31,24 @@ const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127
 pub(crate) struct LeafBounds {
     /// The box around all triangles that have one, with or without area.
     pub bounds: Aabb,
-    /// How far outside their boxes the reference may hit the `boxed` triangles.
+    /// The distance outside their boxes at which the reference may hit the `boxed` triangles.
     pub lean: f32,
-    /// The lanes that are hit in or near their boxes.
+    /// A mask of the triangles that are hit in or near their boxes.
     pub boxed: u32,
-    /// The lanes without area.
+    /// A mask of the triangles without area.
     pub degenerate: u32,
-    /// The lanes that the reference may hit anywhere.
+    /// A mask of the triangles that the reference may hit anywhere.
     pub thin: u32,
 }
 
-/// Finds the [`LeafBounds`] of several of eight lanes.
+/// Computes the [`LeafBounds`] of some of eight lanes.
 pub(crate) struct LaneBounds<'a> {
     pub corners: &'a [[[f32; 8]; 3]; 3],
     pub lanes: u32,
 }
 
 impl LaneBounds<'_> {
-    /// For the triangles of a block.
+    /// Selects the triangles of a block.
     pub(crate) fn of(block: &TriangleBlock<8>) -> LaneBounds<'_> {
         LaneBounds { corners: block.corners(), lanes: block.live() }
     }
@@ -60,9 +62,10 @@ impl WithSimd for LaneBounds<'_> {
         let [c1, c2, c3] = self.corners;
         let [a, b, c] = [Vec3::<S::F32x8>::load(c1), Vec3::load(c2), Vec3::load(c3)];
 
-        // A finite sum of magnitudes contains no NaN and no infinity.
+        // If the sum of magnitudes is finite, there is no NaN or infinity.
         let finite = (a.norm1() + b.norm1() + c.norm1()).lt(S::F32x8::splat(f32::INFINITY));
-        // 1-norms instead of lengths: they need no square root, and are off by a small constant factor at most.
+        // Use 1-norms instead of lengths: they need no square root and differ by a small constant
+        // factor at most.
         let (h4, h5) = (b - a, c - a);
         let longest = h4.norm1().max(h5.norm1());
         let square = longest * longest;
@@ -71,19 +74,20 @@ impl WithSimd for LaneBounds<'_> {
         let plain = finite & known & normal.gt(square * S::F32x8::splat(PLAIN));
         let boxed = plain.bits() & self.lanes;
 
-        // The box of all lanes that are plain.
+        // Join the boxes of all plain lanes.
         let taken = <S::F32x8 as Lanes>::Mask::from_bits(boxed);
         let mut bounds = Aabb::EMPTY;
         let axes = [(a.x, b.x, c.x), (a.y, b.y, c.y), (a.z, b.z, c.z)];
         for (axis, (a, b, c)) in axes.into_iter().enumerate() {
             let outside = S::F32x8::splat(f32::INFINITY);
             let lo = Lanes::select(taken, a.min(b).min(c), outside);
-            // The upper side is negated, so that one reduction, the minimum, serves for both.
+            // Negate the upper side, so that the same minimum reduction serves both sides.
             let hi = Lanes::select(taken, -a.max(b).max(c), outside);
             bounds.lo[axis] = smallest_of_eight::<S>(lo);
             bounds.hi[axis] = -smallest_of_eight::<S>(hi);
         }
-        // Thinness times the longest edge, as in `hit_bounds`, with 1-norms and a constant that covers them.
+        // Thinness times the longest edge, as in `hit_bounds`, but with 1-norms and a constant that
+        // accounts for them.
         let lean = (square / normal) * longest * S::F32x8::splat(LEAN);
         let lean = -smallest_of_eight::<S>(Lanes::select(taken, -lean, S::F32x8::splat(0.0)));
         let mut leaf = LeafBounds { bounds, lean, boxed, ..LeafBounds::NONE };
@@ -95,12 +99,12 @@ impl WithSimd for LaneBounds<'_> {
     }
 }
 
-/// The largest margin of these leaves.
+/// The largest margin of the given leaves.
 pub(crate) fn lean_of(leaves: &[LeafBounds]) -> f32 {
     leaves.iter().fold(0.0, |lean, leaf| lean.max(leaf.lean))
 }
 
-/// The boxes of leaves.
+/// The boxes of the given leaves.
 pub(crate) fn boxes_of(leaves: &[LeafBounds]) -> Result<Vec<Aabb>, NoMemory> {
     let mut boxes = room(leaves.len())?;
     boxes.extend(leaves.iter().map(|leaf| leaf.bounds));
@@ -108,16 +112,16 @@ pub(crate) fn boxes_of(leaves: &[LeafBounds]) -> Result<Vec<Aabb>, NoMemory> {
 }
 
 impl LeafBounds {
-    /// The bounds of no triangle.
+    /// The bounds of no triangles.
     pub(crate) const NONE: Self =
         Self { bounds: Aabb::EMPTY, lean: 0.0, boxed: 0, degenerate: 0, thin: 0 };
 
-    /// The lanes that have a box.
+    /// A mask of the triangles that can be hit in or near their boxes or have no area.
     pub(crate) fn present(&self) -> u32 {
         self.boxed | self.degenerate
     }
 
-    /// Adds the triangles in lanes without area.
+    /// Adds those of the given lanes that have no area.
     pub(crate) fn add_degenerate(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
         for lane in lanes_of(lanes) {
             if let HitBounds::Degenerate(bounds) = hit_bounds(&in_lane(corners, lane)) {
@@ -127,7 +131,7 @@ impl LeafBounds {
         }
     }
 
-    /// The lanes that are not plain.
+    /// Adds lanes that are not plain.
     #[inline(never)]
     fn add(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
         for lane in lanes_of(lanes) {
@@ -163,12 +167,13 @@ mod tests {
 
     use super::*;
 
-    /// Numbers of every kind in every corner, compared with one triangle at a time.
+    /// Puts numbers of every kind in every corner and compares the bounds with those of one
+    /// triangle at a time.
     #[test]
     fn lanes_have_the_bounds_of_their_triangles() {
         let (m, tiny) = (f32::MAX, f32::MIN_POSITIVE);
         let wild = [f32::NAN, f32::INFINITY, m, -m, 0.0, -0.0, 1e-45, -tiny, 1e-20, -1e15, 1.0];
-        // Needles, including some for which there is no bound.
+        // Needles, some of which have no bound.
         let thin = [1e-3, 1e-7, 1e-9, 3e-13, 1e-14, 1e-18];
         let plain = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
         let (mut seen, mut needles) = ([0; 4], 0);

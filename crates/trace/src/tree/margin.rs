@@ -1,17 +1,18 @@
-//! How far traversal widens boxes.
+//! The margin by which traversal widens boxes.
 //!
-//! A box is pure geometry: it contains its triangles, and the rounding of traversal is a fraction of the
-//! ray's numbers. Only the reference, which rounds, may accept hits outside a triangle.
-//! `docs/numerics/hierarchy.md`, section 1, has the bound.
+//! Boxes are purely geometric: each contains its triangles, and the rounding errors of traversal
+//! are relative to the ray's numbers. Only the reference, which rounds, may accept hits outside a
+//! triangle. `docs/numerics/hierarchy.md`, section 1, has the bound.
 
-/// How far outside a triangle the reference may accept hits, as a fraction of the largest coordinate of the
-/// origin and of the scene, apart from the part that depends on the triangle's shape: 2^-46.
+/// The distance outside a triangle at which the reference may accept hits, as a fraction of the
+/// largest coordinate of the origin and of the scene: 2^-46. It excludes the part that depends on
+/// the triangle's shape.
 const BESIDE: f32 = 1.0 / (1_u64 << 46) as f32;
 
 /// The padding of a tree's boxes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Margin {
-    /// The largest coordinate of any triangle.
+    /// The largest coordinate magnitude of any triangle.
     pub(crate) reach: f32,
     /// The padding of boxes for every ray.
     pub(crate) lean: f32,
@@ -20,11 +21,11 @@ pub(crate) struct Margin {
 }
 
 impl Margin {
-    /// For a tree whose coordinates reach to ±`reach`; with `lean`, for hits that may lie that far outside
-    /// boxes.
+    /// Creates the margin for a tree whose coordinates range over ±`reach`. If hits may be up to
+    /// some distance outside boxes, `lean` is that distance.
     #[inline(always)]
     pub(crate) fn new(reach: f32, lean: Option<f32>) -> Self {
-        // Exact hits lie on their triangles, so their boxes need no margin.
+        // Exact hits are on their triangles, so boxes need no margin.
         let (lean, beside) = lean.map_or((0.0, 0.0), |lean| (lean + BESIDE * reach, BESIDE));
         Self { reach, lean, beside }
     }
@@ -43,8 +44,9 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// The reference accepts hits outside an edge that lies in a side of the box. The ray starts in that side
-    /// and leaves the box at once; its own numbers along that axis are too small to widen the box enough.
+    /// The reference accepts hits outside an edge that runs along a side of the box. The ray starts
+    /// on that side and leaves the box at once; its coordinates along that axis are too small to
+    /// widen the box enough.
     #[test]
     fn hits_beside_a_box_are_found() {
         let (mut random, mode) = (random(), Mode::certified());
@@ -54,7 +56,7 @@ mod tests {
             let away = (10.0 * random()).exp2();
             let off = away * (-48.0 - 8.0 * random()).exp2();
             let (long, height) = (0.3 + random(), random() - 0.5);
-            // Let the ray leave along each of the three axes.
+            // Let rays leave along each of the three axes.
             let turned = |[x, y, z]: [f32; 3]| {
                 let mut point = [x, y, z];
                 point.rotate_right(i % 3);

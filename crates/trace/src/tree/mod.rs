@@ -1,4 +1,4 @@
-//! The hierarchy as data: nodes of eight boxes, and leaves of eight triangles.
+//! The hierarchy's data: nodes of eight boxes and leaves of eight triangles.
 
 mod aabb;
 mod cost;

@@ -1,46 +1,47 @@
-//! The node: eight boxes side by side.
+//! A node of the tree: eight boxes in structure-of-arrays layout.
 
 use bytemuck::Zeroable;
 
 use super::aabb::Aabb;
 
-/// A missing child.
+/// Marks a missing child.
 pub(crate) const EMPTY: u32 = u32::MAX;
 
-/// Marks a child that is a block of triangles; the other bits are the block's index.
+/// Marks a child that is a block of triangles. The other bits are the block's index.
 pub(crate) const LEAF: u32 = 1 << 31;
 
-/// More leaves would need 170 GB.
+/// The maximum number of leaves. More would need 170 GB.
 pub(crate) const MOST_LEAVES: usize = 1 << 29;
 
-/// Triangles in a block.
+/// The number of triangles in a block.
 pub(crate) const BLOCK: usize = 8;
 
-/// The index in the empty lanes of a block.
+/// Marks an empty lane of a block.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Eight children in structure-of-arrays order: four cache lines, three of which a slab test reads.
+/// Eight children in structure-of-arrays layout: four cache lines, of which a slab test reads
+/// three.
 ///
-/// Children are in slots by octant: for a ray whose octant `o` has bit `k` set if `dir[k] < 0`, ascending
-/// order of `slot ^ o` is roughly front to back.
+/// Children are assigned to slots by octant. A ray's octant `o` has bit `k` set if `dir[k] < 0`;
+/// visiting slots in ascending order of `slot ^ o` then goes roughly front to back.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Lower sides by axis and slot, infinite for a missing child; upper sides, minus infinity for one; the
-    /// children, as bits: [`EMPTY`], or [`LEAF`] with the index of a block, or the index of a node; and
-    /// [`EMPTY`] again.
+    /// Three rows of lower sides by axis, infinite for a missing child; three rows of upper sides,
+    /// minus infinity for a missing child; the children, as bits ([`EMPTY`], [`LEAF`] with the
+    /// index of a block, or the index of a node); and a row of [`EMPTY`].
     rows: [[f32; 8]; 8],
 }
 
-/// The row of the upper sides along x, and the row of the children.
+/// The row of the upper x sides, and the row of the children.
 const UPPER: usize = 3;
 const CHILDREN: usize = 6;
 
 impl Node {
     /// A node without children.
     pub(crate) const NO_CHILDREN: Self = {
-        // An inverted infinite box: every ray leaves it before it enters, so empty slots need no test of
-        // their own.
+        // An inverted infinite box: every ray leaves it before entering it, so empty slots need no
+        // test of their own.
         let (lo, hi) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
         let empty = [f32::from_bits(EMPTY); 8];
         Self { rows: [lo, lo, lo, hi, hi, hi, empty, empty] }
@@ -49,7 +50,7 @@ impl Node {
     /// The lower or upper sides along an axis.
     #[inline(always)]
     pub(crate) fn sides(&self, axis: usize, upper: bool) -> &[f32; 8] {
-        // The remainder keeps any axis within the rows.
+        // The remainder keeps the index in bounds for any axis.
         &self.rows[(axis + if upper { UPPER } else { 0 }) % 8]
     }
 
@@ -59,37 +60,38 @@ impl Node {
         bytemuck::cast_ref(&self.rows[CHILDREN])
     }
 
-    /// The child in a slot; [`EMPTY`] for the slot after the last.
+    /// The child in a slot, or [`EMPTY`] for the slot after the last.
     #[inline(always)]
     pub(crate) fn child_or_none(&self, slot: u8) -> u32 {
-        // The row after the children is `EMPTY`, so "no slot" (8) reads as "no child" without a branch.
+        // The row after the children is `EMPTY`, so slot 8, which means none, yields no child
+        // without a branch.
         self.rows.as_flattened()[8 * CHILDREN..][usize::from(slot % 16)].to_bits()
     }
 
-    /// All rows of eight.
+    /// All rows of the node.
     pub(crate) fn rows(&self) -> &[[f32; 8]; 8] {
         &self.rows
     }
 
-    /// The node with these rows.
+    /// Creates a node from its rows.
     pub(crate) fn of_rows(rows: [[f32; 8]; 8]) -> Self {
         Self { rows }
     }
 
-    /// [`Node::children`] as floats, for lanes.
+    /// Like [`Node::children`], but as floats for use in lanes.
     #[inline(always)]
     pub(crate) fn child_lanes(&self) -> &[f32; 8] {
         &self.rows[CHILDREN]
     }
 
-    /// The children, to modify.
+    /// The children, mutably.
     pub(crate) fn children_mut(&mut self) -> &mut [u32; 8] {
         bytemuck::cast_mut(&mut self.rows[CHILDREN])
     }
 
-    /// Puts a child into a slot. Replaces sides at ±2^-149 by the smallest normal number: multiplying a
-    /// subnormal one takes a CPU hundreds of cycles, and in f64 scenes every corner at the centre would have
-    /// such sides.
+    /// Puts a child into a slot. Sides at ±2^-149 are moved to the smallest normal number, because
+    /// multiplying a subnormal number can take a CPU hundreds of cycles, and in f64 scenes every
+    /// corner at the centre would have such sides.
     pub(crate) fn set(&mut self, slot: usize, bounds: &Aabb, child: u32) {
         let bounds = bounds.without_least_sides();
         for k in 0..3 {
@@ -124,7 +126,7 @@ mod tests {
         (0..3).flat_map(sides).flatten().any(|x| x.is_subnormal())
     }
 
-    /// An f64 sheet with triangle corners at its centre, built and refitted.
+    /// Builds and refits an f64 sheet that has triangle corners at its centre.
     #[test]
     fn sides_are_not_subnormal() {
         let cell = |i: i32, j: i32| -> Triangle64 {

@@ -1,25 +1,27 @@
-//! The order in which the children of a node are visited: for rays of an octant, roughly by position.
+//! The order in which the children of a node are visited by rays of an octant, roughly sorted by
+//! position.
 
-/// The slots of a mask for an octant's rays, last to first, in bytes from the lowest.
+/// The slots in a mask, ordered last to first for rays of an octant, one per byte starting with the
+/// lowest.
 #[inline(always)]
 pub(crate) fn far_to_near(mask: u32, octant: usize) -> u64 {
     FAR_TO_NEAR[octant % 8][mask as usize % 256]
 }
 
-/// The first slot of a mask for an octant's rays; 8 for no slot.
+/// The first slot in a mask for rays of an octant, or 8 if the mask is empty.
 #[inline(always)]
 pub(crate) fn first_slot(mask: u32, octant: usize) -> u8 {
     FIRST[octant % 8][mask as usize % 256]
 }
 
-/// For each octant and mask, the first slot of the mask; 8 for no slot.
+/// For each octant and mask, the first slot in the mask, or 8 if the mask is empty.
 static FIRST: [[u8; 256]; 8] = {
     let mut all = [[8; 256]; 8];
     let mut at = 0;
     while at < 8 * 256 {
         let (octant, mask) = (at / 256, at % 256);
         let mut i = 8;
-        // From the last slot to the first, so that the front-most one is written last and stays.
+        // Go from the last slot to the first, so that the frontmost is written last and stays.
         while i > 0 {
             i -= 1;
             if mask >> (i ^ octant) & 1 != 0 {
@@ -31,7 +33,8 @@ static FIRST: [[u8; 256]; 8] = {
     all
 };
 
-/// For each octant and mask, the slots of the mask, last to first, in bytes from the lowest.
+/// For each octant and mask, the slots in the mask, last to first, one per byte starting with the
+/// lowest.
 static FAR_TO_NEAR: [[u64; 256]; 8] = {
     let mut all = [[0; 256]; 8];
     let mut at = 0;

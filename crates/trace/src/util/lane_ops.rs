@@ -1,4 +1,4 @@
-//! Sums and extremes across lanes, and the lanes of a mask.
+//! Reductions across lanes, and iteration over the lanes of a mask.
 
 pub(crate) use intertri::internal::lanes_of;
 use intertri::simd::{Lanes, Simd};
@@ -11,7 +11,7 @@ pub(crate) fn fours<S: Simd>(lanes: S::F32x16) -> [S::F32x4; 4] {
     [Lanes::load(&n), Lanes::load(&n[4..]), Lanes::load(&n[8..]), Lanes::load(&n[12..])]
 }
 
-/// The smallest lane.
+/// The smallest of sixteen lanes.
 #[inline(always)]
 pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
     let [a, b, c, d] = fours::<S>(lanes);
@@ -21,14 +21,14 @@ pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
     less(less(numbers[0], numbers[1]), less(numbers[2], numbers[3]))
 }
 
-/// The sum of sixteen lanes, or fewer.
+/// The sum of up to sixteen lanes.
 #[inline(always)]
 pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
     let mut n = [0.0_f32; 16];
     lanes.store(&mut n);
     let mut four = [0.0; 4];
     for i in 0..4 {
-        // In a fixed order, so that the sum is the same at every level.
+        // Add in a fixed order, so that the sum is the same at every level.
         four[i] = (n[i] + n[4 + i]) + (n[8 + i] + n[12 + i]);
     }
     (four[0] + four[1]) + (four[2] + four[3])
@@ -37,7 +37,8 @@ pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
 /// The smallest of eight lanes.
 #[inline(always)]
 pub(crate) fn smallest_of_eight<S: Simd>(lanes: S::F32x8) -> f32 {
-    // Exchange halves, then pairs, then neighbours: after three steps every lane holds the minimum.
+    // Exchange halves, then pairs, then neighbours. After three steps, every lane holds the
+    // minimum.
     let lanes = lanes.min(S::permute(lanes, 0x03_02_01_00_07_06_05_04));
     let lanes = lanes.min(S::permute(lanes, 0x05_04_07_06_01_00_03_02));
     let mut numbers = [0.0; 8];

@@ -3,7 +3,7 @@
 use std::collections::TryReserveError;
 use std::fmt;
 
-/// There is too little memory.
+/// The error returned if there is too little memory.
 #[derive(Debug)]
 pub(crate) struct NoMemory;
 
@@ -13,7 +13,7 @@ impl From<TryReserveError> for NoMemory {
     }
 }
 
-/// There is too little memory for the hits that were found.
+/// The error returned if there is too little memory for the hits found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfMemory;
 
@@ -33,7 +33,7 @@ impl From<NoMemory> for OutOfMemory {
     }
 }
 
-/// An empty vector with this capacity.
+/// An empty vector with the given capacity.
 pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, NoMemory> {
     let mut vector = Vec::new();
     vector.try_reserve_exact(count)?;
@@ -54,8 +54,8 @@ pub(crate) fn copied<T: Clone>(all: &[T]) -> Result<Vec<T>, NoMemory> {
     Ok(vector)
 }
 
-/// Zeros, from pages that the system zeroes only when they are touched.
+/// A slice of zeros, in pages that the system zeroes only when they are first touched.
 pub(crate) fn zeros<T: bytemuck::Zeroable>(count: usize) -> Result<Box<[T]>, NoMemory> {
-    // `vec![0; n]` would abort if memory runs out.
+    // `vec![0; n]` would abort if memory ran out.
     bytemuck::allocation::try_zeroed_slice_box(count).map_err(|()| NoMemory)
 }

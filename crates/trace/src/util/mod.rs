@@ -1,4 +1,5 @@
-//! Helpers that do not depend on rays: operations across lanes, threads, fallible allocation, prefetching.
+//! Helpers that do not depend on rays: lane operations, threads, fallible allocation, prefetching,
+//! and stopping.
 
 pub(crate) mod lane_ops;
 pub(crate) mod memory;

@@ -1,6 +1,6 @@
-//! When to try something again that did not pay.
+//! Exponential backoff for optimizations that may not pay.
 
-/// Turns to wait: after each failure in a row, twice as many.
+/// Decides when to try again. The wait doubles with each consecutive failure.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patience {
     wait: usize,
@@ -9,24 +9,25 @@ pub(crate) struct Patience {
 }
 
 impl Patience {
-    /// After the first failure it waits for the first of these numbers of turns; never for more than the second.
+    /// Creates a backoff that waits `bounds[0]` turns after the first failure, and never more than
+    /// `bounds[1]`.
     pub(crate) fn new(bounds: [usize; 2]) -> Self {
         Self { wait: 0, next: bounds[0], bounds }
     }
 
-    /// Whether to wait for another turn.
+    /// Returns whether to skip this turn.
     #[inline(always)]
     pub(crate) fn is_waiting(&self) -> bool {
         self.wait > 0
     }
 
-    /// A turn passes.
+    /// Records that a turn was skipped.
     #[inline(always)]
     pub(crate) fn pass(&mut self) {
         self.wait = self.wait.saturating_sub(1);
     }
 
-    /// It was tried.
+    /// Records an attempt and whether it paid.
     #[inline(always)]
     pub(crate) fn tried(&mut self, has_paid: bool) {
         let [least, most] = self.bounds;
@@ -39,7 +40,7 @@ impl Patience {
 mod tests {
     use super::Patience;
 
-    /// The number of turns to wait.
+    /// Counts the turns to wait.
     fn turns(mut patience: Patience) -> usize {
         let mut turns = 0;
         while patience.is_waiting() {

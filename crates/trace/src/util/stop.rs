@@ -1,10 +1,11 @@
-//! Work that a caller can stop at any time: it checks a token occasionally, and unwinds.
+//! Work that a caller can stop at any time: it checks a token occasionally, and unwinds if it
+//! should stop.
 //!
 //! ```text
-//!   StopToken::run ──► work ──► in_parallel, join ──► the token goes along to other threads
+//!   StopToken::run ──► work ──► in_parallel, join ──► the token is passed to other threads
 //!                                  │
 //!                                  ▼
-//!                           check, heed ──► unwinds with Stopped, if the token tells it to
+//!                           check, heed ──► unwind with Stopped if requested
 //! ```
 
 use std::cell::{Cell, RefCell};
@@ -22,28 +23,28 @@ std::thread_local! {
 /// [`heed`] calls [`check`] once per this many calls.
 const EVERY: u32 = 32;
 
-/// The payload of the unwinding.
+/// The panic payload of stopped work.
 #[derive(Debug)]
 pub struct Stopped;
 
-/// Stops the work that runs under it. Without a function it never stops.
+/// A token that can stop the work that runs under it. Without a function, it never does.
 #[derive(Clone, Default)]
 pub struct StopToken(Option<ShouldStop>);
 
 impl StopToken {
-    /// Stops work as soon as a function returns true. Any working thread may call it, about ten thousand
-    /// times a second.
+    /// Creates a token that stops work as soon as a function returns true. Any worker thread may
+    /// call the function, about ten thousand times per second.
     pub fn new(should_stop: Arc<dyn Fn() -> bool + Send + Sync>) -> Self {
         Self(Some(should_stop))
     }
 
-    /// The token under which this thread works.
+    /// The token under which this thread runs.
     pub fn current() -> Self {
         CURRENT.with_borrow(Clone::clone)
     }
 
-    /// Runs work under this token. If the token stops it, the work unwinds with [`Stopped`], and no panic is
-    /// reported.
+    /// Runs work under this token. If the token stops the work, the work unwinds with [`Stopped`],
+    /// and no panic is reported.
     pub fn run<T>(&self, work: impl FnOnce() -> T) -> T {
         struct Before(StopToken);
         impl Drop for Before {
@@ -51,25 +52,25 @@ impl StopToken {
                 CURRENT.set(std::mem::take(&mut self.0));
             }
         }
-        // Dropping it restores the caller's token, even when the work unwinds.
+        // The guard restores the caller's token when dropped, even if the work unwinds.
         let _before = Before(CURRENT.replace(self.clone()));
         work()
     }
 }
 
-/// Unwinds if the work of this thread should stop.
+/// Unwinds if this thread's work should stop.
 pub(crate) fn check() {
     let should_stop = CURRENT.with_borrow(|token| token.0.as_ref().is_some_and(|stop| stop()));
     if should_stop {
-        // Unlike `panic!` this does not call the panic hook, so nothing is printed.
+        // Unlike `panic!`, this does not call the panic hook, so nothing is printed.
         resume_unwind(Box::new(Stopped));
     }
 }
 
-/// [`check()`] for inner loops: it checks only occasionally.
+/// Like [`check()`], but for inner loops: it checks only occasionally.
 #[inline]
 pub(crate) fn heed() {
-    // A counter of the thread's own: cheap enough for inner loops.
+    // A thread-local counter is cheap enough for inner loops.
     let turns = TURNS.get().wrapping_add(1);
     TURNS.set(turns);
     if turns.is_multiple_of(EVERY) {
@@ -85,7 +86,8 @@ mod tests {
     use super::*;
     use crate::util::threads;
 
-    /// How many pieces are completed under a token that stops work the `stop_after`-th time it is checked.
+    /// Returns how many pieces are completed under a token that stops work the `stop_after`-th time
+    /// it is checked, and whether the work was stopped.
     fn pieces_done(stop_after: usize, pieces: usize) -> (usize, bool) {
         let (asked, done) = (Arc::new(AtomicUsize::new(0)), AtomicUsize::new(0));
         let should_stop = move || asked.fetch_add(1, Ordering::Relaxed) >= stop_after;

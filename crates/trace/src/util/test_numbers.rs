@@ -1,6 +1,6 @@
-//! Numbers for tests, the same on every run.
+//! Random numbers for tests, the same on every run.
 
-/// Numbers in `0..1`.
+/// Returns a generator of numbers in `0..1`.
 pub(crate) fn random() -> impl FnMut() -> f32 {
     let mut state = 1_u32;
     move || {

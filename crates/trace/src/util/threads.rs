@@ -1,6 +1,6 @@
-//! Runs work on all threads, or on the calling one without the feature `parallel`.
+//! Runs work on all threads, or on the calling thread if the `parallel` feature is disabled.
 //!
-//! All work is split into pieces for one function, so that the code that distributes it is compiled once:
+//! One function distributes all work in pieces, so that this code is compiled only once:
 //!
 //! ```text
 //!   each, extend, write, update, fill, all ──► pieces ──► in_parallel ──► rayon
@@ -17,7 +17,7 @@ use super::stop;
 use super::stop::StopToken;
 use crate::util::memory::{NoMemory, zeros};
 
-/// Pieces per thread: several, so that all threads finish at about the same time.
+/// The number of pieces per thread, large enough that all threads finish at about the same time.
 const PIECES: usize = 8;
 
 std::thread_local! {
@@ -25,7 +25,7 @@ std::thread_local! {
     static IS_ALONE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs work on this thread alone: no thread of any pool is started or woken.
+/// Runs work on this thread only, without starting or waking any pool thread.
 pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
     struct Before(bool);
     impl Drop for Before {
@@ -33,17 +33,18 @@ pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
             IS_ALONE.set(self.0);
         }
     }
-    // Restored when dropped, so that a panic does not change the thread permanently.
+    // The guard restores the flag when dropped, so that a panic does not change the thread
+    // permanently.
     let _before = Before(IS_ALONE.replace(true));
     work()
 }
 
-/// Calls a function for `0..count`, on all threads.
+/// Calls a function for each index in `0..count`, on all threads.
 fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {
         use rayon::prelude::*;
-        // The pool's threads do not have the caller's token, so it travels with each piece.
+        // Pool threads do not have the caller's token, so pass it along with each piece.
         let token = StopToken::current();
         (0..count).into_par_iter().for_each(|i| {
             token.run(|| {
@@ -61,7 +62,7 @@ fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
 
 /// Calls a function for each piece and its index, on all threads.
 pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usize, P) + Sync) {
-    // Each piece is taken once, by whichever thread reaches it first.
+    // Each piece is taken once, by the first thread that reaches it.
     let all: Vec<Mutex<Option<P>>> = pieces.map(|piece| Mutex::new(Some(piece))).collect();
     in_parallel(all.len(), &|i| {
         let piece = all[i].lock().ok().and_then(|mut piece| piece.take());
@@ -71,31 +72,32 @@ pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usi
     });
 }
 
-/// The size of a piece of `count` items: `least` or more.
+/// The size of pieces, at least `least`, into which to split `count` items.
 pub(crate) fn piece_of(count: usize, least: usize) -> usize {
     count.div_ceil(PIECES * self::count()).max(least)
 }
 
-/// The results of a function for `0..count`, on all threads.
+/// Collects the results of a function for `0..count`, on all threads.
 pub(crate) fn each<T: Zeroable + Send>(
     count: usize,
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, NoMemory> {
     let mut all = zeros(count)?.into_vec();
-    // At least 512 results in sequence, so that handing over a piece is comparatively cheap.
+    // Compute at least 512 results sequentially, so that the cost of scheduling a piece is small in
+    // comparison.
     write(&mut all, 1 << 9, of);
     Ok(all)
 }
 
-/// Appends the results of a function for `0..count`, on all threads; each computes at least `least` in
-/// sequence.
+/// Appends the results of a function for `0..count`, on all threads. Each piece computes at least
+/// `least` results.
 pub(crate) fn extend<T: Zeroable + Clone + Send>(
     all: &mut Vec<T>,
     count: usize,
     least: usize,
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<(), NoMemory> {
-    // Fails before `resize`, which would abort the program.
+    // Reserve first and fail here, because `resize` would abort the program.
     all.try_reserve(count)?;
     let done = all.len();
     all.resize(done + count, T::zeroed());
@@ -103,7 +105,8 @@ pub(crate) fn extend<T: Zeroable + Clone + Send>(
     Ok(())
 }
 
-/// Writes the results of a function, on all threads; each computes at least `least` in sequence.
+/// Writes the results of a function to a slice, on all threads. Each piece computes at least
+/// `least` results.
 pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> T + Sync) {
     let size = piece_of(all.len(), least);
     pieces(all.chunks_mut(size), |piece, all| {
@@ -128,7 +131,7 @@ pub(crate) fn update<T: Send, R: Zeroable + Send>(
     Ok(told)
 }
 
-/// Fills pieces of a slice, on all threads. If several fail, it returns one of the errors.
+/// Fills a slice piece by piece, on all threads. If several pieces fail, returns one of the errors.
 #[cfg(unix)]
 pub(crate) fn fill<E: Send>(
     all: &mut [u8],
@@ -144,11 +147,11 @@ pub(crate) fn fill<E: Send>(
     failed.into_inner().unwrap_or(Ok(()))
 }
 
-/// Whether a predicate holds for all items, on all threads.
+/// Returns whether a predicate holds for all items, using all threads.
 pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool {
     let all = AtomicBool::new(true);
     pieces(of.chunks(piece_of(of.len(), 1 << 9)), |_, of| {
-        // Once one piece has failed, the others need not be checked.
+        // After one piece has failed, the others need not be checked.
         if all.load(Ordering::Relaxed) && !of.iter().all(&holds) {
             all.store(false, Ordering::Relaxed);
         }
@@ -165,7 +168,7 @@ pub(crate) fn count() -> usize {
     1
 }
 
-/// Runs both functions, in parallel if there are threads.
+/// Runs both functions, in parallel if there are several threads.
 pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,

@@ -8,16 +8,17 @@ use intertri::{Hit, LeafSlot, RayId};
 #[derive(Default)]
 pub struct HitPairs {
     pub(crate) pairs: Vec<(RayId, LeafSlot)>,
-    /// The hits of the first pairs, if known; a miss stands for one that is not computed yet.
+    /// The hits of the first pairs, if known. A miss stands for a hit that has not been computed
+    /// yet.
     pub(crate) hits: Vec<Hit>,
-    /// How many of the nearest hits of a ray to keep; all without a limit.
+    /// The number of nearest hits to keep per ray; all are kept without a limit.
     pub(crate) limit: Option<usize>,
-    /// Whether memory ran out for a pair. The answers are invalid then.
+    /// Whether memory ran out for a pair, in which case the results are invalid.
     pub(crate) is_full: bool,
 }
 
 impl HitPairs {
-    /// Clears everything; `limit` is the number of hits to keep for each ray.
+    /// Clears everything and sets the number of hits to keep per ray.
     pub(crate) fn clear(&mut self, limit: Option<usize>) {
         self.pairs.clear();
         self.hits.clear();
@@ -37,20 +38,21 @@ impl HitPairs {
     #[inline(never)]
     fn grow(&mut self, more: usize) {
         let found = self.pairs.try_reserve(more).and_then(|()| {
-            // `hits` gets the capacity of `pairs`, so that one check is enough for both.
+            // Give `hits` the capacity of `pairs`, so that one check covers both.
             let more = self.pairs.capacity() - self.hits.len();
             self.hits.try_reserve(more)
         });
         self.is_full |= found.is_err();
     }
 
-    /// Adds a pair, for which memory is reserved.
+    /// Adds a pair. Memory for it must have been reserved.
     #[inline(always)]
     pub(crate) fn push(&mut self, ray: RayId, slot: LeafSlot) {
         self.pairs.push((ray, slot));
     }
 
-    /// Adds a pair whose hit is known, for which memory is reserved. Returns where to write the hit.
+    /// Adds a pair whose hit is known, and returns the place to write the hit to. Memory for it
+    /// must have been reserved.
     #[inline(always)]
     pub(crate) fn push_hit(&mut self, ray: RayId, slot: LeafSlot) -> &mut Hit {
         self.push(ray, slot);
@@ -59,18 +61,18 @@ impl HitPairs {
         &mut self.hits[last]
     }
 
-    /// Extends the hits to the number of pairs; a hit that is not known yet is a miss.
+    /// Extends the hits to the number of pairs, with misses for hits that are not known yet.
     #[inline(always)]
     pub(crate) fn level(&mut self) {
         self.hits.resize(self.pairs.len(), Hit::MISS);
     }
 }
 
-/// The nearest hits of a ray so far, up to the limit, as the largest t that each can have. Nothing counts
-/// beyond the largest of them.
+/// The nearest hits of a ray so far, up to the limit, each given by the largest t it can have.
+/// Nothing counts beyond the largest of these.
 #[derive(Default)]
 pub(crate) struct NearestFew {
-    /// As bits, which have the order of positive numbers.
+    /// The t as bits, which sort like positive numbers.
     t_hi: BinaryHeap<u32>,
 }
 
@@ -79,17 +81,17 @@ impl NearestFew {
         self.t_hi.clear();
     }
 
-    /// Adds a hit whose t is positive and at most this. Returns the far end of the query; `None` if there is
-    /// too little memory.
+    /// Adds a hit whose t is positive and at most `t_hi`. Returns the far end of the query, or
+    /// `None` if there is too little memory.
     pub(crate) fn add(&mut self, t_hi: f32, most: usize, far: f32) -> Option<f32> {
         if self.t_hi.len() < most {
             self.t_hi.try_reserve(1).ok()?;
             self.t_hi.push(t_hi.to_bits());
         } else if let Some(mut last) = self.t_hi.peek_mut() {
-            // The heap's top is the largest one kept; a nearer hit replaces it.
+            // The heap's top is the largest t kept; replace it if this hit is nearer.
             *last = (*last).min(t_hi.to_bits());
         }
-        // Before there are enough hits, any t still counts.
+        // As long as there are not enough hits, any t up to the far end counts.
         let last = self.t_hi.peek().filter(|_| self.t_hi.len() == most);
         Some(last.map_or(far, |&last| f32::from_bits(last).min(far)))
     }

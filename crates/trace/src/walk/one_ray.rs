@@ -1,5 +1,5 @@
-//! Queries for one ray. They are compiled once, in this crate; generic functions would be compiled again in
-//! every crate that calls them.
+//! Queries for a single ray. They are not generic, so they are compiled once, in this crate, and
+//! not again in every crate that calls them.
 
 use intertri::internal::exact::Side;
 use intertri::{ClosestHit, Crossing, Filter, Hit, LeafSlot, Ray, RayId};
@@ -19,60 +19,63 @@ pub(crate) fn closest(single: SingleRay<'_>) -> Option<Hit> {
 /// The triangle of the closest hit.
 pub(crate) fn closest_triangle(single: SingleRay<'_>) -> Option<MeshTriangle> {
     let geometries = &single.tree.geometries;
-    // Only the search: t, u and v, which take exact divisions, are not computed.
+    // Run only the search. Computing t, u, and v would take exact divisions.
     let (position, _) = search::<false>(single).triangle()?;
     Some(geometries.name(position))
 }
 
-/// Whether anything is hit.
+/// Returns whether the ray hits anything.
 pub(crate) fn any(single: SingleRay<'_>) -> bool {
-    // The traversal ends at the first certain hit, wherever it is on the ray.
+    // Traversal ends at the first certain hit, wherever it is along the ray.
     search::<true>(single).is_hit()
 }
 
-/// Every hit, by t, then by index.
+/// All hits, sorted by t, then by index.
 pub(crate) fn all(single: SingleRay<'_>) -> Vec<Hit> {
     let geometries = &single.tree.geometries;
     let mut hits: Vec<Hit> = in_order(single).into_iter().map(|(hit, _)| hit).collect();
-    // Renaming comes last, because ties are decided by the position among all triangles.
+    // Rename last, because ties are broken by the position among all triangles.
     geometries.rename(&mut hits);
     hits
 }
 
-/// Every hit and its side, by t, then by index; these are the crossings if the filter's rule is *once*.
+/// All hits with their sides, sorted by t, then by index. These are the crossings if the filter's
+/// rule is *once*.
 pub(crate) fn crossings(single: SingleRay<'_>) -> Vec<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
     let hits = in_order(single).into_iter();
     hits.map(|(hit, slot)| crossing(tree, filter, ray, hit, slot)).collect()
 }
 
-/// The closest hit and its side; this is the next crossing if the filter's rule is *once*.
+/// The closest hit with its side. This is the next crossing if the filter's rule is *once*.
 pub(crate) fn next_crossing(single: SingleRay<'_>) -> Option<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
-    // The mode is *once* here, in which every hit is a crossing, so the closest hit is the next crossing.
+    // The rule here is *once*, for which every hit is a crossing, so the closest hit is the next
+    // crossing.
     let closest = search::<false>(single);
     let (_, slot) = closest.triangle()?;
     let hit = filter.hit(ray, &closest, |slot| tree.triangle_in(slot))?;
     Some(crossing(tree, filter, ray, hit, slot))
 }
 
-/// The containment of the start of a ray, which must not be on a triangle.
+/// The containment of a ray's origin, which must not be on a triangle.
 pub(crate) fn winding(single: SingleRay<'_>) -> Containment {
     let SingleRay { tree, filter, ray, .. } = single;
     let slots = filter.level().run(All(single)).into_iter();
     let leaves = slots.map(|slot| leaves(tree, filter, ray, slot));
-    // Leaving counts 1 and entering -1; their sum is the winding number of the origin, for any direction.
+    // Leaving counts 1 and entering counts -1. The sum is the winding number of the origin,
+    // whatever the direction.
     leaves.fold(Containment::Outside, Containment::crossed)
 }
 
-/// The closest hit of a ray; with `ANY`, some hit.
+/// The closest hit of a ray or, with `ANY`, any hit.
 #[inline(always)]
 fn search<const ANY: bool>(single: SingleRay<'_>) -> ClosestHit {
     let (closest, _) = single.filter.level().run(Closest::<ANY>(single));
     closest
 }
 
-/// All hits with their slots, by t, then by position.
+/// All hits with their slots, sorted by t, then by position.
 fn in_order(single: SingleRay<'_>) -> Vec<(Hit, LeafSlot)> {
     let SingleRay { tree, filter, ray, id, .. } = single;
     let resolver = filter.resolver();
@@ -81,7 +84,8 @@ fn in_order(single: SingleRay<'_>) -> Vec<(Hit, LeafSlot)> {
         (resolver.hit_attributes(ray, &triangle, index, (id, slot)), slot)
     };
     let mut hits: Vec<_> = filter.level().run(All(single)).into_iter().map(hit).collect();
-    // By the exact t if rounded ones are equal, then by index: a total order, so an unstable sort is enough.
+    // Sort by the exact t if the rounded ones are equal, then by index. This is a total order, so
+    // an unstable sort suffices.
     hits.sort_unstable_by(|(a, one), (b, other)| {
         let [at, bt] = [one, other].map(|slot| tree.triangle_in(*slot));
         resolver.first((ray, id), (a, &at, *one), (b, &bt, *other))
@@ -95,9 +99,9 @@ fn crossing(tree: &Tree, filter: &Filter<'_>, ray: &Ray, mut hit: Hit, slot: Lea
     Crossing { hit, leaves: leaves(tree, filter, ray, slot) }
 }
 
-/// Whether a ray runs with the normal of a triangle that it crosses.
+/// Returns whether a ray runs in the direction of the normal of a triangle that it crosses.
 fn leaves(tree: &Tree, filter: &Filter<'_>, ray: &Ray, slot: LeafSlot) -> bool {
-    // A crossing is a hit by the rule *once*, so D is not 0 and its sign is the side.
+    // A crossing is a hit by the rule *once*, so D is not 0 and its sign determines the side.
     let side = filter.resolver().facing(ray, &tree.triangle_in(slot), (RayId(0), slot));
     side == Some(Side::Leaves)
 }

@@ -1,5 +1,5 @@
-//! Where a traversal of many rays writes its answers: closest hits, closest triangles, any hits, or every
-//! hit.
+//! The output of tracing many rays: closest hits, closest triangles, whether rays hit anything, or
+//! all hits.
 
 use intertri::internal::prefetch;
 use intertri::{ClosestHit, Crossings, Hit, Hit32, TriangleId};
@@ -8,17 +8,18 @@ use super::HitPairs;
 use crate::containment::Containment;
 use crate::tree::{MeshTriangle, Tree};
 
-/// A slice of answers, one per ray.
+/// A slice of results, one per ray, or a list of hits.
 pub enum BatchOutput<'a> {
     /// The closest hits.
     Hits(&'a mut [Hit]),
     /// The closest hits in f32.
     Hits32(&'a mut [Hit32]),
-    /// The triangles of the closest hits; given by their positions among all until they are renamed.
+    /// The triangles of the closest hits, given by their positions among all triangles until they
+    /// are renamed.
     Triangles(&'a mut [MeshTriangle]),
-    /// Whether anything is hit.
+    /// Whether rays hit anything.
     Any(&'a mut [bool]),
-    /// Every hit.
+    /// All hits.
     Pairs(&'a mut HitPairs),
     /// The numbers of crossings.
     Crossings(&'a mut [Crossings]),
@@ -27,19 +28,19 @@ pub enum BatchOutput<'a> {
 }
 
 impl BatchOutput<'_> {
-    /// Whether any hit will do.
+    /// Returns whether any hit will do.
     #[inline(always)]
     pub(crate) fn any(&self) -> bool {
         matches!(self, Self::Any(_))
     }
 
-    /// Whether every hit is wanted, not only the closest or any.
+    /// Returns whether all hits are needed, not only the closest or any.
     #[inline(always)]
     pub(crate) fn every(&self) -> bool {
         matches!(self, Self::Pairs(_) | Self::Crossings(_) | Self::Containments(_))
     }
 
-    /// The answers for a range of rays.
+    /// The output for a range of rays.
     #[inline(always)]
     pub(crate) fn part(&mut self, from: usize, to: usize) -> BatchOutput<'_> {
         match self {
@@ -53,7 +54,7 @@ impl BatchOutput<'_> {
         }
     }
 
-    /// Prefetches the memory of an answer, which is rarely in the cache.
+    /// Prefetches the memory of a result, which is rarely in the cache.
     #[inline(always)]
     pub(crate) fn prefetch(&self, ray: usize) {
         match self {
@@ -67,12 +68,12 @@ impl BatchOutput<'_> {
         }
     }
 
-    /// Writes the answer of a ray, if it needs no t and weights. Returns whether it was written.
+    /// Writes the result of a ray unless it needs t and weights. Returns whether it was written.
     #[inline(always)]
     pub(crate) fn write(&mut self, ray: usize, closest: &ClosestHit) -> bool {
         match self {
             Self::Hits(hits) => {
-                // t, u and v are not known yet: they are computed eight hits at a time.
+                // t, u, and v are not known yet: they are computed eight hits at a time.
                 if closest.is_hit() {
                     return false;
                 }
@@ -87,8 +88,8 @@ impl BatchOutput<'_> {
             Self::Triangles(triangles) => {
                 let position =
                     closest.triangle().map_or(TriangleId::NONE, |(position, _)| position);
-                // The position among all triangles for now; `rename` turns it into a geometry and an index at
-                // the end.
+                // For now, store the position among all triangles. At the end, `rename` converts it
+                // to a geometry and an index.
                 triangles[ray] = MeshTriangle { triangle: position.0, geometry: 0 };
             }
             Self::Any(any) => any[ray] = closest.is_hit(),
@@ -97,7 +98,7 @@ impl BatchOutput<'_> {
         true
     }
 
-    /// Renames triangles from their positions among all to geometry and index.
+    /// Renames triangles from their positions among all triangles to geometry and index.
     pub(crate) fn rename(self, tree: &Tree) {
         match self {
             Self::Hits(hits) => tree.geometries.rename(hits),

@@ -1,11 +1,11 @@
-//! Beams: parallel rays with lines close together, sixteen of which are traced as one.
+//! Beams: parallel rays whose lines are close together, traced sixteen at a time.
 //!
 //! ```text
-//!   points ──► in strips across the direction ──► sixteen in a row: a tube around their lines
+//!   points ──► sorted into strips (`order.rs`) ──► sixteen in a row: a tube around their lines
 //!                                                     │
 //!                 nodes: one slab test of the tube ◄──┘
 //!                     └──► leaves: which of eight triangles does the tube reach?
-//!                              └──► which of sixteen rays? ──► the test of any rays
+//!                              └──► which of sixteen rays? ──► intersection tests
 //! ```
 
 mod order;

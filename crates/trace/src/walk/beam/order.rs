@@ -1,8 +1,8 @@
-//! Sorts points so that the lines through neighbours in the order are close together.
+//! Sorts points so that lines through successive points are close together.
 //!
 //! ```text
-//!   ╷ │ ╵ │      strips of the plane across the direction, up and down,
-//!   │ │ │ │      as wide as sixteen points of one are long
+//!   ╷ │ ╵ │      strips of the plane perpendicular to the direction, alternately up and down,
+//!   │ │ │ │      each as wide as sixteen of its points are long
 //!   ╵ │ ╷ │
 //! ```
 
@@ -15,10 +15,10 @@ use crate::util::threads;
 /// The approximate number of points in a row of a strip.
 const ROW: usize = 2;
 
-/// The least number of points that a thread processes at a time.
+/// The minimum number of points that a thread processes at a time.
 const LEAST: usize = 1 << 12;
 
-/// The indices of the points in that order.
+/// Returns the indices of the points in this order.
 pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     points: &[[P; 3]],
     dir: [f64; 3],
@@ -27,7 +27,8 @@ pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     let mut cells = zeros(count)?;
     threads::write(&mut cells, LEAST, |i| strips.cell(points[i]));
 
-    // Count the points in each cell, and sum the counts to starts; placing the points advances these to ends.
+    // Count the points in each cell and turn the counts into start offsets. Placing the points then
+    // advances these to end offsets.
     let mut ends = zeros::<u32>(strips.cells())?;
     for &cell in &cells {
         ends[cell as usize] += 1;
@@ -45,17 +46,17 @@ pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     Ok(order)
 }
 
-/// A rectangle divided into strips, and each strip into rows.
+/// A rectangle that is divided into strips, each of which is divided into rows.
 struct Strips {
     across: Across,
     lo: [f64; 2],
     scale: [f64; 2],
-    /// The last strip and the last row.
+    /// The index of the last strip and the index of the last row.
     last: [u32; 2],
 }
 
 impl Strips {
-    /// The strips for a set of points.
+    /// Creates the strips for a set of points.
     fn of<P: Copy + Into<f64>>(points: &[[P; 3]], dir: [f64; 3]) -> Self {
         let across = Across::new(dir);
         let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -69,7 +70,8 @@ impl Strips {
             }
         }
         let [width, height] = [0, 1].map(|k| (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
-        // Points may be so far apart that a width is infinite and the ratio NaN: then use the maximum.
+        // Points may be so far apart that a width is infinite and the ratio NaN. Then use the
+        // maximum.
         let some = |count: f64, most: f64| count.ceil().min(most).max(1.0);
         let count = points.len() as f64;
         let strips = some((count / 16.0 * (width / height)).sqrt(), 4096.0);
@@ -82,14 +84,15 @@ impl Strips {
         (self.last[0] as usize + 1) * (self.last[1] as usize + 1)
     }
 
-    /// The cell of a point, counting up one strip and down the next.
+    /// The cell of a point.
     #[inline(always)]
     fn cell<P: Copy + Into<f64>>(&self, point: [P; 3]) -> u32 {
         let at = self.across.place(point.map(Into::into));
         // A NaN counts as 0.
         let cell = |k: usize| (((at[k] - self.lo[k]) * self.scale[k]) as u32).min(self.last[k]);
         let (strip, row) = (cell(0), cell(1));
-        // Up one strip and down the next, so that neighbours in the order are neighbours in the plane.
+        // Go up one strip and down the next, so that neighbours in the order are neighbours in the
+        // plane.
         let row = if strip % 2 == 0 { row } else { self.last[1] - row };
         strip * (self.last[1] + 1) + row
     }
@@ -100,8 +103,8 @@ mod tests {
     use super::order;
     use crate::util::test_numbers::random;
 
-    /// Every point occurs once, and neighbours are close perpendicular to the direction, whatever the points
-    /// are.
+    /// Every point occurs exactly once, and successive points are close in the plane perpendicular
+    /// to the direction, even with extreme points in the input.
     #[test]
     fn neighbours_are_close_across_the_direction() {
         let mut random = random();
@@ -127,7 +130,8 @@ mod tests {
         assert!(near > 39_900, "{near}");
     }
 
-    /// Few points, all at one position, or too far apart for the range of numbers.
+    /// Tests small numbers of points that coincide or are too far apart for their distance to be
+    /// finite.
     #[test]
     fn any_points_have_an_order() {
         for count in [0, 1, 2, 17] {

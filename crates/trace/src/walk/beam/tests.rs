@@ -1,4 +1,4 @@
-//! Beams answer each ray correctly, and take the rays that they should.
+//! Beams must return the correct result for each ray, and must handle the rays they are meant for.
 
 use intertri::simd::Level;
 use intertri::{Counts, Mode, RayOf, Triangle, TriangleOf};
@@ -10,7 +10,7 @@ use crate::scalar::BvhScalar;
 use crate::solid::classify;
 use crate::util::test_numbers::random;
 
-/// Closed balls around the points of a grid: octahedra with each face divided in nine.
+/// Closed shapes around the points of a grid: octahedra, with each face divided into nine.
 fn balls() -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for i in 0..512 {
@@ -35,7 +35,7 @@ fn balls() -> Vec<Triangle> {
     triangles
 }
 
-/// Points among them, corners, and points next to corners.
+/// Points among the shapes, corners, and points next to corners.
 fn points(triangles: &[Triangle], count: usize) -> Vec<[f32; 3]> {
     let mut random = random();
     let mut points: Vec<[f32; 3]> =
@@ -47,8 +47,8 @@ fn points(triangles: &[Triangle], count: usize) -> Vec<[f32; 3]> {
 
 const DIRS: [[f32; 3]; 3] = [[0.5, 0.3, 0.8], [-0.7, 0.2, 0.1], [0.0, -1.0, 0.0]];
 
-/// The number of rays that beams leave, in several directions at every level; the answers for the others must
-/// be right.
+/// Counts the rays that beams leave untraced, in several directions at every level. Checks that the
+/// results for the other rays are correct.
 fn left<S: BvhScalar>(triangles: &[TriangleOf<S>], points: &[[S; 3]]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let expected: Vec<Containment> = points.iter().map(|&point| classify(&bvh, point)).collect();
@@ -60,7 +60,7 @@ fn left<S: BvhScalar>(triangles: &[TriangleOf<S>], points: &[[S; 3]]) -> usize {
     DIRS.map(|dir| left_of(&bvh, points, &expected, dir)).iter().sum()
 }
 
-/// The same for one direction.
+/// Counts and checks for one direction.
 fn left_of<S: BvhScalar>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
@@ -91,8 +91,8 @@ fn left_of<S: BvhScalar>(
     left
 }
 
-/// Points far back on the lines through corners and edges of triangles near the origin, where the positions
-/// of rays are least accurate, and the decision must be right nevertheless.
+/// Points far back on the lines through corners and edges of triangles near the origin. Here, the
+/// positions of rays are least accurate, but decisions must still be right.
 fn far_back(triangles: &[Triangle], dir: [f32; 3], count: usize) -> Vec<[f32; 3]> {
     let mut random = random();
     let back = |i: usize| {
@@ -103,7 +103,7 @@ fn far_back(triangles: &[Triangle], dir: [f32; 3], count: usize) -> Vec<[f32; 3]
     (0..count).map(back).collect()
 }
 
-/// Points in f64 that are not exact in f32.
+/// Converts a point to f64 coordinates that are not exact in f32.
 fn in_f64(point: [f32; 3]) -> [f64; 3] {
     let [x, y, z] = point.map(f64::from);
     [x * 1.1 + 4e5, y * 0.9 + 5e6, z / 3.0]
@@ -119,7 +119,8 @@ fn beams_give_each_ray_its_own_answer() {
     assert_eq!(left(&triangles, &points), 0);
 }
 
-/// If rays are far apart, or do not have the same direction, most are left; the others must be right.
+/// Most rays are left untraced if they are far apart or have different directions. Results for the
+/// others must be correct.
 #[test]
 fn beams_leave_what_is_too_much_work() {
     let triangles = balls();
@@ -128,7 +129,7 @@ fn beams_leave_what_is_too_much_work() {
     assert!(left(&triangles, &points) > 3 * levels * points.len() / 2);
 }
 
-/// With a thirtieth of the margin for far origins, some hits would be missed.
+/// With a thirtieth of the margin for distant origins, some hits would be missed.
 #[test]
 fn rays_from_far_out_miss_nothing() {
     let triangles = balls();

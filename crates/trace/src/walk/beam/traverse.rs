@@ -1,4 +1,4 @@
-//! Traverses the hierarchy with one beam after another.
+//! Traverses the hierarchy with one beam at a time.
 
 use intertri::internal::AlongAxis;
 use intertri::simd::{Simd, WithSimd};
@@ -11,10 +11,10 @@ use crate::tree::Tree;
 use crate::util::stop;
 use crate::walk::single::{SlabLanes, TraversalScratch, Walk, octant};
 
-/// After a beam that took too much work, this many are skipped.
+/// After a beam that took too much work, this many beams are skipped.
 const PATIENCE: usize = 32;
 
-/// Classifies the origins of rays; those with the same direction are traced as beams.
+/// Classifies the origins of rays. Rays with the same direction are traced as beams.
 pub(crate) struct Beams<'a, 'b> {
     pub(crate) tree: &'a Tree,
     pub(crate) filter: Filter<'a>,
@@ -24,7 +24,7 @@ pub(crate) struct Beams<'a, 'b> {
 }
 
 impl WithSimd for Beams<'_, '_> {
-    /// The rays that are left.
+    /// The rays that were not traced.
     type Output = Vec<RayId>;
 
     #[inline(always)]

@@ -1,9 +1,9 @@
 //! The tube of a beam: a volume around the lines of its rays.
 //!
 //! ```text
-//!         ┌─┐                     each line meets a plane across the axis along which it goes farthest;
-//!   o ────┼─┼───►                 a rectangle around these places is where the tube starts,
-//!      o ─┼─┼────────►            at a t of its own for each ray
+//!         ┌─┐                     each line intersects a plane perpendicular to the main axis of the
+//!   o ────┼─┼───►                 direction. The tube starts at a rectangle around these points,
+//!      o ─┼─┼────────►            at a different t for each ray
 //!         └─┘
 //! ```
 
@@ -14,21 +14,22 @@ use crate::tree::Margin;
 use crate::util::lane_ops::smallest;
 use crate::walk::single::Slabs;
 
-/// The rays of a beam.
+/// The number of rays in a beam.
 pub(super) const RAYS: usize = 16;
 
 /// The error of points on the plane, as a fraction of the origins' coordinates: 8u.
 const OFF: f32 = 1.0 / (1 << 21) as f32;
 
-/// No sum of coordinates may be larger: 2^100.
+/// The maximum sum of coordinates: 2^100.
 const FAR_OUT: f32 = f32::from_bits((127 + 100) << 23);
 
-/// A plane across a direction, through 0 and perpendicular to a coordinate axis.
+/// A plane through 0, perpendicular to a coordinate axis, onto which points are projected along a
+/// direction.
 #[derive(Clone, Copy)]
 pub(super) struct Across {
-    /// The axis of the direction's largest component, and the others.
+    /// The axis of the direction's largest component, followed by the other two axes.
     axes: [usize; 3],
-    /// The direction's slope along the other two axes.
+    /// The direction's slopes along the other two axes.
     slope: [f64; 2],
 }
 
@@ -46,7 +47,7 @@ impl Across {
         Self { axes, slope: [dir[a] / dir[along], dir[b] / dir[along]] }
     }
 
-    /// Where the line through a point meets the plane.
+    /// The intersection of the plane with the line through a point.
     #[inline(always)]
     pub(super) fn place(&self, point: [f64; 3]) -> [f64; 2] {
         let ([along, a, b], [to_a, to_b]) = (self.axes, self.slope);
@@ -56,25 +57,26 @@ impl Across {
 
 /// The volume around the lines of parallel rays.
 pub(super) struct Tube<S: Simd> {
-    /// A ray along the tube from the centre of where the lines meet the plane.
+    /// A ray along the tube, from the centre of the lines' intersections with the plane.
     pub(super) axis: Ray,
     pub(super) slabs: Slabs,
-    /// How far a line may be from the axis, along each coordinate, and the position of each ray's line.
+    /// The maximum distance of a line from the axis, along each coordinate, and the position of
+    /// each ray's line relative to the axis.
     pub(super) reach: [f32; 3],
     pub(super) beside: Vec3<S::F32x16>,
-    /// A bound on the sum of an origin's coordinates.
+    /// A bound on the sum of the magnitudes of an origin's coordinates.
     pub(super) away: f32,
 }
 
 impl<S: Simd> Tube<S> {
-    /// The tube of rays with the same direction, `t_min` 0 and no end; `None` if they do not have these, or
-    /// are too far out.
+    /// Creates the tube of rays with the same direction, `t_min` 0, and no far end. Returns `None`
+    /// for other rays or if an origin is too far out.
     #[inline(always)]
     pub(super) fn new(packet: &RayPacket<RAYS>, margin: &Margin) -> Option<Self> {
         let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));
         let dir = packet.ray(0).dir;
         let norm = Vec3::<S::F32x16>::load(&packet.origin).norm1();
-        // Equal in all lanes, by two comparisons, which are false for NaN.
+        // Tests all lanes for equality by two comparisons, which are false for NaN.
         let is = |row: &[f32; RAYS], x: f32| load(row).le(splat(x)) & load(row).ge(splat(x));
         let alike = is(&packet.dir[0], dir[0])
             & is(&packet.dir[1], dir[1])
@@ -93,7 +95,7 @@ impl<S: Simd> Tube<S> {
         let (mut lo, mut hi, mut middle, mut reach) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
         let mut beside = [[0.0; RAYS]; 3];
         for (axis, slope) in [a, b].into_iter().zip(slope) {
-            // Move each origin along its ray into the plane, to a point of its line.
+            // Move each origin along its ray into the plane.
             let at = from.mul_add(splat(-slope as f32), load(&packet.origin[axis]));
             (lo[axis], hi[axis]) = (smallest::<S>(at) - off, off - smallest::<S>(-at));
             middle[axis] = 0.5 * lo[axis] + 0.5 * hi[axis];
@@ -102,7 +104,7 @@ impl<S: Simd> Tube<S> {
             (at - splat(middle[axis])).store(&mut beside[axis]);
         }
 
-        // After the plane, t counts for a ray from its start.
+        // Measured from the plane, the tube starts where the first ray does.
         let start = smallest::<S>(from * splat(1.0 / dir[along]));
         let axis = Ray::new(middle, dir).between(start - start.abs() * OFF, f32::INFINITY);
         let slabs = Slabs::around::<S>([lo, hi], dir, start, margin)?;
@@ -118,7 +120,8 @@ mod tests {
     use intertri::simd::{Lanes, Level, Simd, WithSimd};
     use intertri::{Ray, RayPacket};
 
-    /// The errors of positions in roundings of an origin: along both axes together, and along one.
+    /// The errors of positions, in multiples of an origin's rounding error: along both axes
+    /// together and along a single axis.
     struct Off<'a>(&'a [Ray], Margin);
     impl WithSimd for Off<'_> {
         type Output = [f64; 2];
@@ -148,15 +151,15 @@ mod tests {
         }
     }
 
-    /// At most 6 and 4 roundings, and more than half of what the filter allows for them: `AWAY` in
-    /// `exact.md`, 7u.
+    /// The errors are at most 6 and 4 times a rounding error, and more than half of what the filter
+    /// allows for them: `AWAY` in `exact.md`, 7u.
     #[test]
     fn places_on_the_plane_are_known_so_well() {
         let margin = Margin::new(1.0, None);
         let (mut random, mut most) = (random(), [0.0_f64; 2]);
         for _ in 0..100_000 {
-            // The whole error is in proportion to one coordinate, and the last digit of most numbers is a
-            // large fraction.
+            // The whole error is proportional to one coordinate, and most numbers have a last digit
+            // that is relatively large.
             let dir = [0.9999 - 1e-3 * random(), 0.9999 - 1e-3 * random(), 1.0];
             let ray = |_| {
                 let origin = [1e-3 * random(), 1e-3 * random(), 1.0 + 1e-2 * random()];

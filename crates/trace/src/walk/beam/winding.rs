@@ -1,4 +1,4 @@
-//! The containment of the points where the rays of a beam start: counts crossings at the leaves.
+//! The containment of the origins of a beam's rays, computed by counting crossings at the leaves.
 
 use intertri::internal::exact::Side;
 use intertri::internal::{AlongAxis, Axis};
@@ -11,13 +11,14 @@ use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 use crate::walk::single::Visit;
 
-/// If a beam takes more work than this, rays are faster one by one; in triangles that the tube reaches.
+/// If a beam takes more work than this, tracing its rays one by one is faster. Measured in
+/// triangles that the tube reaches.
 const BUDGET: usize = 256;
 
-/// The work of a leaf.
+/// The fixed amount of work per leaf.
 const LEAF: usize = 4;
 
-/// The rays of a beam being traced.
+/// A beam while it is being traced.
 pub(super) struct Winding<'a, 'b, S: Simd> {
     tree: &'a Tree,
     filter: Filter<'a>,
@@ -27,7 +28,7 @@ pub(super) struct Winding<'a, 'b, S: Simd> {
     axis: Axis,
     beside: Vec3<S::F32x16>,
     along: &'b mut AlongAxis,
-    /// The rays whose origins are on no triangle so far.
+    /// The rays whose origins have not turned out to be on a triangle.
     live: u32,
     /// The crossings that the filter is certain of, and those that the resolver decides.
     sure: S::F32x16,
@@ -77,13 +78,13 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
         let work = 0;
         Self { tree, filter, rays, packet, axis, beside, along, live, sure, settled, work, counts }
     }
-    /// Whether the beam takes too much work.
+    /// Returns whether the beam takes too much work.
     #[inline(always)]
     fn is_too_much(&self) -> bool {
         self.work > BUDGET
     }
 
-    /// Settles the rays that the filter leaves undecided for the triangle in a slot.
+    /// Decides the rays that the filter leaves undecided for the triangle in a slot.
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, slot: LeafSlot) {
@@ -101,7 +102,8 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
         }
     }
 
-    /// Writes the containments, unless the beam took too much work. Returns whether it wrote them.
+    /// Writes the containments, unless the beam took too much work. Returns whether they were
+    /// written.
     #[inline(always)]
     pub(super) fn write(&self, containments: &mut [Containment]) -> bool {
         if self.is_too_much() {

@@ -1,4 +1,4 @@
-//! Culls nodes with the frustum of a bundle's rays, front to back.
+//! Culls nodes against the frustum of a bundle's rays, front to back.
 
 use intertri::internal::prefetch;
 use intertri::simd::{Lanes, Simd};
@@ -8,20 +8,21 @@ use super::frustum::Frustum;
 use crate::tree::{LEAF, Tree, far_to_near};
 use crate::util::stop;
 
-/// Nodes and leaves still to visit, the nearest on top, each with its depth.
+/// The nodes and leaves still to be visited, each with its depth. The nearest is on top.
 pub(super) type Pending = Vec<(u32, f32)>;
 
-/// Bounds of the current rays.
+/// The bounds of the current rays.
 pub(super) struct Culling<'a> {
     pub(super) frustum: Frustum,
     /// A plane before which all rays end, if one is known.
     pub(super) end_plane: Option<&'a EndPlane>,
-    /// Whether hits make the rest of the traversal shorter, as in closest-hit queries.
+    /// Whether hits shorten the rest of the traversal, as in closest-hit queries.
     pub(super) closest: bool,
 }
 
 impl Culling<'_> {
-    /// The next leaves that some ray may meet before the depth `far`, as many as fit.
+    /// Finds the next leaves that a ray may reach before the depth `far`, as many as fit. Returns
+    /// their number.
     #[inline(always)]
     pub(super) fn next_leaves<S: Simd>(
         &self,
@@ -44,7 +45,7 @@ impl Culling<'_> {
     fn next_leaf<S: Simd>(&self, tree: &Tree, stack: &mut Pending, far: f32) -> Option<u32> {
         loop {
             let (child, near) = stack.pop()?;
-            // It was pushed when the rays still looked farther.
+            // The entry was pushed when rays still reached farther.
             if near > far {
                 continue;
             }
@@ -55,12 +56,12 @@ impl Culling<'_> {
             let (met, near) = self.frustum.meet::<S::F32x8>(node, far, self.end_plane);
             let mut depth = [0.0; 8];
             near.store(&mut depth);
-            // The last entry pushed is visited first.
+            // The entry pushed last is visited first.
             let mut order = far_to_near(met, self.frustum.octant).to_le_bytes();
             if self.closest && met.count_ones() > 1 {
                 let mut middles = [0.0; 8];
-                // Twice the depth of each box's centre. For a wide frustum this is a better order than the
-                // octant's.
+                // Twice the depth of each box's centre. For a wide frustum, this order is better
+                // than the octant's.
                 (near + self.frustum.far::<S::F32x8>(node)).store(&mut middles);
                 by_middle(&mut order[..met.count_ones() as usize], &middles);
             }
@@ -77,14 +78,15 @@ impl Culling<'_> {
     }
 }
 
-/// Sorts slots from the farthest centre to the nearest. A long box, such as a wall's, begins near, so neither
-/// its near depth nor its slot says much. Most slots are already in order, so insertion sort is used.
+/// Sorts slots by their centres, farthest first. A long box, such as that of a wall, begins near,
+/// so neither its near depth nor its slot says much. Since most slots are already in order, this is
+/// an insertion sort.
 #[inline(always)]
 fn by_middle(slots: &mut [u8], middles: &[f32; 8]) {
     let middle = |slot: u8| middles[usize::from(slot % 8)];
     for i in 1..slots.len() {
         let (slot, mut to) = (slots[i], i);
-        // Insertion sort of at most eight slots that are almost in order.
+        // There are at most eight slots, almost in order.
         while to > 0 && middle(slots[to - 1]) < middle(slot) {
             slots[to] = slots[to - 1];
             to -= 1;

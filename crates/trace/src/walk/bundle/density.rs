@@ -1,14 +1,15 @@
-//! Density: if triangles are small compared with the packets of a bundle, rays are faster one by one.
+//! Density: if triangles are small compared with the packets of a bundle, tracing rays one by one
+//! is faster.
 //!
 //! ```text
 //!   ┌─────────────┐
-//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │ H     where triangles of w by h cover the projection once, the window of a packet
-//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │       reaches two for each w h of (W + w) (H + h)
+//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │ H     if triangles of size w × h cover the projection once, a packet's window
+//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │       reaches 2 (W + w) (H + h) / (w h) of them
 //!   └─────────────┘
 //!          W
 //! ```
 //!
-//! The first leaves of a bundle show how large its triangles are, and so whether it is worth continuing,
+//! The size of the triangles in a bundle's first leaves shows whether it is worth continuing,
 //! before much work is done.
 
 use intertri::internal::Outlines;
@@ -17,21 +18,22 @@ use intertri::simd::{Lanes, Mask, Simd};
 use super::projection::Projection;
 use crate::util::lane_ops::total;
 
-/// If a packet reaches more triangles than this, assuming they cover the projection once, its rays are faster
-/// one by one.
+/// If a packet reaches more triangles than this, assuming that triangles cover the projection once,
+/// tracing its rays one by one is faster.
 const TOO_MANY: f32 = 56.0;
 
-/// The same for closest-hit queries.
+/// The limit for closest-hit queries.
 const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
 
-/// The packets of groups that would reach too many triangles of this size.
+/// Returns the packets of those groups that would reach too many triangles of this size.
 #[inline(always)]
 pub(crate) fn too_dense<S: Simd>(
     projection: &Projection<S>,
     leaves: &[Outlines],
     closest: bool,
 ) -> u64 {
-    // The average size of the triangles. If some reach to infinity, they are not small.
+    // Compute the average size of the triangles. If one extends to infinity, they do not count as
+    // small.
     let (mut sum, mut triangles) = ([0.0; 2], 0);
     for outlines in leaves {
         let ([widths, heights], live) = outlines.sizes::<S::F32x16>();
@@ -41,7 +43,7 @@ pub(crate) fn too_dense<S: Simd>(
     let [w, h] = [sum[0] / triangles as f32, sum[1] / triangles as f32];
     let too_many = if closest { TOO_MANY_FOR_CLOSEST } else { TOO_MANY };
 
-    // How many triangles a packet reaches, on average over its group.
+    // The number of triangles that a packet reaches, averaged over its group.
     let mut packets = 0;
     for (number, (lo, hi)) in projection.rectangles().enumerate() {
         let used = projection.used.saturating_sub(16 * number).min(16);
@@ -65,7 +67,7 @@ mod tests {
     use crate::Bvh;
     use crate::walk::bundle::{Bundle, BundleRays, Outcome, Projection, Results, Scratch};
 
-    /// The packets of a bundle that are left, for a closest-hit or an any-hit query.
+    /// The packets of a bundle that are left untraced, for a closest-hit or any-hit query.
     struct Left<'a>(&'a Bvh, &'a [Ray], bool);
 
     impl WithSimd for Left<'_> {
@@ -88,8 +90,8 @@ mod tests {
 
     #[test]
     fn groups_are_left_where_triangles_are_small_beside_packets() {
-        // A sheet of squares of a given size; two groups of rays that are close together, and two that are
-        // not.
+        // A sheet of squares of a given size; two groups of rays that are close together, and two
+        // that are not.
         let sheet = |size: f32| {
             let count = (8.0 / size) as usize;
             let at = |x: usize, y: usize| [x as f32 * size - 4.0, y as f32 * size - 4.0, 0.0];

@@ -1,9 +1,10 @@
-//! The end plane: all rays of a bundle end before it, so boxes beyond it contain nothing that they can hit.
+//! The end plane: all rays of a bundle end before it, so they cannot hit anything in boxes beyond
+//! it.
 //!
 //! ```text
-//!         ╱ │ │      what a light sees of a table ends its rays there, and the floor below is
-//!   o ────▌ │ │      beyond the end of each. A depth would not tell, where surfaces are slanted; but
-//!         ╲▌│ │      inverse depths of a plane are a form of the projection's points, as those of triangles
+//!         ╱ │ │      light rays toward a table end there, and the floor below is beyond the end
+//!   o ────▌ │ │      of each ray. For slanted surfaces, one depth is not enough. The inverse depths
+//!         ╲▌│ │      of a plane, however, are a linear form on the projection, as for triangles
 //!           ▌ floor
 //! ```
 
@@ -15,60 +16,60 @@ use super::projection::Projection;
 use crate::tree::{Margin, Node};
 use crate::util::lane_ops::{smallest, total};
 
-/// A bound on the rounding of the form, relative to its coefficients: 20u, derived in
-/// `docs/numerics/hierarchy.md`, section 5.
+/// A bound on the rounding error of the form, relative to its coefficients: 20u.
+/// `docs/numerics/hierarchy.md`, section 5, derives it.
 const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
 
-/// A bound on a ray's length divided by its depth, including the rounding of inverse depths.
+/// A bound on the ratio of a ray's length to its depth, including the rounding of inverse depths.
 const LEAN: f32 = 1.25;
 
-/// Slopes are fitted to the rays of at most this many packets.
+/// The slopes are fitted to the rays of at most this many packets.
 const SAMPLE: usize = 16;
 
-/// No coefficient may be larger: 2^40.
+/// The maximum coefficient: 2^40.
 const LARGEST: f32 = (1_u64 << 40) as f32;
 
-/// A plane before which the rays end.
+/// A plane before which all rays end.
 pub(crate) struct EndPlane {
-    /// Where the signed distance along its normal exceeds 1, all of them have ended.
+    /// All rays end before the signed distance along this plane's normal exceeds 1.
     plane: CullingPlane,
 }
 
 impl EndPlane {
-    /// The end plane of a bundle's live rays in a tree.
+    /// Computes the end plane of a bundle's live rays.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(projection: &Projection<S>, margin: &Margin) -> Self {
         let frame = &projection.frame;
         let (form, least) = form(projection);
         let plane = CullingPlane::new(normal(frame, form), frame, margin);
 
-        // Hits are before the farthest end of a ray, and inside the scene.
+        // Hits are closer than the farthest end of a ray, and inside the scene.
         let away = frame.origin().iter().fold(0.0, |m: f32, x| m.max(x.abs()));
         let distance = (LEAN / least).min(away + margin.reach);
         Self { plane: plane.for_places_within(distance) }
     }
 
-    /// Which of a node's boxes are not beyond it.
+    /// A mask of a node's boxes that are not beyond the plane.
     #[inline(always)]
     pub(crate) fn may_meet<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F::Mask {
         self.plane.of_boxes::<F>(node, true).le(F::splat(1.0 + self.plane.pad))
     }
 }
 
-/// The normal of the plane that has a given form on a frame's projection.
+/// The normal of the plane with a given linear form on a frame's projection.
 fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
     let (depth, [right, up]) = (frame.depth(), frame.across());
     [0, 1, 2].map(|k| one * depth[k] + x * right[k] + y * up[k])
 }
 
-/// A linear form on the projection that is below the inverse depths at which all live rays end, and close to
-/// them if they end near a plane; 0, which is below all, if numbers are too large. Also returns the smallest
-/// of those inverse depths.
+/// Computes a linear form on the projection that is below the inverse depths at which all live rays
+/// end, and close to them if the rays end near a plane. If numbers are too large, the form is 0,
+/// which is below all of them. Also returns the smallest of those inverse depths.
 #[inline(always)]
 fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let splat = S::F32x16::splat;
-    // The slopes of a least-squares fit, lowered until it is below the inverse end of every ray. Any such
-    // plane is correct; a good fit culls more.
+    // Start with the slopes of a least-squares fit and lower the form until it is below the inverse
+    // end of every ray. Any such plane is correct; a good fit culls more.
     let [along_x, along_y] = slopes(projection);
     let (mut least, mut ends) = (splat(f32::INFINITY), splat(f32::INFINITY));
     for packet in 0..projection.used {
@@ -86,8 +87,8 @@ fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     (form, ends)
 }
 
-/// How the inverse depths at which rays end change along x and y, by least squares; zero if that is not
-/// known.
+/// The slopes of the rays' inverse end depths along x and y, by least squares; 0 if they cannot be
+/// determined.
 #[inline(always)]
 fn slopes<S: Simd>(projection: &Projection<S>) -> [f32; 2] {
     let (zero, one) = (S::F32x16::splat(0.0), S::F32x16::splat(1.0));
@@ -105,13 +106,13 @@ fn slopes<S: Simd>(projection: &Projection<S>) -> [f32; 2] {
         products = [xx, xy, yy, x.mul_add(s, xs), y.mul_add(s, ys)];
     }
 
-    // Relative to their mean.
+    // Make the sums relative to the mean.
     let [n, x, y, s] = [total(sums[0]), total(sums[1]), total(sums[2]), total(sums[3])];
     let [xx, xy, yy, xs, ys] = products;
     let (xx, xy, yy) = (total(xx) - x * x / n, total(xy) - x * y / n, total(yy) - y * y / n);
     let (xs, ys) = (total(xs) - x * s / n, total(ys) - y * s / n);
 
-    // Points in a row, or nearly so, have no slope across it.
+    // Collinear points determine no slope across their line.
     let size = xx * yy - xy * xy;
     if size > 1e-3 * xx * yy {
         [(xs * yy - ys * xy) / size, (ys * xx - xs * xy) / size]
@@ -131,7 +132,7 @@ mod tests {
     use crate::walk::bundle::projection::Projection;
     use crate::walk::bundle::rays::BundleRays;
 
-    /// The form for rays from one origin, and the frame's axes: depth, right, up.
+    /// The form for rays from one origin, and the axes of the frame: depth, right, and up.
     struct Form<'a>(&'a [Ray]);
 
     impl WithSimd for Form<'_> {
@@ -149,7 +150,7 @@ mod tests {
         }
     }
 
-    /// A ray that ends at a slanted wall, a fraction `off` of its length before it.
+    /// A ray that ends before a slanted wall, by a fraction `off` of its length.
     fn to_wall(i: usize, off: f32) -> Ray {
         let (packet, lane) = (i / 16, i % 16);
         let [x, y] = [4 * (packet % 8) + lane % 4, 4 * (packet / 8) + lane / 4];
@@ -163,7 +164,8 @@ mod tests {
         (0..3).map(|k| f64::from(axis[k]) * f64::from(ray.dir[k])).sum()
     }
 
-    /// The relative difference between the inverse depth at which a ray ends and the form.
+    /// The difference between the inverse depth at which a ray ends and the form, relative to the
+    /// former.
     fn room(ray: &Ray, (form, axes): ([f32; 3], [[f32; 3]; 3])) -> f64 {
         let [z, x, y] = axes.map(|axis| along(axis, ray));
         let form = form.map(f64::from);
@@ -173,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_form_is_below_all_ends_and_not_far() {
-        // At a plane, or up to 0.7 % before it.
+        // Rays end at the plane or up to 0.7 % before it.
         let off = |i: usize| (i * 13 % 8) as f32 * 1e-3;
         let mut rays: Vec<Ray> = (0..1024).map(|i| to_wall(i, off(i))).collect();
         // A ray that is dead from the start may end elsewhere.
@@ -192,8 +194,8 @@ mod tests {
         }
     }
 
-    /// How much of the margin for rounding is used, where it counts: between the plane's own normal and the
-    /// computed end of a ray.
+    /// The fraction of the rounding margin that is used where it matters: between the plane's own
+    /// normal and the computed end of a ray.
     struct Used<'a>(&'a [Ray]);
 
     impl WithSimd for Used<'_> {
@@ -232,7 +234,7 @@ mod tests {
         let levels: Vec<Level> = Level::all().collect();
         let mut most = 0.0_f64;
         for bundle in 0..200 {
-            // A few rays near some direction that end at a plane, at any angle.
+            // A few rays with similar directions that end at a plane with a random orientation.
             let [axis, plane] = [(); 2].map(|()| [random(), random(), random()]);
             let ray = |dir: [f32; 3]| {
                 let slope = (0..3).map(|k| plane[k] * dir[k]).sum::<f32>().abs().max(1e-3);
@@ -243,7 +245,7 @@ mod tests {
                 .map(|_| ray([0, 1, 2].map(|k: usize| axis[k] + 0.4 * random())))
                 .collect();
 
-            // Keep any change that uses more of it.
+            // Keep every change that uses more of the margin.
             let (level, mut used) = (levels[bundle % levels.len()], 0.0);
             for step in 0..600 {
                 let (number, before) = (step % count, rays[step % count]);

@@ -1,17 +1,18 @@
 //! The frustum around rays that share an origin, tested against the eight boxes of a node.
 //!
-//! After Reshetov, Soupikov and Hurley, *Multi-Level Ray Tracing Algorithm* (2005): a node is culled for all
-//! rays at once.
+//! Based on Reshetov, Soupikov, and Hurley, *Multi-Level Ray Tracing Algorithm* (2005): a node is
+//! culled for all rays at once.
 //!
 //! ```text
-//!            ╱│ far corner: inside of all four planes?
+//!            ╱│ far corner: inside all four planes?
 //!         ╱ ┌─┼──┐
 //!   o  ◄────┤ │  │   near corner: before the farthest t that still counts?
 //!         ╲ └────┘
 //!            ╲
 //! ```
 //!
-//! No ray is tested against any box. `docs/numerics/hierarchy.md` proves that no hit is lost.
+//! No individual ray is tested against a box. `docs/numerics/hierarchy.md` proves that no hit is
+//! lost.
 
 use intertri::internal::Frame;
 use intertri::simd::{Lanes, Mask};
@@ -20,24 +21,25 @@ use super::end_plane::EndPlane;
 use super::plane::CullingPlane;
 use crate::tree::{Margin, Node};
 
-/// The sides are this much farther out than any ray, as slopes: 2^-18.
+/// The distance by which the sides are outside every ray, as a slope: 2^-18.
 const MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
-/// Four planes around rays from one origin, and the axis along which they run.
+/// Four planes around rays from one origin, and the axis along which the rays run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
     sides: [CullingPlane; 4],
     axis: CullingPlane,
-    /// Bit k: the axis is negative along coordinate k.
+    /// Bit k is set if the axis is negative along coordinate k.
     pub(crate) octant: usize,
 }
 
 impl Frustum {
-    /// The frustum around a rectangle of a frame's projection, in a tree.
+    /// Creates the frustum around a rectangle of a frame's projection.
     pub(crate) fn new(frame: &Frame, (lo, hi): ([f32; 2], [f32; 2]), margin: &Margin) -> Self {
         let (depth, [right, up]) = (frame.depth(), frame.across());
         let side = |across: [f32; 3], slope: f32, sign: f32| {
-            // Each plane is tilted outward, which covers the rounding of the slopes (hierarchy.md, section 5).
+            // Each plane is tilted outward to cover the rounding of the slopes (hierarchy.md,
+            // section 5).
             let slope = slope - sign * MARGIN;
             let normal = [0, 1, 2].map(|k| sign * (across[k] - slope * depth[k]));
             CullingPlane::new(normal, frame, margin)
@@ -52,8 +54,8 @@ impl Frustum {
         Self { sides, axis: CullingPlane::new(depth, frame, margin), octant }
     }
 
-    /// Which of a node's boxes a ray may meet before the depth `far` and, if known, before rays end; and the
-    /// depth at which each begins.
+    /// Returns a mask of a node's boxes that a ray may reach before the depth `far` and, if known,
+    /// before the rays end. Also returns the depth at which each box begins.
     #[inline(always)]
     pub(crate) fn meet<F: Lanes<Scalar = f32>>(
         &self,
@@ -67,13 +69,13 @@ impl Frustum {
             met = met & ends.may_meet::<F>(node);
         }
         for side in &self.sides {
-            // The corner farthest inside: if even that one is outside, so is the box.
+            // Test the innermost corner: if even that one is outside, so is the whole box.
             met = met & side.of_boxes::<F>(node, false).ge(F::splat(-side.pad));
         }
         (met.bits(), near)
     }
 
-    /// The far depths of the boxes of a node.
+    /// The far depths of a node's boxes.
     #[inline(always)]
     pub(crate) fn far<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F {
         self.axis.of_boxes::<F>(node, false)
@@ -92,7 +94,8 @@ mod tests {
     use crate::walk::bundle::projection::Projection;
     use crate::walk::bundle::rays::BundleRays;
 
-    /// The first ray whose point at t = 1 is lost: outside the rays' frustum, or beyond its own depth.
+    /// Finds the first ray whose point at t = 1 is lost, that is, outside the rays' frustum or
+    /// beyond its own depth.
     struct Lost<'a>(&'a [Ray]);
 
     impl WithSimd for Lost<'_> {
@@ -111,7 +114,7 @@ mod tests {
                 let [x, y, z] = [0, 1, 2].map(|k| o[k] + d[k]);
                 let mut node = Node::NO_CHILDREN;
                 node.set(5, &Aabb { lo: [x, y, z, 0.0], hi: [x, y, z, 0.0] }, 0);
-                // The largest depth at which it still counts, as in bundles.
+                // The largest depth at which a hit still counts, as in bundles.
                 let far = (0..3).map(|k| f64::from(depth[k]) * f64::from(d[k])).sum::<f64>() as f32;
                 let far = far + far * (1.0 / (1 << 18) as f32);
                 !projection.is_outlier(number)
@@ -121,13 +124,14 @@ mod tests {
         }
     }
 
-    /// Points are exact: integers times a power of two.
+    /// All points are exact: integers times a power of two.
     #[test]
     fn a_frustum_holds_the_points_of_its_rays() {
         let mut random = random();
         let levels: Vec<Level> = Level::all().collect();
         for i in 0..40_000 {
-            // Close to the origin compared with its coordinates, or far from it.
+            // The points are either close to the origin, compared with its coordinates, or far from
+            // it.
             let [away, long] = [22.0, 21.0].map(|most| (most * random()).exp2());
             let mut whole = |size: f32| (size * (2.0 * random() - 1.0)).round();
             let [origin, middle] = [away, long].map(|size| [(); 3].map(|()| whole(size)));

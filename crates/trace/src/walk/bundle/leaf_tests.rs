@@ -1,12 +1,13 @@
-//! Several leaves at once for the rays of a bundle: which packets are tested against which of their
-//! triangles.
+//! Processes several leaves at once for the rays of a bundle: lists which packets are tested
+//! against which triangles.
 //!
 //! ```text
 //!   blocks ─► outlines ──► triangles in a group's window ──► packets that reach them ──► tests
-//!     8     of two blocks 4    up to 64 for each of four            up to 16 each         a list
+//!     8      4, of two blocks    up to 64 per group                 up to 16 each         one list
 //! ```
 //!
-//! Each arrow is one loop over all of them, because a branch per block or triangle would mispredict.
+//! Each arrow is one loop over all leaves, because a branch per block or triangle would be
+//! mispredicted.
 
 use intertri::internal::{Outline, Outlines};
 use intertri::simd::{Lanes, Simd};
@@ -16,10 +17,10 @@ use super::projection::{GROUPS, PACKETS, Projection};
 use crate::tree::{Tree, far_to_near};
 use crate::util::prefetch::Prefetch;
 
-/// The most leaves at once.
+/// The maximum number of leaves to process at once.
 pub(crate) const AT_ONCE: usize = 8;
 
-/// The most triangles, pairs of a triangle and a group, and tests.
+/// The maximum numbers of triangles, of pairs of a triangle and a group, and of tests.
 const TRIANGLES: usize = 8 * AT_ONCE;
 const PAIRS: usize = GROUPS * TRIANGLES;
 const TESTS: usize = 16 * PAIRS;
@@ -28,27 +29,29 @@ const TESTS: usize = 16 * PAIRS;
 #[derive(Clone, Copy)]
 pub(crate) struct PacketTest {
     pub(crate) packet: usize,
-    /// The index of the pair of the triangle and the packet's group, among the pairs of these leaves.
+    /// The index of the pair of the triangle and the packet's group, among the pairs of these
+    /// leaves.
     pub(crate) number: usize,
 }
 
-/// The number of listed pairs and tests.
+/// The numbers of listed pairs and tests.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct ListedTests {
-    /// The pairs of a triangle and a group, by group.
+    /// The number of pairs of a triangle and a group, by group.
     pub(crate) pairs: [usize; GROUPS],
     pub(crate) tests: usize,
 }
 
 /// Several leaves and the tests for them.
 pub(crate) struct Leaves {
-    /// Their blocks.
+    /// The indices of the leaves.
     pub(crate) blocks: [u32; AT_ONCE],
-    /// Each for two blocks.
+    /// The outlines of the triangles in two blocks each.
     outlines: [Outlines; AT_ONCE / 2],
     /// For each pair, the triangle's position in all blocks.
     places: [u8; PAIRS],
-    /// For each test, the packet and the index of the pair; a write of eight may reach beyond the last.
+    /// For each test, the packet and the index of the pair. A write of eight entries may extend
+    /// beyond the last test.
     packets: [u8; TESTS + 8],
     numbers: [u8; TESTS + 8],
 }
@@ -66,7 +69,8 @@ impl Default for Leaves {
 }
 
 impl Leaves {
-    /// Lists the tests of the first `used` blocks; for each pair, appends the slot of its triangle to `seen`.
+    /// Lists the tests for the first `used` blocks. For each pair, appends the slot of its triangle
+    /// to `seen`.
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
@@ -99,8 +103,8 @@ impl Leaves {
                 large |= u64::from(outlines.larger::<S::F32x16>(group.large)) << (16 * i);
             }
 
-            // List the packets that reach them. For small triangles the rectangle decides nearly as well as
-            // the edges.
+            // List the packets that the triangles reach. For small triangles, the bounding
+            // rectangle decides almost as well as the edges.
             let (first, windows) = (known, &group.windows);
             listed.pairs[number] = inside.count_ones() as usize;
             known += listed.pairs[number];
@@ -109,7 +113,7 @@ impl Leaves {
             for (pair, (seen, to)) in (first..).zip(pairs) {
                 prefetch.lines(1);
                 let place = inside.trailing_zeros() as usize % TRIANGLES;
-                // Clears the lowest set bit.
+                // Clear the lowest set bit.
                 inside &= inside.wrapping_sub(1);
                 *to = place as u8;
                 *seen = LeafSlot(8 * blocks[place / 8] + place as u32 % 8);
@@ -121,8 +125,8 @@ impl Leaves {
                     let slots =
                         far_to_near(half, 0) + 0x0101_0101_0101_0101 * (16 * number + first) as u64;
                     let at = listed.tests;
-                    // Always write eight numbers, of which only those set in the mask count: the next write
-                    // begins after those.
+                    // Always write eight numbers, of which only those set in the mask count: the
+                    // next write starts after these.
                     packets[at..at + 8].copy_from_slice(&slots.to_le_bytes());
                     numbers[at..at + 8].fill(pair as u8);
                     listed.tests += half.count_ones() as usize;
@@ -133,7 +137,7 @@ impl Leaves {
         listed
     }
 
-    /// The triangles of the first `used` blocks of the last list.
+    /// The outlines of the triangles in the first `used` blocks of the last list.
     pub(crate) fn outlines(&self, used: usize) -> &[Outlines] {
         &self.outlines[..used.div_ceil(2)]
     }
@@ -145,17 +149,17 @@ impl Leaves {
         PacketTest { packet: self.packets[i] as usize % PACKETS, number: self.numbers[i] as usize }
     }
 
-    /// The outline of the triangle of a pair.
+    /// The outline of a pair's triangle.
     #[inline(always)]
     pub(crate) fn outline(&self, number: usize) -> Outline {
         let place = self.places[number % PAIRS] as usize % TRIANGLES;
         self.outlines[place / 16].lane(place % 16)
     }
 
-    /// Moves a test to index i, which is before its own.
+    /// Moves a test to index i, which must be at or before its current index.
     #[inline(always)]
     pub(crate) fn put(&mut self, i: usize, PacketTest { packet, number }: PacketTest) {
-        // Without a bounds check, which would separate the loads of a test from their use.
+        // Avoid a bounds check, which would separate the loads of a test from their use.
         let i = i % TESTS;
         (self.packets[i], self.numbers[i]) = (packet as u8, number as u8);
     }

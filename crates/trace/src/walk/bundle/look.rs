@@ -5,14 +5,15 @@ use intertri::simd::Lanes;
 
 use super::principal_axis::Spread;
 
-/// No coordinate of an origin may be larger: 2^30.
+/// The maximum coordinate of an origin: 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
-/// Nor may one of the scene, so that no distance from a plane overflows: 2^80.
+/// The maximum coordinate of the scene, so that no distance from a plane overflows: 2^80.
 const LARGEST_REACH: f32 = (1_u128 << 80) as f32;
 
-/// A frame that looks along `sum`, with one axis along the direction in which rays spread most or, if none
-/// stands out, along `step`. `None` if there is no direction, or coordinates are too large.
+/// Creates a frame that looks along `sum`. One of its axes follows the direction in which the rays
+/// spread most or, if none stands out, `step`. Returns `None` if there is no direction, or if
+/// coordinates are too large.
 #[inline(always)]
 pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     origin: [f32; 3],
@@ -26,7 +27,8 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     }
     let depth = unit(sum)?;
     let mut across = across(depth, step)?;
-    // With an axis along the spread, the rectangles of packets are tight (`principal_axis`).
+    // With an axis along the spread, the bounding rectangles of packets are tight
+    // (`principal_axis`).
     if let Some(axis) = spread.principal_axis(across) {
         across = self::across(depth, axis)?;
     }
@@ -37,8 +39,8 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
 fn across(depth: [f32; 3], step: [f32; 3]) -> Option<[[f32; 3]; 2]> {
     let along = dot(step, depth);
     let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
-        // If the step is almost along the depth, little is left of it, and its direction is mostly rounding
-        // error.
+        // If the step is almost parallel to the depth, the remainder is small and its direction is
+        // mostly rounding error.
         .filter(|right| dot(*right, depth).abs() < 1e-6)
         .or_else(|| unit(cross(depth, [1.0, 0.0, 0.0])))
         .or_else(|| unit(cross(depth, [0.0, 1.0, 0.0])))?;
@@ -53,7 +55,7 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The normalized vector, or `None` if the length is almost zero or not finite.
+/// The normalized vector, or `None` if its length is almost zero or not finite.
 fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let square = dot(v, v);
     let sane = square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX;

@@ -1,7 +1,9 @@
-//! Bundles of coherent rays: up to 1024 that share an origin, or end at one point, traced together.
+//! Bundles of coherent rays: up to 1024 rays that share an origin or end at one point, traced
+//! together.
 //!
-//! They are projected onto a frame ([`projection`]), so that a test is like a rasterizer's; nodes are culled
-//! by the frustum around all rays ([`culling`]), and triangles by windows ([`leaf_tests`]).
+//! Rays are projected onto a frame ([`projection`]), so intersection tests work like those of a
+//! rasterizer. Nodes are culled against the frustum around all rays ([`culling`]), and triangles
+//! against windows ([`leaf_tests`]).
 
 mod culling;
 mod density;

@@ -1,18 +1,20 @@
-//! The parts of a bundle: if one takes too much work, it is split into smaller ones.
+//! The parts of a bundle: if a part takes too much work, it is split into smaller ones.
 
 use super::projection::{GROUPS, PACKETS};
 
-/// A bundle that takes too much work is split into parts of this many packets, and those into smaller ones.
+/// The widths of parts in packets. A bundle that takes too much work is split into parts of the
+/// second width, and those into parts of the third.
 pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 
-/// A part is split once it takes this much work per ray, in packet tests.
+/// A part is split once it has taken this many packet tests per ray.
 const SPLIT: usize = 8;
 
-/// One of the smallest parts is given up after this much work, because its rays have too little in common. A
-/// quarter of it for any-hit queries, which single rays also answer sooner.
+/// One of the smallest parts is given up after this much work per ray, because its rays have too
+/// little in common. For any-hit queries, a quarter of this applies, since single rays also find
+/// any hit sooner.
 const PATIENCE: usize = 32;
 
-/// How much work a part may take, at the level of its width.
+/// The maximum amount of work for a part at a level.
 #[inline(always)]
 pub(super) fn budget(level: usize, any: bool) -> usize {
     let patience = if any { PATIENCE / 4 } else { PATIENCE };
@@ -20,7 +22,8 @@ pub(super) fn budget(level: usize, any: bool) -> usize {
     a_ray * 16 * WIDTHS[level]
 }
 
-/// The waiting parts of a bundle, the smaller ones first: at most all of the smallest kinds.
+/// The waiting parts of a bundle, smaller ones first. The capacity covers all parts of the smaller
+/// widths.
 #[derive(Default)]
 pub(super) struct Waiting {
     parts: [(u64, usize); 2 * (WIDTHS.len() - 1) * GROUPS],
@@ -28,10 +31,10 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
-    /// Adds the smaller parts that make up a part.
+    /// Splits a part into smaller ones and adds these.
     pub(super) fn add(&mut self, part: u64, level: usize) {
         let width = WIDTHS[level];
-        // In reverse, because the last one added continues next.
+        // Add them in reverse, because the part added last is next.
         for first in (0..PACKETS).step_by(width).rev() {
             let smaller = part & (u64::MAX >> (PACKETS - width)) << first;
             if smaller != 0 {
@@ -41,7 +44,7 @@ impl Waiting {
         }
     }
 
-    /// The next part with live packets: these packets, and its level.
+    /// The next part with live packets: a mask of these packets, and the part's level.
     pub(super) fn next(&mut self, alive: u64) -> Option<(u64, usize)> {
         loop {
             self.len = self.len.checked_sub(1)?;

@@ -5,8 +5,8 @@ use intertri::simd::Lanes;
 
 use crate::tree::{Margin, Node};
 
-/// The padding of a plane, relative to the largest coordinate of the origin: 10u. Other rounding is a
-/// fraction of the distance itself, for which callers allow.
+/// The padding of a plane, relative to the largest coordinate of the origin: 10u. Other rounding
+/// errors are proportional to the distance, and callers account for them.
 const PAD: f32 = 10.0 / (1 << 24) as f32;
 
 /// A plane through the origin, facing along its normal.
@@ -15,12 +15,12 @@ pub(crate) struct CullingPlane {
     normal: [f32; 3],
     /// `normal · origin`
     at: f32,
-    /// A bound on the rounding.
+    /// A bound on the rounding error.
     pub(crate) pad: f32,
 }
 
 impl CullingPlane {
-    /// The plane with that normal through the origin of a frame, in a tree.
+    /// Creates the plane with the given normal through the origin of a frame.
     pub(crate) fn new(normal: [f32; 3], frame: &Frame, margin: &Margin) -> Self {
         let origin = frame.origin();
         let away = origin.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
@@ -32,20 +32,20 @@ impl CullingPlane {
         }
     }
 
-    /// The same plane with a margin for the rounding of distances to places that are at most this far from
-    /// the origin along each axis, for comparisons with 1.
+    /// Adds a margin for comparing distances with 1. It covers the rounding errors for points that
+    /// are at most `distance` from the origin along each axis.
     pub(crate) fn for_places_within(self, distance: f32) -> Self {
         let pad = self.pad + PAD * (distance * size(self.normal) + 1.0);
         Self { pad, ..self }
     }
 
-    /// The signed distances of the corners of eight boxes that are farthest along the normal; with `low`,
-    /// least far.
+    /// For each of eight boxes, the signed distance of the corner farthest along the normal or,
+    /// with `low`, of the opposite corner.
     #[inline(always)]
     pub(crate) fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
-        // The signs of the normal determine which corner is lowest or highest along it, and it is the same
-        // for all eight boxes.
+        // The signs of the normal determine which corner is lowest or highest along it. It is the
+        // same corner for all eight boxes.
         let x = node.sides(0, (normal[0] > 0.0) != low);
         let y = node.sides(1, (normal[1] > 0.0) != low);
         let z = node.sides(2, (normal[2] > 0.0) != low);
@@ -55,7 +55,7 @@ impl CullingPlane {
     }
 }
 
-/// The sum of a vector's absolute components.
+/// The sum of the magnitudes of a vector's components.
 fn size(v: [f32; 3]) -> f32 {
     v[0].abs() + v[1].abs() + v[2].abs()
 }

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   ┌──────────┐
-//!   │      . ∙ │          ┌──────────┐     what a light sees of a slanted surface is a sliver:
-//!   │  . ∙ '   │   ──►    │ ∙ ∙ ∙ ∙  │     level with it, rectangles hold little else
+//!   │      . ∙ │          ┌──────────┐     a slanted surface looks like a sliver from a light. If the
+//!   │  . ∙ '   │   ──►    │ ∙ ∙ ∙ ∙  │     axes are aligned with it, rectangles contain little else
 //!   │ ∙ '      │          └──────────┘
 //!   └──────────┘
 //! ```
@@ -12,7 +12,7 @@ use intertri::simd::Lanes;
 
 use crate::util::lane_ops::total;
 
-/// Sums over directions, relative to one of them, so that little is lost by rounding.
+/// Sums over directions, relative to one of them to reduce rounding errors.
 pub(crate) struct Spread<F> {
     about: [f32; 3],
     count: usize,
@@ -22,7 +22,7 @@ pub(crate) struct Spread<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Spread<F> {
-    /// No directions yet; those to come should be near this one.
+    /// Starts with no directions. Directions to be added should be near `dir`.
     #[inline(always)]
     pub(crate) fn about(dir: [f32; 3]) -> Self {
         let zero = F::splat(0.0);
@@ -34,8 +34,8 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     pub(crate) fn add(&mut self, dirs: [F; 3]) {
         let mut off = dirs;
         for k in 0..3 {
-            // Relative to one of the directions, because sums of squares of large numbers would lose a small
-            // spread.
+            // Subtract one of the directions, because in sums of squares of large numbers a small
+            // spread would be lost.
             off[k] = dirs[k] - F::splat(self.about[k]);
             self.sum[k] = self.sum[k] + off[k];
         }
@@ -47,11 +47,13 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
         self.count += F::N;
     }
 
-    /// The axis perpendicular to the view along which they spread at least twice as far as at right angles to
-    /// it, if there is one and it is neither `right` nor `up`.
+    /// Returns the axis perpendicular to the view along which directions spread at least twice as
+    /// far as at right angles to it. Returns `None` if there is no such axis, or if it is `right`
+    /// or `up`.
     #[inline(always)]
     pub(crate) fn principal_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
-        // The sums of x x, x y and y y relative to the mean, where x and y are the components along the axes.
+        // The sums of x x, x y, and y y relative to the mean, where x and y are the components
+        // along the axes.
         let sum = [total(self.sum[0]), total(self.sum[1]), total(self.sum[2])];
         let count = self.count as f32;
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -65,7 +67,8 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
             }
         }
 
-        // The eigenvector of the larger eigenvalue.
+        // There is no axis to find if the spread is almost aligned with `right` and `up`, or not
+        // finite.
         if 16.0 * xy * xy <= xx * yy || !(xx + yy).is_finite() {
             return None;
         }
@@ -94,7 +97,7 @@ mod tests {
         let line =
             |x: f32, y: f32| (0..9).map(|i| [i as f32 * x, i as f32 * y, 5.0]).collect::<Vec<_>>();
 
-        // Along a slope of 2, wherever the rays are and whatever their length.
+        // The slope is 2, wherever the rays are and however long they are.
         let [x, y, z] = axis(&line(0.1, 0.2)).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-4 * y.abs() && z == 0.0, "{x} {y} {z}");
         let far: Vec<_> =
@@ -102,7 +105,7 @@ mod tests {
         let [x, y, z] = axis(&far).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-2 * y.abs() && z == 0.0, "{x} {y} {z}");
 
-        // Parallel to an axis already, or equally spread in both directions.
+        // Already parallel to an axis, or equally spread in both directions.
         assert_eq!(axis(&line(0.1, 0.0)), None);
         assert_eq!(axis(&line(0.0, 0.3)), None);
         assert_eq!(

@@ -1,10 +1,10 @@
 //! The rays of a bundle in lanes, projected onto a frame.
 //!
 //! ```text
-//!   four rays in memory      four registers      sixteen rays a packet,
-//!   o t_min d t_max ───┐                         sixteen packets a group, four groups a bundle
-//!   o t_min d t_max ───┼──►  x x x x             ┌──┬──┬──┬──┐  a window a packet and a group;
-//!   o t_min d t_max ───┤     y y y y   ──►       ├──┼──┼──┼──┤  level with the way in
+//!   four rays in memory      four registers      sixteen rays per packet,
+//!   o t_min d t_max ───┐                         sixteen packets per group, four groups per bundle
+//!   o t_min d t_max ───┼──►  x x x x             ┌──┬──┬──┬──┐  a window per packet and group,
+//!   o t_min d t_max ───┤     y y y y   ──►       ├──┼──┼──┼──┤  aligned with the direction in
 //!   o t_min d t_max ───┘     z z z z             └──┴──┴──┴──┘  which the rays spread most
 //! ```
 
@@ -20,49 +20,51 @@ use super::reversed_shadow::Reversal;
 use crate::util::lane_ops::{fours, smallest, total};
 use crate::util::prefetch::Prefetch;
 
-/// The most rays of a bundle.
+/// The maximum number of rays in a bundle.
 pub(crate) const RAYS: usize = 1024;
 
-/// Packets of sixteen rays each.
+/// The maximum number of packets in a bundle, of sixteen rays each.
 pub(crate) const PACKETS: usize = RAYS / 16;
 
-/// Groups of sixteen packets each, so that a triangle is tested against all windows of a group at once.
+/// The maximum number of groups in a bundle, of sixteen packets each. A triangle is tested against
+/// all windows of a group at once.
 pub(crate) const GROUPS: usize = PACKETS / 16;
 
-/// The frame is chosen by a sample of at most this many rays.
+/// The frame is chosen based on a sample of at most this many rays.
 const SAMPLE: usize = 64;
 
-/// At most one in this many rays may be an outlier of a bundle.
+/// At most one ray in this many may be an outlier of a bundle.
 const OUTLIERS: usize = 2;
 
-/// Triangles larger than this fraction of a group's window, along x or y, are also tested against the windows
-/// of packets by their edges.
+/// Triangles larger than this fraction of a group's window, along x or y, are tested against the
+/// windows of packets with their edges, too.
 const LARGE: f32 = 0.5;
 
-/// Origin and `t_min` of a ray, or its direction and `t_max`.
+/// The origin and `t_min` of a ray, or its direction and `t_max`.
 #[inline(always)]
 fn half(ray: &Ray, half: usize) -> &[f32; 4] {
     let halves: &[[f32; 4]; 2] = bytemuck::cast_ref(ray);
     &halves[half]
 }
 
-/// The rays of a bundle in lanes, as points of a projection, and what they have hit so far. Reused for many
-/// bundles, because creating it takes longer than some bundles.
+/// The rays of a bundle in lanes, as points of a projection, and what they have hit so far. It is
+/// reused for many bundles, because creating it takes longer than tracing some bundles.
 pub(crate) struct Projection<S: Simd> {
     pub(crate) frame: Frame,
     pub(crate) points: [Points<S::F32x16>; PACKETS],
     pub(crate) nearest: [Nearest<S::F32x16, 16>; PACKETS],
     rows: Rows,
     pub(crate) groups: [Group<S>; GROUPS],
-    /// The number of packets.
+    /// The number of packets in use.
     pub(crate) used: usize,
     /// A lower bound on z.
     pub(crate) slowest: f32,
     /// The near ends of the rays of all packets.
     pub(crate) ranges: Ranges<S::F32x16>,
-    /// Bit i of `live[p]`: ray `16 p + i` looks for a hit.
+    /// Bit i of `live[p]` is set if ray `16 p + i` still looks for a hit.
     pub(crate) live: [u32; PACKETS],
-    /// Bit i of `outliers[p]`: ray `16 p + i` does not meet the projection, and is not traced here.
+    /// Bit i of `outliers[p]` is set if ray `16 p + i` misses the projection and is not traced
+    /// here.
     outliers: [u32; PACKETS],
     pub(crate) has_outliers: bool,
 }
@@ -74,17 +76,17 @@ struct Rows {
     hi: [[[f32; 16]; 2]; GROUPS],
 }
 
-/// Sixteen packets.
+/// A group of sixteen packets.
 #[derive(Clone, Copy)]
 pub(crate) struct Group<S: Simd> {
     /// One window per packet.
     pub(crate) windows: Windows<S::F32x16>,
     /// The window around the current packets.
     pub(crate) window: Windows<S::F32x16>,
-    /// Triangles larger than this, along x or y, reach several packets.
+    /// Triangles larger than this along x or y are likely to reach several packets.
     pub(crate) large: [f32; 2],
-    /// The smallest inverse depth at which a hit still counts, for each packet, and for the current ones
-    /// together.
+    /// The smallest inverse depth at which a hit still counts, for each packet and for all current
+    /// packets.
     pub(crate) least: [f32; 16],
     pub(crate) least_of_all: f32,
     /// Bit p is set if packet p is current.
@@ -92,7 +94,7 @@ pub(crate) struct Group<S: Simd> {
 }
 
 impl<S: Simd> Projection<S> {
-    /// A projection without rays.
+    /// Creates a projection without rays.
     #[inline(always)]
     pub(crate) fn empty() -> Self {
         let zero = S::F32x16::splat(0.0);
@@ -121,13 +123,14 @@ impl<S: Simd> Projection<S> {
         }
     }
 
-    /// Whether a ray does not meet the projection.
+    /// Returns whether a ray misses the projection.
     pub(crate) fn is_outlier(&self, ray: usize) -> bool {
         self.outliers[ray / 16] >> (ray % 16) & 1 != 0
     }
 
-    /// Projects rays and marks all of them as live; meanwhile, prefetches some of the next rays. Returns the
-    /// window around them; `None` if too many diverge too much, or numbers are too large or too small.
+    /// Projects rays and marks all of them as live, while prefetching some of the next rays.
+    /// Returns the window around them, or `None` if too many of them diverge too much, or if
+    /// numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn project(
         &mut self,
@@ -140,27 +143,27 @@ impl<S: Simd> Projection<S> {
         let count = rays.rays.len();
         self.used = count.div_ceil(16);
 
-        // Reversed, the threshold applies to their far ends.
+        // For reversed rays, the threshold applies to the far ends.
         let (mut reversal, mut starts_by) = (None, *filter);
         if let Some(end) = rays.reversed {
             reversal = Some(Reversal::<S::F32x16>::new(end, filter.is_of_copies()));
             starts_by = Filter::certified(Threshold::ZERO, S::LEVEL);
         }
 
-        // The last packet is filled with the last ray.
+        // Fill the last packet up with copies of the last ray.
         let (full, rest) = rays.rays.as_chunks::<16>();
         let mut filled = [rays.rays[count - 1]; 16];
         filled[..rest.len()].copy_from_slice(rest);
 
-        // Camera rays have no end: their smallest inverse depth is 0, and need not be computed packet by
-        // packet.
+        // Camera rays have no far end: their smallest inverse depth is 0 and need not be computed
+        // for each packet.
         let endless = rays.rays[0].t_max >= f32::INFINITY;
         let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
         let mut outliers = 0;
         for packet in 0..self.used {
             prefetch.lines(4);
 
-            // Sixteen rays in lanes.
+            // Load sixteen rays into lanes.
             let mut columns = side_by_side::<S>(full.get(packet).unwrap_or(&filled));
             let mut sure = None;
             if let Some(reversal) = &mut reversal {
@@ -175,7 +178,7 @@ impl<S: Simd> Projection<S> {
             // Nothing has been hit yet.
             let given = (1 << (count - 16 * packet).min(16)) - 1;
             let asked = sixteen_bits::<S>(given) & on_screen;
-            // Comparisons that are false for NaN at either end, which leaves the lane dead.
+            // The comparisons are false if either end is NaN, which leaves the lane dead.
             let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
             self.live[packet] = live.bits();
             starts = starts_by.starts_in(&starts, &met, [near, sure.unwrap_or(near)], live);
@@ -185,11 +188,12 @@ impl<S: Simd> Projection<S> {
                 if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
         }
         self.has_outliers = outliers > 0;
-        // If many rays do not fit the projection, a narrower bundle may.
+        // If many rays do not fit the projection, a narrower bundle may work.
         if outliers > count / OUTLIERS {
             return None;
         }
-        // Rounded down: a lower bound on z, with which a threshold is converted to an inverse depth.
+        // Round down to get a lower bound on z, which is used to convert a threshold to an inverse
+        // depth.
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
 
@@ -198,7 +202,7 @@ impl<S: Simd> Projection<S> {
         }
         let (lo, hi) = self.ask(self.all());
 
-        // Reversed rays may miss the origin, and so may originals whose copies these are.
+        // Reversed rays may miss the origin, and so may the f64 originals of copies.
         let off = match &reversal {
             Some(reversal) => reversal.off()?,
             None => 0.0,
@@ -208,7 +212,8 @@ impl<S: Simd> Projection<S> {
         Some((lo, hi))
     }
 
-    /// Where the directions of a packet meet the projection, and which of them do; the others are outliers.
+    /// Projects the directions of a packet. Also returns a mask of the rays that meet the
+    /// projection; the others are outliers.
     #[inline(always)]
     fn place(
         &mut self,
@@ -219,7 +224,8 @@ impl<S: Simd> Projection<S> {
         let on_screen = met.on_screen();
         let outliers = !on_screen.bits() & 0xffff;
         if outliers != 0 {
-            // Outliers use the point of another ray, so that they do not widen the window of their packet.
+            // Outliers take the point of another ray, so that they do not widen the window of their
+            // packet.
             met = instead::<S>(met, on_screen);
         }
         self.outliers[packet] = outliers;
@@ -232,18 +238,18 @@ impl<S: Simd> Projection<S> {
         (met, on_screen)
     }
 
-    /// The rectangles of packets, by group: the smallest x and y of each, and the largest.
+    /// The bounding rectangles of packets, by group: the smallest x and y of each, and the largest.
     pub(crate) fn rectangles(&self) -> impl Iterator<Item = (&[[f32; 16]; 2], &[[f32; 16]; 2])> {
         self.rows.lo.iter().zip(&self.rows.hi)
     }
 
-    /// Sets the windows of a group; missing packets get windows that nothing reaches.
+    /// Sets the windows of a group.
     #[inline(always)]
     fn window_packets(&mut self, group: usize) {
         let used = (self.used - 16 * group).min(16);
         let (mut lo, mut hi) = (self.rows.lo[group], self.rows.hi[group]);
         for k in 0..2 {
-            // Unused packets have an empty window, which no triangle reaches.
+            // Unused packets get an empty window, which no triangle reaches.
             lo[k][used..].fill(f32::INFINITY);
             hi[k][used..].fill(f32::NEG_INFINITY);
         }
@@ -254,13 +260,13 @@ impl<S: Simd> Projection<S> {
         self.groups[group].large = [0, 1].map(|k| LARGE * (hi[k] - lo[k]));
     }
 
-    /// All packets, one bit each.
+    /// A mask of all packets.
     #[inline(always)]
     pub(crate) fn all(&self) -> u64 {
         u64::MAX >> (PACKETS - self.used)
     }
 
-    /// Makes only these packets current from now on. Returns the window around them.
+    /// Makes only these packets current. Returns the window around them.
     #[inline(always)]
     pub(crate) fn ask(&mut self, packets: u64) -> Rectangle {
         let (mut lo, mut hi) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
@@ -305,14 +311,14 @@ impl<S: Simd> Projection<S> {
     }
 }
 
-/// The smallest inverse depth at which a hit of some live ray still counts.
+/// The smallest inverse depth at which a hit of any live ray still counts.
 #[inline(always)]
 pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32 {
     let none = S::F32x16::splat(f32::INFINITY);
     smallest::<S>(S::F32x16::select(sixteen_bits::<S>(live), nearest.least(), none))
 }
 
-/// The lowest and the highest x and y.
+/// The smallest and the largest x and y.
 pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
 
 /// The same window sixteen times, to test triangles in lanes.
@@ -322,7 +328,7 @@ fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x16> {
     Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
 }
 
-/// Sixteen numbers, or `none` where the bit is not set.
+/// Sixteen numbers, replaced by `none` where the bit is not set.
 #[inline(always)]
 fn chosen<S: Simd>(bits: u32, numbers: &[f32; 16], none: f32) -> S::F32x16 {
     S::F32x16::select(sixteen_bits::<S>(bits), Lanes::load(numbers), S::F32x16::splat(none))
@@ -333,12 +339,13 @@ fn sixteen_bits<S: Simd>(bits: u32) -> <S::F32x16 as Lanes>::Mask {
     Mask::from_bits(bits)
 }
 
-/// A frame in the mean direction of a sample of the rays.
+/// Creates a frame in the mean direction of a sample of the rays.
 #[inline(always)]
 fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
     let all = rays.rays;
     let [first, second] = [all[0].dir, all[1].dir];
-    // A sample is enough to find centre and spread: any frame is correct, a good one is faster.
+    // A sample suffices to estimate the centre and spread: any frame is correct, and a good one is
+    // faster.
     let (apart, mut sum) = (all.len().div_ceil(SAMPLE), [S::F32x16::splat(0.0); 3]);
     let mut spread = Spread::about(first);
     for begin in (0..all.len()).step_by(16 * apart) {
@@ -353,13 +360,14 @@ fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
     look::frame(rays.origin(), sum, step, &spread, reach)
 }
 
-/// The numbers of sixteen rays by column: origin and `t_min`, and direction and `t_max`.
+/// Transposes sixteen rays into columns: the origin and `t_min`, and the direction and `t_max`.
 #[inline(always)]
 fn side_by_side<S: Simd>(rays: &[Ray; 16]) -> [[S::F32x16; 4]; 2] {
     [S::columns(|i| half(&rays[i], 0)), S::columns(|i| half(&rays[i], 1))]
 }
 
-/// Replaces points that are not on the projection by the first that is; by its centre if none are.
+/// Replaces points that miss the projection by the first one that does not, or by its centre if all
+/// miss.
 #[inline(always)]
 fn instead<S: Simd>(
     mut met: Points<S::F32x16>,
@@ -382,7 +390,7 @@ fn extremes<S: Simd>(x: S::F32x16, y: S::F32x16) -> [f32; 4] {
     let ([a, b, c, d], [e, f, g, h]) = (fours::<S>(x), fours::<S>(y));
     let (left, right) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
     let (down, up) = (e.min(f).min(g.min(h)), e.max(f).max(g.max(h)));
-    // Four reductions in one: with the signs changed, all are minima.
+    // Combine four reductions into one: with flipped signs, all are minima.
     let [a, b, c, d] = S::transpose([left, down, -right, -up]);
     let mut least = [0.0; 4];
     a.min(b).min(c.min(d)).store(&mut least);

@@ -4,15 +4,15 @@ use intertri::{Ray, RayId};
 
 use super::reversed_shadow::CommonEnd;
 
-/// Rays from one origin, or toward one point.
+/// Rays from one origin or toward one point.
 #[derive(Clone, Copy)]
 pub(crate) struct BundleRays<'a> {
     pub(crate) rays: &'a [Ray],
-    /// The id of the first.
+    /// The id of the first ray.
     pub(crate) first: RayId,
-    /// The rays that come later.
+    /// The rays that follow in the batch.
     pub(crate) next: &'a [Ray],
-    /// The point toward which they go, if they are traced backward from there.
+    /// The point at which the rays end, if they are traced backward from there.
     pub(crate) reversed: Option<CommonEnd>,
 }
 
@@ -24,7 +24,7 @@ impl BundleRays<'_> {
     }
 }
 
-/// Whether all rays start at the same point, bit for bit.
+/// Returns whether all rays start at the same point, bit for bit.
 #[inline(always)]
 pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
     let [first, second, .., last] = rays else { return false };

@@ -1,4 +1,5 @@
-//! The results of tracing a bundle, converted to the requested answers: whether, which, where.
+//! Converts the results of tracing a bundle to the requested form: whether, which, or where rays
+//! hit.
 
 use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
 use intertri::simd::Simd;
@@ -8,14 +9,14 @@ use crate::tree::{MeshTriangle, Tree};
 use crate::walk::BatchOutput;
 use crate::walk::HitPairs;
 
-/// The number of no triangle.
+/// Marks a ray without a hit.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// The memory of a hit is prefetched this many hits before it is written: it is rarely in the cache, and the
-/// CPU can buffer the stores of at most a few dozen hits.
+/// Prefetch the memory of a hit this many hits before writing it: it is rarely in the cache, and
+/// the CPU can buffer the stores of at most a few dozen hits.
 const AHEAD: usize = 40;
 
-/// If fewer rays than this hit a triangle, it is not worth computing the values that they share.
+/// If fewer rays than this hit a triangle, precomputing the values they share is not worth it.
 const SHARED: u32 = 3;
 
 /// The rays of a packet that hit a triangle.
@@ -32,29 +33,30 @@ pub(super) struct PacketHits {
 pub(crate) struct Results {
     /// The slots of the triangles that rays were tested against.
     pub(super) seen: Vec<LeafSlot>,
-    /// For each ray the index in `seen` of the triangle that it hits, or [`NOTHING`].
+    /// For each ray, the index in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(super) found: Vec<u32>,
-    /// For queries for every hit: triangles, each with a packet and the rays of it that hit. Then `seen`
+    /// For all-hits queries: triangles, each with a packet and the rays in it that hit. `seen` then
     /// contains only triangles that are hit.
     pub(super) every: Vec<PacketHits>,
-    /// For each entry of `seen` its triangle's index, or its position in `hit`; and one more entry for none.
+    /// For each entry of `seen`, its triangle's index or its position in `hit`, plus one entry for
+    /// rays without a hit.
     number: Vec<u32>,
     /// The slots of the triangles that are hit.
     hit: Vec<LeafSlot>,
     coefficients: Vec<[HitCoefficients; 8]>,
-    /// Rays of originals, each with the position of the triangle that it hits.
+    /// Original rays, each with the position of the triangle that it hits.
     pairs: Vec<(u32, u32)>,
     exact: Vec<[exact::HitCoefficients; 8]>,
     exact32: Vec<[exact::HitCoefficients32; 8]>,
-    /// The hits of originals, before rounding to f32.
+    /// The hits of originals, before they are rounded to f32.
     hits64: Vec<Hit>,
 }
 
-/// A hit as a batch writes it.
+/// A hit in the form in which a batch writes it.
 trait HitRecord: Copy {
     const MISS: Self;
 
-    /// The hit of a ray on the triangle in a slot.
+    /// Computes the hit of a ray on the triangle in a slot.
     fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self;
 }
 
@@ -77,19 +79,20 @@ impl HitRecord for Hit32 {
 }
 
 impl Results {
-    /// Whether a ray belongs to the last bundle and hits something.
+    /// Returns whether a ray of the last bundle hits something.
     pub(crate) fn is_hit(&self, ray: usize) -> bool {
         self.found.get(ray).is_some_and(|&found| found != NOTHING)
     }
 
-    /// Forgets the last bundle.
+    /// Clears the results of the last bundle.
     pub(crate) fn clear(&mut self) {
         self.seen.clear();
         self.found.clear();
         self.every.clear();
     }
 
-    /// Lists every hit of the last bundle, whose first ray has this id, except for the packets that are left.
+    /// Lists all hits of the last bundle, except for packets that were left untraced. `first` is
+    /// the id of the first ray.
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
@@ -124,7 +127,7 @@ impl Results {
                 originals.shared_origin_hits(rays, &self.seen, &known, hits);
                 self.pairs = known;
             }
-            // Where these hits are is computed later.
+            // The positions of these hits are computed later.
             _ => {
                 self.each_hit(left, pairs, |pairs, ray, number| {
                     pairs.push(RayId(first.0 + ray as u32), self.seen[number]);
@@ -133,8 +136,8 @@ impl Results {
         }
     }
 
-    /// The same with the positions of the hits, from values of the triangle and the shared origin that are
-    /// computed once.
+    /// Lists all hits with their positions, using values of the triangle and the shared origin that
+    /// are computed only once.
     #[inline(always)]
     fn list_met<S: Simd, C: SharedOriginHit>(
         &self,
@@ -148,7 +151,7 @@ impl Results {
         let coefficients = coefficients::<S, C, Hit>(tree, slots, rays[0].origin, eights);
         pairs.level();
         self.each_hit(left, pairs, |pairs, ray, number| {
-            // Built in place: copying it right after writing it would stall the CPU.
+            // Build the hit in place: copying it right after writing it would stall the CPU.
             let ids = (RayId(first.0 + ray as u32), slots[number]);
             let hit = pairs.push_hit(ids.0, ids.1);
             if !coefficients[number].hit_in::<S>(rays[ray].dir, hit) {
@@ -157,8 +160,9 @@ impl Results {
         });
     }
 
-    /// Every hit of the last bundle except for the packets that are left: the ray's position in the bundle,
-    /// and the triangle's in `seen`. There is enough capacity for them.
+    /// Calls a function for each hit of the last bundle, except for packets that were left
+    /// untraced. Passes the ray's position in the bundle and the triangle's position in `seen`,
+    /// after reserving memory for the pair.
     #[inline(always)]
     fn each_hit(
         &self,
@@ -178,7 +182,7 @@ impl Results {
         }
     }
 
-    /// Writes the answers of the last bundle.
+    /// Writes the results of the last bundle.
     #[inline(always)]
     pub(crate) fn write<S: Simd>(
         &mut self,
@@ -237,7 +241,7 @@ impl Results {
         }
     }
 
-    /// [`Results::write_hits`] in f32.
+    /// Like [`Results::write_hits`], but in f32.
     #[inline(always)]
     fn write_hits32<S: Simd>(
         &mut self,
@@ -273,10 +277,10 @@ impl Results {
         }
     }
 
-    /// Writes the position of the triangle that each ray hits, or none.
+    /// Writes the triangle that each ray hits, given by its position, or none.
     #[inline(always)]
     fn triangles(&mut self, tree: &Tree, triangles: &mut [MeshTriangle]) {
-        // Without a branch, which would be mispredicted: the last entry stands for none.
+        // Avoid a branch, which would be mispredicted: the last entry stands for no triangle.
         let Self { seen, number, found, .. } = self;
         number.clear();
         number.extend(seen.iter().map(|&slot| tree.index_of(slot).0));
@@ -287,12 +291,13 @@ impl Results {
         }
     }
 
-    /// Collects the distinct triangles that rays hit: `hit` becomes their slots, and `number` for each entry
-    /// of `seen` its position among them.
+    /// Collects the distinct triangles that rays hit. Sets `hit` to their slots, and `number` to
+    /// the position in `hit` for each entry of `seen`.
     #[inline(always)]
     fn distinct(&mut self) {
         let Self { seen, number, hit, found, .. } = self;
-        // Mark those that are hit, then list them, without a branch. The last stands for none.
+        // Mark the triangles that are hit, then list them without a branch. The last entry stands
+        // for no triangle.
         let none = seen.len();
         number.clear();
         number.resize(none + 1, 0);
@@ -310,8 +315,8 @@ impl Results {
         hit.truncate(count);
     }
 
-    /// Computes the positions of the hits, from values of the triangle and the shared origin that are
-    /// computed once.
+    /// Computes the positions of the hits, using values of the triangle and the shared origin that
+    /// are computed only once.
     #[inline(always)]
     fn hits<S: Simd, C: SharedOriginHit<H>, H: HitRecord>(
         &self,
@@ -341,7 +346,8 @@ impl Results {
     }
 }
 
-/// The values that all hits of the triangles in these slots share, for rays from one origin.
+/// Computes the values that all hits on the triangles in these slots share, for rays from one
+/// origin.
 #[inline(always)]
 fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     tree: &Tree,
@@ -359,7 +365,7 @@ fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     eights.as_flattened()
 }
 
-/// The corners of eight triangles in lanes, and their indices.
+/// The corners of up to eight triangles in lanes, and their indices.
 #[inline(always)]
 fn eight(tree: &Tree, slots: &[LeafSlot]) -> ([[[f32; 8]; 3]; 3], [u32; 8]) {
     let (mut corners, mut indices) = ([[[0.0; 8]; 3]; 3], [0; 8]);

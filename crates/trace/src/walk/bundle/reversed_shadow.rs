@@ -1,4 +1,5 @@
-//! Reversed shadow rays: rays toward one point, such as a light, are traced as rays from there.
+//! Reversed shadow rays: rays toward one point, such as a light, are traced backward from that
+//! point.
 //!
 //! ```text
 //!   o ────────► d          o ◄──────── -d
@@ -6,42 +7,44 @@
 //!   o ────────►            o ◄────────
 //! ```
 //!
-//! Each ray misses L by rounding; `docs/numerics/projection.md`, section 6, widens all bounds accordingly.
-//! Whether a ray hits anything is then the reference's answer; the position of the hit is not computed.
+//! Each ray misses L by a rounding error; `docs/numerics/projection.md`, section 6, widens all
+//! bounds accordingly. Whether a ray hits anything then agrees with the reference. The position of
+//! the hit is not computed.
 
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};
 
-/// Rays that miss the point by more than this fraction of its distance do not share it as their end: 2^-20.
+/// Rays that miss the point by more than this fraction of its distance do not share it as their
+/// end: 2^-20.
 const APART: f32 = 1.0 / (1 << 20) as f32;
 
-/// The contribution of rounding to the distance by which a ray misses, as a fraction of its length: 4u; for a
-/// copy, 8u.
+/// The contribution of rounding to the distance by which a ray misses, as a fraction of the ray's
+/// length: 4u. For a copy, it is 8u.
 const ROUNDING: f32 = 4.0 / (1 << 24) as f32;
 
-/// The interval of a copy ends at most this much farther out than the ray's own, as a fraction of the whole:
-/// 4u.
+/// The maximum distance by which the interval of a copy extends beyond that of the original, as a
+/// fraction of the whole: 4u.
 const ENDS: f32 = 4.0 / (1 << 24) as f32;
 
-/// The interval of a copy begins no later than this, as a fraction of the whole; then rounding its start
-/// hardly changes the rest (f64.md, section 6).
+/// The interval of a copy must begin no later than this, as a fraction of the whole, so that
+/// rounding its start hardly changes the rest (f64.md, section 6).
 const BEGINS: f32 = 1.0 / 8.0;
 
-/// No ray may be shorter or longer, or start or end farther out, than these: 2^-30 and 2^30.
+/// The limits for the length of a ray and for its ends: 2^-30 and 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
-/// The point toward which rays go.
+/// The point at which rays end.
 #[derive(Clone, Copy)]
 pub(crate) struct CommonEnd {
     pub(crate) point: [f32; 3],
-    /// Whether they reach it at their far ends; otherwise at t = 1.
+    /// Whether rays reach the point at their far ends; otherwise, they reach it at t = 1.
     at_far: bool,
-    /// No t up to this counts.
+    /// Hits at any t up to this do not count.
     threshold: f32,
 }
 
 impl CommonEnd {
-    /// The point toward which rays appear to go, estimated from three of them.
+    /// Estimates the point at which rays appear to end from three of them.
     #[inline(always)]
     pub(crate) fn of(rays: &[Ray], threshold: Threshold) -> Option<Self> {
         let [first, second, .., last] = rays else { return None };
@@ -50,7 +53,8 @@ impl CommonEnd {
             let tau = |ray: &Ray| if at_far { ray.t_max } else { 1.0 };
             let end = |ray: &Ray| [0, 1, 2].map(|k| ray.origin[k] + tau(ray) * ray.dir[k]);
             let point = end(first);
-            // Three rays are enough for an estimate; `off` measures by how much every ray misses the point.
+            // Three rays suffice for an estimate; `off` later measures how far every ray misses the
+            // point.
             let ends_there = |ray: &Ray| {
                 let (apart, way) = (apart(end(ray), point), apart(ray.origin, point));
                 ray.t_max <= tau(ray) && apart <= APART * (largest(point) + way)
@@ -63,7 +67,7 @@ impl CommonEnd {
     }
 }
 
-/// The largest coordinate.
+/// The largest magnitude of a coordinate.
 fn largest([x, y, z]: [f32; 3]) -> f32 {
     x.abs().max(y.abs()).max(z.abs())
 }
@@ -73,19 +77,20 @@ fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
     largest([a[0] - b[0], a[1] - b[1], a[2] - b[2]])
 }
 
-/// Sixteen lanes.
+/// A mask of all sixteen lanes.
 const ALL: u32 = 0xffff;
 
-/// Rays that are being reversed, sixteen at a time.
+/// Rays being reversed, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
-    /// How far from the point they start and end: the largest distance along each axis, and the sum.
+    /// The distances from the point at which rays start and end: the largest along each axis, and
+    /// the sum of the latter.
     way: [F; 3],
     off: [F; 3],
     sum: F,
     shortest: F,
     sane: F::Mask,
-    /// Whether they are copies of f64 rays.
+    /// Whether the rays are copies of f64 rays.
     copies: bool,
 }
 
@@ -97,25 +102,25 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         Self { end, way: [zero; 3], off: [zero; 3], sum: zero, shortest, sane, copies }
     }
 
-    /// Reverses rays: takes origins and `t_min`, directions and `t_max`, in lanes; also returns the `t_min`
-    /// beyond which a hit certainly lies.
+    /// Reverses rays, given as lanes of origins with `t_min` and directions with `t_max`. Also
+    /// returns the `t_min` beyond which a hit is certain to count.
     #[inline(always)]
     pub(crate) fn reverse(&mut self, [origin, dir]: [[F; 4]; 2]) -> ([[F; 4]; 2], F) {
         let CommonEnd { point, at_far, threshold } = self.end;
         let ([.., t_min], [x, y, z, t_max]) = (origin, dir);
         let tau = if at_far { t_max } else { F::splat(1.0) };
 
-        // How much they miss by. A sum keeps a NaN, which a maximum may lose.
+        // Measure how far rays miss the point. A sum preserves NaN, which a maximum may lose.
         for k in 0..3 {
             let way = origin[k] - F::splat(point[k]);
             let off = dir[k].mul_add(tau, way).abs();
-            // The extent of all rays so far, lane by lane; `off` reduces it at the end.
+            // Track the maximum over all rays so far, lane by lane; `off` reduces it at the end.
             (self.way[k], self.off[k]) = (self.way[k].max(way.abs()), self.off[k].max(off));
             self.sum = self.sum + off;
         }
         self.shortest = self.shortest.min(tau);
 
-        // Hits within the threshold are beyond the far end now. No interval may be lost.
+        // Hits within the threshold are now beyond the far end. No interval may become empty.
         let start = F::select(t_min.lt(F::splat(threshold)), F::splat(threshold), t_min);
         let (near, far) = (tau - t_max, tau - start);
         let (before, after) = (t_min.lt(t_max), near.lt(far));
@@ -128,8 +133,8 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         ([[origin[0], origin[1], origin[2], near], [-x, -y, -z, far]], sure)
     }
 
-    /// The largest distance by which they miss the point; `None` if one goes elsewhere or looks beyond the
-    /// point, or if numbers are too large or too small.
+    /// The largest distance by which a ray misses the point. Returns `None` if a ray goes elsewhere
+    /// or extends beyond the point, or if numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn off(&self) -> Option<f32> {
         let Self { end: CommonEnd { point, threshold, .. }, way, off, sum, shortest, sane, .. } =
@@ -147,7 +152,7 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
     }
 }
 
-/// The length of a vector made of the largest lane of each axis.
+/// The length of the vector formed by the largest lane along each axis.
 #[inline(always)]
 fn length<F: Lanes<Scalar = f32>>(v: &[F; 3]) -> f32 {
     let mut sum = 0.0;

@@ -1,13 +1,13 @@
-//! Traces bundles: many rays from one origin, such as those of a picture, or from a light.
+//! Traces bundles: many rays from one origin, such as camera rays or rays from a light.
 //!
 //! ```text
-//!   frustum ──► boxes of nodes ──► triangles of a leaf, eight as they are projected
-//!                                    │ in the window of a group?
+//!   frustum ──► boxes of nodes ──► triangles of a leaf, projected eight at a time
+//!                                    │ inside the window of a group?
 //!                                    ▼
-//!                                  sixteen windows of sixteen rays: which does it reach?
+//!                                  sixteen packets' windows: which ones does it reach?
 //!                                    │
 //!                                    ▼
-//!                                  sixteen rays: two multiply-adds an edge
+//!                                  sixteen rays: two multiply-adds per edge
 //! ```
 
 use intertri::internal::Settle;
@@ -26,27 +26,29 @@ use super::results::{NOTHING, PacketHits, Results};
 use crate::tree::{EMPTY, Tree};
 use crate::util::prefetch::Prefetch;
 
-/// What bundles look for: the closest hit of each ray; with `any`, some hit, which reversed rays require.
+/// Traces bundles with a given goal: the closest hit of each ray or, with `any`, any hit, which
+/// reversed rays require.
 #[derive(Clone, Copy)]
 pub(crate) struct Bundle<'a> {
     pub(crate) tree: &'a Tree,
     pub(crate) filter: Filter<'a>,
     pub(crate) any: bool,
-    /// Whether every hit of each ray is listed.
+    /// Whether to list all hits of each ray.
     pub(crate) every: bool,
 }
 
-/// What happened to several consecutive rays.
+/// The outcome of tracing several consecutive rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Outcome {
-    /// They do not form a bundle.
+    /// The rays do not form a bundle.
     NotCoherent,
-    /// They diverge too much for one, or their numbers are too large or too small.
+    /// The rays diverge too much to form a bundle, or their numbers are too large or too small.
     TooWide,
-    /// They are traced in packets. Bit p of `left` is set where packet p is left.
+    /// The rays were traced in packets. Bit p of `left` is set if packet p was left untraced.
     InPackets { left: u64 },
-    /// They were traced. Bit p of `left` is set if the rays of packet p are left to be traced one by one,
-    /// because that is less work; `work` counts packet tests and comparable work.
+    /// The rays were traced as a bundle. Bit p of `left` is set if the rays of packet p are left to
+    /// be traced one by one because that is less work. `work` counts packet tests and comparable
+    /// work.
     Traced { left: u64, work: usize },
 }
 
@@ -55,12 +57,12 @@ pub(crate) enum Outcome {
 pub(crate) struct Scratch {
     stack: Pending,
     leaves: Leaves,
-    /// The rest of the stack when a bundle was split, and a part of it.
+    /// The rest of the stack when a bundle was split, and when a part of it was.
     split: [Pending; 2],
 }
 
 impl Bundle<'_> {
-    /// Traces several rays. The resolver settles what the filter leaves undecided.
+    /// Traces several rays. The resolver decides where the filter cannot.
     #[inline(always)]
     pub(crate) fn trace<S: Simd>(
         self,
@@ -80,7 +82,7 @@ impl Bundle<'_> {
         let closest = !any && !self.every;
         let mut culling = Culling { frustum, end_plane: end_plane.as_ref(), closest };
 
-        // Does the frustum meet any leaf?
+        // Check whether the frustum reaches any leaf.
         let Scratch { stack, leaves, split } = scratch;
         stack.clear();
         results.clear();
@@ -121,7 +123,7 @@ impl Bundle<'_> {
     }
 }
 
-/// The rays of a bundle being traced.
+/// A bundle while it is being traced.
 struct Tracing<'a, S: Simd, T, I> {
     bundle: Bundle<'a>,
     settle: Settle<'a, T, I>,
@@ -129,15 +131,15 @@ struct Tracing<'a, S: Simd, T, I> {
     prefetch: Prefetch<'a>,
     seen: &'a mut Vec<LeafSlot>,
     every: &'a mut Vec<PacketHits>,
-    /// The number of packet tests, and comparable work.
+    /// The number of packet tests, including comparable work.
     work: usize,
     /// Whether the density of triangles is known from the first leaves.
     density_known: bool,
 }
 
 impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S, T, I> {
-    /// Traces all rays, for which the first `count` leaves are listed; in parts, if that takes too much work.
-    /// Returns the packets that are left, and the work.
+    /// Traces all rays, in parts if that takes too much work. The first `count` leaves are already
+    /// listed. Returns the packets that are left untraced, and the work.
     #[inline(always)]
     fn parts(
         &mut self,
@@ -157,8 +159,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             part &= !dense;
             work += std::mem::take(&mut self.work);
 
-            // A part that takes too much work continues as smaller parts, from its current position. If one
-            // of the smallest still takes too much, its rays are left to a stream.
+            // If a part takes too much work, continue with smaller parts from the current position.
+            // If one of the smallest parts still takes too much, leave its rays to a stream.
             if rest && !stack.is_empty() {
                 match split.get_mut(level) {
                     None => left |= part,
@@ -169,7 +171,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 }
             }
 
-            // The next part with rays that still look for hits, with its own frustum.
+            // Take the next part with live rays, with a frustum of its own.
             let Some(next) = waiting.next(self.alive()) else { return (left, work) };
             (part, level) = next;
             self.ask(part, culling);
@@ -196,8 +198,9 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         leaves.blocks = first;
     }
 
-    /// Visits the leaves that a part meets, front to back, unless that takes too much work. Returns the
-    /// packets for which there are too many triangles, and whether some leaves are left.
+    /// Visits the leaves that a part reaches, front to back, unless that takes too much work.
+    /// Returns the packets for which there are too many triangles, and whether leaves are left to
+    /// visit.
     #[inline(always)]
     fn part(
         &mut self,
@@ -213,7 +216,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             if self.visit((leaves, count), counts) {
                 far = self.far();
             }
-            // Too many tests per ray: smaller parts have narrower frustums and meet fewer triangles.
+            // There are too many tests per ray. Smaller parts have narrower frustums and reach
+            // fewer triangles.
             if self.work > budget {
                 return (dense, true);
             }
@@ -236,7 +240,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         (dense, false)
     }
 
-    /// Makes only these packets current from now on.
+    /// Makes only these packets current.
     #[inline(always)]
     fn ask(&mut self, packets: u64, culling: &mut Culling<'_>) {
         let window = self.projection.ask(packets);
@@ -244,8 +248,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         culling.frustum = Frustum::new(&self.projection.frame, window, &margin);
     }
 
-    /// Tests the triangles of several leaves, each with the packets whose windows it reaches. Returns whether
-    /// the far end of a packet changed.
+    /// Tests the triangles of several leaves, each against the packets whose windows it reaches.
+    /// Returns whether the far end of a packet changed.
     #[inline(always)]
     fn visit(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
         let Self { bundle, ref settle, ref mut projection, ref mut prefetch, ref mut seen, .. } =
@@ -265,8 +269,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             return false;
         }
 
-        // Rays that end in front of a surface pass close to most of the triangles that they miss, so all
-        // tests are prechecked first, without a branch.
+        // Rays that end in front of a surface pass close to most of the triangles that they miss,
+        // so precheck all tests first, without a branch.
         if any {
             let mut left = 0;
             for i in 0..tests {
@@ -276,7 +280,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 let nearest = &projection.nearest[test.packet];
                 let outline = leaves.outline(test.number);
                 let maybe = nearest.maybe(&outline, points, &projection.ranges, live);
-                // Always written; overwritten by the next one unless `left` advances.
+                // Always write the test. The next one overwrites it unless `left` advances.
                 leaves.put(left, test);
                 left += usize::from(maybe);
             }
@@ -300,8 +304,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         update::<S>(projection, changed, any)
     }
 
-    /// Lists every hit in the tests of several leaves, whose triangles are in `seen` from `first` on. Those
-    /// that are hit stay there.
+    /// Lists all hits found by the tests of several leaves, whose triangles are in `seen` from
+    /// `first` on. Only triangles that are hit stay there.
     #[inline(always)]
     fn visit_every(
         &mut self,
@@ -310,8 +314,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         counts: &mut Counts,
     ) {
         let Self { settle, projection, seen, every, .. } = self;
-        // Tests are in the order of their pairs, so the ones kept are written before the positions still to
-        // be read.
+        // Tests are in the order of their pairs, so entries that are kept are written before the
+        // positions still to be read.
         let (mut stay, mut last) = (first, usize::MAX);
         for i in 0..tests {
             let PacketTest { packet, number } = leaves.test(i);
@@ -336,38 +340,38 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         seen.truncate(stay);
     }
 
-    /// Bit p is set if rays of packet p still look for a hit.
+    /// Bit p is set if a ray of packet p still looks for a hit.
     fn alive(&self) -> u64 {
         let is_alive = |packet: usize| u64::from(self.projection.live[packet] != 0) << packet;
         (0..self.projection.used).map(is_alive).sum()
     }
 
-    /// No hit of the current packets can count beyond this depth.
+    /// The depth beyond which no hit of the current packets can count.
     #[inline(always)]
     fn far(&mut self) -> f32 {
-        // The farthest depth at which any ray still looks for a hit, with a margin for the rounding of the
-        // inverse.
+        // The farthest depth at which any ray still looks for a hit, with a margin for the rounding
+        // of the inverse.
         let depth = 1.0 / self.projection.least();
         depth + depth * (1.0 / (1 << 18) as f32)
     }
 }
 
-/// Updates packets that hit something: in any-hit queries, their rays are done. Returns whether a far end is
-/// known better.
+/// Updates packets that hit something. In any-hit queries, their rays are done. Returns whether a
+/// far end came nearer.
 #[inline(always)]
 fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) -> bool {
-    // As long as some ray has hit nothing, the far end stays.
+    // The far end of a packet stays as long as one of its rays has no hit.
     let mut known = false;
     while changed != 0 {
         let packet = changed.trailing_zeros() as usize % PACKETS;
         changed &= changed - 1;
         let nearest = &projection.nearest[packet];
         if any {
-            // A ray that has hit something is answered.
+            // A ray with a hit needs no further tests.
             projection.live[packet] &= !nearest.hits();
         }
         let live = projection.live[packet];
-        // Only when all of a packet's rays have hit something does its far end come nearer.
+        // The far end of a packet comes nearer only once all its rays have hit something.
         if live & !nearest.hits() == 0 {
             projection.groups[packet / 16].least[packet % 16] = least::<S>(nearest, live);
             known = true;

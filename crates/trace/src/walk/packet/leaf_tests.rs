@@ -1,4 +1,5 @@
-//! The hits of a packet at the leaves: the closest of each ray, or whether it hits anything.
+//! Tests a packet's rays at the leaves: finds the closest hit of each ray, or whether it hits
+//! anything.
 
 use intertri::internal::{NumberedPacket, prefetch};
 use intertri::simd::{Lanes, Mask, Simd};
@@ -9,7 +10,7 @@ use crate::selection::closest_in_leaf;
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 
-/// Rays on their way to the closest hits; with `ANY`, to any.
+/// A packet's rays in search of their closest hits or, with `ANY`, of any hits.
 pub(super) struct LeafTests<'a, 'b, S: Simd, const ANY: bool> {
     tree: &'a Tree,
     filter: Filter<'a>,
@@ -39,7 +40,7 @@ impl<S: Simd, const ANY: bool> VisitTogether<S::F32x16> for LeafTests<'_, '_, S,
     #[inline(always)]
     fn visit(&mut self, leaf: usize, reaching: <S::F32x16 as Lanes>::Mask) {
         let (reaching, triangles) = (reaching.bits(), self.tree.leaves[leaf].block.live());
-        // Either the triangles are side by side, or the rays: whichever are more.
+        // Fill the lanes with either the triangles or the rays, whichever are more.
         if reaching.count_ones() < triangles.count_ones() {
             for lane in lanes_of(reaching) {
                 self.test_ray(leaf, lane);
@@ -64,13 +65,14 @@ impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
         Self { tree, filter, rays, packet, live: 0, closest, hit: 0, counts }
     }
 
-    /// Begins with these rays.
+    /// Starts with the given rays.
     #[inline(always)]
     pub(super) fn begin(&mut self, rays: u32) {
         self.live = rays;
     }
 
-    /// Tests the triangles of a leaf with the ray in a lane. Returns the t beyond which it looks for no hit.
+    /// Tests the ray in a lane against the triangles of a leaf. Returns the t beyond which the ray
+    /// needs no hit.
     #[inline(always)]
     fn test_ray(&mut self, leaf: usize, lane: usize) -> f32 {
         let Self { tree, ref filter, rays: (rays, first), .. } = *self;
@@ -88,7 +90,7 @@ impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
         closest.t_hi()
     }
 
-    /// Tests these rays with the triangle in a lane of a leaf.
+    /// Tests the given rays against the triangle in a lane of a leaf.
     #[inline(always)]
     fn test_triangle(&mut self, leaf: usize, lane: usize, rays: u32) {
         let Self { tree, filter, ref packet, .. } = *self;
@@ -108,7 +110,7 @@ impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
         }
     }
 
-    /// Which undecided rays hit the triangle in a slot.
+    /// Returns which undecided rays hit the triangle in a slot.
     #[cold]
     #[inline(never)]
     fn settle(&self, undecided: u32, slot: LeafSlot) -> u32 {

@@ -1,13 +1,13 @@
-//! Packets: sixteen coherent rays at a time, whatever their origins. Parallel rays, shadow rays toward the sun
-//! or a light, a scanner that moves.
+//! Packets: sixteen coherent rays at a time, whatever their origins. Examples are parallel rays,
+//! shadow rays toward the sun or a light, and the rays of a moving scanner.
 //!
 //! ```text
-//!   sixteen rays ──► each box of a node, with all of them ──► each triangle of a leaf, with all that reach it
-//!                                                        └──► or each ray, with the eight triangles
+//!   sixteen rays ──► each box of a node, for all rays ──► each triangle of a leaf, for all rays at it
+//!                                                     └──► or each ray, for all eight triangles
 //! ```
 //!
-//! Each lane does what a single ray does, so no ray loses a hit. Rays that share an origin are traced in
-//! bundles instead, which also use a common projection.
+//! Each lane does what a single ray would do, so no ray loses a hit. Rays that share an origin are
+//! traced in bundles instead, which also use a common projection.
 
 mod leaf_tests;
 mod traverse;
@@ -25,18 +25,19 @@ use crate::walk::stream::Retired;
 use leaf_tests::LeafTests;
 pub(crate) use traverse::{Boxes, PacketStack, RAYS, VisitTogether};
 
-/// Along each axis, directions differ from the first by at most this fraction of its largest component. Otherwise rays
-/// separate too soon.
+/// Along each axis, directions may differ from the first by at most this fraction of its largest
+/// component. Otherwise, rays diverge too soon.
 const SPREAD: f64 = 0.25;
 
-/// If fewer rays than this visit a node or leaf together, on average, they are faster as a stream.
+/// If fewer rays than this visit a node or leaf together, on average, tracing them as a stream is
+/// faster.
 const TOGETHER: usize = 6;
 
-/// After a packet of rays that separate, this many packets are not tried; after each further one, twice as
-/// many, up to the second.
+/// After a packet whose rays diverge, this many packets are skipped. The number doubles after each
+/// further failure, up to the second value.
 const PATIENCE: [usize; 2] = [4, 1024];
 
-/// Traces packets: closest hits, or whether rays hit anything.
+/// Traces packets to find closest hits, or whether rays hit anything.
 pub(crate) struct Packets<'a> {
     tree: &'a Tree,
     filter: Filter<'a>,
@@ -47,16 +48,16 @@ pub(crate) struct Packets<'a> {
 }
 
 impl<'a> Packets<'a> {
-    /// Packets of rays in a tree; if not `is_used`, it traces none.
+    /// Prepares to trace packets in a tree. If `is_used` is false, none are traced.
     pub(crate) fn new(tree: &'a Tree, filter: Filter<'a>, is_used: bool) -> Self {
-        // Leaves without a box would be tested with every packet.
+        // Leaves without a box would have to be tested against every packet.
         let is_used = is_used && tree.first_unboxed(filter.resolver()) == tree.leaves.len();
         let (margin, stack) = (tree.margin(filter.resolver()), PacketStack::default());
         Self { tree, filter, margin, is_used, stack, patience: Patience::new(PATIENCE) }
     }
 
-    /// Traces up to 1024 rays, of which the first is number `first` of its chunk, except for packets that are
-    /// not coherent.
+    /// Traces up to 1024 rays, except for packets that are not coherent. `first` is the number of
+    /// the first ray in its chunk.
     #[inline(always)]
     pub(crate) fn trace<S: Simd>(
         &mut self,
@@ -138,7 +139,8 @@ impl<'a> Packets<'a> {
     }
 }
 
-/// The rays whose directions are negative along each axis. -0 counts as negative, as in the slab test.
+/// For each axis, a mask of the rays whose directions are negative. -0 counts as negative, as in
+/// the slab test.
 #[inline(always)]
 pub(crate) fn negative<S: Simd>(dir: &[[f32; RAYS]; 3]) -> [u32; 3] {
     let mut negative = [0; 3];
@@ -150,8 +152,8 @@ pub(crate) fn negative<S: Simd>(dir: &[[f32; RAYS]; 3]) -> [u32; 3] {
     negative
 }
 
-/// Groups rays by octant. All rays of an octant enter every box through the same three sides. `negative` has the
-/// rays whose directions are negative along each axis.
+/// Groups rays by octant. All rays of an octant enter every box through the same three sides.
+/// `negative` holds, for each axis, a mask of the rays whose directions are negative.
 #[inline(always)]
 pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item = (usize, u32)> {
     std::iter::from_fn(move || {
@@ -170,7 +172,8 @@ pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item =
     })
 }
 
-/// Whether at least two rays can hit anything, and all that can have about the same direction.
+/// Returns whether at least two rays can hit anything, and all rays that can have similar
+/// directions.
 pub(crate) fn is_coherent<S: Scalar + Into<f64>>(rays: &[RayOf<S>]) -> bool {
     let mut live = rays.iter().filter(|ray| ray.t_min.into() < ray.t_max.into());
     let Some(first) = live.next() else { return false };

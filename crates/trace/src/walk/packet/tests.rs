@@ -1,5 +1,5 @@
-//! Packets test no more pairs than their rays need. What they answer is tested with every order of rays
-//! (`tests/orders.rs`).
+//! Packets must test no more pairs than their rays need. Their results are tested with every order
+//! of rays in `tests/orders.rs`.
 
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Counts, Hit32, Mode, Ray, Triangle};
@@ -9,7 +9,8 @@ use crate::Bvh;
 use crate::walk::BatchOutput;
 use crate::walk::bundle::Outcome;
 
-/// A packet's hits, if it was traced, and the number of pairs of a ray and a triangle that it tests.
+/// A packet's hits, if it was traced, and the number of pairs of a ray and a triangle that it
+/// tested.
 struct Trace<'a>(&'a Bvh, &'a [Ray]);
 
 impl WithSimd for Trace<'_> {
@@ -26,7 +27,8 @@ impl WithSimd for Trace<'_> {
     }
 }
 
-/// Two groups of eight triangles far apart, and a row of rays toward each. No ray visits the other group's leaf.
+/// Two distant groups of eight triangles, with a row of rays toward each. No ray visits the other
+/// group's leaf.
 #[test]
 fn rays_visit_only_the_boxes_that_they_meet() {
     let place = |i: usize| (i % 8) as f32 + 100.0 * (i / 8) as f32;
@@ -42,13 +44,13 @@ fn rays_visit_only_the_boxes_that_they_meet() {
         for (i, hit) in hits.expect("coherent").iter().enumerate() {
             assert_eq!(hit.triangle, i as u32, "{}", level.name());
         }
-        // Eight rays with eight triangles, twice.
+        // Eight rays against eight triangles, twice.
         assert_eq!(tests, 128, "{}", level.name());
     }
 }
 
-/// Rays that look for no hit, with numbers that are NaN, infinite or huge, among coherent ones. Their lanes visit
-/// nothing, not even the empty slots of a node.
+/// Rays with empty intervals and NaN, infinite, or huge numbers, among coherent rays. Their lanes
+/// must not visit anything, not even the empty slots of a node.
 #[test]
 fn rays_without_an_interval_do_not_disturb_the_others() {
     let (inf, nan) = (f32::INFINITY, f32::NAN);
@@ -71,7 +73,7 @@ fn rays_without_an_interval_do_not_disturb_the_others() {
         {
             let mut rays: Vec<Ray> = (0..count).map(row).collect();
             rays[at] = *ray;
-            // Some of another octant.
+            // Put some rays in another octant.
             for ray in rays.iter_mut().skip(3).step_by(4).filter(|ray| ray.origin[0] < 100.0) {
                 ray.dir[0] = -ray.dir[0];
             }
@@ -89,7 +91,7 @@ fn rays_without_an_interval_do_not_disturb_the_others() {
     assert!(traced > 100, "{traced}");
 }
 
-/// A direction's component may be 0 with a sign, as where a direction is turned around.
+/// A direction may have a zero component with either sign, for example after it was negated.
 #[test]
 fn zeros_with_a_sign_miss_nothing() {
     let wall = Triangle::new([-1.0, -1.0, 0.0], [9.0, -1.0, 0.0], [-1.0, 9.0, 0.0]);

@@ -1,4 +1,4 @@
-//! The traversal of a packet: one stack for all of its rays.
+//! The traversal of a packet, with one stack for all its rays.
 
 use intertri::internal::prefetch;
 use intertri::simd::{Lanes, Mask, Simd};
@@ -6,15 +6,15 @@ use intertri::simd::{Lanes, Mask, Simd};
 use crate::tree::{EMPTY, LEAF, Node, Tree};
 use crate::walk::single::SlabLanes;
 
-/// The rays of a packet.
+/// The number of rays in a packet.
 pub(crate) const RAYS: usize = 16;
 
-/// Where each ray enters a box; NaN for rays that miss it, so that no comparison holds.
+/// The t at which each ray enters a box; NaN for rays that miss it, so that no comparison holds.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Nears([f32; RAYS]);
 
-/// The nodes and leaves that any of the rays have still to visit.
+/// The nodes and leaves that any of the rays still has to visit.
 #[derive(Debug, Default)]
 pub(crate) struct PacketStack {
     nears: Vec<Nears>,
@@ -27,12 +27,12 @@ pub(crate) struct Boxes<'a> {
     pub(crate) nodes: &'a [Node],
     /// The roots, or [`EMPTY`]. The last one is visited first.
     pub(crate) roots: [u32; 2],
-    /// The stack size that the depth of the boxes requires.
+    /// The stack size required by the depth of the tree.
     pub(crate) stack: usize,
 }
 
 impl<'a> Boxes<'a> {
-    /// The boxes of a tree. Its second root, that of the thin triangles, is visited last.
+    /// The boxes of a tree. The second root, that of the thin triangles, is visited last.
     #[inline(always)]
     pub(crate) fn of(tree: &'a Tree) -> Self {
         let root = if tree.leaves.is_empty() { EMPTY } else { 0 };
@@ -40,20 +40,20 @@ impl<'a> Boxes<'a> {
     }
 }
 
-/// What a packet does at leaves.
+/// The action of a packet at leaves.
 pub(crate) trait VisitTogether<F: Lanes<Scalar = f32>> {
-    /// The t beyond which each ray looks for no hit; NaN for those that look for none, so that no comparison
+    /// The t beyond which each ray needs no hit; NaN for rays that are done, so that no comparison
     /// holds.
     fn far(&self) -> F;
-    /// Tests a leaf with the rays that reach it.
+    /// Tests a leaf against the rays that reach it.
     fn visit(&mut self, leaf: usize, reaching: F::Mask);
     /// Prefetches a leaf.
     fn prefetch(&self, leaf: usize);
 }
 
 impl PacketStack {
-    /// Visits the leaves that any ray of an octant reaches, roughly front to back. Returns the number of nodes
-    /// and leaves visited, and the sum of the numbers of rays that visited each.
+    /// Visits the leaves that any ray of an octant reaches, roughly front to back. Returns the
+    /// number of nodes and leaves visited, and the number of ray visits summed over these.
     #[inline(always)]
     pub(crate) fn traverse<S: Simd>(
         &mut self,
@@ -90,7 +90,7 @@ impl PacketStack {
                 continue;
             }
             let before = top;
-            // The boxes of a node, far to near.
+            // Push the boxes of a node far to near.
             let node = &boxes.nodes[child as usize];
             for slot in (0..8).rev().map(|slot| slot ^ octant) {
                 let (met, near) = lanes.meet_sides(
@@ -99,9 +99,10 @@ impl PacketStack {
                     t_min,
                     far,
                 );
-                // Other rays may seem to meet anything, even empty slots: their numbers may be NaN or infinite.
+                // Rays not reaching the node may seem to meet anything, even empty slots, because
+                // their numbers may be NaN or infinite.
                 let met = met & reaching;
-                // Written without a branch: whether any ray meets a box is hard to predict.
+                // Avoid a branch: whether any ray meets a box is hard to predict.
                 S::F32x16::select(met, near, none).store(&mut nears[top].0);
                 children[top] = node.children()[slot];
                 top += usize::from(met.any());

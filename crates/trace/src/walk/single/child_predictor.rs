@@ -1,22 +1,23 @@
-//! Child prediction: the child that the last ray visited from a node is a guess for the next ray.
+//! Child prediction: the child that the last ray visited from a node is the guess for the next ray.
 //!
 //! ```text
-//!   node ──► its eight boxes tested ──► the nearest that is met      some 40 cycles, node after node
-//!    └─────► where the last ray went ──► a guess, at once; the CPU goes on with it, and behind a branch,
-//!                                        which it predicts, finds out later whether it was right
+//!   node ──► its eight boxes tested ──► the nearest one hit           about 40 cycles per node
+//!    └─────► where the last ray went ──► a guess, at once. The CPU continues with it and finds out
+//!                                        later, past a predicted branch, whether it was right
 //! ```
 //!
-//! A guess never decides anything: the child returned is always the one that the box tests chose. Ray streams
-//! need no guesses, because other rays are tested while one waits.
+//! A guess never decides anything: the child returned is always the one that the box tests chose.
+//! Ray streams need no guesses, because other rays are tested while one waits.
 
-/// The number of guesses kept; nodes with the same remainder overwrite each other's.
+/// The number of guesses kept. Nodes with the same remainder share an entry.
 const NODES: usize = 1024;
 
-/// Guesses, for one hierarchy at a time.
+/// Guesses for one hierarchy at a time.
 #[derive(Debug)]
 pub(crate) struct ChildPredictor {
-    /// For each node the child that the last ray visited, twice: one is compared, the other returned. The
-    /// compiler must not know that they are equal, or it would return the value that was compared.
+    /// For each node, the child that the last ray visited, stored twice: one copy is compared, the
+    /// other returned. The compiler must not know that they are equal, or it would return the value
+    /// that was compared.
     last: [[u32; 2]; NODES],
 }
 
@@ -31,8 +32,8 @@ impl ChildPredictor {
     #[inline(always)]
     pub(crate) fn follow(&mut self, node: u32, next: u32) -> u32 {
         let last = &mut self.last[node as usize % NODES];
-        // These are loaded from memory immediately. `next` arrives only after the box tests, but the
-        // comparison is predicted.
+        // These load from memory immediately. `next` arrives only after the box tests, but the
+        // branch on the comparison is predicted.
         let [guess, check] = *last;
         if next == check {
             return guess;
@@ -46,7 +47,8 @@ impl ChildPredictor {
 mod tests {
     use super::{ChildPredictor, NODES};
 
-    /// A guess changes nothing, whether right or wrong, for this node or another with the same remainder.
+    /// Guesses must not change the result, whether right or wrong, and whether for the same node or
+    /// one that shares its entry.
     #[test]
     fn what_is_given_is_what_was_asked_for() {
         let mut predictor = ChildPredictor::default();

@@ -1,23 +1,25 @@
-//! Whether a point lies on a triangle of a hierarchy.
+//! Tests whether a point is on a triangle of a hierarchy.
 
 use intertri::LeafSlot;
 
 use crate::tree::{EMPTY, LEAF, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// Whether the point lies on a triangle, tested for those whose boxes contain it.
+/// Returns whether a point is on a triangle. Only triangles whose boxes contain the point are
+/// tested.
 pub(crate) fn is_held(tree: &Tree, point: [f32; 3], is_on: impl Fn(LeafSlot) -> bool) -> bool {
     let leaf = |i: usize| {
         let mut lanes = lanes_of(tree.leaves[i].block.live());
         lanes.any(|lane| is_on(LeafSlot((8 * i + lane) as u32)))
     };
 
-    // The boxes that contain the point.
+    // Visit the boxes that contain the point.
     let mut stack = vec![0, tree.thin_root];
     while let Some(node) = stack.pop() {
         let Some(node) = tree.nodes.get(node as usize) else { continue };
         for (slot, &child) in node.children().iter().enumerate() {
-            // Closed on both sides, because a point on a side of the box may lie on a triangle in it.
+            // Boxes are closed on both sides, because a point on a side of a box may be on a
+            // triangle inside it.
             let holds = |axis: usize| {
                 let (lo, hi) = (node.sides(axis, false)[slot], node.sides(axis, true)[slot]);
                 lo <= point[axis] && point[axis] <= hi

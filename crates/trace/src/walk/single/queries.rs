@@ -1,4 +1,4 @@
-//! The closest hit, any hit, or all hits of one ray.
+//! Finds the closest hit, any hit, or all hits of one ray.
 
 use std::marker::PhantomData;
 
@@ -11,20 +11,20 @@ use super::traverse::{Visit, traverse};
 use crate::selection::{ActiveSelection, closest_in_leaf, selected};
 use crate::tree::Tree;
 
-/// One ray, and the data for its traversal.
+/// A single ray and the data needed to trace it.
 pub(crate) struct SingleRay<'a> {
     pub(crate) tree: &'a Tree,
-    /// By reference: it is larger than what the traversal reads of it.
+    /// Passed by reference, because it is larger than the parts that traversal reads.
     pub(crate) filter: &'a Filter<'a>,
     pub(crate) ray: &'a Ray,
     /// The ray's index in its query.
     pub(crate) id: RayId,
-    /// Which triangles are considered.
+    /// Selects which triangles to consider.
     pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) scratch: &'a mut TraversalScratch,
 }
 
-/// The closest hit of a ray; with `ANY`, some hit.
+/// Finds the closest hit of a ray or, with `ANY`, any hit.
 pub(crate) struct Closest<'a, const ANY: bool>(pub(crate) SingleRay<'a>);
 
 impl<const ANY: bool> WithSimd for Closest<'_, ANY> {
@@ -47,7 +47,7 @@ impl<const ANY: bool> WithSimd for Closest<'_, ANY> {
     }
 }
 
-/// The closest hit of a ray, with its t and weights.
+/// Finds the closest hit of a ray, with its t and weights.
 pub(crate) struct Hits<'a>(pub(crate) SingleRay<'a>);
 
 impl WithSimd for Hits<'_> {
@@ -76,12 +76,13 @@ impl<S: Simd, const ANY: bool> Visit for VisitClosest<'_, S, ANY> {
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Self { tree, filter, ray, selection, closest, counts, .. } = self;
         closest_in_leaf::<S>(selection, tree, filter, ray, leaf, closest, counts);
-        // In an any-hit query, any hit ends the traversal; otherwise nothing beyond the best hit matters.
+        // In an any-hit query, any hit ends the traversal. Otherwise, nothing beyond the best hit
+        // matters.
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }
 }
 
-/// The slots of all triangles that a ray hits, in the order in which they are found.
+/// Collects the slots of all triangles that a ray hits, in the order in which they are found.
 pub(crate) struct All<'a>(pub(crate) SingleRay<'a>);
 
 impl WithSimd for All<'_> {

@@ -1,15 +1,16 @@
-//! The slab test: one ray against the eight boxes of a node, without losing a hit.
+//! The slab test: tests one ray against the eight boxes of a node without losing a hit.
 //!
 //! ```text
-//!        lo      hi               near = lo·r - (o·r + pad·|rd|)      r a little less than rd = 1/d
-//!   o ───│───────│──► d           far  = hi·R - (o·R - pad·|rd|)      R a little more
-//!      pad     pad                and the other way round where d < 0
+//!        lo      hi               near = lo·r - (o·r + pad·|rd|)      r slightly less than rd = 1/d
+//!   o ───│───────│──► d           far  = hi·R - (o·R - pad·|rd|)      R slightly more
+//!      pad     pad                swapped where d < 0
 //! ```
 //!
-//! A node costs one multiply-add per plane, because everything that depends only on the ray is in its
-//! constants. The rounding error is either a fraction of the origin, which `pad` covers, or a fraction of t,
-//! which r and R cover. Other triangles of the scene have no effect, so a large ground or a stray triangle
-//! widens no box. `docs/numerics/hierarchy.md` has the proof.
+//! A node costs one multiply-add per plane, because everything that depends only on the ray is
+//! precomputed. The rounding error is either proportional to the origin, which `pad` covers, or
+//! proportional to t, which r and R cover. Other triangles of the scene have no effect, so a large
+//! ground plane or a stray triangle does not widen other boxes. `docs/numerics/hierarchy.md` has
+//! the proof.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask, Simd};
@@ -23,48 +24,50 @@ const U: f32 = f32::EPSILON / 2.0;
 /// The padding along an axis, as a fraction of the origin's coordinate.
 const PAD: f32 = 5.0 * U;
 
-/// Near planes are treated as nearer by this factor, far planes as farther by the other.
+/// Near planes are moved nearer by the first factor, and far planes farther by the second.
 const NEARER: f32 = 1.0 - 6.0 * U;
 const FARTHER: f32 = 1.0 + 6.0 * U;
 
-/// The error of a computed negative t, as a fraction of it.
+/// The relative error of a computed negative t.
 const BEFORE: f32 = 12.0 * U;
 
-/// Direction components are clamped to at least this fraction of the largest: 2^-65.
+/// The magnitude of a direction component is raised to at least this fraction of the largest:
+/// 2^-65.
 const STEEPEST: f32 = power_of_two(-65);
 
-/// Also to at least this fraction of the origin's largest coordinate and of the margin, and at least this:
-/// 2^-120. So their products with an inverse direction do not overflow.
+/// It is also raised to at least this fraction of the origin's largest coordinate and of the
+/// margin, and to at least this value, 2^-120, so that products with an inverse direction do not
+/// overflow.
 const LEAST: f32 = power_of_two(-120);
 
 /// A bound on the effect of underflow: 2^-120.
 const TINY: f32 = power_of_two(-120);
 
-/// Coordinates and lengths of directions up to this need no scaling: 2^50.
+/// Coordinates and direction lengths up to this need no scaling: 2^50.
 const PLAIN: f32 = power_of_two(50);
 
-/// No coordinate may be larger: 2^124.
+/// The maximum coordinate: 2^124.
 const LARGEST: f32 = power_of_two(124);
 
-/// `2^e`, a normal number.
+/// `2^e`, which must be a normal number.
 const fn power_of_two(e: i32) -> f32 {
     f32::from_bits(((127 + e) as u32) << 23)
 }
 
-/// Bit k: the direction is negative along axis k.
+/// Bit k of the result is set if the direction is negative along axis k.
 #[inline(always)]
 pub(crate) fn octant(ray: &Ray) -> usize {
     let [x, y, z] = ray.dir.map(|d| usize::from(d.is_sign_negative()));
     x | y << 1 | z << 2
 }
 
-/// The largest coordinate.
+/// The largest magnitude of a coordinate.
 #[inline(always)]
 fn largest([x, y, z]: [f32; 3]) -> f32 {
     larger(larger(x.abs(), y.abs()), z.abs())
 }
 
-/// The larger of two numbers: one instruction, which [`f32::max`] is not.
+/// The larger of two numbers, in a single instruction, unlike [`f32::max`].
 #[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -73,41 +76,41 @@ fn larger(a: f32, b: f32) -> f32 {
 /// A ray prepared for the slab test: x, y, z, and an unused fourth lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slabs {
-    /// The inverse direction, for near planes and for far ones.
+    /// The inverse direction, for near planes and for far planes.
     near_rd: [f32; 4],
     far_rd: [f32; 4],
-    /// The ray's part of a plane's t, negated, to be added to the side's.
+    /// The ray's contribution to the t of a plane, negated, to be added to that of the box's side.
     minus_near: [f32; 4],
     minus_far: [f32; 4],
 }
 
-/// [`Slabs`] in three quarters of a cache line.
+/// [`Slabs`] packed into three quarters of a cache line.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PackedSlabs([[f32; 3]; 4]);
 
-/// Parallel lines, from which slabs are made.
+/// Parallel lines from which slabs are made.
 struct Lines {
-    /// The box in which they start.
+    /// The box in which the lines start.
     from: [[f32; 3]; 2],
     dir: [f32; 3],
     /// The largest component of the direction, and the largest coordinate of the start.
     length: f32,
     away: f32,
-    /// The least magnitude of a direction component.
+    /// The minimum magnitude of a direction component.
     least: f32,
     /// The start of t, at most 0.
     start: f32,
 }
 
 impl Slabs {
-    /// A ray in a tree. `None` if numbers are so large or so small that it must be scaled: see
-    /// [`Slabs::scaled`].
+    /// Prepares a ray. Returns `None` if numbers are so large or so small that it must be scaled;
+    /// see [`Slabs::scaled`].
     #[inline(always)]
     pub(crate) fn new<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
         Self::around::<S>([ray.origin, ray.origin], ray.dir, 0.0, margin)
     }
 
-    /// Parallel lines that start in a box, where t counts from `start` on.
+    /// Prepares parallel lines that start in a box, where t counts from `start` on.
     #[inline(always)]
     pub(crate) fn around<S: Simd>(
         from: [[f32; 3]; 2],
@@ -116,18 +119,19 @@ impl Slabs {
         margin: &Margin,
     ) -> Option<Self> {
         let (length, away) = (largest(dir), larger(largest(from[0]), largest(from[1])));
-        // Written with a negation, so that a NaN also requires scaling.
+        // Negate the whole condition, so that NaN also requires scaling.
         if !(length < PLAIN && length > 1.0 / PLAIN && away + margin.reach < PLAIN) {
             return None;
         }
-        // 1/d of a component near 0 would overflow. One below `least` is replaced by `least`, which `level`
-        // compensates for below.
+        // The inverse of a component near 0 would overflow. A component below `least` is replaced
+        // by `least`, which `level` compensates for below.
         let least = length * STEEPEST + (away + margin.room(away) + 1.0) * LEAST;
         Some(Self::of::<S>(&Lines { from, dir, length, away, least, start }, margin))
     }
 
-    /// A ray of any length, scaled to a direction of length about 1; its t is unrelated to the ray's own.
-    /// `None` if coordinates are at the limits of f32; then only a plain loop is safe.
+    /// Prepares a ray of any length by scaling its direction to a length of about 1. Its t is then
+    /// unrelated to the ray's own. Returns `None` if coordinates are near the limits of f32, where
+    /// only a plain loop is safe.
     #[cold]
     #[inline(never)]
     pub(crate) fn scaled<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
@@ -135,7 +139,8 @@ impl Slabs {
         if !(away + margin.reach < LARGEST && length > 0.0 && length < f32::INFINITY) {
             return None;
         }
-        // In two steps, because the power of two may not be an f32. Numbers that become 0 are negligible.
+        // Scale in two steps, because the power of two may not be representable in f32. Numbers
+        // that become 0 are negligible.
         let by = -f64::from(length).log2().floor() as i32;
         let half = |e: i32| power_of_two(e.clamp(-126, 127));
         let dir = ray.dir.map(|x| x * half(by) * half(by - by.clamp(-126, 127)));
@@ -171,7 +176,7 @@ impl Slabs {
         slabs
     }
 
-    /// The same in less memory.
+    /// Packs the slabs into less memory.
     #[inline(always)]
     pub(crate) fn packed(&self) -> PackedSlabs {
         let three = |v: &[f32; 4]| [v[0], v[1], v[2]];
@@ -180,9 +185,9 @@ impl Slabs {
     }
 }
 
-/// What widens the slabs of a ray, apart from its own numbers along an axis.
+/// The amounts by which a ray's slabs are widened, apart from its own numbers along an axis.
 struct Room<F> {
-    /// The least magnitude of a direction component.
+    /// The minimum magnitude of a direction component.
     least: F,
     /// A length in space.
     off: F,
@@ -190,8 +195,9 @@ struct Room<F> {
     before: F,
 }
 
-/// The slabs' factors and constants for lines that start between two coordinates along an axis, in lanes: axes of
-/// one ray, or one axis of several rays. `last` is a t beyond which nothing is hit.
+/// Computes the factors and constants of slabs in lanes, for lines that start between two
+/// coordinates along an axis. The lanes are the axes of one ray, or one axis of several rays.
+/// `last` is a t beyond which nothing is hit.
 #[inline(always)]
 fn planes<F: Lanes<Scalar = f32>>(
     [lo, hi]: [F; 2],
@@ -202,20 +208,22 @@ fn planes<F: Lanes<Scalar = f32>>(
     let (size, splat) = (dir.abs(), F::splat);
     // `flip` keeps the sign of a zero component: -0 enters boxes through their upper sides.
     let rd = splat(1.0) / size.max(room.least).flip(dir);
-    // Near planes are moved slightly nearer and far ones farther, so that rounding never loses a box.
+    // Move near planes slightly nearer and far planes slightly farther, so that rounding never
+    // loses a box.
     let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
 
-    // Rounding of the origin's coordinate is a length in space; divided by the direction it is a length in t.
+    // The rounding error of the origin's coordinate is a length in space. Divided by the direction,
+    // it becomes a length in t.
     let off = lo.abs().max(hi.abs()) * splat(PAD) + room.off;
     let mut pad = off * rd.abs() + room.before;
     let level = size.lt(room.least);
     if level.any() {
-        // A component near 0 was replaced. Nothing is hit beyond `last`, and up to it the t of a plane differs
-        // by less than this.
+        // A component near 0 was replaced. Nothing is hit beyond `last`, and up to there the t of a
+        // plane changes by less than this.
         pad = pad + F::select(level, last(), splat(0.0));
     }
-    // `side * rd + minus` is then one multiply-add for each plane of a node. For a beam, which starts in a box,
-    // the start with the nearest or farthest plane counts.
+    // `side * rd + minus` is then a single multiply-add per plane of a node. For a beam, which
+    // starts in a box, the start with the nearest or farthest plane counts.
     let minus_near = -((lo * near_rd).max(hi * near_rd) + pad);
     [near_rd, far_rd, minus_near, pad - (lo * far_rd).min(hi * far_rd)]
 }
@@ -231,13 +239,13 @@ pub(crate) struct SlabLanes<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
-    /// The same ray in every lane.
+    /// Broadcasts a ray to all lanes.
     #[inline(always)]
     pub(crate) fn splat(slabs: &Slabs, octant: usize) -> Self {
         Self::unpack(&slabs.packed(), octant)
     }
 
-    /// The same ray in every lane.
+    /// Broadcasts a packed ray to all lanes.
     #[inline(always)]
     pub(crate) fn unpack(PackedSlabs(slabs): &PackedSlabs, octant: usize) -> Self {
         Self {
@@ -249,7 +257,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         }
     }
 
-    /// A ray in each lane, all of an octant. The mask has the rays that need no scaling; see [`Slabs::new`].
+    /// Prepares a packet whose rays share an octant, one ray per lane. The mask marks the rays that
+    /// need no scaling; see [`Slabs::new`].
     #[inline(always)]
     pub(crate) fn of_packet<const N: usize>(
         packet: &RayPacket<N>,
@@ -267,7 +276,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         let is_plain =
             length.lt(splat(PLAIN)) & splat(1.0 / PLAIN).lt(length) & most.lt(splat(PLAIN));
 
-        // Not `map`, which is not always inlined, and would then be compiled without the level's instructions.
+        // Written out without `map`, which is not always inlined and would then be compiled without
+        // the level's instructions.
         let last = splat(2.0) * most / length;
         let x = planes(
             [from.x; 2],
@@ -300,8 +310,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         (slabs, is_plain)
     }
 
-    /// Which of a node's boxes the ray meets within `t_min..=t_max`, and a lower bound on the t at which each
-    /// begins. No box with a hit in that interval is missing.
+    /// Returns a mask of a node's boxes that the ray meets within `t_min..=t_max`, and a lower
+    /// bound on the t at which each box begins. No box with a hit in that interval is missed.
     #[inline(always)]
     pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (F::Mask, F) {
         self.meet_sides(
@@ -312,8 +322,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         )
     }
 
-    /// [`SlabLanes::meet`] for boxes with these sides along each axis, lower or upper, with an interval in each
-    /// lane.
+    /// Like [`SlabLanes::meet`], but for boxes given by their lower and upper sides along each
+    /// axis, with an interval in each lane.
     #[inline(always)]
     pub(crate) fn meet_sides(
         &self,
@@ -321,7 +331,7 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         t_min: F,
         t_max: F,
     ) -> (F::Mask, F) {
-        // Along each axis the ray enters through one plane and leaves through the other.
+        // Along each axis, the ray enters through one plane and leaves through the other.
         let [x, y, z] = self.negative;
         let near = (side(0, x).mul_add(self.near_rd.x, self.minus_near.x))
             .max(side(1, y).mul_add(self.near_rd.y, self.minus_near.y))
@@ -342,7 +352,7 @@ mod tests {
     use crate::tree::{Aabb, Margin, Node};
     use crate::util::test_numbers::random;
 
-    /// Whether a ray meets a box before a given t, and after another.
+    /// Tests whether a ray meets a box before one t and after another.
     struct Meets<'a>(&'a Ray, Aabb, [f32; 2]);
 
     impl WithSimd for Meets<'_> {
@@ -359,8 +369,8 @@ mod tests {
         }
     }
 
-    /// An integer of 24 bits, often slightly above a power of two, where rounding is relatively largest, or
-    /// slightly below, where that of the inverse is.
+    /// A 24-bit integer, often slightly above a power of two, where relative rounding errors are
+    /// largest, or slightly below, where those of the inverse are.
     fn digits(random: &mut impl FnMut() -> f32) -> f32 {
         let size = (23.0 * random()).floor().exp2();
         let off = (size * random()).floor();
@@ -368,7 +378,7 @@ mod tests {
         if random() < 0.5 { power + off } else { 2.0 * power - 1.0 - off }
     }
 
-    /// An origin, a component of a direction, and a plane that is met at a positive t.
+    /// An origin, a direction component, and a plane that is reached at a positive t.
     fn origin_direction_plane(random: &mut impl FnMut() -> f32) -> [f32; 3] {
         loop {
             let (dir, mut origin) = (digits(random), digits(random));
@@ -385,15 +395,15 @@ mod tests {
         }
     }
 
-    /// The padding and the factors cover the rounding. A fifth of `PAD` does not, nor does a third of the
-    /// difference of `NEARER` and `FARTHER` from 1.
+    /// The padding and the factors cover rounding errors. A fifth of `PAD` would not, nor would a
+    /// third of the difference of `NEARER` and `FARTHER` from 1.
     #[test]
     fn no_plane_is_met_too_late_or_left_too_early() {
         let mut random = random();
         for i in 0..300_000 {
             let [origin, dir, plane] = origin_direction_plane(&mut random);
-            // The f32 below the exact t and the one above it. Products of two f32 are exact in f64, and so is
-            // the distance.
+            // The f32 values just below and above the exact t. Products of two f32 are exact in
+            // f64, and so is the distance.
             let way = f64::from(plane) - f64::from(origin);
             let reached = |t: f32| f64::from(t) * f64::from(dir);
             let near = (way / f64::from(dir)) as f32;
@@ -404,7 +414,7 @@ mod tests {
             let (mut from, mut to) = ([0.0; 3], [dir; 3]);
             (from[axis], to[axis]) = (sign * origin, sign * dir);
             let ray = Ray::new(from, to);
-            // Flat along that axis, and wide along the others.
+            // The box is flat along that axis and wide along the others.
             let (mut lo, mut hi) = ([-1e30; 4], [1e30; 4]);
             (lo[axis], hi[axis]) = (sign * plane, sign * plane);
             for level in Level::all() {

@@ -1,13 +1,13 @@
-//! The nodes and leaves that a ray has still to visit, pushed and popped eight at a time.
+//! The nodes and leaves that a ray still has to visit, pushed and popped eight at a time.
 //!
 //! ```text
-//!          bottom                          top
+//!          bottom            entries                 top
 //!   child  ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ │ far … near, far … near │ · · ·
-//!   t     -∞ … each begins    │ the t of its box        │ · · ·
+//!   t     -∞ -∞ … -∞ -∞ -∞ │ where each box begins  │ · · ·
 //! ```
 //!
-//! A node's boxes are pushed far to near by one permutation of lanes, and those that begin beyond the best
-//! hit are dropped by one comparison of lanes.
+//! A node's boxes are pushed far to near by a single lane permutation. Boxes that begin beyond the
+//! best hit are dropped by a single lane comparison.
 
 use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
@@ -17,24 +17,24 @@ use intertri::simd::{Lanes, Mask, Simd};
 use super::child_predictor::ChildPredictor;
 use crate::tree::{Node, Tree, far_to_near, first_slot};
 
-/// The entry at the bottom: nothing is left to visit.
+/// The entry at the bottom of a stack: nothing is left to visit.
 pub(crate) const BOTTOM: u32 = u32::MAX;
 
-/// Entries at the bottom: as many as one pop compares at once.
+/// The number of entries at the bottom, which is the number of entries that one pop compares.
 const LOOK: usize = 8;
 
 /// The stacks of one or several rays.
 #[derive(Debug, Default)]
 pub(crate) struct Stack {
-    /// For each ray its children, as bits.
+    /// The children on each ray's stack, as bits.
     child: Vec<f32>,
-    /// The t of their boxes.
+    /// The t at which their boxes begin.
     t: Vec<f32>,
-    /// The capacity for one ray.
+    /// The capacity per ray.
     each: usize,
 }
 
-/// The scratch memory kept from one single-ray query to the next.
+/// Scratch memory kept from one single-ray query to the next.
 #[derive(Debug)]
 pub(crate) struct TraversalScratch {
     pub(crate) stack: Stack,
@@ -42,28 +42,28 @@ pub(crate) struct TraversalScratch {
 }
 
 thread_local! {
-    /// Allocating it can take as long as a query.
+    /// Kept per thread, because allocating it can take as long as a query.
     static LAST: Cell<Option<Box<TraversalScratch>>> = const { Cell::new(None) };
 }
 
-/// The thread's scratch, lent to a query; the thread has none until the query ends.
+/// The thread's scratch, lent to a query. The thread has none until the query ends.
 pub(crate) struct LentScratch(Option<Box<TraversalScratch>>);
 
 impl TraversalScratch {
-    /// Scratch for single rays in hierarchies that need a stack of this size.
+    /// Creates scratch for single rays in hierarchies that need a stack of this size.
     pub(crate) fn new(size: usize) -> Box<Self> {
         Box::new(Self { stack: Stack::new(1, size), predictor: ChildPredictor::default() })
     }
 
-    /// Whether a stack of this size suffices.
+    /// Returns whether the stack has at least this size.
     pub(crate) fn fits(&self, size: usize) -> bool {
         self.stack.each >= Stack::room(size)
     }
 
-    /// The thread's scratch, for single rays in a hierarchy.
+    /// Lends the thread's scratch for single rays in a hierarchy.
     pub(crate) fn lend(tree: &Tree) -> LentScratch {
         let last = LAST.try_with(Cell::take).ok().flatten();
-        // A stack made for a shallower tree is too small and is dropped.
+        // Drop a stack that was made for a shallower tree and is too small.
         let fits = last.filter(|last| last.fits(tree.stack));
         LentScratch(Some(fits.unwrap_or_else(|| Self::new(tree.stack))))
     }
@@ -88,46 +88,48 @@ impl Drop for LentScratch {
     #[inline]
     fn drop(&mut self) {
         let kept = self.0.take();
-        // If the thread is about to end, it is not needed any more.
+        // This fails if the thread is ending; the scratch is no longer needed then.
         let _ = LAST.try_with(|last| last.set(kept));
     }
 }
 
 impl Stack {
-    /// The capacity for a ray's children. A push always writes eight, however many are valid, and an odd
-    /// number of cache lines per ray keeps the stacks' ends from competing for the same cache sets.
+    /// The capacity for a ray's children. A push always writes eight entries, however many are
+    /// valid. An odd number of cache lines per ray keeps the tops of the stacks from competing for
+    /// the same cache sets.
     fn room(size: usize) -> usize {
-        // Sixteen floats are a cache line.
+        // Sixteen floats fill a cache line.
         (LOOK + size + 8).next_multiple_of(16) | 16
     }
 
-    /// Empty stacks for several rays, none of which ever has more than `size` entries.
+    /// Creates empty stacks for several rays, each with at most `size` entries.
     fn new(rays: usize, size: usize) -> Self {
         let each = Self::room(size);
         let mut stack = Self { child: vec![0.0; rays * each], t: vec![0.0; rays * each], each };
         for (child, t) in stack.child.chunks_mut(each).zip(stack.t.chunks_mut(each)) {
-            // t = -∞ is before any far end, so a pop always ends here, without a check for an empty stack.
+            // t = -∞ is before any far end, so a pop always stops here without checking for an
+            // empty stack.
             child[..LOOK].fill(f32::from_bits(BOTTOM));
             t[..LOOK].fill(f32::NEG_INFINITY);
         }
         stack
     }
 
-    /// Empty stacks for several rays in a hierarchy.
+    /// Creates empty stacks for several rays in a hierarchy.
     pub(crate) fn for_rays(rays: usize, tree: &Tree) -> Self {
         Self::new(rays, tree.stack)
     }
 
-    /// The end of a ray's empty stack.
+    /// The top of a ray's empty stack.
     #[inline(always)]
     pub(crate) fn bottom(&self, ray: usize) -> u32 {
         (ray * self.each + LOOK) as u32
     }
 
-    /// The contents of the stacks.
+    /// Accesses the contents of the stacks.
     #[inline(always)]
     pub(crate) fn entries(&mut self) -> Entries<'_> {
-        // Cut to one length, so that one bounds check covers both.
+        // Slice both to the same length, so that one bounds check covers both.
         let len = self.child.len().min(self.t.len());
         Entries { child: &mut self.child[..len], t: &mut self.t[..len] }
     }
@@ -140,14 +142,15 @@ pub(crate) struct Entries<'a> {
 }
 
 impl Entries<'_> {
-    /// Pops the topmost entry that begins before `far` from the stack that ends at `top`.
+    /// Pops the topmost entry that begins before `far` from the stack whose top is `top`.
     #[inline(always)]
     pub(crate) fn pop<S: Simd>(&self, top: &mut u32, far: f32) -> u32 {
         let mut at = *top as usize;
         loop {
             let near = S::F32x8::load(&self.t[at - LOOK..]).le(S::F32x8::splat(far)).bits();
-            // The eight entries below `top`, the topmost in the highest bit: the leading zeros count those
-            // that begin too late. The bit below ends the count if all eight do.
+            // There is one bit for each of the eight entries below `top`, with the topmost in the
+            // highest bit, so the leading zeros count the entries that begin too late. The bit
+            // below them limits the count to eight.
             let beyond = (near << 24 | 1 << 23).leading_zeros();
             at -= beyond as usize;
             if near != 0 {
@@ -158,8 +161,8 @@ impl Entries<'_> {
         }
     }
 
-    /// [`Stack::pop`] for a ray that waits for the result: reading one entry at a time need not wait for
-    /// recent writes to reach memory.
+    /// Like [`Entries::pop`], but for a ray that waits for the result: reading one entry at a time
+    /// need not wait for recent writes to reach memory.
     #[inline(always)]
     pub(crate) fn pop_at_once(&self, top: &mut u32, far: f32) -> u32 {
         loop {
@@ -170,16 +173,16 @@ impl Entries<'_> {
         }
     }
 
-    /// Pops the topmost entry, for stacks from which none is ever dropped.
+    /// Pops the topmost entry, for stacks from which nothing is dropped.
     #[inline(always)]
     pub(crate) fn pop_last(&self, top: &mut u32) -> u32 {
         *top -= 1;
         self.child[*top as usize].to_bits()
     }
 
-    /// Pushes the boxes of a node that a ray meets onto its stack, which ends at `top`, except for the first,
-    /// whose child is returned; [`BOTTOM`] if there is none. `near` is where the boxes begin. The order is
-    /// that of the ray's octant, which is usually near to far.
+    /// Pushes the boxes of a node that a ray meets onto its stack, except for the first, whose
+    /// child is returned, or [`BOTTOM`] if no box is met. `near` is the t at which each box begins.
+    /// The order is that of the ray's octant, which is usually near to far.
     #[inline(always)]
     pub(crate) fn push<S: Simd>(
         &mut self,
@@ -189,7 +192,7 @@ impl Entries<'_> {
         met: <S::F32x8 as Lanes>::Mask,
         near: S::F32x8,
     ) -> u32 {
-        // All are written, but the first is beyond the top.
+        // Write all of them; the first ends up beyond the top.
         let met = met.bits();
         let first = first_slot(met, octant);
         self.put::<S>(*top, node, far_to_near(met, octant), near);
@@ -197,7 +200,7 @@ impl Entries<'_> {
         node.child_or_none(first)
     }
 
-    /// Pushes a root that is visited last.
+    /// Pushes a root to be visited last.
     #[inline(always)]
     pub(crate) fn push_root(&mut self, top: &mut u32, root: u32) {
         let at = *top as usize;
@@ -205,7 +208,8 @@ impl Entries<'_> {
         *top += 1;
     }
 
-    /// [`Stack::push`] without t, for boxes of which some are met, for use with [`Entries::pop_last`].
+    /// Like [`Entries::push`], but without t, for use with [`Entries::pop_last`]. At least one box
+    /// must be met.
     #[inline(always)]
     pub(crate) fn push_children<S: Simd>(
         &mut self,
@@ -221,8 +225,8 @@ impl Entries<'_> {
         node.child_or_none(first_slot(met, octant))
     }
 
-    /// [`Stack::push`] for boxes of which some are met; the nearest is returned, and the others are ordered
-    /// by the octant.
+    /// Like [`Entries::push`], but returns the nearest child and orders the others by octant. At
+    /// least one box must be met.
     #[inline(always)]
     pub(crate) fn push_nearest_first<S: Simd>(
         &mut self,
@@ -232,8 +236,8 @@ impl Entries<'_> {
         met: <S::F32x8 as Lanes>::Mask,
         near: S::F32x8,
     ) -> u32 {
-        // Only the first is chosen by t. The order of the others matters less, and the octant's comes from a
-        // table.
+        // Only the first child is chosen by t. The order of the others matters less, and the
+        // octant's order comes from a table.
         let nearest = S::lane_of_least(near, met) % 8;
         let others = met.bits() & !(1 << nearest);
         self.put::<S>(*top, node, far_to_near(others, octant), near);
@@ -245,7 +249,7 @@ impl Entries<'_> {
     #[inline(always)]
     fn put<S: Simd>(&mut self, top: u32, node: &Node, order: u64, near: S::F32x8) {
         let top = top as usize;
-        // Eight lanes are always written; those beyond the new `top` are garbage that the next push
+        // Always write eight lanes. Those beyond the new `top` are garbage, which the next push
         // overwrites.
         S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[top..]);
         S::permute(near, order).store(&mut self.t[top..]);
@@ -275,7 +279,7 @@ mod tests {
             let mut stack = Stack::new(2, 24);
             let mut top = stack.bottom(1);
 
-            // Three levels of eight children each, then everything that begins before 2.5.
+            // Push three levels of eight children each, then pop everything that begins before 2.5.
             let mut stack = stack.entries();
             for _ in 0..3 {
                 let all = Mask::from_bits(0xff);
@@ -316,14 +320,14 @@ mod tests {
                         found.push(stack.pop_at_once(&mut top, f32::INFINITY));
                     }
 
-                    // Without t, all in the octant's order.
+                    // Without t, all children are in the octant's order.
                     let mut by_octant = vec![stack.push_children::<S>(&mut 8, &node, octant, met)];
                     let mut top = 7 + bits.count_ones();
                     by_octant.extend((0..bits.count_ones()).map(|_| stack.pop_last(&mut top)));
                     let all = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
                     assert!(all.map(|slot| 10 + slot as u32).chain([BOTTOM]).eq(by_octant));
 
-                    // The nearest first, then the others in the octant's order.
+                    // The nearest comes first, then the others in the octant's order.
                     let slots = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
                     let mut slots: Vec<usize> = slots.collect();
                     let nearest =

@@ -9,21 +9,21 @@ use super::slab::{SlabLanes, Slabs, octant};
 use super::stack::{BOTTOM, TraversalScratch};
 use crate::tree::{EMPTY, LEAF, Node, Tree};
 
-/// What a query does with the leaves that a ray reaches.
+/// The action of a query at the leaves that a ray reaches.
 ///
-/// A trait, not a closure, because its method must be inlined into the traversal; otherwise it is compiled
-/// without the level's instructions.
+/// This is a trait and not a closure, because the method must be inlined into the traversal.
+/// Otherwise, it would be compiled without the level's instructions.
 pub(crate) trait Visit {
     /// Tests the triangles of a leaf. Returns the new far end of the query, or `None` to stop.
     fn visit(&mut self, leaf: usize) -> Option<f32>;
 }
 
-/// The lanes of a ray with the origin and the direction.
+/// The lanes of a ray that hold its origin and direction.
 const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
-/// Visits the leaves whose triangles a ray may hit, roughly front to back. For a `closest` query the nearest
-/// box of a node always comes first, so that fewer leaves are visited before the hit. Other queries must not
-/// bring the far end nearer, because they drop nothing from the stack.
+/// Visits the leaves whose triangles a ray may hit, roughly front to back. For `closest` queries,
+/// the nearest box of a node always comes first, so that fewer leaves are visited before the hit.
+/// Other queries must not bring the far end nearer, because they drop nothing from the stack.
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
     tree: &Tree,
@@ -32,8 +32,8 @@ pub(super) fn traverse<S: Simd>(
     closest: bool,
     visitor: &mut impl Visit,
 ) {
-    // A ray that is not finite hits nothing, nor does one with an empty interval.
-    // A ray is eight floats, so one comparison covers them all.
+    // A ray that is not finite hits nothing, nor does a ray with an empty interval. A ray is eight
+    // floats, so one comparison covers them all.
     let numbers = S::F32x8::load(bytemuck::cast_ref::<Ray, [f32; 8]>(ray));
     let finite = numbers.abs().le(S::F32x8::splat(f32::MAX)).bits();
     let can_hit = finite & ORIGIN_AND_DIR == ORIGIN_AND_DIR && ray.t_min < ray.t_max;
@@ -50,10 +50,10 @@ pub(super) fn traverse<S: Simd>(
         // A ray without a direction hits nothing.
         None if ray.dir == [0.0; 3] => return,
         None => {
-            // A ray with extreme numbers is scaled for the traversal, and no hit shortens it; or it is tested
-            // against every triangle.
+            // A ray with extreme numbers is scaled for traversal, and hits do not shorten it. If
+            // scaling is impossible, every triangle is tested.
             let scaled = Slabs::scaled::<S>(ray, &margin);
-            // Its t after scaling is unrelated to the ray's own, so the interval is open.
+            // After scaling, t is unrelated to the ray's own, so the interval is open.
             let unboxed = if scaled.is_some() { unboxed } else { 0 };
             let walk_all = Walk::new(tree, octant, [0.0, f32::INFINITY], unboxed);
             walk = Walk { closest, ..walk_all };
@@ -67,7 +67,7 @@ pub(super) fn traverse<S: Simd>(
 #[derive(Clone, Copy)]
 pub(crate) struct Walk<'a> {
     pub(crate) nodes: &'a [Node],
-    /// The number of leaves. From `unboxed` on they are visited whatever their boxes.
+    /// The number of leaves. Leaves from `unboxed` on are visited whatever their boxes.
     pub(crate) leaves: usize,
     pub(crate) unboxed: usize,
     /// The root of a second tree, or [`EMPTY`].
@@ -82,8 +82,8 @@ pub(crate) struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// A traversal of a tree in which the leaves from `unboxed` on are visited whatever their boxes. Its
-    /// interval does not become shorter.
+    /// A traversal of a tree in which leaves from `unboxed` on are visited whatever their boxes.
+    /// Its interval does not become shorter.
     #[inline(always)]
     pub(crate) fn new(
         tree: &'a Tree,
@@ -116,7 +116,8 @@ impl Walk<'_> {
             stack.push_root(&mut top, thin_root);
         }
         loop {
-            // The next leaf: one without a box, or the next one that begins before the best hit.
+            // Find the next leaf: one without a box, or the next one that begins before the best
+            // hit.
             let leaf = if unboxed < leaves {
                 unboxed += 1;
                 unboxed - 1
@@ -137,7 +138,7 @@ impl Walk<'_> {
                         break (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
                     }
 
-                    // A node: one of the boxes that the ray meets is next.
+                    // At a node, continue with one of the boxes that the ray meets.
                     let node = &nodes[next as usize];
                     let (met, near) = lanes.meet(node, t_min, far);
                     let bits = met.bits();
@@ -148,13 +149,14 @@ impl Walk<'_> {
                     let first = if closest {
                         stack.push_nearest_first::<S>(&mut top, node, octant, met, near)
                     } else if bits.is_power_of_two() {
-                        // Often there is only one. For closest-hit queries, that is too hard to predict.
+                        // Often, only one box is met. For closest-hit queries, this branch is too
+                        // hard to predict.
                         node.child_or_none(bits.trailing_zeros() as u8)
                     } else {
                         stack.push_children::<S>(&mut top, node, octant, met)
                     };
-                    // Equals `first`. But if the guess is right, the CPU can fetch that node before the box
-                    // tests are done.
+                    // This equals `first`. But if the guess is right, the CPU can fetch that node
+                    // before the box tests are done.
                     next = predictor.follow(next, first);
                 }
             };

@@ -1,4 +1,4 @@
-//! The active rays: sixty-four take turns.
+//! The active rays of a stream: sixty-four rays that take turns.
 
 use intertri::{ClosestHit, PreparedRay};
 
@@ -13,17 +13,17 @@ pub(super) const ACTIVE: usize = 64;
 pub(super) struct RayState {
     pub(super) slabs: PackedSlabs,
     pub(super) t_min: f32,
-    /// Hits beyond it do not count.
+    /// Hits beyond this t do not count.
     pub(super) far: f32,
     /// The node or leaf to visit next.
     pub(super) next: u32,
-    /// The end of its stack.
+    /// The top of the ray's stack.
     pub(super) top: u32,
 }
 
 const _: () = assert!(size_of::<RayState>() == 64);
 
-/// A ray's values that only its leaves need.
+/// A ray's values that are needed only at leaves.
 #[derive(Clone, Copy)]
 pub(super) struct AtLeaves {
     pub(super) ray: PreparedRay,
@@ -46,17 +46,17 @@ impl Set {
     /// Adds a slot if `put` is true.
     #[inline(always)]
     pub(super) fn put(&mut self, place: usize, put: bool) {
-        // Without a branch: which ray goes where is practically random, and would be mispredicted.
+        // Avoid a branch: which ray goes where is practically random and would be mispredicted.
         self.0 |= u64::from(put) << (place % ACTIVE);
     }
 
-    /// Those that are in neither of two other sets.
+    /// The slots that are in neither of two other sets.
     #[inline(always)]
     pub(super) fn without(self, a: Self, b: Self) -> Self {
         Self(self.0 & !(a.0 | b.0))
     }
 
-    /// Those that are in either set.
+    /// The slots that are in either set.
     #[inline(always)]
     pub(super) fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
@@ -70,7 +70,7 @@ impl Set {
                 return None;
             }
             let place = left.trailing_zeros() as usize % ACTIVE;
-            // Clears the lowest set bit.
+            // Clear the lowest set bit.
             left &= left - 1;
             Some(place)
         })

@@ -1,4 +1,4 @@
-//! Every hit of the rays that are at leaves: as pairs, as crossings, or as the winding number of their
+//! Collects all hits of rays at leaves: as pairs, as crossings, or as the winding number of the
 //! origins.
 
 use intertri::internal::BlockHits;
@@ -12,19 +12,19 @@ use crate::walk::BatchOutput;
 use crate::walk::single::is_held;
 use crate::walk::{HitPairs, NearestFew};
 
-/// A ray of a stream, and how far it looks for hits.
+/// A ray of a stream that collects all hits, and how far it looks for them.
 pub(super) struct HitCollector<'a> {
     pub(super) tree: &'a Tree,
     pub(super) filter: Filter<'a>,
     pub(super) id: RayId,
     pub(super) ray: &'a Ray,
-    /// Its nearest hits, if their number is limited.
+    /// The ray's nearest hits, if their number is limited.
     pub(super) few: Option<&'a mut NearestFew>,
     pub(super) far: f32,
 }
 
 impl HitCollector<'_> {
-    /// Takes the hits of a leaf. Returns whether the ray is done.
+    /// Collects the hits of a leaf. Returns whether the ray is done.
     #[inline(always)]
     pub(super) fn take(
         &mut self,
@@ -51,8 +51,8 @@ impl HitCollector<'_> {
     /// Lists the hits.
     #[inline(always)]
     fn pairs(&mut self, hits: &BlockHits, leaf: usize, pairs: &mut HitPairs) -> bool {
-        // A leaf has at most eight lanes; reserve memory for all of them first, so that `push` cannot fail
-        // halfway.
+        // A leaf has at most eight lanes. Reserve memory for all of them first, so that `push`
+        // cannot fail halfway.
         if !pairs.reserve(8) {
             return true;
         }
@@ -65,7 +65,7 @@ impl HitCollector<'_> {
             || is_limited && self.shorten(hits, pairs)
     }
 
-    /// Lists those of the undecided lanes that the resolver confirms as hits.
+    /// Lists the undecided lanes that the resolver confirms as hits.
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, first: usize, pairs: &mut HitPairs) -> bool {
@@ -75,7 +75,8 @@ impl HitCollector<'_> {
             let Some(t) = self.filter.resolver().hit(self.ray, &triangle, ids) else { continue };
             pairs.push(self.id, slot);
             if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
-                // Rounded up, as an upper bound on t: the far end must not cut off this hit itself.
+                // Round up to get an upper bound on t: the far end must not cut off this hit
+                // itself.
                 match few.add((t as f32).next_up(), most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
@@ -90,8 +91,8 @@ impl HitCollector<'_> {
     fn shorten(&mut self, hits: &BlockHits, pairs: &mut HitPairs) -> bool {
         if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
             for lane in lanes_of(hits.sure) {
-                // The largest t that this hit can have: only hits that are certainly behind all kept ones may
-                // be cut off.
+                // Use the largest t that this hit can have, because only hits that are certainly
+                // behind all those kept may be cut off.
                 match few.add(hits.t_hi[lane % 8], most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
@@ -101,13 +102,13 @@ impl HitCollector<'_> {
         pairs.is_full
     }
 
-    /// Counts the crossings. A ray that is certainly inside all edges crosses; on an edge the exact rule
-    /// decides.
+    /// Counts the crossings. A ray that is certainly inside all edges crosses the triangle; on an
+    /// edge, the exact rule decides.
     #[inline(always)]
     fn crossings(&self, hits: &BlockHits, leaf: usize, crossings: &mut Crossings) {
         for lane in lanes_of(hits.sure) {
-            // Strictly inside all edges, both rules agree, and the filter knows the side (exact.md, section
-            // 9).
+            // Strictly inside all edges, both rules agree, and the filter knows the side (exact.md,
+            // section 9).
             crossings.add(hits.leaves >> lane & 1 != 0);
         }
         for lane in lanes_of(hits.undecided) {
@@ -117,8 +118,9 @@ impl HitCollector<'_> {
         }
     }
 
-    /// Adds to the winding number of the ray's origin. Returns whether the origin lies on a triangle. The
-    /// filter never decides such a triangle: T is 0, and no two edges have certain signs that differ.
+    /// Adds to the winding number of the ray's origin. Returns whether the origin is on a triangle.
+    /// The filter never decides such a triangle: T is 0, and no two edges have certain signs that
+    /// differ.
     #[inline(always)]
     fn winding(&self, hits: &BlockHits, leaf: usize, containment: &mut Containment) -> bool {
         for lane in lanes_of(hits.sure) {
@@ -127,7 +129,8 @@ impl HitCollector<'_> {
         for lane in lanes_of(hits.undecided) {
             let at = LeafSlot((8 * leaf + lane) as u32);
             if self.starts_on(at) {
-                // A point on the surface is neither inside nor outside, whatever was counted before.
+                // A point on the surface is neither inside nor outside, whatever was counted
+                // before.
                 *containment = Containment::Surface;
             } else if let Some(side) = self.crossed(at) {
                 *containment = containment.crossed(side == Side::Leaves);
@@ -136,21 +139,21 @@ impl HitCollector<'_> {
         *containment == Containment::Surface
     }
 
-    /// The side from which the ray crosses the triangle in a slot, if it does.
+    /// The side on which the ray crosses the triangle in a slot, if it does.
     #[inline(always)]
     fn crossed(&self, slot: LeafSlot) -> Option<Side> {
         let triangle = self.tree.triangle_in(slot);
         self.filter.resolver().crossing(self.ray, &triangle, (self.id, slot))
     }
 
-    /// Whether the ray starts on the triangle in a slot.
+    /// Returns whether the ray starts on the triangle in a slot.
     #[inline(always)]
     fn starts_on(&self, slot: LeafSlot) -> bool {
         let triangle = self.tree.triangle_in(slot);
         self.filter.resolver().starts_on(self.ray, &triangle, (self.id, slot))
     }
 
-    /// Takes every hit of a ray that was traced alone, given the slots of the triangles.
+    /// Collects all hits of a ray that was traced alone, given the slots of the triangles.
     pub(super) fn take_alone(&mut self, slots: &[LeafSlot], output: &mut BatchOutput<'_>) {
         let number = self.id.0 as usize;
         let crossed = |slot: &LeafSlot| self.crossed(*slot);
@@ -166,8 +169,8 @@ impl HitCollector<'_> {
             BatchOutput::Crossings(all) => leaves.for_each(|leaves| all[number].add(leaves)),
             BatchOutput::Containments(all) => {
                 let starts_on = |slot| self.starts_on(slot);
-                // A ray traced alone only reports hits, and none at t = 0, so whether it starts on a triangle
-                // is tested separately.
+                // A ray that is traced alone reports only hits, and none at t = 0, so test
+                // separately whether it starts on a triangle.
                 all[number] = if is_held(self.tree, self.ray.origin, starts_on) {
                     Containment::Surface
                 } else {
