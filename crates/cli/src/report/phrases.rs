@@ -1,11 +1,11 @@
-//! The phrases that several reports share.
+//! Phrases that several reports share.
 
 use std::fmt;
 use std::path::Path;
 
 use crate::engine::fixed::GridReport;
 
-/// The model's file, or the built-in scene.
+/// The path of the model, or a name for the built-in scene.
 pub(crate) fn model(path: Option<&Path>) -> String {
     path.map_or("the built-in scene".to_owned(), |path| path.display().to_string())
 }
@@ -19,14 +19,14 @@ pub(crate) fn rate(rays: u64, seconds: f64) -> String {
     }
 }
 
-/// A number in three significant digits.
+/// Formats a number with three significant digits.
 pub(crate) fn significant(number: f64) -> String {
     let place = if number > 0.0 { number.log10().floor() } else { 0.0 };
     let decimals = (2.0 - place).clamp(0.0, 12.0) as usize;
     format!("{number:.decimals$}")
 }
 
-/// A line about the grid, if there is one.
+/// Writes a line about the grid, if there is one.
 pub(crate) fn write_grid(f: &mut fmt::Formatter<'_>, grid: Option<GridReport>) -> fmt::Result {
     let Some(GridReport { bits, direction_bits, step, moved, strays }) = grid else {
         return Ok(());
