@@ -20,11 +20,11 @@ use crate::simd::Vec3;
 /// ```
 /// use intertri::internal::Coefficients;
 /// use intertri::Triangle;
-/// Seen from the middle of a side, straight ahead.
+/// // Seen from the middle of a side, straight ahead.
 /// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let seen = Coefficients::new(&triangle, [0.5, 0.5, 0.0]);
 /// assert_eq!(seen.weights([0.0, 0.0, 1.0]), (0.5, 0.5));
-/// If the line passes by the triangle, a weight is negative.
+/// // If the line passes by the triangle, a weight is negative.
 /// assert!(seen.weights([0.0, -2.0, 1.0]).1 < 0.0);
 /// ```
 #[derive(Clone, Copy, Debug)]

@@ -24,7 +24,7 @@ pub struct Crossing {
 /// ```
 /// use intertri::Crossings;
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
-/// Through the front of one wall and the back of another.
+/// // Through the front of one wall and the back of another.
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let (front, back) = ([[0, 0, 5], [4, 0, 5], [0, 4, 5]], [[0, 0, 9], [0, 4, 9], [4, 0, 9]]);
 /// let walls: Vec<_> = blocks(&[grid.triangle_of(front)?, grid.triangle_of(back)?]).collect();

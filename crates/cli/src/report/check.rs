@@ -1,14 +1,14 @@
 //! Compares the pictures of two engines: where they disagree, and whether they may.
 //!
-//! - - Engines that follow document A must agree in every bit, and so must the exact engines.
-//! - - Between these two kinds, t differs in its last bits. If the triangle or the shadow differs,
+//! - Engines that follow document A must agree in every bit, and so must the exact engines.
+//! - Between these two kinds, t differs in its last bits. If the triangle or the shadow differs,
 //!   the laboratory's oracle must confirm `exact`.
-//! - - The z-buffer and the shadow volumes see the scene along lines that differ by rounding. If
+//! - The z-buffer and the shadow volumes see the scene along lines that differ by rounding. If
 //!   either is involved, a pixel may only differ if an edge, a tie of depths or the surface of a
 //!   volume passes within this rounding error: the rule of `docs/raster.md`, decided for each
 //!   pixel. Exact shadow rays extend to the surface, whereas volumes end a ten-thousandth of the
 //!   distance before it; the oracle decides in that part.
-//! - - The engine `fixed` sees a snapped scene, which may change any pixel.
+//! - The engine `fixed` sees a snapped scene, which may change any pixel.
 
 use intertri::{Hit, Triangle};
 use intertri_raster::{Verdict, differences, shadow_differences};

@@ -13,7 +13,7 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// use intertri::internal::exact::has_area;
 /// let along = |x, y| [x, y, 0.0];
 /// assert!(!has_area(&Triangle::new(along(0.0, 0.0), along(0.1, 0.1), along(0.3, 0.3))));
-/// The normal of this triangle is 0 in f64.
+/// // The normal of this triangle is 0 in f64.
 /// let (a, b) = (along(2.3207207e-9, 2.3207212e-9), along(1.705962, 1.705962));
 /// assert!(has_area(&Triangle::new(a, b, along(3.411924, 3.411924))));
 /// ```
