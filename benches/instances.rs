@@ -55,8 +55,8 @@ fn seconds(mut work: impl FnMut()) -> f64 {
     (0..3).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Camera rays from above the field; from the points that they hit, shadow rays to a light and
-/// diffuse rays in random directions.
+/// Creates camera rays from above the field. From each point that they hit, it adds a shadow ray to
+/// a light and a diffuse ray in a random direction.
 fn rays(scene: &SceneSnapshot, side: usize, rng: &mut Rng) -> [Vec<Ray64>; 3] {
     let width = 2.5 * side as f64;
     let eye = [0.5 * width, 8.0, -6.0];

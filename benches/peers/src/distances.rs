@@ -16,7 +16,7 @@ pub struct Options {
     /// Scenes to measure, as for `rays`. The sign is only meaningful for closed meshes.
     #[arg(long, value_delimiter = ',', default_value = "bunny,torus")]
     scene: Vec<String>,
-    /// Number of points, which are in a box 1.5 times as large as the mesh in each direction.
+    /// Number of points, in a box that is 1.5 times as large as the mesh in each direction.
     #[arg(long, default_value_t = 1_000_000)]
     points: usize,
     /// Number of threads; 0 uses all.

@@ -59,7 +59,7 @@ impl Figures {
         self.wrong as f64 / self.rays.max(1) as f64
     }
 
-    /// The speed, with as many digits as make sense.
+    /// The speed, with more decimals for small values.
     pub fn speed(&self) -> String {
         let digits = if self.speed < 0.01 {
             4
@@ -71,8 +71,8 @@ impl Figures {
         format!("{:.digits$}", self.speed)
     }
 
-    /// The wrong answers in a form that people can grasp. `most` is the largest number of rays of
-    /// any tracer.
+    /// The share of wrong answers as text, such as "1 in 1,000". `most` is the largest number of
+    /// rays of any tracer.
     pub fn how_wrong(&self, most: usize) -> String {
         match self.wrong {
             0 if self.rays < most => format!("none in {}", grouped(self.rays)),

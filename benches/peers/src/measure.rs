@@ -136,7 +136,7 @@ fn speed(rounds: &[Vec<Option<f64>>], parts: impl Iterator<Item = Range<usize>>)
     [slow, middle, fast].map(|seconds| if rays > 0 { rays as f64 * 1e-6 / seconds } else { 0.0 })
 }
 
-/// How many times as long as `a` `b` took in a round, over the parts that count for both.
+/// The ratio of the time of `b` to that of `a` in a round, over the parts that count for both.
 fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     let (mut of_a, mut of_b) = (0.0, 0.0);
     for (a, b) in a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?))) {
@@ -146,7 +146,8 @@ fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     (of_a > 0.0).then(|| of_b / of_a)
 }
 
-/// Runs all engines in turns until each has used its time. Returns the rows without the fields that
+/// Runs all engines alternately until each has used its time. Returns the rows without the fields
+/// that
 /// describe the scene.
 pub fn measure(
     engines: &mut [Named],

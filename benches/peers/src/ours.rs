@@ -232,7 +232,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Kept<S> {
     }
 }
 
-/// Whether every bit of t equals the t of document A.
+/// Whether t must equal that of document A in every bit.
 fn as_document(mode: Mode) -> bool {
     mode.rule().is_none()
 }

@@ -29,8 +29,8 @@ pub enum Kind {
     Parallel,
     /// From the points that the camera sees toward the sun; any hit.
     Sun,
-    /// From the points that the camera sees, sixteen rays per point about the normal, up to a tenth
-    /// of the scene's size long; any hit.
+    /// From the points that the camera sees, sixteen rays per point about the normal, with a length
+    /// of up to a tenth of the scene's size; any hit.
     Occlusion,
     /// From the moving origin of a scanner on a vehicle; closest hit.
     Lidar,

@@ -12,7 +12,7 @@ use robust::{Coord, orient2d};
 
 use crate::scenes::random;
 
-/// The maximal number of point/triangle tests. Beyond it, rays share points.
+/// The maximum number of point/triangle tests. Beyond it, rays share points.
 const TESTS: usize = 1 << 31;
 /// The margin, as a fraction of the longest side of the bounding box.
 const MARGIN: f32 = 1.0 / 1024.0;

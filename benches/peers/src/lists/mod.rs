@@ -57,7 +57,7 @@ pub struct Options {
     /// Engines to measure, by name or by the beginning of a name up to a dash; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
-    /// Maximal number of hits to list for each ray; unlimited by default. Other tracers always list
+    /// Maximum number of hits to list for each ray; unlimited by default. Other tracers always list
     /// all.
     #[arg(long)]
     limit: Option<usize>,

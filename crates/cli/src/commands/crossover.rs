@@ -70,7 +70,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&Report { written: charts.finish(), races }, options.charts.json)
 }
 
-/// Times both ways to draw a picture, in turns, and checks that their pixels are the same.
+/// Times both ways to draw a picture alternately, and checks that their pixels are the same.
 fn race(
     scene: &Scene,
     raster: &Raster<'_>,

@@ -290,7 +290,7 @@ fn answer<T: Tracer>(
         ));
     }
 
-    // If the answers go to standard output, the report cannot go there.
+    // A report cannot share standard output with the answers.
     if options.output.is_none() {
         return Ok(());
     }

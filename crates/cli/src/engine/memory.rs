@@ -7,8 +7,8 @@ use intertri_trace::{BvhScalar, Query};
 
 use crate::error::{Error, Result};
 
-/// Returns an empty list with capacity for `count` elements, or an error that calls them `what` if
-/// memory runs out.
+/// Returns an empty list with capacity for `count` elements. If memory runs out, returns an error
+/// that refers to the elements as `what`.
 pub(crate) fn room<T>(count: usize, what: &str) -> Result<Vec<T>> {
     let mut list = Vec::new();
     let room = list.try_reserve_exact(count);
@@ -16,8 +16,8 @@ pub(crate) fn room<T>(count: usize, what: &str) -> Result<Vec<T>> {
     Ok(list)
 }
 
-/// Returns a list with `count` copies of a value, or an error that calls them `what` if memory runs
-/// out.
+/// Returns a list with `count` copies of a value. If memory runs out, returns an error that refers
+/// to the copies as `what`.
 pub(crate) fn filled<T: Clone>(count: usize, value: T, what: &str) -> Result<Vec<T>> {
     let mut list = room(count, what)?;
     list.resize(count, value);

@@ -170,8 +170,8 @@ pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
     }
 }
 
-/// Loads a saved hierarchy, and merges its meshes into one, so that hits have the program's
-/// triangle numbers.
+/// Loads a saved hierarchy, and merges its meshes into one, so that triangles are numbered across
+/// the whole model.
 fn saved<S: BvhScalar>(path: &Path) -> Result<Bvh<S>> {
     let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
     Ok(bvh.into_one_mesh())

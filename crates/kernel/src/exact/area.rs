@@ -18,7 +18,7 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// assert!(has_area(&Triangle::new(a, b, along(3.411924, 3.411924))));
 /// ```
 pub fn has_area<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
-    // For a direction along an axis, D is this component of the normal.
+    // For a direction along an axis, D is the normal's component along that axis.
     let [c1, ..] = triangle.0;
     (0..3).any(|axis| {
         let mut dir = [S::ZERO; 3];

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   U = h6·(d × B)     h6 = c3 - c2           a number beyond its bound has its exact sign;
-//!   V = h5·(A × d)     h5 = c3 - c1           one whose products are all 0 is exactly 0;
-//!   W = h4·(d × A)     h4 = c2 - c1           two of different signs are a miss
+//!   V = h5·(A × d)     h5 = c3 - c1           a number with all products 0 is exactly 0;
+//!   W = h4·(d × A)     h4 = c2 - c1           two numbers with different signs: a miss
 //!   T = A·(h4 × h5)
 //! ```
 //!

@@ -2,8 +2,8 @@
 //! number correctly rounded.
 //!
 //! ```text
-//!   num:  n · a   v · dir   w · dir              in numbers of twice the digits; what does not
-//!   den:  n · dir n · dir   n · dir              depend on the direction is computed once for a
+//!   num:  n · a   v · dir   w · dir              in two-part numbers; the parts that do not
+//!   den:  n · dir n · dir   n · dir              depend on the direction are computed once for a
 //!           = t     = u       = v    triangle    triangle and an origin
 //! ```
 //!

@@ -125,7 +125,7 @@ fn picture(options: &Options, scene: &Scene, raster: &Raster<'_>, frame: &Frame)
     Ok(image)
 }
 
-/// The method by which the second engine finds shadows, if there are any: its own.
+/// The shadow method of the second engine, which is its own, unless shadows are off.
 fn check_shadows(shadows: Shadows, check: EngineName) -> Shadows {
     match (shadows, check) {
         (Shadows::None, _) => Shadows::None,

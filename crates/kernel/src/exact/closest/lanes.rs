@@ -72,9 +72,8 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let edge_doubt = farthest.mul_add(D::splat(PLACE), D::splat(TINY));
     let plane_doubt = (farthest * D::splat(PLACE)).mul_add(fourth * inverse, D::splat(TINY));
     let none = D::splat(0.0);
-    // If the projection of the point is certainly outside the face, the distance to the nearest
-    // edge is exact, and the same holds for a flat triangle. Otherwise, the plane gives a lower
-    // bound.
+    // If the projection of the point is certainly outside the face, or if the triangle is flat, the
+    // distance is that to the nearest edge. Otherwise, the plane gives a lower bound.
     let beside = outside | square.le(fourth * D::splat(FLAT));
     let least = D::select(beside, edge * less - edge_doubt, plane * less - plane_doubt);
     // If a triangle is a point, its edges are as near as the triangle, too.
