@@ -125,7 +125,7 @@ fn panel(
         svg.line([low, centre], [high, centre], INK, 1.0);
         let wrong = row.wrong_hits + row.wrong_triangles;
         // Answers of `fixed` are for the snapped scene.
-        let how = if row.engine == "fixed" { "by the grid" } else { "wrong" };
+        let how = if row.engine == "fixed" { "due to the grid" } else { "wrong" };
         let wrong = match wrong as f64 * 1e6 / row.rays.max(1) as f64 {
             0.0 => format!("none {how}"),
             share if share < 1.0 => format!("1 {how}"),

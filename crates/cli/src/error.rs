@@ -46,7 +46,7 @@ impl Error {
     /// An error about a thread that did not start.
     pub(crate) fn no_thread(cause: impl fmt::Display) -> Self {
         Self::new(format!(
-            "cannot start a thread: {cause}; leave more memory, or set RAYON_NUM_THREADS=1"
+            "cannot start a thread: {cause}; free some memory, or set RAYON_NUM_THREADS=1"
         ))
     }
 

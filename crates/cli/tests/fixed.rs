@@ -75,7 +75,7 @@ fn the_summary_names_the_grid() {
     );
     let text = text.unwrap();
     for words in
-        ["engine fixed", "6 bits of grid", "a step is", "moved by up to", "of them are excused"]
+        ["engine fixed", "6 grid bits", "a step is", "moved by up to", "of them are excused"]
     {
         assert!(text.contains(words), "no {words:?} in {text}");
     }

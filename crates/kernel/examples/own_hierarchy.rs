@@ -43,5 +43,5 @@ fn main() {
     }
     let all = mode.closest(&triangles, &ray);
     assert_eq!(Some(best), all.map(|hit| (hit.triangle, hit.t)));
-    println!("{best:?}, as without the hierarchy");
+    println!("{best:?}, the same as without the hierarchy");
 }

@@ -98,8 +98,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     charts.table("families", &families, &what)?;
     let section = draw::Section {
         title: "Speed against accuracy",
-        text: "Four workloads, and in each every method: how often its answer is wrong, by exact \
-               arithmetic, against how many times faster than the scalar reference it gives it.",
+        text: "All methods in four workloads: the share of wrong answers, determined by exact \
+               arithmetic, against the speed as a multiple of the scalar reference's.",
         picture: &chart,
     };
     charts.page("chart", "Ray/triangle tests: speed against accuracy", &[section])?;

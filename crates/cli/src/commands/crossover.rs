@@ -87,8 +87,8 @@ fn race(
             if count.differ > count.excused {
                 let (width, height) = raster.size;
                 return Err(Error::new(format!(
-                    "{} pixels of {width}x{height} differ that should not; render --check raster \
-                     draws them",
+                    "{} pixels of {width}x{height} differ but should not; use render --check \
+                     raster to see them",
                     count.differ - count.excused
                 )));
             }

@@ -77,8 +77,8 @@ pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     let Light::Point { position } = scene.light else { return None };
     let (middle, radius) = middle_and_radius(scene)?;
     (span(position.map(Into::into), middle) > FAR * radius).then(|| {
-        "the light is so far away that shadows begin behind what casts them; give its direction by \
-         --sun X,Y,Z"
+        "the light is so far away that shadows begin behind the objects that cast them; give its \
+         direction with --sun X,Y,Z"
             .to_owned()
     })
 }

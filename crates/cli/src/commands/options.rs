@@ -187,7 +187,7 @@ pub(crate) fn threshold_of(
         _ if engine.has_threshold() => Ok(Some(given.unwrap_or_default())),
         None => Ok(None),
         Some(_) => Err(Error::usage(format!(
-            "--threshold: engine {engine} has none; leave it out, or choose --engine certified"
+            "--threshold: engine {engine} has none; omit it, or choose --engine certified"
         ))),
     }
 }
@@ -204,7 +204,7 @@ pub(crate) fn grid_bounds(text: &str) -> std::result::Result<[[f32; 3]; 2], Stri
     let numbers = numbers.and_then(|numbers| <[f32; 6]>::try_from(numbers).ok());
     let [a, b, c, d, e, f] = numbers
         .filter(|numbers| numbers.iter().all(|x| x.is_finite()))
-        .ok_or("give six finite numbers with commas between them: two opposite corners of a box")?;
+        .ok_or("give six finite numbers separated by commas: two opposite corners of a box")?;
     Ok([[a, b, c], [d, e, f]])
 }
 

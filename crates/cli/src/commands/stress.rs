@@ -67,19 +67,19 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         draw::Section {
             title: "Where failures begin",
             text: "For each family of inputs, from harmless on the left to adversarial on the right: \
-                   the share of answers of each method that exact arithmetic says are wrong.",
+                   the share of each method's answers that exact arithmetic proves wrong.",
             picture: &curves,
         },
         draw::Section {
             title: "All methods, all families",
-            text: "The value of each family's parameter at which one answer in a thousand of a method \
-                   is first wrong.",
+            text: "For each method, the value of each family's parameter at which one answer in a \
+                   thousand is first wrong.",
             picture: &heat,
         },
         draw::Section {
             title: "Far from zero",
             text: "Walls in f64 at growing distances, as in maps and plans, and rays that leave or \
-                   approach them: a method that rounds to f32 soon does no better than a coin toss.",
+                   approach them: a method that rounds to f32 is soon no better than a coin toss.",
             picture: &walls,
         },
         draw::Section {

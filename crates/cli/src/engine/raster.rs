@@ -53,7 +53,7 @@ impl<'a> Raster<'a> {
         let count = self.triangles.len();
         if count > MAX_TRIANGLES {
             return Err(Error::new(format!(
-                "raster: {count} triangles; give at most {MAX_TRIANGLES}"
+                "raster: {count} triangles are too many; the limit is {MAX_TRIANGLES}"
             )));
         }
         let (camera, (width, height)) = (&self.scene.camera, self.size);

@@ -13,7 +13,7 @@ pub(crate) fn point<N: FromStr>(text: &str) -> Result<[N; 3], String> {
     let numbers: Option<Vec<N>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     numbers
         .and_then(|numbers| <[N; 3]>::try_from(numbers).ok())
-        .ok_or_else(|| "give three numbers with commas between them, such as 1,2.5,-3".to_owned())
+        .ok_or_else(|| "give three numbers separated by commas, such as 1,2.5,-3".to_owned())
 }
 
 /// Parses a size such as 1024x768.

@@ -76,7 +76,7 @@ impl Output {
 
 fn refused(name: &str, cause: &io::Error) -> Error {
     let why = match cause.kind() {
-        io::ErrorKind::BrokenPipe => "was closed before it had all answers".to_owned(),
+        io::ErrorKind::BrokenPipe => "was closed before all answers were written".to_owned(),
         _ => format!("cannot write the answers: {cause}"),
     };
     Error::at(name, why)

@@ -146,9 +146,9 @@ impl AdviseReport {
                 };
                 writeln!(f, "\ntake {name}: {bound}; nothing with fewer bits guarantees {sure}")?;
             }
-            (None, 0) => writeln!(f, "\nno pixel may be wrong: no choice guarantees that")?,
+            (None, 0) => writeln!(f, "\nno choice guarantees that no pixel is wrong")?,
             (None, pixels) => {
-                writeln!(f, "\n{pixels} pixels may be wrong: no choice guarantees that")?;
+                writeln!(f, "\nno choice guarantees at most {pixels} wrong pixels")?;
             }
         }
         let needs = &self.needs;

@@ -33,8 +33,8 @@ pub(crate) fn write_grid(f: &mut fmt::Formatter<'_>, grid: Option<GridReport>) -
     };
     writeln!(
         f,
-        "{bits:>12} bits of grid and {direction_bits} of direction: a step is {step:.1e}, points moved by up to \
-         {moved:.1e}, rays stray by less than {strays:.1e}"
+        "{bits:>12} grid bits, {direction_bits} direction bits: a step is {step:.1e}, points \
+         moved by up to {moved:.1e}, rays deviate by less than {strays:.1e}"
     )
 }
 
