@@ -1,9 +1,9 @@
-//! The mode `fixed` against the scalar reference, on the same snapped triangles and rays. Every answer is
-//! verified.
+//! Compares the mode `fixed` with the scalar reference, on the same snapped triangles and rays.
+//! Every answer is verified.
 //!
-//! Here t is an exact ratio. The reference gets the integers as f32, which represents them exactly, and must
-//! find the same triangles. All exact forms must find the numerators and denominators of the scalar test in
-//! i128.
+//! The mode `fixed` computes t as an exact ratio. The reference gets the same integers as f32,
+//! which represents them exactly, and must find the same triangles. All exact contenders must find
+//! the same numerators and denominators as the scalar test in i128.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::fixed::{
@@ -14,7 +14,7 @@ use intertri::simd::{Lane, Level, Simd, WithSimd};
 use intertri_benches::{Answer, Contender, Workload, compare};
 use intertri_reference as reference;
 
-/// Adds the closest crossing of a ray: its triangle, and the integers of its t.
+/// Adds the closest crossing of a ray: its triangle and the integers of its t.
 #[inline(always)]
 fn add(answer: &mut Answer, best: &Best) {
     if let Some((crossing, triangle)) = best.get() {
@@ -84,7 +84,7 @@ where
     }
 }
 
-/// One ray after another against blocks of N triangles.
+/// One ray after another against all blocks of N triangles.
 struct Blocks<'a, const N: usize, const FILTER: bool> {
     rays: &'a [Ray],
     blocks: &'a [Block<N>],
@@ -111,7 +111,7 @@ where
     }
 }
 
-/// A workload on the fine grid, and the answers of the scalar test in i128.
+/// A workload on the fine grid, with the answers of the scalar test in i128.
 struct Data {
     rays: Vec<Ray>,
     triangles: Vec<Triangle>,
@@ -123,7 +123,7 @@ struct Data {
     scene: reference::Scene,
     lines: Vec<reference::Ray>,
     truth: Answer,
-    /// The sum of the closest triangles' indices.
+    /// The sum of the indices of the closest triangles.
     nearest: u64,
 }
 
@@ -232,7 +232,7 @@ impl Data {
 }
 
 fn bench(criterion: &mut Criterion) {
-    // `cargo test` runs every benchmark once; one turn is enough to check the answers.
+    // `cargo test` runs every benchmark once, and one turn is enough to check the answers.
     let turns = if std::env::args().any(|arg| arg == "--bench") { 100 } else { 1 };
     for (form, shared) in [("fixed", false), ("fixed, shared origin", true)] {
         let data = Data::new(shared);

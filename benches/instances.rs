@@ -1,5 +1,5 @@
-//! A field of instances of one globe, on one thread: primary, shadow and diffuse rays, compared with the
-//! flattened scene where that fits in memory, and commits of moved instances.
+//! Measures a field of instances of one globe on one thread: primary, shadow and diffuse rays,
+//! compared with the flattened scene if it fits in memory, and commits of moved instances.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench instances
@@ -17,7 +17,7 @@ use intertri_trace::{Bvh, InstanceId, Scene, SceneSnapshot};
 /// The width and height of the picture in pixels.
 const SIDE: usize = 400;
 
-/// A globe of `rings` rings of triangles.
+/// A globe with `rings` rings of triangles.
 fn globe(rings: usize) -> Vec<Triangle> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f32 / rings as f32, (i % (2 * rings)) as f32 / (2 * rings) as f32);
@@ -34,7 +34,7 @@ fn globe(rings: usize) -> Vec<Triangle> {
     halves.collect()
 }
 
-/// The placement of one globe in a field of `side * side`, with its own rotation and size.
+/// The matrix of one globe in a field of `side * side` globes, with its own rotation and size.
 fn placement(i: usize, side: usize, rng: &mut Rng) -> [f64; 12] {
     let ([a, b, _], [x, z]) = (rng.cube(), [i % side, i / side].map(|k| 2.5 * k as f64));
     let ((s, c), (p, q)) = ((3.0 * a).sin_cos(), (3.0 * b).sin_cos());
@@ -45,7 +45,7 @@ fn placement(i: usize, side: usize, rng: &mut Rng) -> [f64; 12] {
     [m0, m1, m2, x, m4, m5, m6, 0.0, m8, m9, m10, z]
 }
 
-/// The best of three times, in seconds.
+/// The shortest of three measured times, in seconds.
 fn seconds(mut work: impl FnMut()) -> f64 {
     let time = |_| {
         let start = Instant::now();
@@ -55,7 +55,8 @@ fn seconds(mut work: impl FnMut()) -> f64 {
     (0..3).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Camera rays from above the field, and from the points they hit, rays to a light and in random directions.
+/// Creates camera rays from above the field. From each point that they hit, it adds a shadow ray to
+/// a light and a diffuse ray in a random direction.
 fn rays(scene: &SceneSnapshot, side: usize, rng: &mut Rng) -> [Vec<Ray64>; 3] {
     let width = 2.5 * side as f64;
     let eye = [0.5 * width, 8.0, -6.0];
@@ -77,7 +78,7 @@ fn rays(scene: &SceneSnapshot, side: usize, rng: &mut Rng) -> [Vec<Ray64>; 3] {
     [primary, shadow, diffuse]
 }
 
-/// Prints a row of the table, in million rays per second.
+/// Prints a row of the table, converted to million rays per second.
 fn row(name: &str, count: usize, seconds: [f64; 3], note: &str) {
     let [primary, shadow, diffuse] = seconds.map(|seconds| count as f64 / seconds * 1e-6);
     println!("{name:28} {primary:8.2} {shadow:8.2} {diffuse:8.2}   {note}");
@@ -100,7 +101,7 @@ fn field(mesh: &[Triangle], side: usize, is_flattened: bool) {
     }
     let scene = scene.commit().expect("memory");
     let [primary, shadow, diffuse] = rays(&scene, side, &mut rng);
-    println!("\n{} instances of {} triangles; million rays a second", side * side, mesh.len());
+    println!("\n{} instances of {} triangles; million rays per second", side * side, mesh.len());
     println!("{:28} {:>8} {:>8} {:>8}", "", "primary", "shadow", "diffuse");
     let closest = |rays: &[Ray64]| seconds(|| drop(black_box(scene.closest_batch(rays))));
     let any = |rays: &[Ray64]| seconds(|| drop(black_box(scene.any_batch(rays))));
@@ -137,7 +138,7 @@ fn field(mesh: &[Triangle], side: usize, is_flattened: bool) {
     }
 }
 
-/// Commits after all instances have moved.
+/// Measures commits after all instances have moved.
 fn commits(mesh: &[Triangle], side: usize) {
     let (mut rng, bvh) = (Rng::new(6), Arc::new(Bvh::new(mesh).expect("memory")));
     let mut scene = Scene::new();

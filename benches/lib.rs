@@ -1,4 +1,5 @@
-//! Shared by the benchmarks: the workload, and a table of ratios measured side by side.
+//! Code that the benchmarks share: the workloads, and a table of time ratios between contenders
+//! that take turns.
 
 use std::time::Instant;
 
@@ -10,9 +11,9 @@ pub mod moller_trumbore;
 /// The rays and triangles of a benchmark.
 #[derive(Debug)]
 pub struct Workload {
-    /// The rays; neighbours are similar.
+    /// The rays.
     pub rays: Vec<Ray>,
-    /// Triangles.
+    /// The triangles.
     pub triangles: Vec<Triangle>,
 }
 
@@ -27,8 +28,8 @@ fn triangle(rng: &mut Rng, size: f64) -> Triangle {
 }
 
 impl Workload {
-    /// Rays from all over the cube in all directions, and triangles strewn about it: no two rays of a packet
-    /// are alike, and about one test in fifty is a hit.
+    /// Rays that start all over the cube, in all directions, and triangles scattered over it. No
+    /// two rays of a packet are similar, and about one test in fifty is a hit.
     pub fn strewn(rays: usize, triangles: usize) -> Self {
         let mut rng = Rng::new(8);
         let f32s = |v: [f64; 3]| v.map(|x| x as f32);
@@ -37,8 +38,9 @@ impl Workload {
         Self { rays, triangles: (0..triangles).map(|_| triangle(&mut rng, 0.4)).collect() }
     }
 
-    /// A camera's view of triangles strewn about a cube, 4 × 2 pixels per packet; about one test in fifty is
-    /// a hit. With `shared` all rays start at one point, else each at its own.
+    /// A camera's view of triangles scattered over a cube, with 4 × 2 pixels per packet. About one
+    /// test in fifty is a hit. With `shared`, all rays start at one point; otherwise each has its
+    /// own origin.
     ///
     /// # Panics
     /// Panics if `rays` is not a multiple of 8 or `triangles` is 0.
@@ -70,12 +72,12 @@ impl Workload {
     }
 }
 
-/// A contender's answer: how many rays hit, and a hash of the triangles and all bits of t.
+/// A contender's answer: the number of hits, and a checksum of the triangles and all bits of t.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
     /// The number of rays that hit.
     pub hits: u64,
-    /// The sum of the triangles' indices and the bits of t.
+    /// The sum of the triangle indices and the bits of t.
     pub mixed: u64,
 }
 
@@ -88,7 +90,7 @@ impl Answer {
     }
 }
 
-/// A contender: a name, a function, and whether its answer is compared with the first one's.
+/// A contender: a name, a function, and whether its answer must equal the first contender's.
 pub struct Contender<'a> {
     /// The name in the table.
     pub name: String,
@@ -98,10 +100,10 @@ pub struct Contender<'a> {
     pub exact: bool,
 }
 
-/// Runs all contenders alternately, and prints the ratio of each one's time to the first's.
+/// Runs the contenders alternately, and prints the speed of each relative to the first.
 ///
-/// The turns are short, so that a dip of the clock slows all contenders alike. The ratio is the median of the
-/// ratios within a turn, with the tenth and ninetieth percentiles.
+/// Turns are short, so that a dip of the clock rate slows all contenders alike. The printed ratio
+/// is the median of the ratios within a turn, with the tenth and ninetieth percentiles.
 ///
 /// # Panics
 /// Panics if an answer is wrong.
@@ -118,14 +120,14 @@ pub fn compare(title: &str, tests: usize, turns: usize, contenders: &mut [Conten
                 "{}: {answer:?} {truth:?}",
                 contender.name
             );
-            // The first two turns are a warm-up.
+            // The first two turns only warm up.
             if turn >= 2 {
                 times.push(time);
             }
         }
     }
     println!("\n{title}: {tests} tests per turn, {} hits, {turns} alternating turns", truth.hits);
-    println!("{:36} {:>10} {:>28}", "", "ns a test", "times the first");
+    println!("{:36} {:>10} {:>28}", "", "ns/test", "times the first");
     for (contender, own) in contenders.iter().zip(&times) {
         let mut ratios: Vec<f64> = times[0].iter().zip(own).map(|(a, b)| a / b).collect();
         ratios.sort_by(f64::total_cmp);

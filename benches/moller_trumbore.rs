@@ -1,20 +1,21 @@
-//! The plain, uncertified f32 test that `certified` is compared with: Möller and Trumbore, "Fast, minimum storage
-//! ray/triangle intersection" (1997), two-sided, without an epsilon. The closest hit, without a branch.
+//! The plain f32 test without an error bound that `certified` is compared with: Möller and
+//! Trumbore, "Fast, minimum storage ray/triangle intersection" (1997), two-sided, without an
+//! epsilon. The closest hit is found without branches.
 
 use intertri::simd::{Lanes, Simd, Vec3, WithSimd};
 use intertri::{Ray, RayPacket, Triangle, TriangleOf};
 
 use crate::Answer;
 
-/// The closest hits of all packets among all triangles, eight or sixteen rays at a time.
+/// Finds the closest hits of all packets among all triangles, eight or sixteen rays at a time.
 pub struct MollerTrumbore<'a, const N: usize> {
     /// The rays.
     pub packets: &'a [RayPacket<N>],
-    /// First corner and two edges.
+    /// The first corner and two edges of each triangle.
     pub triangles: &'a [[[f32; 3]; 3]],
 }
 
-/// The corner and the edges that the test needs.
+/// The corner and the two edges that the test needs.
 pub fn edges(TriangleOf([a, b, c]): &Triangle) -> [[f32; 3]; 3] {
     let sub = |p: &[f32; 3]| [0, 1, 2].map(|k| p[k] - a[k]);
     [*a, sub(b), sub(c)]
@@ -73,7 +74,8 @@ impl WithSimd for MollerTrumbore<'_, 16> {
     }
 }
 
-/// t of one hit, in plain scalar f32, with a branch as soon as a weight shows a miss: the obvious loop.
+/// The t of one hit in plain scalar f32, with an early out as soon as a weight shows a miss. This
+/// is the loop that most people would write.
 #[inline(always)]
 fn hit(ray: &Ray, TriangleOf([a, b, c]): &Triangle, t_max: f32) -> Option<f32> {
     let sub = |p: &[f32; 3], q: &[f32; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];

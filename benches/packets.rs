@@ -1,9 +1,9 @@
-//! Scalar code against SIMD lanes: packets of rays against one triangle after another, one ray against
-//! blocks.
+//! Compares scalar code with SIMD lanes, for packets of rays against single triangles and for
+//! single rays against blocks of triangles.
 //!
-//! `cargo bench -p intertri-benches --bench packets` first prints, for each form, a table of all contenders,
-//! which take turns, after comparing every answer with the scalar reference's; then criterion measures each
-//! one alone.
+//! `cargo bench -p intertri-benches --bench packets` compares every answer with the scalar
+//! reference's. For each form, it prints a table of all contenders, which take turns; then
+//! criterion measures each contender alone.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
@@ -15,7 +15,7 @@ use intertri_benches::moller_trumbore::{MollerTrumbore, edges, scalar_any, scala
 use intertri_benches::{Answer, Contender, Workload, compare};
 use intertri_reference as reference;
 
-/// The scalar f64 reference's plain loop.
+/// A plain loop with the scalar f64 reference.
 fn scalar(scene: &reference::Scene, rays: &[Ray]) -> Answer {
     let mut answer = Answer::default();
     for ray in rays {
@@ -54,7 +54,7 @@ where
     }
 }
 
-/// One ray after another against blocks of eight triangles.
+/// One ray after another against all blocks of eight triangles.
 struct BlockLoop<'a> {
     filter: Filter<'a>,
     data: &'a Data,
@@ -187,7 +187,7 @@ impl Data {
     }
 }
 
-/// Queries over a slice, one ray per call, each next to a plain loop in f32: closest hits first, then any
+/// Queries over a slice, one ray per call, next to a plain f32 loop: closest hits first, then any
 /// hits.
 fn slices(data: &Data) -> [Vec<Contender<'_>>; 2] {
     let (rays, triangles) = (&data.rays[..], &data.triangles[..]);
@@ -212,7 +212,7 @@ fn slices(data: &Data) -> [Vec<Contender<'_>>; 2] {
     [closest, any]
 }
 
-/// Adds a mode's queries over the slice, or over blocks built from it beforehand.
+/// Adds a mode's queries over the slice, or over blocks that were built from it beforehand.
 fn queries<'a>(
     mode: Mode,
     data: &'a Data,
@@ -243,7 +243,7 @@ fn queries<'a>(
     any.push(Contender { name, run: Box::new(run), exact: false });
 }
 
-/// A contender whose answer must equal the reference's.
+/// A contender whose answers must equal the reference's.
 fn exact<'a>(name: impl Into<String>, run: impl FnMut() -> Answer + 'a) -> Contender<'a> {
     Contender { name: name.into(), run: Box::new(run), exact: true }
 }
@@ -253,11 +253,11 @@ fn bench(criterion: &mut Criterion) {
     let each = Data::new(Workload::view(2048, 256, false));
     let one = Data::new(Workload::view(2048, 256, true));
     let tests = each.rays.len() * each.triangles.len();
-    // `cargo test` runs every benchmark once; one turn is enough to check the answers.
+    // `cargo test` runs every benchmark once, and one turn is enough to check the answers.
     let turns = if std::env::args().any(|arg| arg == "--bench") { 60 } else { 1 };
     compare("packets of rays in all directions", tests, turns, &mut strewn.packets());
-    compare("packets, alike, each ray its own origin", tests, turns, &mut each.packets());
-    compare("packets, a camera's: one origin", tests, turns, &mut one.packets());
+    compare("packets of similar rays, each with its own origin", tests, turns, &mut each.packets());
+    compare("packets of camera rays with one origin", tests, turns, &mut one.packets());
     compare("one ray against blocks of triangles", tests, turns, &mut strewn.blocks());
     let [mut closest, mut any] = slices(&strewn);
     compare("closest of a slice, one ray per call", tests, turns, &mut closest);
@@ -265,7 +265,7 @@ fn bench(criterion: &mut Criterion) {
 
     let forms = [
         ("packets in all directions", strewn.packets()),
-        ("packets alike", each.packets()),
+        ("packets of similar rays", each.packets()),
         ("packets of one origin", one.packets()),
         ("blocks", strewn.blocks()),
         ("closest of a slice", closest),

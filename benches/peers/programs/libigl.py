@@ -1,4 +1,7 @@
-"""The tree of libigl, in f64, through its Python package: one call for all rays. Speaks as described in tracer.h."""
+"""Traces all rays in one call with libigl's f64 tree, through its Python package.
+
+tracer.h describes the protocol.
+"""
 
 import sys
 

@@ -1,5 +1,5 @@
-//! The charts: bars for each scene and kind of ray, and speed against the number of triangles. What they share with
-//! the others.
+//! The charts: bars for each scene and kind of ray, and speed against the number of triangles.
+//! Other charts share the helper functions.
 
 use std::collections::BTreeSet;
 
@@ -12,8 +12,9 @@ pub const INK: &str = "#222222";
 pub const GREY: &str = "#666666";
 pub const FAINT: &str = "#dddddd";
 
-/// A group in a chart: a prefix of engine names, of which the fastest is drawn, a label, and a colour from the
-/// palette of M. Okabe and K. Ito, which colour-blind people can tell apart.
+/// A group in a chart: a prefix of engine names, a label, and a colour. Of the engines with the
+/// prefix, the fastest is drawn. Colours are from the colour-blind-safe palette of M. Okabe and K.
+/// Ito.
 pub type Group = (&'static str, &'static str, &'static str);
 
 /// Our modes, and the other tracers.
@@ -35,7 +36,7 @@ fn groups() -> impl Iterator<Item = Group> {
     GROUPS.into_iter().chain(OTHERS)
 }
 
-/// An empty chart with its title and caption, which take 60 units of its height.
+/// An empty chart with a title and a caption, which take up 60 units of its height.
 pub fn titled([width, height]: [f64; 2], title: &str, caption: &str) -> Svg {
     let mut svg = Svg::new(width, height);
     svg.text([24.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
@@ -43,19 +44,19 @@ pub fn titled([width, height]: [f64; 2], title: &str, caption: &str) -> Svg {
     svg
 }
 
-/// A number of wrong answers as a table has it.
+/// A number of wrong answers as the tables print it.
 pub fn none_or(wrong: usize) -> String {
     if wrong == 0 { "none".into() } else { grouped(wrong) }
 }
 
-/// The row that stands for a group in a cell.
+/// The row that represents a group in a cell.
 pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     let of = |row: &&&Row| match row.engine.strip_prefix(group) {
-        // The same library in another precision is another tracer.
+        // The same library in another precision counts as another tracer.
         Some(rest) if rest.ends_with("-f64") || rest == "-inexact" => false,
-        // Our single calls and lower instruction sets are contenders of their own.
+        // Our single-ray calls and lower instruction levels are separate contenders.
         Some(rest) => !matches!(group, "certified" | "exact") || rest.is_empty(),
-        // A better build still counts as the fast mode.
+        // The high-quality build also counts as the fast mode.
         None => group == "embree-fast" && row.engine.starts_with("embree-high"),
     };
     rows.iter().filter(of).max_by(|a, b| a.speed[1].total_cmp(&b.speed[1])).copied()
@@ -76,7 +77,7 @@ pub fn distinct<'a, T: PartialEq>(
     keys
 }
 
-/// Bars: one row of panels for each scene, one panel for each kind of ray.
+/// The bars: one row of panels per scene, and one panel per kind of ray.
 pub fn bars(rows: &[Row], caption: &str) -> Svg {
     const PANEL: [f64; 2] = [330.0, 175.0];
     let scenes = distinct(rows, |row| (row.scene.as_str(), row.triangles));
@@ -84,7 +85,7 @@ pub fn bars(rows: &[Row], caption: &str) -> Svg {
     let [w, h] = PANEL;
     let (left, top) = (24.0, 60.0);
     let height = top + h * scenes.len() as f64 + 30.0;
-    let title = "Million rays a second, and of a million rays those answered wrongly";
+    let title = "Million rays per second, and wrong answers per million rays";
     let mut svg = titled([left + w * kinds.len() as f64 + 20.0, height], title, caption);
     for (i, (scene, triangles)) in scenes.iter().enumerate() {
         for (j, kind) in kinds.iter().enumerate() {
@@ -123,8 +124,8 @@ fn panel(
         let centre = top + (ROW - 4.0) / 2.0;
         svg.line([low, centre], [high, centre], INK, 1.0);
         let wrong = row.wrong_hits + row.wrong_triangles;
-        // Answers on a grid are for another scene.
-        let how = if row.engine == "fixed" { "by the grid" } else { "wrong" };
+        // Answers of `fixed` are for the snapped scene.
+        let how = if row.engine == "fixed" { "due to the grid" } else { "wrong" };
         let wrong = match wrong as f64 * 1e6 / row.rays.max(1) as f64 {
             0.0 => format!("none {how}"),
             share if share < 1.0 => format!("1 {how}"),
@@ -137,11 +138,11 @@ fn panel(
     }
 }
 
-/// Speed against triangles, both axes logarithmic: one panel for each kind.
+/// Speed against the number of triangles, both axes logarithmic, with one panel per kind of ray.
 pub fn growth(rows: &[Row], caption: &str) -> Svg {
     let kinds = distinct(rows, |row| row.kind.as_str());
     let (w, h) = (430.0, 380.0);
-    let title = "Million rays a second against triangles: a sphere with bumps, ever finer";
+    let title = "Million rays per second by number of triangles: a sphere with bumps, ever finer";
     let mut svg = titled([24.0 + w * kinds.len() as f64, h + 74.0], title, caption);
     let counts: BTreeSet<usize> = rows.iter().map(|row| row.triangles).collect();
     let (Some(&few), Some(&many)) = (counts.first(), counts.last()) else { return svg };

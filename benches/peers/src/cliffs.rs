@@ -1,7 +1,9 @@
-//! Cliffs: how many times longer the same rays take if a scene contains something that slows tracers down.
+//! Cliffs: measures how much longer the same rays take if a scene contains something that slows
+//! tracers down.
 //!
-//! A stray triangle, far origins, thin triangles, rays aimed at edges: each engine traces each case and its plain
-//! counterpart. A tracer whose time depends only on what the rays meet has ratios near 1.
+//! The obstacles include a stray triangle, far origins, thin triangles, and rays aimed at edges.
+//! Each engine traces each case and its plain counterpart. If a tracer's time only depends on what
+//! the rays hit, its ratios are close to 1.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,24 +26,24 @@ use crate::{embree, pool, report, scenes, write_rows};
 /// What makes a scene hostile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Cause {
-    /// One more triangle, ever further away.
+    /// One additional triangle, ever farther away.
     Stray,
-    /// The same for diffuse rays.
+    /// The same, traced with diffuse rays.
     StrayDiffuse,
-    /// Origins ever further away, toward what the camera sees.
+    /// Ray origins ever farther from the points that the camera sees.
     Origin,
-    /// Ever thinner triangles: a wavy plate of as many.
+    /// Ever thinner triangles: a wavy plate with a constant number of triangles.
     Thin,
     /// An ever larger share of rays aimed at edges.
     Edges,
-    /// The same for rays aimed at vertices.
+    /// The same with rays aimed at vertices.
     Vertices,
     /// A globe with quads at its poles, half of which are needles.
     Poles,
 }
 
 impl Cause {
-    /// Its name in the figures.
+    /// The name of the cause in tables and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stray => "stray",
@@ -54,7 +56,7 @@ impl Cause {
         }
     }
 
-    /// How hostile its cases are. The first is plain.
+    /// The severities to try, of which the first is the plain case.
     fn amounts(self) -> &'static [f64] {
         match self {
             Self::Stray => &[0.0, 1e2, 1e4, 1e6, 1e8],
@@ -66,7 +68,7 @@ impl Cause {
         }
     }
 
-    /// Whether the scene is generated rather than one of those chosen.
+    /// Whether the cause generates its own scene instead of using the scenes that the user chose.
     fn has_its_own_scene(self) -> bool {
         matches!(self, Self::Thin | Self::Poles)
     }
@@ -86,10 +88,10 @@ impl Cause {
 
 #[derive(Args)]
 pub struct Options {
-    /// Scenes, as for `rays`.
+    /// Scenes to trace, as for `rays`.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// What makes them hostile.
+    /// What makes the scenes hostile.
     #[arg(
         long,
         value_enum,
@@ -97,31 +99,31 @@ pub struct Options {
         default_value = "stray,stray-diffuse,origin,thin,edges,vertices,poles"
     )]
     cause: Vec<Cause>,
-    /// Engines, as for `rays`.
+    /// Engines to measure, as for `rays`.
     #[arg(
         long,
         value_delimiter = ',',
         default_value = "exact,exact-query,certified,embree-fast-1,embree-fast-16,embree-robust-16,obvhs-2"
     )]
     engine: Vec<String>,
-    /// Seconds for each engine, scene and kind.
+    /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 0.5)]
     seconds: f64,
-    /// Pixels along a side of the picture, a power of two.
+    /// Pixels along each side of the picture, a power of two.
     #[arg(long, default_value_t = 256)]
     size: u32,
     /// The order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Rows)]
     order: Order,
-    /// Where to write the figures as JSON, for the chart among others.
+    /// File to write the figures to as JSON, for example for the chart.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Embree's shared library, as for `rays`.
+    /// Path of Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
 
-/// A scene and rays at it.
+/// A scene and the rays to trace in it.
 struct Case {
     scene: Scene,
     rays: Vec<Ray>,
@@ -158,7 +160,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     options.json.as_ref().map_or(Ok(()), |path| write_rows(path, &all))
 }
 
-/// The rows of a case, without the fields that describe it.
+/// The rows of a case, without the fields that describe the case.
 fn measured(
     options: &Options,
     case: &Case,
@@ -193,7 +195,7 @@ fn case(options: &Options, name: &str, cause: Cause, amount: f64) -> Result<Case
         Cause::Edges | Cause::Vertices => {
             let target = if cause == Cause::Edges { Kind::Edges } else { Kind::Vertices };
             let aimed = rays::rays(target, &scene, &bvh, size, order);
-            // The camera's rays that hit, each of which has one that is aimed.
+            // Keeps the camera rays that hit: each of them has an aimed counterpart.
             let hits = bvh.query().mode(Mode::certified()).closest_batch(&rays);
             rays =
                 rays.into_iter().zip(&hits).filter(|(_, hit)| hit.is_hit()).map(|x| x.0).collect();
@@ -210,7 +212,7 @@ fn case(options: &Options, name: &str, cause: Cause, amount: f64) -> Result<Case
     Ok(Case { scene, rays, question: kind.question() })
 }
 
-/// The scene with one more triangle, `away` times its size away.
+/// The scene with one additional triangle, whose distance is `away` times the scene's size.
 fn strayed(scene: &Scene, away: f32) -> Scene {
     let mut scene = scene.clone();
     let first = scene.mesh.positions.len() as u32;
@@ -221,12 +223,12 @@ fn strayed(scene: &Scene, away: f32) -> Scene {
     scene
 }
 
-/// The largest side of the box around a mesh.
+/// The longest side of a mesh's bounding box.
 fn size(mesh: &Mesh) -> f32 {
     mesh.bounds().map_or(1.0, |b| (0..3).map(|k| b.max[k] - b.min[k]).fold(0.0, f32::max))
 }
 
-/// Rays toward what the camera sees, from far behind the camera.
+/// Rays toward the points that the camera sees, from far behind the camera.
 fn from_afar(scene: &Scene, bvh: &Bvh, rays: &[Ray], far: f32) -> Vec<Ray> {
     let mut hits = vec![Hit::MISS; rays.len()];
     bvh.query().closest_batch_into(rays, &mut hits);
@@ -241,7 +243,7 @@ fn from_afar(scene: &Scene, bvh: &Bvh, rays: &[Ray], far: f32) -> Vec<Ray> {
     .collect()
 }
 
-/// A wavy plate of 2^17 triangles, all of them `length^2` times as long as wide.
+/// A wavy plate of 2^17 triangles, each `length^2` times as long as it is wide.
 fn plate(length: u32) -> Mesh {
     let (across, along) = (256 * length, 256 / length);
     let mut mesh = Mesh::default();
@@ -261,7 +263,7 @@ fn plate(length: u32) -> Mesh {
     mesh
 }
 
-/// A sphere of meridians and parallels, computed in f32 as most programs do it.
+/// A sphere of meridians and parallels, computed in f32 as in most programs.
 fn globe(meridians: u32, parallels: u32, quads: bool) -> Mesh {
     let mut mesh = Mesh::default();
     for j in 0..=parallels {

@@ -1,19 +1,20 @@
-//! Measures the current clock rate of the core, by chains of additions that take one cycle each.
+//! Measures the core's current clock rate with chains of additions that take one cycle each.
 //!
-//! Several chains run side by side, because a core that is shared with another thread is slower at the same
+//! Several chains run side by side, because a core that runs a second thread is slower at the same
 //! clock rate.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-/// The length of a chain, in which each addition waits for the one before, and the number of chains in a
-/// sample.
+/// The length of a chain, in which each addition depends on the one before, and the number of
+/// chains in a sample.
 const LENGTH: u32 = 100_000;
 const CHAINS: usize = 3;
-/// Measurements at a clock rate further than this from the usual one are discarded.
+/// Measurements are discarded if the clock rate differs from the usual one by more than this ratio.
 const STEADY: f64 = 0.03;
-/// The usual clock rate: this many of a thousand measurements are slower. The median would mistake a dip for
-/// usual if it lasted half of the time; the fastest measurement may be a boost.
+/// Defines the usual clock rate: of a thousand measurements, this many are slower. The median would
+/// mistake a dip for the usual rate if the dip lasted half of the time, and the fastest measurement
+/// may be a boost.
 const USUAL: usize = 900;
 
 /// The clock rates while an engine traced the rays of a cell.
@@ -28,7 +29,7 @@ impl Clock {
         sample().max(sample())
     }
 
-    /// The fastest clock rate seen in a while.
+    /// The highest clock rate among many samples.
     pub fn fastest() -> f64 {
         (0..400).map(|_| sample()).fold(0.0, f64::max)
     }
@@ -39,8 +40,8 @@ impl Clock {
         self.seen.insert(at, clock);
     }
 
-    /// Whether a measurement at this clock rate counts. It does not in a dip or a boost; if the rate has
-    /// changed for good, it does.
+    /// Whether a measurement at this clock rate counts. It does not count during a dip or a boost,
+    /// but it does once the rate has changed for good.
     pub fn is_steady(&self, clock: f64) -> bool {
         self.seen
             .get(self.seen.len() * USUAL / 1000)
@@ -52,7 +53,7 @@ fn sample() -> f64 {
     let start = Instant::now();
     let mut x = black_box([1_u64; CHAINS]);
     for _ in 0..LENGTH / 8 {
-        // Opaque to the compiler, which would otherwise fold the additions.
+        // Opaque to the compiler, which could otherwise fold the additions into one.
         macro_rules! add {
             ($($again:tt)*) => { $( { let _ = $again; x = x.map(add_to_itself); } )* };
         }

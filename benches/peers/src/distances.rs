@@ -1,4 +1,4 @@
-//! Signed distances of a million points near a mesh, by intertri and parry3d.
+//! Measures signed distances of a million points near a mesh, with intertri and parry3d.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -13,22 +13,22 @@ use rayon::prelude::*;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes, as for `rays`; the sign is only meaningful for closed ones.
+    /// Scenes to measure, as for `rays`. The sign is only meaningful for closed meshes.
     #[arg(long, value_delimiter = ',', default_value = "bunny,torus")]
     scene: Vec<String>,
-    /// The number of points, in a box half as large again as the mesh.
+    /// Number of points, in a box that is 1.5 times as large as the mesh in each direction.
     #[arg(long, default_value_t = 1_000_000)]
     points: usize,
-    /// Threads; 0 for all.
+    /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Folder for the mesh, the points and intertri's answers, for use by other programs: NAME.obj,
-    /// NAME.points (f32) and NAME.distances (f64), little-endian.
+    /// Folder to save the mesh, the points and intertri's answers to, for use by other programs:
+    /// NAME.obj, NAME.points (f32) and NAME.distances (f64), both little-endian.
     #[arg(long, value_name = "FOLDER")]
     dump: Option<PathBuf>,
 }
 
-/// Numbers in `0..1`, the same on every run.
+/// Random numbers in `0..1`, the same in every run.
 fn random() -> impl FnMut() -> f32 {
     let mut state = 1_u64;
     move || {
@@ -50,10 +50,10 @@ pub fn run(options: &Options) -> Result<(), String> {
         };
         let points: Vec<[f32; 3]> =
             (0..options.points).map(|_| [coordinate(0), coordinate(1), coordinate(2)]).collect();
-        println!("{name}: {} triangles, {} points anywhere", mesh.triangles.len(), points.len());
+        println!("{name}: {} triangles, {} random points", mesh.triangles.len(), points.len());
         compare(&mesh, &points, &pool, options.dump.as_deref().map(|folder| folder.join(name)))?;
 
-        // A grid: neighbours in the slice are neighbours in space.
+        // A grid, in which neighbours in the slice are neighbours in space.
         let side = (options.points as f64).cbrt() as usize;
         let at = |k: usize, i: usize| {
             let (lo, hi) = (bounds.min[k], bounds.max[k]);
@@ -62,13 +62,13 @@ pub fn run(options: &Options) -> Result<(), String> {
         let grid: Vec<[f32; 3]> = (0..side * side * side)
             .map(|i| [at(0, i % side), at(1, i / side % side), at(2, i / side / side)])
             .collect();
-        println!("{name}: {} points of a grid", grid.len());
+        println!("{name}: {} points on a grid", grid.len());
         compare(&mesh, &grid, &pool, None)?;
     }
     Ok(())
 }
 
-/// Microseconds per point, the fastest of three runs.
+/// Microseconds per point, in the fastest of three runs.
 fn fastest<R>(count: usize, mut work: impl FnMut() -> R) -> f64 {
     let mut once = || {
         let start = Instant::now();
@@ -92,11 +92,11 @@ fn compare(
     let time = fastest(points.len(), || {
         pool.install(|| solid.bvh().closest_point_batch_into(points, infinity, &mut closest));
     });
-    println!("  intertri, closest point    {time:7.3} us a point");
+    println!("  intertri, closest point    {time:7.3} us/point");
     let time = fastest(points.len(), || {
         pool.install(|| solid.signed_distance_batch_into(points, &mut signed));
     });
-    println!("  intertri, signed distance  {time:7.3} us a point");
+    println!("  intertri, signed distance  {time:7.3} us/point");
     if let Some(path) = dump {
         write_down(&path, mesh, points, &signed)?;
     }
@@ -121,17 +121,18 @@ fn compare(
                 .for_each(|(to, p)| *to = project(p));
         });
     });
-    println!("  parry3d, signed distance   {time:7.3} us a point");
+    println!("  parry3d, signed distance   {time:7.3} us/point");
 
-    // intertri's distances are within an f64 ulp of the truth, so the others are measured against them.
+    // intertri's distances are within an f64 ulp of the true ones, so parry3d's are compared with
+    // them.
     let (mut signs, mut worst) = (0, 0.0_f64);
     for (&theirs, &ours) in theirs.iter().zip(&signed) {
         signs += usize::from((theirs < 0.0) != (ours < 0.0));
         worst = worst.max((f64::from(theirs).abs() - ours.abs()).abs() / ours.abs().max(1e-300));
     }
-    let said = if closed { "closed" } else { "open, so that a sign means little" };
+    let said = if closed { "closed" } else { "open, so signs mean little" };
     println!(
-        "  parry3d: {signs} other signs (the mesh is {said}); off by {worst:.1e} of the distance at most"
+        "  parry3d: {signs} signs differ (the mesh is {said}); largest relative error {worst:.1e}"
     );
     Ok(())
 }

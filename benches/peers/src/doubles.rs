@@ -1,4 +1,4 @@
-//! Tracers in f64, by name, and how a scene in f32 reaches them.
+//! The f64 tracers by name, and an adapter for rays in f32.
 
 use std::ops::Range;
 
@@ -10,15 +10,15 @@ use crate::parry::Parry64;
 use crate::programs::Program;
 use crate::rays::widened;
 
-/// The names of the tracers in f64.
+/// The names of the f64 tracers.
 const NAMES: [&str; 6] = ["bvh-f64", "parry-f64", "tinybvh-f64", "libigl", "cgal", "cgal-inexact"];
 
-/// Whether a name is that of a tracer in f64.
+/// Whether a name is that of an f64 tracer.
 pub fn is(name: &str) -> bool {
     NAMES.contains(&name)
 }
 
-/// An f64 tracer, for triangles in f64. If it cannot be built, prints the reason and returns nothing.
+/// Builds an f64 tracer over f64 triangles. If that fails, prints the reason and returns nothing.
 pub fn engine(name: &str, triangles: &[Triangle64]) -> Option<Box<dyn Engine<Ray64>>> {
     let engine: Result<Box<dyn Engine<Ray64>>, String> = match name {
         "parry-f64" => parry(triangles).map(|engine| Box::new(engine) as _),
@@ -34,7 +34,7 @@ fn parry(triangles: &[Triangle64]) -> Result<Parry64, String> {
     Parry64::new(&corners, &indices.collect::<Vec<_>>())
 }
 
-/// An f64 tracer that takes rays in f32.
+/// An f64 tracer that takes rays in f32 and widens them.
 pub struct Widened(pub Box<dyn Engine<Ray64>>);
 
 impl Engine for Widened {

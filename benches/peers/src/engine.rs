@@ -5,16 +5,17 @@ use std::ops::Range;
 use intertri::Ray;
 use rayon::prelude::*;
 
-/// The query.
+/// The kind of query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// Whether any hit will do; otherwise the closest is wanted.
+    /// Whether the query is any hit; otherwise it is closest hit.
     pub any: bool,
     /// Whether neighbouring rays are coherent.
     pub coherent: bool,
 }
 
-/// The answer for a ray: a triangle and its t; for any-hit queries, only whether there is a hit.
+/// The answer for a ray: a triangle and its t. For any-hit queries, it only tells a hit from a
+/// miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     pub triangle: u32,
@@ -30,25 +31,25 @@ impl Answer {
     }
 }
 
-/// A tracer over one scene that takes rays of type `R`.
+/// A tracer for one scene that takes rays of type `R`.
 pub trait Engine<R = Ray>: Send + Sync {
-    /// Stores rays in the layout that suits the tracer. Not timed.
+    /// Stores rays in the layout that suits the tracer. This is not timed.
     fn load(&mut self, rays: &[R], question: Question);
-    /// Traces a range of the rays on the threads of the current pool. The range starts at a multiple of
-    /// [`CHUNK`], and ends at another or at the last ray. Timed.
+    /// Traces a range of the rays on the threads of the current pool. The range starts at a
+    /// multiple of [`CHUNK`], and ends at another multiple or after the last ray. This is timed.
     fn trace(&mut self, part: Range<usize>);
     /// The hits, in the order of the rays.
     fn answers(&self) -> Vec<Answer>;
-    /// Whether the engine promises every bit of t.
+    /// Whether the engine guarantees every bit of t.
     fn exact(&self) -> bool {
         false
     }
 }
 
-/// The number of rays that a thread takes at a time.
+/// The number of rays that a thread processes at a time.
 pub const CHUNK: usize = 1024;
 
-/// The rays of a tracer that takes one ray per call.
+/// The rays of a tracer that traces one ray per call.
 pub struct Singles<R> {
     rays: Vec<R>,
     any: bool,
@@ -78,7 +79,7 @@ impl<R: Send + Sync> Singles<R> {
         self.trace_with(part, || (), |(), ray| closest(ray), |(), ray| any(ray));
     }
 
-    /// Like [`Singles::trace`], but each chunk creates a value of its own.
+    /// Like [`Singles::trace`], but creates a value with `make` for each chunk.
     #[inline(always)]
     pub fn trace_with<K>(
         &mut self,

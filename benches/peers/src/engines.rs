@@ -1,4 +1,4 @@
-//! The engines by name, and how to build each of them for a scene.
+//! The engines by name, and how to build each for a scene.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -18,63 +18,63 @@ use crate::obvhs::Obvhs;
 use crate::ours::{Batch, InF32, Kept, Single, Triangles};
 use crate::parry::Parry;
 
-/// All engines, with a one-line description.
+/// All engines, each with a short description.
 pub const ENGINES: [(&str, &str); 46] = [
-    ("certified", "batch calls, the CPU's best instructions"),
+    ("certified", "batch calls, with the CPU's best instructions"),
     ("certified-f32", "batch calls with t, u, v in f32"),
     ("certified-f32-avx2", ""),
     ("certified-triangles", "batch calls for the triangle alone"),
-    ("certified-avx2", "batch calls held to AVX2"),
+    ("certified-avx2", "batch calls, limited to AVX2"),
     ("certified-triangles-avx2", ""),
-    ("certified-single", "a call a ray"),
-    ("certified-query", "a call a ray, by a query that is kept"),
+    ("certified-single", "one ray per call"),
+    ("certified-query", "one ray per call, through a reused query"),
     ("certified-query-avx2", ""),
-    ("certified-zero", "batch calls with Threshold 0; differs by that"),
+    ("certified-zero", "batch calls with a Threshold of 0, so answers may differ"),
     ("certified-zero-triangles", ""),
     ("exact", "batch calls"),
     ("exact-f32", "batch calls with t, u, v in f32"),
     ("exact-f32-avx2", ""),
     ("exact-triangles", "batch calls for the triangle alone"),
-    ("exact-avx2", "batch calls held to AVX2"),
+    ("exact-avx2", "batch calls, limited to AVX2"),
     ("exact-triangles-avx2", ""),
-    ("exact-single", "a call a ray"),
-    ("exact-query", "a call a ray, by a query that is kept"),
+    ("exact-single", "one ray per call"),
+    ("exact-query", "one ray per call, through a reused query"),
     ("exact-query-avx2", ""),
     ("exact-query-triangles", "the same for the triangle alone"),
     ("exact-query-triangles-avx2", ""),
-    ("fixed", "batch calls, snapping included; differs by the snapping to its grid"),
-    ("embree-fast-1", "a call a ray; default build"),
-    ("embree-fast-8", "8 rays a call"),
-    ("embree-fast-16", "16 rays a call"),
+    ("fixed", "batch calls, including the time to snap to the grid, which changes answers"),
+    ("embree-fast-1", "one ray per call; default build"),
+    ("embree-fast-8", "8 rays per call"),
+    ("embree-fast-16", "16 rays per call"),
     ("embree-robust-1", "the scene's robust flag"),
     ("embree-robust-8", ""),
     ("embree-robust-16", ""),
     ("embree-high-1", "fast; high-quality build"),
     ("embree-high-8", ""),
     ("embree-high-16", ""),
-    ("embree-avx2-1", "fast; held to AVX2"),
+    ("embree-avx2-1", "fast; limited to AVX2"),
     ("embree-avx2-8", ""),
-    ("embree-avx2-robust-8", "robust; held to AVX2"),
+    ("embree-avx2-robust-8", "robust; limited to AVX2"),
     ("obvhs-2", "two-way hierarchy, slow build"),
     ("obvhs-8", "compressed eight-way hierarchy, slow build"),
-    ("tinybvh", "BVH8_CPU, a call a ray; only with the feature `tinybvh`"),
+    ("tinybvh", "BVH8_CPU, one ray per call; only with the feature `tinybvh`"),
     ("bvh", "two-way hierarchy"),
     ("bvh-f64", "the same in f64, with the scene and the rays widened"),
     ("parry", "triangle mesh"),
     ("parry-f64", "the same in f64"),
-    ("tinybvh-f64", "BVH_Double; this and those below are programs that `programs/build` makes"),
+    ("tinybvh-f64", "BVH_Double; this and the engines below are built by `programs/build`"),
     ("libigl", "its tree in f64, through Python, one call for all rays"),
     ("cgal", "its tree, with exact constructions"),
     ("cgal-inexact", "its tree, with exact predicates and rounded constructions"),
 ];
 
-/// Whether one of the filters selects a name: it is the name itself, or its beginning up to a dash. No
-/// filters select all names.
+/// Whether one of the filters selects a name. A filter is either a whole name, or the beginning of
+/// one up to a dash. Without filters, all names are selected.
 pub fn wanted(name: &str, filters: &[String]) -> bool {
     wanted_of(name, filters, ENGINES.iter().map(|(name, _)| *name))
 }
 
-/// The same for names of another list.
+/// The same as [`wanted`], for another list of names.
 pub fn wanted_of<'a>(
     name: &str,
     filters: &[String],
@@ -89,7 +89,7 @@ pub fn wanted_of<'a>(
     filters.is_empty() || filters.iter().any(|filter| meant(filter) && !whole(filter))
 }
 
-/// An engine; on an error, prints the reason and returns nothing.
+/// Boxes an engine. On an error, prints the reason and returns nothing.
 fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Box<dyn Engine>> {
     let engine = engine.inspect_err(|error| eprintln!("{name}: {error}")).ok()?;
     Some(Box::new(engine))
@@ -118,7 +118,7 @@ fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     }
 }
 
-/// A triangle in f64.
+/// Widens a triangle to f64.
 pub fn in_f64(triangle: &Triangle) -> Triangle64 {
     TriangleOf(triangle.0.map(|corner| corner.map(f64::from)))
 }
@@ -128,7 +128,7 @@ fn level(name: &str) -> Option<Level> {
     if name.ends_with("avx2") { Level::avx2() } else { Some(Level::best()) }
 }
 
-/// The engines for a scene. Those that cannot be built are reported and left out.
+/// The engines for a scene. Engines that cannot be built are reported and skipped.
 pub fn engines(
     filters: &[String],
     scene: &intertri_scene::Scene,

@@ -1,5 +1,6 @@
-//! The mode `fixed`, through a hierarchy. Triangles and rays are snapped to a grid first, and each crossing
-//! is counted once, so answers are exact on the grid and differ from the others' only by the snapping.
+//! The mode `fixed`, through a hierarchy. Triangles and rays are snapped to a grid first, and each
+//! crossing is counted once. Answers are therefore exact on the grid, and differ from the others
+//! only by the snapping.
 
 use std::ops::Range;
 
@@ -25,7 +26,7 @@ pub struct Fixed {
 
 impl Fixed {
     pub fn new(scene: &Scene) -> Result<Self, String> {
-        // Leaves a margin for rays that start a little off a surface.
+        // Leaves a margin for rays that start slightly off a surface.
         let room = |p: [f32; 3]| [0.99, 1.01].map(|scale| p.map(|x| x * scale));
         let ends = scene.mesh.bounds().map_or([[0.0; 3]; 2], |bounds| [bounds.min, bounds.max]);
         let looks = [scene.camera.eye(), scene.light.origin([0.0; 3])];
@@ -60,7 +61,7 @@ impl Engine for Fixed {
     }
 
     fn trace(&mut self, part: Range<usize>) {
-        // One chunk at a time, so that it stays in the cache.
+        // Processes one chunk at a time, so that it stays in the cache.
         let Self { bvh, grid, .. } = self;
         let (query, mut lines) = (bvh.query().once(), Vec::with_capacity(CHUNK));
         let (hits, seen) = (&mut self.hits[part.clone()], &mut self.seen[part.clone()]);
@@ -68,7 +69,7 @@ impl Engine for Fixed {
         let (rays, snapped) = (&self.rays[part.clone()], &mut self.snapped[part]);
         let rays = rays.chunks(CHUNK).zip(snapped.chunks_mut(CHUNK));
         for ((rays, snapped), (hits, seen)) in rays.zip(hits) {
-            grid.rays(rays, snapped, |_, why| panic!("the grid has room for every origin: {why}"));
+            grid.rays(rays, snapped, |_, why| panic!("the grid contains every origin: {why}"));
             lines.clear();
             lines.extend(snapped.iter().map(|ray| *ray.to_f32()));
             if self.any {

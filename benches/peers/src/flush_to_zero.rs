@@ -1,11 +1,11 @@
-//! Treats subnormal numbers as zero while a peer that requires it runs.
+//! Treats subnormal numbers as zero while a tracer that needs this setting runs.
 
-/// Runs a function with subnormal numbers treated as zero, as Embree's manual recommends.
+/// Runs a function while subnormal numbers are treated as zero, as Embree's manual recommends.
 #[cfg(target_arch = "x86_64")]
 pub fn with_flush_to_zero(run: impl FnOnce()) {
     const FLUSH: u32 = 0x8040;
     let mut before = 0_u32;
-    // SAFETY: reads the control word, sets two bits of it, and restores it.
+    // SAFETY: reads the control word, sets two of its bits, and restores it.
     unsafe {
         std::arch::asm!("stmxcsr [{}]", in(reg) &mut before, options(nostack));
         let flush = before | FLUSH;

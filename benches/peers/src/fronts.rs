@@ -1,4 +1,5 @@
-//! The chart of speed and wrong answers: whole scenes, a column for each kind of ray and a row for each tracer.
+//! The chart of speed and wrong answers over whole scenes, with a column per kind of ray and a row
+//! per tracer.
 
 use intertri_lab::draw::{Anchor, Font, Svg};
 
@@ -6,7 +7,8 @@ use crate::chart::{FAINT, GREY, INK, distinct, fastest, none_or, titled};
 use crate::measure::Row;
 use crate::report::grouped;
 
-/// The tracers: a prefix of engine names, of which the fastest counts, and a label.
+/// The tracers: a prefix of engine names, and a label. Of the engines with the prefix, the fastest
+/// counts.
 const TRACERS: [(&str, &str); 13] = [
     ("exact", "intertri exact, batches"),
     ("exact-query", "intertri, ray by ray"),
@@ -23,7 +25,7 @@ const TRACERS: [(&str, &str); 13] = [
     ("cgal", "CGAL, exact points"),
 ];
 
-/// The colour of a share of wrong answers below a limit, and its label.
+/// Limits for the share of wrong answers, each with the colour and label of the shares up to it.
 const SHARES: [(f64, &str, &str); 5] = [
     (0.0, "#0072B2", "never wrong"),
     (1e-5, "#F3DE8A", "up to 1 in 100,000"),
@@ -35,7 +37,7 @@ const SHARES: [(f64, &str, &str); 5] = [
 const ACROSS: usize = 4;
 const LABELS: f64 = 166.0;
 const CELL: [f64; 2] = [196.0, 19.0];
-/// The part of a cell that bars fill.
+/// The width of the longest bar.
 const BARS: f64 = 78.0;
 const TOP: f64 = 84.0;
 const HEADING: f64 = 30.0;
@@ -43,11 +45,12 @@ const HEADING: f64 = 30.0;
 /// A tracer's figures for one kind of ray, over all scenes.
 pub struct Figures {
     pub name: &'static str,
-    /// The geometric mean over the scenes of the speed as a multiple of that of Embree's fast mode.
+    /// The speed as a multiple of that of Embree's fast mode: the geometric mean over the scenes.
     pub speed: f64,
     pub wrong: usize,
     pub rays: usize,
-    /// Whether no other tracer is as fast and as right, and better at one of the two.
+    /// Whether no other tracer is at least as good in both speed and accuracy, and better in one of
+    /// them.
     pub is_on_front: bool,
 }
 
@@ -56,7 +59,7 @@ impl Figures {
         self.wrong as f64 / self.rays.max(1) as f64
     }
 
-    /// The speed in as many digits as it deserves.
+    /// The speed, with more decimals for small values.
     pub fn speed(&self) -> String {
         let digits = if self.speed < 0.01 {
             4
@@ -68,7 +71,8 @@ impl Figures {
         format!("{:.digits$}", self.speed)
     }
 
-    /// The wrong answers as people count them. `most` is the number of rays of the other tracers.
+    /// The share of wrong answers as text, such as "1 in 1,000". `most` is the largest number of
+    /// rays of any tracer.
     pub fn how_wrong(&self, most: usize) -> String {
         match self.wrong {
             0 if self.rays < most => format!("none in {}", grouped(self.rays)),
@@ -91,7 +95,7 @@ pub fn kinds(rows: &[Row]) -> Vec<(&str, &str)> {
     distinct(rows, |row| (row.kind.as_str(), row.order.as_str()))
 }
 
-/// What a kind of ray is called.
+/// The name of a kind of ray in the chart.
 pub fn called(kind: &str) -> &str {
     match kind {
         "primary" => "Camera, row by row",
@@ -111,7 +115,7 @@ pub fn figures(rows: &[Row], (kind, order): (&str, &str)) -> Vec<Figures> {
     let rows: Vec<&Row> =
         rows.iter().filter(|row| row.kind == kind && row.order == order).collect();
     let scenes = distinct(rows.iter().copied(), |row| row.scene.as_str());
-    // Neighbours share the point that these rays aim at, so either triangle is right.
+    // Adjacent triangles share the point that these rays aim at, so either triangle is right.
     let shared = matches!(kind, "edges" | "vertices" | "walls");
     let of = |(group, name): (&str, &'static str)| {
         let (mut logs, mut wrong, mut rays) = (Vec::new(), 0, 0);
@@ -137,8 +141,8 @@ pub fn figures(rows: &[Row], (kind, order): (&str, &str)) -> Vec<Figures> {
     all
 }
 
-/// A tracer's row of a scene, and that of Embree's fast mode in the same run: a slow tracer may have had a run of
-/// its own, with fewer rays.
+/// A tracer's row for a scene, and the row of Embree's fast mode from the same run. A slow tracer
+/// may have its own run with fewer rays.
 fn beside_embree<'a>(cell: &[&'a Row], group: &str) -> Option<(&'a Row, &'a Row)> {
     let mut counts: Vec<usize> = cell.iter().map(|row| row.rays).collect();
     counts.sort_unstable();
@@ -149,7 +153,8 @@ fn beside_embree<'a>(cell: &[&'a Row], group: &str) -> Option<(&'a Row, &'a Row)
     })
 }
 
-/// Speed and wrong answers: a bar for each tracer and kind of ray, coloured by how often it is wrong.
+/// Speed and wrong answers: a bar for each tracer and kind of ray, coloured by the share of wrong
+/// answers.
 pub fn chart(rows: &[Row], caption: &str) -> Svg {
     let columns: Vec<_> = kinds(rows).iter().map(|&kind| (kind, figures(rows, kind))).collect();
     let across = columns.len().min(ACROSS);
@@ -186,7 +191,7 @@ fn legend(svg: &mut Svg) {
     svg.text([x + 4.0, 72.0], front, Font::new(11.0, Anchor::Start));
 }
 
-/// The names of the tracers, left of a block.
+/// The names of the tracers, to the left of a block.
 fn labels(svg: &mut Svg, top: f64) {
     for (i, (group, name)) in TRACERS.iter().enumerate() {
         let y = top + HEADING + CELL[1] * i as f64;
@@ -221,7 +226,8 @@ fn column(svg: &mut Svg, [left, top]: [f64; 2], scale: f64, all: &[Figures]) {
     }
 }
 
-/// The same as a table in Markdown: a line for each tracer, its speed and its wrong answers for each kind.
+/// The chart's figures as a Markdown table: a row per tracer, with its speed and wrong answers for
+/// each kind of ray.
 pub fn table(rows: &[Row]) -> String {
     let kinds = kinds(rows);
     let columns: Vec<_> = kinds.iter().map(|&kind| figures(rows, kind)).collect();
@@ -249,7 +255,7 @@ pub fn table(rows: &[Row]) -> String {
     table
 }
 
-/// What a kind of ray is called at the head of a column.
+/// The name of a kind of ray in a column's head.
 fn short(kind: &str) -> &str {
     match kind {
         "primary" => "camera",
@@ -297,7 +303,7 @@ mod tests {
             row("kitchen", "exact", 1000, 2.0),
         ];
         let all = figures(&rows, ("primary", "rows"));
-        // 8 times in one scene, half in the other: the geometric mean is 2.
+        // 8 times as fast in one scene and half as fast in the other: the geometric mean is 2.
         assert!((figures_of(&all, OURS).speed - 2.0).abs() < 1e-12);
         assert!((figures_of(&all, EMBREE).speed - 1.0).abs() < 1e-12);
     }

@@ -1,4 +1,4 @@
-//! Traces the same rays with intertri and other tracers, alternating in one process.
+//! Traces the same rays with intertri and with other ray tracers, which take turns in one process.
 
 mod builds;
 mod bvh;
@@ -55,7 +55,7 @@ use crate::ours::Single;
 use crate::rays::{Kind, Order};
 use crate::truth::Truth;
 
-/// Rays through intertri and its peers: million rays a second, and wrong answers.
+/// Trace the same rays with intertri and other tracers, and compare speed and wrong answers
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]
@@ -64,28 +64,28 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Measure rays.
+    /// Measure how fast rays are traced, and count wrong answers.
     Rays(Options),
-    /// Measure how long the hierarchies take to build.
+    /// Measure how long it takes to build the hierarchies.
     Builds(BuildOptions),
-    /// Count rays from inside closed meshes, aimed at vertices and edges, that hit nothing.
+    /// Count rays from inside closed meshes that aim at vertices and edges but hit nothing.
     Leaks(leaks::Options),
-    /// Measure every hit of each ray.
+    /// Measure queries for every hit of each ray.
     Lists(lists::Options),
-    /// Compare scenes in f64 with the same in f32, and with other tracers in f64.
+    /// Compare scenes in f64 with the same scenes in f32, and with other f64 tracers.
     F64(in_f64::Options),
-    /// Measure scenes a kilometre across at the coordinates of a map, in f64.
+    /// Measure scenes a kilometre across at map coordinates, in f64.
     Utm(utm::Options),
-    /// Measure scenes of instances beside the same flattened, and beside Embree's instances.
+    /// Compare scenes of instances with the same scenes flattened, and with Embree's instances.
     Instances(instances::Options),
     #[cfg(feature = "chart")]
-    /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
+    /// Draw the figures of `rays --json` or `cliffs --json` as NAME.svg and NAME.png.
     Chart(ChartOptions),
     /// Measure signed distances of a million points.
     Distances(distances::Options),
     /// Measure saving, loading and refitting.
     Moves(moves::Options),
-    /// Measure how many times longer the same rays take in hostile scenes.
+    /// Measure how much longer the same rays take in hostile scenes.
     Cliffs(cliffs::Options),
     /// List the engines and the scenes.
     List,
@@ -93,52 +93,53 @@ enum Command {
 
 #[derive(Args)]
 struct Options {
-    /// Scenes: names of the list, sphere-N with N triangles, `growth` for spheres of 10^2 to 10^7, or
-    /// paths of models.
+    /// Scenes to trace: names from `list`, sphere-N with N triangles, `growth` for spheres of 10^2
+    /// to 10^7 triangles, or paths of models.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// Kinds of rays.
+    /// Kinds of rays to trace.
     #[arg(long, value_delimiter = ',', default_value = "primary,shadow,light,diffuse")]
     kind: Vec<Kind>,
-    /// Engines, or the beginning of their names up to a dash; all by default.
+    /// Engines to measure, by name or by the beginning of a name up to a dash; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
-    /// Threads; 0 for all.
+    /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Seconds for each engine, scene and kind.
+    /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along a side of the picture, a power of two.
+    /// Pixels along each side of the picture, a power of two.
     #[arg(long, default_value_t = 1024)]
     size: u32,
-    /// The order of the pixels.
+    /// Order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Tiles)]
     order: Order,
-    /// Rays to compare with the plain loop of the f64 reference; by default fewer on large scenes, where that
-    /// is slow.
+    /// Number of rays to compare with a plain loop over the f64 reference. By default, it is
+    /// smaller for large scenes, where the loop is slow.
     #[arg(long)]
     reference: Option<usize>,
-    /// A quick run: by default certified and Embree's fast and robust calls, 0.3 seconds, no reference.
+    /// Quick run: by default, certified and Embree's fast and robust calls, 0.3 seconds, no
+    /// reference.
     #[arg(long)]
     quick: bool,
-    /// Where to write the figures as JSON, for the chart among others.
+    /// File to write the figures to as JSON, for example for the chart.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Embree's shared library, version 3 or 4, if it is not installed.
+    /// Path of Embree's shared library, version 3 or 4, if it is not installed.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
 
 #[derive(Args)]
 struct BuildOptions {
-    /// Scenes, as for `rays`.
+    /// Scenes to build, as for `rays`.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// Threads; 0 for all.
+    /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Embree's shared library, as for `rays`.
+    /// Path of Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -146,18 +147,19 @@ struct BuildOptions {
 #[cfg(feature = "chart")]
 #[derive(Args)]
 struct ChartOptions {
-    /// The files that `rays --json` wrote.
+    /// Files written by `rays --json` or `cliffs --json`.
     files: Vec<PathBuf>,
-    /// Speed against triangles instead of bars.
+    /// Draw speed against the number of triangles, instead of bars.
     #[arg(long)]
     growth: bool,
-    /// Speed and wrong answers, all scenes together, instead of bars; also printed as a table.
+    /// Draw speed and wrong answers over all scenes, instead of bars; also print them as a table.
     #[arg(long, conflicts_with_all = ["growth", "stability"])]
     fronts: bool,
-    /// What `cliffs --json` wrote: time against what makes a scene hostile; also printed as a table.
+    /// Draw time against what makes a scene hostile, from files of `cliffs --json`; also print a
+    /// table.
     #[arg(long, conflicts_with = "growth")]
     stability: bool,
-    /// The name of the pictures, without extension.
+    /// Path of the pictures, without an extension.
     #[arg(short, long)]
     output: PathBuf,
 }
@@ -192,7 +194,7 @@ fn main() -> ExitCode {
 
 fn rays_of_all(mut options: Options) -> Result<(), String> {
     if !options.size.is_power_of_two() || options.size > 1 << 14 {
-        return Err("--size: a power of two, at most 16384".into());
+        return Err("--size must be a power of two, at most 16384".into());
     }
     if options.quick {
         options.seconds = options.seconds.min(0.3);
@@ -219,7 +221,7 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
         let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
         let mut engines = engines::engines(&options.engine, &scene, &triangles, &bvh, api.as_ref());
         if engines.is_empty() {
-            return Err("no such engine; `list` names them".into());
+            return Err("no such engine; `list` shows their names".into());
         }
         for &kind in &options.kind {
             let rays = rays::rays(kind, &scene, &bvh, options.size, options.order);
@@ -235,7 +237,8 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
             let (held, wrong) = reference::differences(&scene.mesh, &rays, question, &truth, some);
 
             let seconds = options.seconds;
-            // `certified` promises the document's answers, all other modes those of geometry.
+            // `certified` promises the answers of document A, and all other modes promise the
+            // geometrically true ones.
             let truth = |name: &str| {
                 let answers = if name.starts_with("certified") { &truth } else { &exact };
                 Truth::new(name, answers, &triangles, &rays)
@@ -279,17 +282,17 @@ fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
             serde_json::from_slice(&text).map_err(|e| format!("{}: {e}", path.display()))?;
         rows.extend(more);
     }
-    let first = rows.first().ok_or("no figures in the files")?;
+    let first = rows.first().ok_or("the files contain no figures")?;
     let s = if first.threads == 1 { "" } else { "s" };
     let lines = match () {
         () if options.growth => "",
         () if options.fronts => {
-            "; numbers: times as fast as Embree's fast mode (grey line), and wrong answers"
+            "; numbers: speed relative to Embree's fast mode (grey line), and wrong answers"
         }
         () if options.stability => {
-            "; × the last time over the first; filled: a wrong answer was seen, hollow: none"
+            "; ×: ratio of the last time to the first; filled: wrong answers, hollow: none"
         }
-        () => "; the line in a bar: eight of ten repeats",
+        () => "; the line in a bar covers eight of ten repeats",
     };
     let caption = format!(
         "{}, {}, {} thread{s}; each engine at its fastest call{lines}",
@@ -315,7 +318,7 @@ fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
 
 fn embree(path: Option<PathBuf>) -> Option<Arc<Api>> {
     let api = Api::open(path);
-    api.inspect_err(|e| eprintln!("without Embree: {e}; --embree PATH names its library")).ok()
+    api.inspect_err(|e| eprintln!("without Embree: {e}; pass its library as --embree PATH")).ok()
 }
 
 fn pool(threads: usize) -> Result<ThreadPool, String> {
@@ -332,7 +335,8 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     std::fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// The answers of a mode at the portable level, one ray per call: this runs no code for bundles or streams.
+/// The answers of a mode at the portable level, one ray per call, which runs none of the code for
+/// bundles or streams.
 fn truth(bvh: &Arc<Bvh>, rays: &[Ray], question: Question, mode: Mode) -> Vec<Answer> {
     let mut single = Single::new(bvh.clone(), mode.at(Level::PORTABLE));
     single.load(rays, question);

@@ -1,7 +1,7 @@
-//! One cell of the table: several engines trace the same rays, alternating.
+//! Measures one cell of the table: several engines take turns at tracing the same rays.
 //!
-//! On one thread the rays of a repeat are timed in parts, with the clock rate sampled before and after each,
-//! so that a dip costs one part and not the whole repeat.
+//! On one thread, the rays of a repeat are timed in parts, and the clock rate is sampled before and
+//! after each part. A dip of the clock rate then only costs one part instead of the whole repeat.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -21,65 +21,68 @@ pub struct Row {
     pub scene: String,
     pub triangles: usize,
     pub kind: String,
-    /// How hostile the scene is, for `cliffs`.
+    /// The severity of what makes the scene hostile, for `cliffs`.
     #[serde(default)]
     pub amount: f64,
     pub order: String,
     pub threads: usize,
     pub engine: String,
     pub rays: usize,
-    /// Million rays per second, from the slow, the middle and the fast times of each part of the rays.
+    /// Million rays per second, from the slow, median and fast times of each part of the rays.
     pub speed: [f64; 3],
-    /// The number of parts that count, and of those discarded because of an unusual clock rate.
+    /// The number of timed parts that count, and of those discarded for an unusual clock rate.
     pub repeats: usize,
     pub dips: usize,
-    /// The engine that the ratio refers to, and how many times as fast this one was in the same round: low,
-    /// median, high. None if no part counts for both in the same round.
+    /// The engine that the ratio refers to, and how many times as fast this engine was in the same
+    /// round: low, median and high. The ratio is `None` if no part counts for both engines in the
+    /// same round.
     pub base: String,
     pub ratio: Option<[f64; 3]>,
-    /// Rays with hit and miss confused, and rays with a hit on another triangle (or with another t, if every
-    /// bit of it is promised). [`Truth`] says when either of two triangles is right.
+    /// The number of rays for which hit and miss are confused, and of those with a hit on a wrong
+    /// triangle (or with another t, if the engine guarantees every bit of it). [`Truth`] decides
+    /// when either of two triangles is right.
     pub wrong_hits: usize,
     pub wrong_triangles: usize,
-    /// Rays whose truth was compared with the plain loop of the reference, and how many differed.
+    /// The number of true answers compared with a plain loop over the reference, and how many
+    /// differed.
     pub reference: usize,
     pub reference_wrong: usize,
 }
 
 impl Row {
-    /// The row with what was measured, on one thread: a scene and its triangles, the kind and the order of the
-    /// rays.
+    /// Fills in the description of a measurement on one thread: the scene and its number of
+    /// triangles, and the kind and order of the rays.
     pub fn of(self, scene: &str, triangles: usize, kind: &str, order: Order) -> Self {
         let order = order.name().into();
         Self { scene: scene.into(), triangles, kind: kind.into(), order, threads: 1, ..self }
     }
 }
 
-/// The truth for an engine, by its name.
+/// Returns the true answers for an engine, given its name.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Truth<'a>;
 
-/// Chooses the row that a row is compared with.
+/// Chooses the row to compare a row with.
 pub type Beside = fn(&[Row], usize) -> Option<usize>;
 
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
-/// Rays that are timed together on one thread. If the clock rate dips for milliseconds, few parts are
-/// affected.
+/// The number of rays that are timed together on one thread. If the clock rate dips for
+/// milliseconds, only few parts are affected.
 const PART: usize = 1 << 16;
 
-/// The times that each part needs.
+/// The number of valid times that each part needs.
 const TIMES: usize = 3;
 
 /// The seconds of each part of each repeat; `None` if the clock rate was unusual.
 type Rounds = Vec<Vec<Option<f64>>>;
 
-/// The seconds of each part of each repeat of an engine, and the clock rates.
+/// The seconds and the clock rate of each part of each repeat of an engine.
 #[derive(Default)]
 struct Times {
     rounds: Vec<Vec<(f64, f64)>>,
     spent: f64,
-    /// Each engine has its own usual clock rate: some CPUs lower it for wide instructions.
+    /// Each engine has its own usual clock rate, because some CPUs lower it for wide instructions.
     clock: Clock,
 }
 
@@ -99,8 +102,8 @@ impl Times {
         self.rounds.iter().map(|round| round.iter().map(counts).collect()).collect()
     }
 
-    /// Whether to stop: the time is spent and each part has enough times, or a steady clock rate is not to be
-    /// expected.
+    /// Whether to stop: the time is used up, and either each part has enough valid times, or a
+    /// steady clock rate is unlikely.
     fn enough(&self, budget: f64) -> bool {
         if self.spent < budget {
             return false;
@@ -112,14 +115,14 @@ impl Times {
     }
 }
 
-/// The rays of a round, split into the parts that are timed.
+/// The rays of a round, split into the parts that are timed separately.
 fn parts(rays: usize, threads: usize) -> impl Iterator<Item = Range<usize>> + Clone {
     let size = if threads == 1 { PART } else { rays };
     (0..rays).step_by(size).map(move |from| from..rays.min(from + size))
 }
 
-/// Million rays per second, from the slow, the middle and the fast times of each part. Parts without times
-/// are left out.
+/// Million rays per second, from the slow, median and fast times of each part. Parts without valid
+/// times are skipped.
 fn speed(rounds: &[Vec<Option<f64>>], parts: impl Iterator<Item = Range<usize>>) -> [f64; 3] {
     let (mut rays, mut seconds) = (0, [0.0; 3]);
     for (i, part) in parts.enumerate() {
@@ -133,7 +136,7 @@ fn speed(rounds: &[Vec<Option<f64>>], parts: impl Iterator<Item = Range<usize>>)
     [slow, middle, fast].map(|seconds| if rays > 0 { rays as f64 * 1e-6 / seconds } else { 0.0 })
 }
 
-/// How many times longer `b` took than `a` in a round, over the parts that count for both.
+/// The ratio of the time of `b` to that of `a` in a round, over the parts that count for both.
 fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     let (mut of_a, mut of_b) = (0.0, 0.0);
     for (a, b) in a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?))) {
@@ -143,7 +146,8 @@ fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     (of_a > 0.0).then(|| of_b / of_a)
 }
 
-/// Runs all engines in turn until each has had its seconds. Returns the rows, except for the fields that
+/// Runs all engines alternately until each has used its time. Returns the rows without the fields
+/// that
 /// describe the scene.
 pub fn measure(
     engines: &mut [Named],
@@ -178,7 +182,7 @@ pub fn measure(
     rows
 }
 
-/// One repeat of an engine: the seconds of each part, and the clock rate.
+/// Runs one repeat of an engine, and returns the seconds and the clock rate of each part.
 fn time_parts(
     engine: &mut dyn Engine,
     parts: impl Iterator<Item = Range<usize>>,
@@ -194,7 +198,7 @@ fn time_parts(
     parts.map(part).collect()
 }
 
-/// An engine's row, without the comparison.
+/// An engine's row, without the comparison with another engine.
 fn row(
     (name, engine): &Named,
     rounds: &Rounds,
@@ -217,7 +221,8 @@ fn row(
     }
 }
 
-/// The fastest of Embree's fast calls; for an engine limited to AVX2, the fastest of those limited to AVX2.
+/// The fastest of Embree's fast calls. For an engine limited to AVX2, only calls limited to AVX2
+/// are considered.
 pub fn embree(rows: &[Row], engine: usize) -> Option<usize> {
     let avx2 = rows[engine].engine.contains("avx2");
     let group = if avx2 { "embree-avx2" } else { "embree-fast" };
@@ -228,7 +233,7 @@ pub fn embree(rows: &[Row], engine: usize) -> Option<usize> {
     (0..rows.len()).filter(of).max_by(|&a, &b| speed(a).total_cmp(&speed(b)))
 }
 
-/// Compares each engine with another one.
+/// Compares each engine with the one that `beside` chooses.
 fn compare(rows: &mut [Row], kept: &[Rounds], beside: Beside) {
     for i in 0..rows.len() {
         let Some(base) = beside(rows, i) else { continue };
@@ -253,7 +258,7 @@ mod tests {
     use super::*;
     use crate::engine::Answer;
 
-    /// A tracer that answers each ray with the same.
+    /// A tracer that returns the same answer for every ray.
     struct Fake {
         answer: Answer,
         rays: usize,

@@ -1,4 +1,5 @@
-//! Measures saving, loading and refitting hierarchies, compared with building them and with Embree's refit.
+//! Measures saving, loading and refitting hierarchies, and compares the times with builds and with
+//! Embree's refit.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -13,13 +14,13 @@ use crate::embree::{Api, Build, Scene};
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes, as for `rays`.
+    /// Scenes to measure, as for `rays`.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// Threads; 0 for all.
+    /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Embree's shared library, as for `rays`.
+    /// Path of Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -42,7 +43,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The fastest of twenty runs.
+/// The time of the fastest of twenty runs, in milliseconds.
 fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
     let mut once = || {
         let start = Instant::now();
@@ -52,7 +53,7 @@ fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
     (0..20).map(|_| once()).fold(f64::INFINITY, f64::min)
 }
 
-/// Moves every point a little: a twist about y.
+/// Moves every point slightly, by a twist about the y axis.
 fn twisted(p: [f32; 3], by: f32) -> [f32; 3] {
     let (s, c) = (by * p[1]).sin_cos();
     [p[0] * c - p[2] * s, p[1], p[0] * s + p[2] * c]
@@ -79,7 +80,7 @@ fn ours<S: BvhScalar>(
     let time = fastest(|| bvh.refit(&moved));
     tell("refit", time);
     let refit = bvh.refit(&moved).map_err(|e| error(&e))?;
-    println!("  twisted by 0.3: {:.3} times the cost", refit.ratio());
+    println!("  cost after a twist by 0.3: {:.3} times that before", refit.ratio());
 
     let bytes = bvh.to_bytes();
     tell("to bytes", fastest(|| bvh.to_bytes()));
@@ -90,7 +91,7 @@ fn ours<S: BvhScalar>(
         .map_err(|e| error(&e))?;
     tell("load from a file", fastest(|| Bvh::<S>::load(&path)));
     std::fs::remove_file(&path).map_err(|e| error(&e))?;
-    println!("  {:.1} bytes a triangle", bytes.len() as f64 / triangles.len() as f64);
+    println!("  {:.1} bytes per triangle", bytes.len() as f64 / triangles.len() as f64);
     Ok(build)
 }
 

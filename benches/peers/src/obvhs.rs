@@ -1,4 +1,4 @@
-//! The crate `obvhs`: a two-way and a compressed eight-way hierarchy, each from its best builder.
+//! The crate `obvhs`: a two-way and a compressed eight-way hierarchy.
 
 use std::ops::Range;
 use std::time::Duration;
@@ -20,7 +20,7 @@ pub enum Layout {
 
 pub struct Obvhs {
     pub layout: Layout,
-    /// Triangles in the order of the leaves.
+    /// The triangles in the order of the leaves.
     pub triangles: Vec<RtTriangle>,
     pub indices: Vec<u32>,
     rays: Singles<obvhs::ray::Ray>,

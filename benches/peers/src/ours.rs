@@ -8,7 +8,7 @@ use intertri_trace::{Bvh, BvhScalar, MeshTriangle, Query};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// f32 in any mode, or f64 in the mode `exact` only.
+/// The scalar of a scene: f32 in any mode, or f64 in the mode `exact`.
 pub trait PeerScalar: BvhScalar {
     /// A query in a mode.
     fn query(bvh: &Bvh<Self>, mode: Mode) -> Query<'_, Self>;
@@ -24,12 +24,12 @@ impl PeerScalar for f32 {
 impl PeerScalar for f64 {
     #[inline]
     fn query(bvh: &Bvh<f64>, mode: Mode) -> Query<'_, f64> {
-        assert!(mode == Mode::exact().at(mode.level()), "a hierarchy over f64 is exact");
+        assert!(mode == Mode::exact().at(mode.level()), "an f64 hierarchy only supports `exact`");
         bvh.query().at(mode.level())
     }
 }
 
-/// The batch calls.
+/// Traces with the batch calls.
 pub struct Batch<S: PeerScalar = f32> {
     bvh: Arc<Bvh<S>>,
     mode: Mode,
@@ -75,7 +75,8 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Batch<S> {
     }
 }
 
-/// The batch call with t, u and v in f32; for any hits, the ordinary batch call.
+/// Traces with the batch call that returns t, u and v in f32. Any-hit queries use the ordinary
+/// batch call.
 pub struct InF32<S: PeerScalar = f32> {
     batch: Batch<S>,
     hits: Vec<Hit32>,
@@ -112,7 +113,8 @@ impl<S: PeerScalar> Engine<RayOf<S>> for InF32<S> {
     }
 }
 
-/// The batch call that returns only the triangle; for any hits, the ordinary batch call.
+/// Traces with the batch call that only returns the triangle. Any-hit queries use the ordinary
+/// batch call.
 pub struct Triangles<S: PeerScalar = f32> {
     batch: Batch<S>,
     triangles: Vec<MeshTriangle>,
@@ -149,7 +151,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Triangles<S> {
     }
 }
 
-/// The calls for a single ray.
+/// Traces with the calls for a single ray.
 pub struct Single<S: PeerScalar = f32> {
     bvh: Arc<Bvh<S>>,
     mode: Mode,
@@ -185,10 +187,10 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Single<S> {
     }
 }
 
-/// Single-ray calls through a query that each chunk of rays creates and reuses.
+/// Traces with single-ray calls through a query that each chunk of rays creates and reuses.
 pub struct Kept<S: PeerScalar = f32> {
     single: Single<S>,
-    /// Whether only the triangle is returned.
+    /// Whether the query only returns the triangle.
     triangle: bool,
 }
 
@@ -230,7 +232,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Kept<S> {
     }
 }
 
-/// Whether every bit of t equals that of document A.
+/// Whether t must equal that of document A in every bit.
 fn as_document(mode: Mode) -> bool {
     mode.rule().is_none()
 }

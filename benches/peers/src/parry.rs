@@ -6,7 +6,7 @@ use intertri::{Ray, Ray64};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// The engine for one of the two crates, whose types differ only in the scalar.
+/// Defines the engine for one of the two crates, whose types only differ in the scalar.
 macro_rules! parry {
     ($name:ident, $parry:ident, $scalar:ty, $ray:ty) => {
         pub struct $name {
@@ -38,8 +38,8 @@ macro_rules! parry {
                 let cast = |(ray, far): &(_, $scalar)| {
                     $parry::shape::CompositeShapeRef(mesh).cast_local_ray(ray, *far, true)
                 };
-                // The closest-hit query is also the fastest for any hit: only that traversal tests boxes in
-                // lanes.
+                // The closest-hit query is also the fastest one for any hit, because no other
+                // traversal tests boxes in SIMD lanes.
                 rays.trace(
                     part,
                     |ray| match cast(ray) {

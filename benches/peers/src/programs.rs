@@ -1,5 +1,5 @@
-//! Tracers that run as programs of their own: `programs/build` makes them, and `programs/tracer.h` says what
-//! they read and write.
+//! Tracers that run as separate programs. `programs/build` builds them, and `programs/tracer.h`
+//! describes what they read and write.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Error, Result, Write};
@@ -20,10 +20,10 @@ pub struct Program {
     running: Option<Mutex<Running>>,
 }
 
-/// A program that has read its scene and rays.
+/// A running program that has read its scene and rays.
 struct Running {
     child: Child,
-    /// Closed to end the program.
+    /// Closing this pipe ends the program.
     requests: Option<ChildStdin>,
     replies: BufReader<ChildStdout>,
     file: PathBuf,
@@ -34,12 +34,12 @@ impl Program {
     pub fn new(name: &str, triangles: &[Triangle64]) -> std::result::Result<Self, String> {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/programs").join(name);
         if !path.exists() {
-            return Err("not built; benches/peers/programs/build makes it".into());
+            return Err("not built; run benches/peers/programs/build".into());
         }
         Ok(Self { name: name.into(), path, triangles: triangles.to_vec(), running: None })
     }
 
-    /// The result of a request. Panics on an error, because every figure would be wrong.
+    /// The result of a request. Panics on an error, because all figures would be wrong.
     fn must<T>(&self, result: Result<T>) -> T {
         result.unwrap_or_else(|error| panic!("{}: {error}", self.path.display()))
     }
@@ -72,7 +72,11 @@ impl Running {
         let mut line = String::new();
         self.replies.read_line(&mut line)?;
         let line = line.trim();
-        if line == word { Ok(()) } else { Err(Error::other(format!("{line:?}, not {word:?}"))) }
+        if line == word {
+            Ok(())
+        } else {
+            Err(Error::other(format!("{line:?} instead of {word:?}")))
+        }
     }
 
     /// The path of the file that the program writes its answers to.
@@ -86,7 +90,8 @@ impl Running {
 impl Drop for Running {
     fn drop(&mut self) {
         self.requests = None;
-        // The program has ended or will, and the files are temporary: an error here changes no figure.
+        // The program has ended or will end, and the files are temporary, so an error here does not
+        // affect any figure.
         let _ = self.child.wait();
         let _ = std::fs::remove_file(&self.file);
         let _ = std::fs::remove_file(self.written());
@@ -114,7 +119,7 @@ fn write(path: &Path, triangles: &[Triangle64], rays: &[Ray64], question: Questi
 
 impl Engine<Ray64> for Program {
     fn load(&mut self, rays: &[Ray64], question: Question) {
-        // The file has the same name as that of earlier rays, so end their program first.
+        // The file of the previous rays has the same name, so end their program first.
         self.running = None;
         let running = self.must(Running::start(self, rays, question));
         self.running = Some(Mutex::new(running));

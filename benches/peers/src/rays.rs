@@ -1,4 +1,5 @@
-//! The rays: from a camera, toward a light, diffuse, and aimed at edges and vertices.
+//! The kinds of rays: from a camera, toward a light, diffuse, aimed at edges and vertices, and
+//! others.
 
 use intertri::{Mode, Ray, Ray64};
 use intertri_scene::{Camera, Scene, hit_point};
@@ -10,30 +11,30 @@ use crate::scenes::random;
 /// The kind of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Kind {
-    /// From the camera: the closest hit.
+    /// From the camera; closest hit.
     Primary,
-    /// From the points that the camera sees toward a point light: any hit before it.
+    /// From the points that the camera sees to a point light; any hit.
     Shadow,
-    /// The same segments in the opposite direction, from the light.
+    /// The same segments in the opposite direction, from the light; any hit.
     Light,
-    /// From the points that the camera sees, cosine-distributed about the normal: the closest hit.
+    /// From the points that the camera sees, cosine-distributed about the normal; closest hit.
     Diffuse,
-    /// Like `Diffuse`, but from the points themselves rounded to f32, which lie on the surface or next to it.
+    /// Like `Diffuse`, but from the points rounded to f32, which are on the surface or next to it.
     Surface,
-    /// From the camera toward the midpoint of an edge of each triangle that it sees: the closest hit.
+    /// From the camera toward the midpoint of an edge of each visible triangle; closest hit.
     Edges,
-    /// From the camera toward a corner of each triangle that it sees.
+    /// From the camera toward a corner of each visible triangle; closest hit.
     Vertices,
-    /// From an orthographic camera: the closest hit.
+    /// From an orthographic camera; closest hit.
     Parallel,
-    /// From the points that the camera sees toward the sun: any hit.
+    /// From the points that the camera sees toward the sun; any hit.
     Sun,
-    /// From the points that the camera sees, sixteen rays a point about the normal, as far as a tenth of the
-    /// scene: any hit.
+    /// From the points that the camera sees, sixteen rays per point about the normal, with a length
+    /// of up to a tenth of the scene's size; any hit.
     Occlusion,
-    /// From the moving origin of a scanner on a vehicle.
+    /// From the moving origin of a scanner on a vehicle; closest hit.
     Lidar,
-    /// From beside the scene along an axis, in the planes of walls across it: the closest hit.
+    /// From beside the scene along z, in planes that may contain walls; closest hit.
     Walls,
 }
 
@@ -66,11 +67,11 @@ impl Kind {
 /// The order of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Order {
-    /// Nested tiles: any 4, 16, 64 and so on consecutive pixels form a square.
+    /// Nested tiles: each aligned run of 4, 16, 64 and so on pixels forms a square.
     Tiles,
     /// Row by row.
     Rows,
-    /// At random.
+    /// In random order.
     Shuffled,
 }
 
@@ -84,7 +85,7 @@ impl Order {
     }
 }
 
-/// All the rays of a kind, of a picture of `size * size` pixels. `size` is a power of two.
+/// All rays of a kind for a picture of `size * size` pixels. `size` must be a power of two.
 pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray> {
     let mut rays: Vec<Ray> = lines(kind, scene, bvh, size, order).iter().map(rounded).collect();
     if order == Order::Shuffled {
@@ -96,14 +97,14 @@ pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Ve
     rays
 }
 
-/// A ray in f32.
+/// Rounds a ray to f32.
 pub fn rounded(ray: &Ray64) -> Ray {
     let rounded = |v: [f64; 3]| v.map(|x| x as f32);
     let [t_min, t_max] = [ray.t_min, ray.t_max].map(|t| t as f32);
     Ray::new(rounded(ray.origin), rounded(ray.dir)).between(t_min, t_max)
 }
 
-/// A ray in f64.
+/// Widens a ray to f64.
 pub fn widened(ray: &Ray) -> Ray64 {
     let [t_min, t_max] = [ray.t_min, ray.t_max].map(f64::from);
     Ray64::new(ray.origin.map(f64::from), ray.dir.map(f64::from)).between(t_min, t_max)
@@ -117,7 +118,7 @@ fn pixel(i: u32, size: u32, order: Order) -> (u32, u32) {
     }
 }
 
-/// The rays of a camera.
+/// The primary rays of a camera.
 pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     let ray = |i| {
         let (x, y) = pixel(i, size, order);
@@ -126,8 +127,8 @@ pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     (0..size * size).map(ray).collect()
 }
 
-/// The same rays before their directions are rounded to f32; those aimed at edges and vertices pass closer to
-/// them.
+/// The same rays before their directions are rounded to f32. Rays aimed at edges and vertices then
+/// pass closer to their targets.
 pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let primary = primary(&scene.camera, size, order);
     match kind {
@@ -145,19 +146,19 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
     }
     let hits = bvh.query().mode(Mode::certified()).closest_batch(&primary);
 
-    // Start a hundred-thousandth of the scene's size off the surface, so that a ray does not hit the triangle
-    // it starts from.
+    // Start at a distance of a hundred-thousandth of the scene's size from the surface, so that a
+    // ray does not hit the triangle that it starts on.
     let size_of_scene = length(extent(scene));
     let away = 1e-5 * size_of_scene;
     let seen = primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit());
-    // Every sixteenth point sends sixteen consecutive rays.
+    // For occlusion, every sixteenth point sends sixteen consecutive rays.
     let step = if kind == Kind::Occlusion { 16 } else { 1 };
     let seen = seen.step_by(step).flat_map(|seen| std::iter::repeat_n(seen, step));
     seen.enumerate()
         .map(|(i, (ray, hit))| {
             let [c1, c2, c3] = scene.mesh.corners(hit.triangle as usize).map(|p| p.map(f64::from));
             let normal = unit(cross(sub(c2, c1), sub(c3, c1)));
-            // On the side that the camera sees.
+            // The normal on the side that the camera sees.
             let normal =
                 normal.map(|x| if dot(normal, ray.dir.map(f64::from)) > 0.0 { -x } else { x });
             let point = hit_point(ray, hit);
@@ -212,7 +213,8 @@ fn extent(scene: &Scene) -> [f64; 3] {
     bounds.map_or([0.0; 3], |b| [0, 1, 2].map(|k| f64::from(b.max[k] - b.min[k])))
 }
 
-/// The ray of an orthographic camera's pixel: from a plane through the camera, in the direction in which it looks.
+/// The ray of an orthographic camera's pixel. It starts in a plane through the camera, and runs in
+/// the viewing direction.
 fn parallel(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     let middle = scene.camera.ray(0, 0, 1, 1);
     let ahead = unit(middle.dir.map(f64::from));
@@ -227,7 +229,8 @@ fn parallel(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     }
 }
 
-/// A ray of a scanner: 64 one above the other, 1024 times a turn, in which it moves by a hundredth of the scene.
+/// A ray of a scanner with 64 beams above each other and 1024 steps per turn. During a turn, the
+/// scanner moves by a hundredth of the scene's size.
 fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
     let (start, extent) = (scene.camera.ray(0, 0, 1, 1).origin, extent(scene));
     move |i| {
@@ -239,8 +242,8 @@ fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
     }
 }
 
-/// A ray along z, from before the scene. A pixel's column picks an x of a vertex, so that the ray runs in the plane
-/// of a wall there; its height is its own.
+/// A ray along z that starts in front of the scene. The pixel's column selects a vertex, and the
+/// ray runs at the vertex's x, in the plane of any wall there. Each ray has its own height.
 fn walls(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     let mut across: Vec<f32> = scene.mesh.positions.iter().map(|p| p[0]).collect();
     across.sort_by(f32::total_cmp);
@@ -255,7 +258,8 @@ fn walls(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     }
 }
 
-/// A random direction of length 1, the same for the same `i`: a point of the unit ball, normalized.
+/// A random direction of length 1: a point of the unit ball, normalized. It is the same for the
+/// same `i`.
 pub fn direction(i: u64) -> [f64; 3] {
     for k in 0.. {
         let p = [0, 1, 2].map(|axis| random([i, k, axis]));
@@ -263,10 +267,10 @@ pub fn direction(i: u64) -> [f64; 3] {
             return unit(p);
         }
     }
-    unreachable!("a point of the cube lies in the ball, sooner or later")
+    unreachable!("some random point of the cube is in the ball")
 }
 
-/// Collects the bits 0, 2, 4, ... into adjacent positions.
+/// Moves the bits 0, 2, 4, ... to adjacent positions.
 fn every_other_bit(i: u32) -> u32 {
     (0..16).fold(0, |sum, k| sum | (i >> (2 * k) & 1) << k)
 }

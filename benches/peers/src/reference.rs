@@ -1,4 +1,4 @@
-//! Compares the truth itself with the plain loop over the scalar f64 reference.
+//! Checks the true answers against a plain loop over the scalar f64 reference.
 
 use intertri::Ray;
 use intertri_scene::Mesh;
@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::engine::{Answer, Question};
 
-/// Compares about `some` rays, spread over all of them. Returns how many were compared, and how many of those
-/// differ in hit or miss, index, or a bit of t.
+/// Compares about `some` of the rays, evenly spread. Returns the number of rays compared, and how
+/// many of them differ in hit or miss, in the index, or in any bit of t.
 pub fn differences(
     mesh: &Mesh,
     rays: &[Ray],

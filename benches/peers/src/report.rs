@@ -15,7 +15,7 @@ pub fn cpu() -> String {
     format!("{name}, {}", Level::best().name())
 }
 
-/// A number in groups of three digits.
+/// Formats a number in groups of three digits.
 pub fn grouped(number: usize) -> String {
     let digits = number.to_string().into_bytes();
     let groups: Vec<_> = digits.rchunks(3).rev().map(String::from_utf8_lossy).collect();
@@ -26,14 +26,14 @@ pub fn grouped(number: usize) -> String {
 pub fn header(fastest: f64, threads: usize, size: u32) {
     let native = if cfg!(target_feature = "avx2") { ", all compiled for AVX2 or more" } else { "" };
     println!(
-        "{}; {:.2} GHz at best; {threads} thread{}; {size} x {size} pixels{native}",
+        "{}; up to {:.2} GHz; {threads} thread{}; {size} x {size} pixels{native}",
         cpu(),
         fastest,
         if threads == 1 { "" } else { "s" },
     );
 }
 
-/// Prints one cell: one scene, one kind of ray, all engines.
+/// Prints one cell of the table: one scene, one kind of ray, all engines.
 pub fn table(rows: &[Row]) {
     let Some(first) = rows.first() else { return };
     println!(
@@ -83,7 +83,8 @@ pub fn builds(scene: &str, triangles: usize, threads: usize, times: &[(&str, f64
     }
 }
 
-/// Prints the leaks at vertices or edges as a Markdown table: a row per engine, a column per mesh.
+/// Prints the leaks at vertices or edges as a Markdown table, with a row per engine and a column
+/// per mesh.
 pub fn leaks(rows: &[&Leaks]) {
     let Some(first) = rows.first() else { return };
     let mut meshes: Vec<&Leaks> = Vec::new();
@@ -114,7 +115,7 @@ pub fn leaks(rows: &[&Leaks]) {
 /// Prints the names that the options accept.
 pub fn list() {
     println!("scenes: {}, sphere-N, growth, or a path", SCENES.join(", "));
-    println!("closed ones: {}", CLOSED.join(", "));
+    println!("closed meshes: {}", CLOSED.join(", "));
     println!("engines:");
     for (name, about) in ENGINES {
         println!("  {name:22} {about}");
@@ -126,7 +127,7 @@ pub fn cliff(what: &str, rows: &[Row], plain: &[Row]) {
     println!("\n{what}");
     println!(
         "{:22} {:>9} {:>14} {:>9} {:>9}",
-        "", "ns a ray", "times as long", "hit/miss", "triangle"
+        "", "ns/ray", "times as long", "hit/miss", "triangle"
     );
     for row in rows {
         let nanoseconds = |row: &Row| 1e3 / row.speed[1];

@@ -1,4 +1,4 @@
-//! The scenes: shared models, and generated ones.
+//! The scenes: shared models and generated ones.
 
 use std::path::{Path, PathBuf};
 
@@ -7,25 +7,25 @@ use rayon::prelude::*;
 
 use crate::solids::solid;
 
-/// The default scenes.
+/// The names of the scenes.
 pub const SCENES: [&str; 11] = [
     "bunny", "kitchen", "sphere", "fandisk", "spot", "suzanne", "teapot", "built-in", "box",
     "boxes", "terrain",
 ];
 
-/// Closed generated scenes.
+/// The names of the closed generated scenes.
 pub const CLOSED: [&str; 5] = ["cube", "icosahedron", "torus", "sphere-1000", "sphere"];
 
-/// The numbers of triangles of the spheres for the growth chart.
+/// The numbers of triangles of the spheres in the growth chart.
 pub const GROWTH: [u32; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Subdivisions of an octahedron's edge; 8 times the square of this is the number of triangles, 1,312,200.
+/// Subdivisions of an octahedron's edge. The number of triangles is 8 times its square: 1,312,200.
 const SPHERE: u32 = 405;
-/// Squares along a side of the terrain; twice the square of this is the number of triangles, 9,999,392.
+/// Squares along a side of the terrain. The number of triangles is twice its square: 9,999,392.
 const TERRAIN: u32 = 2236;
 
-/// A scene by its name: one of [`SCENES`], `sphere-` and the approximate number of triangles, or the path of
-/// a model.
+/// Creates a scene by its name: one of [`SCENES`], `sphere-` followed by the approximate number of
+/// triangles, or the path of a model.
 pub fn scene(name: &str) -> Result<Scene, String> {
     let of = |mesh| Scene::of(mesh, 1.0).map_err(|e| format!("{name}: {e}"));
     if let Some(mesh) = solid(name) {
@@ -49,10 +49,10 @@ pub fn scene(name: &str) -> Result<Scene, String> {
     }
 }
 
-/// One of the shared models.
+/// Loads one of the shared models.
 fn model(file: &str) -> Result<Mesh, String> {
     intertri_scene::load(&folder().join(file))
-        .map_err(|e| format!("{e}; INTERTRI_MODELS names the folder"))
+        .map_err(|e| format!("{e}; set INTERTRI_MODELS to the folder"))
 }
 
 /// The folder of the shared models.
@@ -64,7 +64,7 @@ fn folder() -> PathBuf {
 /// The paths of all shared models, sorted.
 pub fn models() -> Result<Vec<String>, String> {
     let folder = folder();
-    let failed = |e| format!("{}: {e}; INTERTRI_MODELS names the folder", folder.display());
+    let failed = |e| format!("{}: {e}; set INTERTRI_MODELS to the folder", folder.display());
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(&folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
@@ -76,7 +76,7 @@ pub fn models() -> Result<Vec<String>, String> {
     Ok(paths)
 }
 
-/// A scene's name in a table; for a path, the name of its file.
+/// The name of a scene in a table; for a path, the file name without its extension.
 pub fn short(name: &str) -> String {
     Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -89,7 +89,7 @@ fn kitchen() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [0.6, 2.3, 0.3] }, texture: None })
 }
 
-/// A Cornell box of 36 triangles, open to the viewer: five walls, a lamp, two blocks.
+/// A Cornell box with 36 triangles, open toward the viewer: five walls, a lamp and two blocks.
 fn cornell_box() -> Result<Scene, String> {
     let mut mesh = Mesh::default();
     let mut quad = |corners: [[f32; 3]; 4]| {
@@ -109,7 +109,7 @@ fn cornell_box() -> Result<Scene, String> {
         quad(wall(axis, end, 1.0));
     }
     quad(wall(1, 0.98, 0.3));
-    // A low block and a high one, turned about the vertical axis.
+    // A low block and a high one, rotated about the vertical axis.
     for (centre, half, turn) in [
         ([0.35, -0.7, 0.35], [0.3, 0.3, 0.3], [0.96, -0.28]),
         ([-0.35, -0.4, -0.3], [0.3, 0.6, 0.3], [0.96, 0.28]),
@@ -127,9 +127,10 @@ fn cornell_box() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [0.0, 0.9, 0.0] }, texture: None })
 }
 
-/// `n` boxes along each axis, with gaps as wide as the boxes, like the blocks of a town.
+/// `n` boxes along each axis, separated by gaps as wide as the boxes, like the blocks of a town.
 fn boxes(n: u32) -> Mesh {
-    // A face at each end of each axis, counter-clockwise from outside; a corner's number has a bit for each axis.
+    // A face at each end of each axis, counter-clockwise from outside. A corner's number has one
+    // bit per axis.
     const FACES: [[u32; 4]; 6] =
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let mut mesh = Mesh::default();
@@ -147,8 +148,8 @@ fn boxes(n: u32) -> Mesh {
     mesh
 }
 
-/// A sphere with bumps: each face of an octahedron is divided into `n * n` triangles, `8 * n * n` in all.
-/// Adjacent faces have the same bits along their common edge.
+/// A sphere with bumps. Each face of an octahedron is divided into `n * n` triangles, so there are
+/// `8 * n * n` in total. Adjacent faces have the same bits along their common edge.
 fn displaced_sphere(n: u32) -> Mesh {
     let row = |i: u32| i * (i + 1) / 2;
     let mut mesh = Mesh::default();
@@ -203,11 +204,12 @@ fn terrain() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [-3.0, 2.5, 1.0] }, texture: None })
 }
 
-/// Noise of several octaves, about -1 to 1, computed with `+ - *` only: the same bits everywhere.
+/// Noise of several octaves, roughly from -1 to 1. It is computed with `+ - *` only, so it has the
+/// same bits everywhere.
 fn mountains(p: [f64; 3], octaves: u32) -> f64 {
     let octave = |k: u32| {
         let scale = f64::from(1_u32 << k);
-        // Shifted, so that the octaves' vertices do not coincide.
+        // Shifted, so that the lattices of the octaves do not coincide.
         noise(p.map(|x| x * scale + 0.37 * f64::from(k))) / scale
     };
     (0..octaves).map(octave).sum()

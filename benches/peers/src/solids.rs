@@ -1,13 +1,14 @@
-//! Generated closed meshes: a cube, an icosahedron, a torus.
+//! Generated closed meshes: a cube, an icosahedron and a torus.
 
 use std::f64::consts::TAU;
 
 use intertri_scene::Mesh;
 
-/// Points around the torus and around its tube; the number of triangles is twice their product.
+/// The number of points around the torus and around its tube. The number of triangles is twice
+/// their product.
 const TORUS: [u32; 2] = [96, 48];
 
-/// A mesh by its name.
+/// Creates a mesh by its name.
 pub fn solid(name: &str) -> Option<Mesh> {
     match name {
         "cube" => Some(cube()),
@@ -17,10 +18,10 @@ pub fn solid(name: &str) -> Option<Mesh> {
     }
 }
 
-/// From -1 to 1 along each axis: six squares of two triangles.
+/// A cube from -1 to 1 along each axis: six squares of two triangles.
 fn cube() -> Mesh {
     let positions = (0..8).map(|i| [0, 1, 2].map(|axis| (2 * (i >> axis & 1) - 1) as f32));
-    // The corners that share one bit, in order around their square.
+    // The corners of a face share one bit; they are in order around the square.
     let square = |face: u32| {
         let (axis, end) = (face / 2, face % 2);
         let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
@@ -31,7 +32,8 @@ fn cube() -> Mesh {
     Mesh { positions: positions.collect(), triangles, ..Mesh::default() }
 }
 
-/// The corners of three golden rectangles; each face is three corners at distance 2 from each other.
+/// Its vertices are the corners of three golden rectangles. Each face consists of three corners at
+/// a distance of 2 from each other.
 fn icosahedron() -> Mesh {
     let golden = f32::midpoint(1.0, 5.0_f32.sqrt());
     let corner = |i: usize| {

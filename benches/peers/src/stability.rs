@@ -6,14 +6,14 @@ use crate::chart::{FAINT, Group, INK, OTHERS, distinct, fastest, none_or, titled
 use crate::measure::Row;
 use crate::report::grouped;
 
-/// Our two calls.
+/// intertri's two kinds of calls.
 const OURS: [Group; 2] =
     [("exact", "exact, batches", "#D55E00"), ("exact-query", "exact, ray by ray", "#E69F00")];
 
 const PANEL: [f64; 2] = [590.0, 360.0];
 const ACROSS: usize = 2;
 
-/// A panel's title, the label of its axis, and that of an amount.
+/// The title of a panel, the label of its axis, and a function that formats an amount.
 fn described(kind: &str) -> (&str, &str, fn(f64) -> String) {
     match kind {
         "stray" => ("A stray triangle", "its distance, in sizes of the scene", distance),
@@ -38,20 +38,20 @@ fn share(x: f64) -> String {
     format!("{} %", 100.0 * x)
 }
 
-/// How many times as long, in two or three digits.
+/// Formats a ratio of times, with two or three digits.
 fn factor(x: f64) -> String {
     if x < 10.0 { format!("{x:.1}") } else { format!("{x:.0}") }
 }
 
-/// A tracer's point: nanoseconds per ray, the geometric mean over the scenes, the number of wrong answers, and that
-/// of the rays.
+/// A tracer's point in the chart: the geometric mean over the scenes of the nanoseconds per ray,
+/// the number of wrong answers, and the number of rays.
 fn point(rows: &[&Row], group: &str) -> Option<(f64, usize, usize)> {
     let (mut logs, mut wrong, mut rays) = (Vec::new(), 0, 0);
     for scene in distinct(rows.iter().copied(), |row| row.scene.as_str()) {
         let cell: Vec<&Row> = rows.iter().filter(|row| row.scene == scene).copied().collect();
         let row = fastest(&cell, group)?;
         logs.push((1e3 / row.speed[1]).ln());
-        // Neighbours share the points that these rays aim at, so either triangle is right.
+        // Adjacent triangles share the points that these rays aim at, so either triangle is right.
         let shared = matches!(row.kind.as_str(), "edges" | "vertices");
         wrong += row.wrong_hits + if shared { 0 } else { row.wrong_triangles };
         rays += row.rays;
@@ -60,12 +60,12 @@ fn point(rows: &[&Row], group: &str) -> Option<(f64, usize, usize)> {
     (!logs.is_empty()).then(|| (mean.exp(), wrong, rays))
 }
 
-/// One panel for each cause, one line for each tracer.
+/// One panel for each cause, with one line for each tracer.
 pub fn chart(rows: &[Row], caption: &str) -> Svg {
     let kinds = distinct(rows, |row| row.kind.as_str());
     let across = kinds.len().clamp(1, ACROSS);
     let down = kinds.len().div_ceil(ACROSS);
-    let title = "Stability of time: nanoseconds per ray while the scene grows hostile";
+    let title = "Stability of time: nanoseconds per ray as scenes become more hostile";
     let size = [24.0 + PANEL[0] * across as f64, 64.0 + PANEL[1] * down as f64];
     let mut svg = titled(size, title, caption);
     for (i, kind) in kinds.iter().enumerate() {
@@ -100,7 +100,7 @@ fn panel(svg: &mut Svg, [x, y]: [f64; 2], kind: &str, rows: &[&Row]) {
     svg.line([left, bottom], [right, bottom], INK, 1.2);
 
     let mut ends = Vec::new();
-    // Draw ours last, on top of the others.
+    // Draw our lines last, on top of the others.
     for (group, name, stroke) in OURS.into_iter().chain(OTHERS).rev() {
         let at = |amount: f64| rows.iter().filter(move |row| row.amount == amount).copied();
         let points: Vec<_> = amounts
@@ -123,7 +123,7 @@ fn panel(svg: &mut Svg, [x, y]: [f64; 2], kind: &str, rows: &[&Row]) {
     labels(svg, right, [top, bottom], ends);
 }
 
-/// The names at the ends of the lines, apart from one another.
+/// Draws the names at the ends of the lines, without overlap.
 fn labels(
     svg: &mut Svg,
     right: f64,
@@ -133,7 +133,7 @@ fn labels(
     const APART: f64 = 14.0;
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut places: Vec<f64> = ends.iter().map(|end| end.0).collect();
-    // Push down what is too close, then up what is beyond the axis.
+    // Push down labels that are too close, then push up those beyond the axis.
     for i in 1..places.len() {
         places[i] = places[i].max(places[i - 1] + APART);
     }
@@ -150,7 +150,8 @@ fn labels(
     }
 }
 
-/// The same as a table in Markdown: a line for each case, the nanoseconds per ray and wrong answers of each tracer.
+/// The same figures as a Markdown table: a row per case, with the nanoseconds per ray and wrong
+/// answers of each tracer.
 pub fn table(rows: &[Row]) -> String {
     let tracers: Vec<Group> = OURS.into_iter().chain(OTHERS).collect();
     let names: Vec<&str> = tracers.iter().map(|(_, name, _)| *name).collect();

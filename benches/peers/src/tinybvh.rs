@@ -1,8 +1,8 @@
-//! `BVH8_CPU` of tinybvh, its fastest layout for single-ray calls, through the crate `tinybvh-rs`.
+//! tinybvh's `BVH8_CPU`, its fastest layout for single-ray calls, through the crate `tinybvh-rs`.
 //!
-//! It needs AVX2. Its C++ is compiled for the machine that builds it, and the crate only offers it to
-//! programs compiled for AVX2, too. The crate has no any-hit query for it, so shadow rays look for the
-//! closest hit before their end.
+//! It requires AVX2. The C++ code is compiled for the CPU of the build machine, and the crate only
+//! offers this layout to programs that are compiled for AVX2, too. The crate has no any-hit query
+//! for this layout, so shadow rays search for the closest hit within their interval.
 
 use std::ops::Range;
 
@@ -19,8 +19,8 @@ pub struct TinyBvh {
     rays: Singles<Padded>,
 }
 
-/// A ray as the C++ code expects it: 128 bytes, aligned to 64. The crate's type is half as large and its
-/// `Ray::new` writes beyond the end, so rays are built here.
+/// A ray as the C++ code expects it: 128 bytes, aligned to 64. The crate's type is half as large,
+/// and its `Ray::new` writes beyond its end, so rays are built here instead.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Padded {
@@ -30,14 +30,14 @@ struct Padded {
 
 impl Padded {
     fn new(ray: &Ray) -> Self {
-        // Inverts the direction as tinybvh's constructor does, but keeps its length.
+        // Inverts the direction as tinybvh's constructor does, but without normalizing it.
         let inverse = |x: f32| if x.abs() > 1e-12 { 1.0 / x } else { tinybvh_rs::INFINITE };
         let hit = tinybvh_rs::Intersection {
             t: tinybvh_rs::INFINITE.min(ray.t_max),
             ..Default::default()
         };
         let (origin, dir) = (ray.origin, ray.dir);
-        // Set all bits of the mask, so that every instance counts.
+        // Set all bits of the mask, so that no instance is masked out.
         let (padding_0, padding_1, padding_2) = (0xffff, 0, 0);
         let r_d = dir.map(inverse);
         let ray = tinybvh_rs::Ray { origin, padding_0, dir, padding_1, r_d, padding_2, hit };
@@ -48,13 +48,13 @@ impl Padded {
 /// The hierarchy, which owns a copy of the triangles.
 struct Tree(bvh8_cpu::BVH);
 
-// SAFETY: the tree never changes once built; `intersect` reads it and writes only to the ray.
+// SAFETY: the tree never changes once built; `intersect` reads it and only writes to the ray.
 unsafe impl Send for Tree {}
 // SAFETY: see above.
 unsafe impl Sync for Tree {}
 
 impl Tree {
-    /// The closest hit: tinybvh shortens the ray to it.
+    /// Finds the closest hit. tinybvh shortens the ray to that hit.
     fn closest(&self, mut own: Padded) -> Answer {
         let end = own.ray.hit.t;
         self.0.intersect(&mut own.ray);

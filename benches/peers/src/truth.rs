@@ -1,4 +1,4 @@
-//! The true answers, and which others are as right.
+//! The true answers, and which other answers are equally right.
 
 use intertri::{Mode, RayOf, SliceScalar, TriangleOf};
 
@@ -7,13 +7,13 @@ use crate::engine::Answer;
 /// The true answers for an engine.
 pub struct Truth<'a> {
     answers: &'a [Answer],
-    /// Whether a ray hits two triangles at the same exact t.
+    /// Whether a ray hits both triangles, at the same exact t.
     tied: Box<dyn Fn(usize, [u32; 2]) -> bool + 'a>,
 }
 
 impl<'a> Truth<'a> {
-    /// Where two triangles are hit at the same exact t, either is right. Only our engines, which promise the lower
-    /// index, must name that one.
+    /// If two triangles are hit at the same exact t, either is right. Only our engines must return
+    /// the one with the lower index, because they guarantee it.
     pub fn new<S: SliceScalar>(
         engine: &str,
         answers: &'a [Answer],
@@ -26,13 +26,13 @@ impl<'a> Truth<'a> {
         Self { answers, tied: Box::new(|ray, pair| tied(triangles, &rays[ray], pair)) }
     }
 
-    /// Only these answers are right.
+    /// Accepts only these answers.
     pub fn without_ties(answers: &'a [Answer]) -> Self {
         Self { answers, tied: Box::new(|_, _| false) }
     }
 
-    /// Counts the rays with hit and miss confused, and those with a hit on a wrong triangle, or, if every bit is
-    /// promised, with another t.
+    /// Counts the rays for which hit and miss are confused, and those with a hit on a wrong
+    /// triangle. If every bit is guaranteed, another t counts as a wrong triangle.
     pub fn wrong(&self, answers: &[Answer], every_bit: bool) -> [usize; 2] {
         assert_eq!(answers.len(), self.answers.len(), "an answer for each ray");
         let (mut hits, mut triangles) = (0, 0);
@@ -55,7 +55,8 @@ fn tied<S: SliceScalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, [a, b]: [u3
     let [Some(&a), Some(&b)] = [a, b].map(|index| triangles.get(index as usize)) else {
         return false;
     };
-    // Of two triangles at the same t, the first is the closest, in whichever order they come.
+    // If two triangles are hit at the same t, the first is reported as the closest, whatever their
+    // order.
     let is_first_closest = |pair: [TriangleOf<S>; 2]| {
         Mode::exact().closest(&pair, ray).is_some_and(|hit| hit.triangle == 0)
     };
@@ -68,17 +69,18 @@ mod tests {
 
     use super::*;
 
-    /// Along the z axis.
+    /// A ray along the z axis.
     fn ray() -> Ray {
         Ray::new([0.0; 3], [0.0, 0.0, 1.0])
     }
 
-    /// A triangle around the z axis, at a height.
+    /// A triangle around the z axis, at a given height.
     fn around(z: f32) -> Triangle {
         TriangleOf([[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]])
     }
 
-    /// The counts of wrong answers if the truth is triangle 0 at t = 1, and an engine names another.
+    /// The counts of wrong answers if the truth is triangle 0 at t = 1, and an engine gives another
+    /// answer.
     fn wrong(engine: &str, triangles: &[Triangle], answer: Answer) -> [usize; 2] {
         let truth = [Answer { triangle: 0, t: 1.0 }];
         Truth::new(engine, &truth, triangles, &[ray()]).wrong(&[answer], false)
@@ -86,7 +88,7 @@ mod tests {
 
     #[test]
     fn another_triangle_at_the_same_t_is_right_and_one_ulp_further_is_wrong() {
-        // The triangles overlap, so that both are hit inside.
+        // The triangles overlap, so the ray hits the interior of both.
         let larger = |z: f32| TriangleOf([[-2.0, -2.0, z], [2.0, -2.0, z], [0.0, 2.0, z]]);
         let answer = Answer { triangle: 1, t: 1.0 };
         assert_eq!(wrong("embree", &[around(1.0), larger(1.0)], answer), [0, 0]);
@@ -104,7 +106,7 @@ mod tests {
 
     #[test]
     fn t_that_are_equal_only_when_rounded_to_f64_are_no_tie() {
-        // At the ray, 1 / (2^40 + 1) of an ulp of f32 above 1.
+        // On the ray, this triangle is 1 / (2^40 + 1) of an f32 ulp above 1.
         let far = (1_u64 << 40) as f32;
         let slanted =
             TriangleOf([[-1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [far, 0.0, 1.0_f32.next_up()]]);

@@ -1,5 +1,5 @@
-//! Scenes as maps have them: a kilometre across, in f64, half a million metres east and four and a half million
-//! north. Tracers in f32 get the same scene rounded.
+//! Scenes at map coordinates: a kilometre across, half a million metres east and four and a half
+//! million north, in f64. Tracers in f32 get the same scene rounded.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,31 +23,31 @@ const MOVED: [f64; 2] = [5e5, 4.5e6];
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes, as for `rays`.
+    /// Scenes to trace, as for `rays`.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// Engines, as for `rays`; `exact` and `exact-query` are in f64.
+    /// Engines to measure, as for `rays`; `exact` and `exact-query` use f64.
     #[arg(
         long,
         value_delimiter = ',',
         default_value = "exact,exact-query,embree-fast,embree-robust,tinybvh,obvhs,bvh,parry,parry-f64"
     )]
     engine: Vec<String>,
-    /// Seconds for each engine and scene.
+    /// Seconds per engine and scene.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along a side of the picture, a power of two.
+    /// Pixels along each side of the picture, a power of two.
     #[arg(long, default_value_t = 512)]
     size: u32,
-    /// Where to write the figures as JSON.
+    /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Embree's shared library, as for `rays`.
+    /// Path of Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
 
-/// A scene in place and as a map has it.
+/// A scene at map coordinates, in f64 and rounded to f32.
 struct Town {
     triangles: Vec<Triangle64>,
     bvh: Arc<Bvh<f64>>,
@@ -62,7 +62,7 @@ impl Town {
         let bounds = scene.mesh.bounds().ok_or_else(|| format!("{name}: no triangles"))?;
         let size = (0..3).map(|k| f64::from(bounds.max[k] - bounds.min[k])).fold(0.0, f64::max);
         let scale = EXTENT / size;
-        // The models have y up; maps have z up.
+        // The models have y up, but maps have z up.
         let turned = |[x, y, z]: [f64; 3]| [x, -z, y].map(|x| x * scale);
         let moved = |[x, y, z]: [f64; 3]| [x + MOVED[0], y + MOVED[1], z];
         let at = |p: [f32; 3]| moved(turned(p.map(f64::from)));
@@ -119,7 +119,7 @@ impl Town {
         Ok(all)
     }
 
-    /// What is true for the scene in f64.
+    /// The true answers for the scene in f64.
     fn truth(&self) -> Vec<Answer> {
         let answer = |ray| {
             let hit = self.bvh.closest(ray);
@@ -131,7 +131,7 @@ impl Town {
 
 pub fn run(options: &Options) -> Result<(), String> {
     if !options.size.is_power_of_two() || options.size > 1 << 14 {
-        return Err("--size: a power of two, at most 16384".into());
+        return Err("--size must be a power of two, at most 16384".into());
     }
     let (api, pool) = (crate::embree(options.embree.clone()), crate::pool(1)?);
     report::header(pool.install(Clock::fastest), 1, options.size);
@@ -140,10 +140,10 @@ pub fn run(options: &Options) -> Result<(), String> {
         let town = Town::new(name, options)?;
         let answers = town.truth();
         let mut engines = town.engines(options, api.as_ref())?;
-        // Each engine has rays of its own; only their number counts.
+        // Each engine has its own rays, so only the number of these matters.
         let rays: Vec<Ray> = town.rays.iter().map(rounded).collect();
         let question = crate::rays::Kind::Primary.question();
-        // Tracers in f32 get the rounded scene, but the scene in f64 says what is right.
+        // Tracers in f32 trace the rounded scene, but the f64 scene defines what is right.
         let truth = |name: &str| Truth::new(name, &answers, &town.triangles, &town.rays);
         let (seconds, beside) = (options.seconds, measure::embree);
         let measured =

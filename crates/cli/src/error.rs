@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 
-/// Why the program failed: what, where, and what to do, in one line.
+/// The reason why the program failed. One line says what failed, where, and what to do.
 #[derive(Debug)]
 pub(crate) struct Error {
     what: String,
@@ -18,12 +18,12 @@ pub(crate) struct Error {
 pub(crate) type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An error with this message.
+    /// An error with this message, and exit code 1.
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self { what: what.into(), code: 1 }
     }
 
-    /// An error in the command line.
+    /// An error in the command line, with exit code 2.
     pub(crate) fn usage(what: impl Into<String>) -> Self {
         Self { what: what.into(), code: 2 }
     }
@@ -33,12 +33,12 @@ impl Error {
         Self::new(format!("{place}: {cause}"))
     }
 
-    /// The same error with the name of the file in front.
+    /// The same error, preceded by the name of the file.
     pub(crate) fn of(self, file: &Path) -> Self {
         Self { what: format!("{}: {}", file.display(), self.what), ..self }
     }
 
-    /// An error about something that takes too much memory.
+    /// An error about something that needs too much memory.
     pub(crate) fn no_memory(what: impl fmt::Display) -> Self {
         Self::new(format!("{what} need more memory than is available"))
     }
@@ -46,18 +46,18 @@ impl Error {
     /// An error about a thread that did not start.
     pub(crate) fn no_thread(cause: impl fmt::Display) -> Self {
         Self::new(format!(
-            "cannot start a thread: {cause}; leave more memory, or set RAYON_NUM_THREADS=1"
+            "cannot start a thread: {cause}; free some memory, or set RAYON_NUM_THREADS=1"
         ))
     }
 
-    /// Prints it, and returns its exit code.
+    /// Prints the error, and returns its exit code.
     pub(crate) fn tell(&self) -> ExitCode {
         note(&self.what);
         ExitCode::from(self.code)
     }
 }
 
-// Errors of the other crates already say what, where and what to do.
+// Errors of the other crates already say what failed, where, and what to do.
 macro_rules! from {
     ($($error:ty),*) => {$(
         impl From<$error> for Error {
@@ -83,7 +83,7 @@ from!(
 pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // If standard output was closed by its reader, the help is not wanted.
+            // If the reader closed standard output, nobody wants the help.
             let _ = error.print();
             ExitCode::SUCCESS
         }
@@ -92,7 +92,8 @@ pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
             ExitCode::from(2)
         }
         _ => {
-            // Print only the first paragraph, which names the error; usage and hints would fill a screen.
+            // Print only the first paragraph, which names the error, because usage and hints would
+            // fill a screen.
             let text = error.to_string();
             let cause = text.lines().map(str::trim).take_while(|line| !line.is_empty());
             let cause = cause.collect::<Vec<_>>().join(" ");
@@ -102,7 +103,8 @@ pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// Prints one line on standard error. Control characters, which file names may contain, are escaped.
+/// Prints one line on standard error. Control characters, which may occur in file names, are
+/// escaped.
 pub(crate) fn note(what: &str) {
     let mut line = String::from("intertri: ");
     for c in what.chars() {
@@ -113,6 +115,6 @@ pub(crate) fn note(what: &str) {
         }
     }
     line.push('\n');
-    // If standard error is closed, only the exit code is left.
+    // If standard error is closed, the exit code alone has to report the error.
     let _ = io::stderr().write_all(line.as_bytes());
 }

@@ -1,7 +1,7 @@
 //! The program `intertri`: draws models, traces files of rays, and runs measurements.
 //!
-//! Its exit code is 0 only if it did everything that the user asked for, 1 if it could not, and 2 if the
-//! command line was invalid. An error is one line on standard error.
+//! The exit code is 0 only if the program did everything that the user requested, 1 if it could
+//! not, and 2 if the command line was invalid. An error is one line on standard error.
 
 mod commands;
 mod engine;
@@ -17,10 +17,11 @@ use crate::commands::{advise, bench, build, chart, crossover, inspect, render, s
 
 /// Ray/triangle intersection: trace in f32, answer in f64, or exactly.
 ///
-/// The default engine, exact, is right for the coordinates as given; oracle computes the same with a plain
-/// loop in rationals. The engines certified and reference return the answers of the scalar f64 reference, bit
-/// for bit, and differ only in speed. The engine fixed snaps the scene to a grid and is exact there; the
-/// engine raster draws without rays.
+/// The default engine, exact, is correct for the coordinates as given; oracle computes the same
+/// answers with a plain loop in rational arithmetic. The engines certified and reference both
+/// return the answers of the scalar f64 reference, bit for bit, and only differ in speed. The
+/// engine fixed snaps the scene to a grid, on which it is exact; the engine raster draws without
+/// rays.
 #[derive(Parser)]
 #[command(name = "intertri", version)]
 struct CommandLine {
@@ -45,7 +46,7 @@ fn main() -> ExitCode {
     let command = match CommandLine::try_parse() {
         Ok(line) => line.command,
         Err(error) => {
-            // If standard output is closed, even help would be lost silently.
+            // If standard output is closed, even the help would be lost silently.
             let closed = if error.use_stderr() { Ok(()) } else { io::standard_output::check() };
             return closed.map_or_else(|e| e.tell(), |()| error::command_line(&error));
         }

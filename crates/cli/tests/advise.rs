@@ -1,4 +1,5 @@
-//! The advice is never too optimistic, and one line if nothing is enough.
+//! Tests of `advise`: its predictions are never too optimistic, and bad input results in a one-line
+//! error.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +10,8 @@ fn advice(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(arguments)).unwrap()
 }
 
-/// Checks that no prediction is below the count. Returns the names of the choices that are enough.
+/// Checks that no bound is below the counted number. Returns the names of the choices that are
+/// enough.
 fn sound(report: &Value) -> Vec<String> {
     let mut enough = vec![];
     for choice in report["choices"].as_array().unwrap() {
@@ -56,7 +58,7 @@ fn more_tolerance_takes_fewer_bits() {
         let enough = sound(&report);
         let take = report["take"].as_str().unwrap();
         assert_eq!(take, enough[0]);
-        // With a tolerance of 0, the choice that is never wrong.
+        // With a tolerance of 0, only the choice that is never wrong is good enough.
         assert_eq!(take == "exact", tolerance == "0", "{take}");
         assert!(enough.contains(&"exact".to_owned()), "{enough:?}");
         let choices = report["choices"].as_array().unwrap();
@@ -69,7 +71,7 @@ fn more_tolerance_takes_fewer_bits() {
 #[test]
 fn a_small_model_gets_a_small_threshold() {
     let place = TestFolder::new();
-    // The whole model at a trillionth of its size.
+    // The whole model, scaled down to a trillionth.
     let scale = |line: &str| match line.strip_prefix("v ") {
         None => format!("{line}\n"),
         Some(point) => {

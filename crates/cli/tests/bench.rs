@@ -1,4 +1,5 @@
-//! `bench` in the real binary: every engine and kind of ray, and the same answers.
+//! Tests of `bench` in the real binary: every engine answers every kind of ray, and all give the
+//! same answers.
 
 use crate::common::{MODEL, TestFolder};
 use serde_json::Value;
@@ -20,7 +21,7 @@ fn all_engines_answer_all_kinds_of_rays() {
         for rate in four {
             assert_eq!(rate["rays"], kind);
             assert!(rate["million_a_second"].as_f64().unwrap() > 0.0, "{rate}");
-            // This model is so small that the reference gets all rays.
+            // This model is so small that the reference traces all rays, too.
             if rate["engine"] != "fixed" {
                 assert_eq!(rate["hits"], four[0]["hits"], "{rate}");
             }
@@ -49,7 +50,7 @@ fn what_cannot_be_measured_is_refused() {
 #[test]
 fn rates_of_slow_engines_have_digits() {
     let place = TestFolder::new();
-    // With this many triangles the scalar loop traces only a few hundred rays a second.
+    // With this many triangles, the scalar loop only traces a few hundred rays per second.
     let triangle = |i: u32| {
         let (x, y) = (i % 400, i / 400);
         format!("v {x} {y} 0\nv {x}.5 {y} 0\nv {x} {y}.5 0\nf -3 -2 -1\n")

@@ -5,15 +5,16 @@ use intertri_trace::Bvh;
 
 use crate::common::{MODEL, TestFolder};
 
-/// Four corners of a wall in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
+/// Four corners of a wall in UTM coordinates, where adjacent f32 are up to 6.3 cm apart.
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
                     v 148376.213 528980.447 3\nf 1 2 3\nf 1 1 2\nf 1 3 4\n";
 
-/// Rays from a millimetre north and south of it, each to the north and to the south.
+/// Rays that start a millimetre north and south of the wall, and run north and south from each
+/// point.
 const NEAR: &str = "ox,oy,oz,dx,dy,dz\n148377,528980.448,1,0,1,0\n148377,528980.448,1,0,-1,0\n\
                     148377,528980.446,1,0,1,0\n148377,528980.446,1,0,-1,0\n";
 
-/// A view of it.
+/// A view of the wall.
 const LOOK: &str =
     "--size 48x36 --eye 148377.2,528985.4,1.7 --target 148378.2,528980.4,1.5 --up 0,0,1";
 
@@ -22,7 +23,7 @@ const RAYS: &str = "ox,oy,oz,dx,dy,dz\n0,0,0,0.02,0.03,1\n0,0,0,0.5,0.25,1\n0.25
 #[test]
 fn a_saved_hierarchy_is_a_model() {
     let place = TestFolder::new();
-    // One triangle has no area; it keeps its number.
+    // One triangle has no area, but it keeps its number.
     let model = format!("{MODEL}f 1 1 2\nf 4 6 5\n");
     place.put("m.obj", &model).put("rays.csv", RAYS);
     let report = place.ok("build m.obj -o m.itri --json");
@@ -46,12 +47,12 @@ fn a_saved_hierarchy_is_a_model() {
     place.ok("bench m.itri --size 8x8 --turns 1");
     place.ok("advise m.itri --size 16x16 --tolerance 100%");
 
-    // Rebuilding it from itself gives the same file.
+    // Building a file from itself results in the same file.
     place.ok("build m.itri -o n.itri");
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
 }
 
-/// A library may have saved several meshes and masks; to the program they are one mesh.
+/// A library may have saved several meshes and masks, but the program treats them as one mesh.
 #[test]
 fn several_meshes_are_one_model() {
     let triangle = |x: f32| Triangle::new([x, -1.0, 5.0], [x + 1.0, -1.0, 5.0], [x, 1.0, 5.0]);
@@ -96,8 +97,8 @@ fn a_hierarchy_saved_in_f64_is_a_model_in_f64() {
     place.ok(&format!("render m.itri -o b.png {LOOK} --check oracle"));
     assert_eq!(place.read("a.png"), place.read("b.png"));
 
-    // Rebuilding it from itself gives the same file; such a model is saved in f64 by default, and differs in
-    // f32.
+    // Building a file from itself results in the same file. Such a model is saved in f64 by
+    // default, and its answers differ in f32.
     place.ok("build m.itri -o n.itri");
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
     place.ok("build m.obj -o n.itri");
@@ -106,7 +107,7 @@ fn a_hierarchy_saved_in_f64_is_a_model_in_f64() {
     assert_ne!(trace("single.itri --any"), trace("m.itri --any"));
 }
 
-/// A hierarchy saved in one scalar can be traced in the other.
+/// A hierarchy that was saved in one scalar can be traced in the other.
 #[test]
 fn a_saved_hierarchy_is_a_model_in_the_other_scalar_too() {
     let place = TestFolder::new();
@@ -117,8 +118,8 @@ fn a_saved_hierarchy_is_a_model_in_the_other_scalar_too() {
         serde_json::from_slice(&place.run(&format!("{line} --json")).stdout).unwrap()
     };
     let trace = |model: &str| format!("trace {model} --rays rays.csv -o a.csv");
-    // Rounded from f64 it is the same as saved in f32; nine corners have two coordinates each that are not
-    // exact in f32.
+    // Rounding the f64 file gives the same hierarchy as saving in f32. Nine corners have two
+    // coordinates each that are not exact in f32.
     for (model, scalar, engine) in
         [("double.itri", "--scalar f32", "exact"), ("double.itri", "", "certified")]
     {
@@ -131,7 +132,7 @@ fn a_saved_hierarchy_is_a_model_in_the_other_scalar_too() {
         place.run(&format!("{} --scalar f32 --engine {engine}", trace("single.itri")));
         assert_eq!(place.read("a.csv"), want);
     }
-    // Converted from f32 it keeps the rounded numbers, and rays are not rounded.
+    // Widening the f32 file keeps its rounded numbers, and does not round the rays.
     let told = report(&trace("single.itri"));
     assert_eq!((&told["scalar"], &told["rounded"]["rays"]["numbers"]), (&"f64".into(), &0.into()));
     assert_eq!(told["rounded"]["model"]["numbers"], 0);
@@ -172,7 +173,7 @@ fn unsaved_is_one_line(scalar: &str) {
         _ => Bvh::<f32>::new(&[Triangle([[f32::NAN; 3]; 3])]).unwrap().to_bytes(),
     };
     place.put("nothing.itri", &nothing);
-    // A triangle without area is there, though no ray hits it.
+    // A triangle without area is stored, even though no ray hits it.
     place.put("flat.obj", "v 0 0 0\nv 1 0 0\nf 1 2 1\n");
     place.ok(&format!("build flat.obj -o flat.itri --scalar {scalar}"));
     place.ok("render flat.itri -o flat.png --size 8x8");

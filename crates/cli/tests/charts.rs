@@ -1,5 +1,5 @@
-//! `chart` and `stress` in the real binary: valid files, reports that show the kernel's promises kept, and
-//! counts that a seed reproduces.
+//! Tests of `chart` and `stress` in the real binary: the files are valid, the reports confirm what
+//! the kernel guarantees, and a seed reproduces its counts.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
@@ -8,7 +8,8 @@ use crate::common::TestFolder;
 use intertri_scene::Image;
 use serde_json::Value;
 
-/// Runs with `--quick --json`, checks every file that the report names, and returns the report.
+/// Runs a command with `--quick --json`, checks every file that the report names, and returns the
+/// report.
 fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
     let report: Value = serde_json::from_slice(&place.ok(arguments)).unwrap();
     let machine = &report["machine"];
@@ -27,7 +28,8 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
         match file.rsplit_once('.').unwrap().1 {
             "png" => assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000),
             "html" => {
-                // All pictures, in light and dark mode, and nothing loaded from elsewhere.
+                // The page contains all pictures, supports light and dark mode, and loads nothing
+                // from elsewhere.
                 let text = String::from_utf8(bytes).unwrap();
                 assert!(text.starts_with("<!DOCTYPE html>") && text.ends_with("</html>\n"));
                 let pictures = names.iter().filter(|name| name.contains(".svg")).count();
@@ -41,7 +43,7 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
                 assert!(bytes.starts_with(b"<svg") && bytes.trim_ascii_end().ends_with(b"</svg>"));
             }
             _ => {
-                // A caption with machine and contents, then a table.
+                // A caption that names the machine and the contents, then a table.
                 let text = String::from_utf8(bytes).unwrap();
                 let (first, table) = text.split_once('\n').unwrap();
                 assert!([date, rustc, "seed 7"].iter().all(|word| first.contains(word)), "{first}");
@@ -54,7 +56,7 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
     report
 }
 
-/// A count for each method in an array of a report, summed over its rows.
+/// Sums up a count for each method over the rows of an array in a report.
 fn sums<'a>(rows: &'a Value, count: &str) -> BTreeMap<&'a str, u64> {
     let mut sums = BTreeMap::new();
     for row in rows.as_array().unwrap() {
@@ -68,7 +70,7 @@ fn shown(place: &TestFolder, page: &str) {
     let there = |browser: &&&str| Command::new(browser).arg("--version").output().is_ok();
     let browsers = ["chromium", "chromium-browser", "google-chrome"];
     let Some(browser) = browsers.iter().find(there) else {
-        println!("none of {browsers:?} here: {page} was not opened");
+        println!("none of {browsers:?} is installed: {page} was not opened");
         return;
     };
     let path = place.path(page);
@@ -86,7 +88,7 @@ fn shown(place: &TestFolder, page: &str) {
         Image::read(&file).unwrap()
     };
 
-    // The corner shows the background; most of the page is background, but not all.
+    // The corner shows the background. Most of the page is background, but not all of it.
     let (light, dark) = (picture(false), picture(true));
     for (image, ground) in [(&light, 200..=255), (&dark, 0..=60)] {
         let pixels = image.pixels();
@@ -114,7 +116,7 @@ fn a_quick_chart_is_whole_and_keeps_the_promises() {
     {
         assert!(fixed["trials"].as_u64() >= Some(20_000) && fixed["wrong"] == 0, "{fixed}");
     }
-    // All methods are timed; the reference is the baseline.
+    // All methods are timed, and the reference is the baseline.
     let times = report["times"].as_array().unwrap();
     assert!(times.iter().all(|time| time["ns_per_test"].as_f64() > Some(0.0)));
     let methods: BTreeSet<_> = times.iter().map(|time| time["method"].as_str().unwrap()).collect();
@@ -145,8 +147,8 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
     assert_eq!(sums(&report["onsets"], "not_reference")["certified"], 0);
     assert!(sums(&report["onsets"], "false_misses")["Woop f32"] > 0);
 
-    // Walls far from zero: exact answers on the coordinates as given are never wrong, and on rounded ones
-    // they are.
+    // Walls far from zero: exact answers are never wrong for the coordinates as given, but they are
+    // for rounded ones.
     let walls = report["offsets"].as_array().unwrap();
     let wrong = |given: &str| {
         let own = walls.iter().filter(|row| row["method"] == "exact" && row["given"] == given);
@@ -156,7 +158,7 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
     };
     assert!(wrong("f64") == 0 && wrong("rounded to f32") > 1000);
 
-    // The same counts for the same seed, and others for another.
+    // The same seed gives the same counts, and another seed gives others.
     let table = |seed: u32| {
         let run = format!("stress --quick --seed {seed} -o seed-{seed}");
         let text = String::from_utf8(place.ok(&run)).unwrap();

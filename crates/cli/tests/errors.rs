@@ -1,16 +1,17 @@
-//! Any input leads to one line that says what and where, an exit code, and no panic.
+//! Every invalid input results in one line that says what is wrong and where, an exit code, and no
+//! panic.
 
 use crate::common;
 use crate::common::{MODEL, NO_SUCH_FILE, TestFolder};
 
-/// Both commands report a bad model the same way.
+/// Checks that both commands report a bad model in the same way.
 fn bad_model(name: &str, bytes: &[u8], words: &[&str]) {
     let place = TestFolder::new();
     place.put(name, bytes).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
     place.fails(&format!("render {name}"), 1, words);
     place.fails(&format!("trace {name} --rays rays.csv"), 1, words);
     place.fails(&format!("trace {name} --rays rays.csv -o out.csv"), 1, words);
-    // Neither a picture nor an answer, complete or partial.
+    // Neither command leaves a picture or answers, complete or partial.
     let mut left = [name, "rays.csv"];
     left.sort_unstable();
     assert_eq!(place.names(), left);
@@ -59,7 +60,7 @@ fn a_truncated_binary_ply() {
     for end in [whole - 1, whole - 10, whole - 20] {
         bad_model("cut.ply", &ply[..end], &["cut.ply: "]);
     }
-    // A count that the rest of the file does not match.
+    // The header states more elements than the file contains.
     let text =
         String::from_utf8_lossy(&ply[..whole - 49]).replace("vertex 3", "vertex 99999999999");
     bad_model("big.ply", text.as_bytes(), &["big.ply: "]);

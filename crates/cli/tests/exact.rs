@@ -1,5 +1,5 @@
-//! The engine `exact` in the real binary: it is the default, counts edges by both rules, and is checked by
-//! the oracle.
+//! Tests of the engine `exact` in the real binary: it is the default, counts edges by both rules,
+//! and agrees with the oracle.
 
 use crate::common::TestFolder;
 use serde_json::Value;
@@ -34,7 +34,7 @@ fn it_is_the_default_and_has_no_threshold() {
         let told = report(&place, &format!("{command} --engine fixed {grid}"));
         assert_eq!((&told["engine"], &told["threshold"]), (&"fixed".into(), &Value::Null));
     }
-    // The threshold applies to the engine that draws, which is not exact here.
+    // The threshold applies to the drawing engine, which is not exact here.
     place.ok("render m.obj --size 16x12 --engine certified --threshold 0 --check exact");
     place.ok("render m.obj --size 16x12 --engine raster --threshold 0");
 }
@@ -50,7 +50,7 @@ fn a_shared_edge_is_hit_twice_and_crossed_once() {
         let crossings = text(&place, &format!("trace m.obj --rays r.csv --crossings {engine}"));
         let lines: Vec<&str> = crossings.lines().collect();
         assert_eq!((lines.len(), lines[0]), (4, "ray,triangle,t,u,v,side"), "{crossings}");
-        // Along the normal, then against it.
+        // The first ray runs along the normal, the second against it.
         assert!(lines[1].starts_with("0,") && lines[1].ends_with(",5,0.5,0.5,1"), "{crossings}");
         assert!(lines[2].starts_with("1,") && lines[2].ends_with(",4,0.5,0.5,-1"), "{crossings}");
         assert_eq!(lines[3], "2,,,,,");
@@ -63,7 +63,7 @@ fn crossings_of_a_closed_mesh_sum_to_its_winding_number() {
     let cube = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 0 0 4\nv 4 0 4\nv 4 4 4\nv 0 4 4\n\
                 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
     place.put("m.obj", cube);
-    // From inside and outside toward corners, edges, diagonals and points in between.
+    // Rays from inside and from outside, toward corners, edges, diagonals and points in between.
     let mut rays = String::from("ox,oy,oz,dx,dy,dz\n");
     let steps = || (0..9).flat_map(|x| (0..9).flat_map(move |y| (0..9).map(move |z| [x, y, z])));
     for origin in [[1, 1, 2], [-2, -4, -6]] {
@@ -121,7 +121,8 @@ fn other_engines_may_differ_where_the_oracle_says_so() {
             let line = format!("render --size {size}{light} --engine {engine} --check {check}");
             let check = &report(&place, &line)["check"];
             assert_eq!(check["differing_pixels"], check["excused_pixels"], "{line}: {check}");
-            // Exact shadow rays begin on the surface; the others end a ten-thousandth before it.
+            // Exact shadow rays start on the surface, whereas the others end a ten-thousandth of
+            // the distance before it.
             assert!(check["differing_pixels"].as_u64() < Some(25), "{line}: {check}");
         }
     }
@@ -130,7 +131,7 @@ fn other_engines_may_differ_where_the_oracle_says_so() {
         assert_eq!(check["differing_pixels"], check["excused_pixels"], "{check}");
     }
 
-    // Only exact draws a model that the default threshold hides.
+    // Only `exact` draws a model that the default threshold hides.
     place.put("tiny.obj", "v 0 0 0\nv 1e-10 0 0\nv 0 1e-10 0\nf 1 2 3\n");
     for line in ["--check certified", "--engine certified --threshold 1e-9 --check exact"] {
         let told = report(&place, &format!("render tiny.obj --size 61x45 {line}"));
@@ -138,6 +139,6 @@ fn other_engines_may_differ_where_the_oracle_says_so() {
         assert_eq!(check["differing_hits"], check["excused_hits"], "{check}");
         assert!(check["excused_hits"].as_u64() > Some(100), "{told}");
     }
-    // Next to exact, the rasterizer has no threshold either.
+    // If it is compared with `exact`, the rasterizer has no threshold either.
     place.ok("render tiny.obj --size 61x45 --check raster");
 }

@@ -1,4 +1,4 @@
-//! Files and streams: an old file stays as it was, or is replaced by a complete one.
+//! Files and streams: an existing file stays unchanged, or is replaced by a complete one.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
@@ -35,7 +35,7 @@ fn a_run_that_is_told_to_end_leaves_nothing() {
         }
         signal(name, child.id());
         let output = child.wait_with_output().unwrap();
-        // The signal ended it, as its sender expects.
+        // The sender sees that the signal ended the program.
         assert_eq!(output.status.signal(), Some(number), "{output:?}");
         assert_eq!(place.names(), ["m.obj", "out.csv", "rays.csv"]);
         assert_eq!(place.read("out.csv"), b"old");
@@ -43,7 +43,7 @@ fn a_run_that_is_told_to_end_leaves_nothing() {
     }
 }
 
-/// Whether this process ignores a signal, as its children then do.
+/// Whether this process, and therefore its children, ignores a signal.
 #[cfg(unix)]
 fn is_ignored(number: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -68,7 +68,7 @@ fn a_picture_that_is_told_to_end_leaves_nothing() {
     }
 }
 
-/// As `nohup` and a shell's background jobs require.
+/// `nohup` and the background jobs of a shell require this.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_signal_that_was_ignored_at_the_start_is_ignored() {
@@ -94,7 +94,7 @@ fn a_signal_that_was_ignored_at_the_start_is_ignored() {
 
 #[cfg(unix)]
 fn signal(name: &str, process: u32) {
-    // It may have ended before the signal.
+    // The process may have ended before the signal arrives.
     let kill = ["-s", name, &process.to_string()].map(str::to_owned);
     Command::new("kill").args(kill).stderr(Stdio::null()).status().unwrap();
 }
@@ -124,7 +124,8 @@ fn nothing_is_written_onto_what_is_read() {
     let place = place();
     place.put("texture.png", "");
     let mut onto = vec!["m.obj", "./m.obj", "rays.csv"];
-    // On other systems the program takes hard links for different files, and links need permissions.
+    // On other systems, the program treats hard links as different files, and creating links needs
+    // permissions.
     if cfg!(unix) {
         fs::hard_link(place.path("m.obj"), place.path("hard")).unwrap();
         fs::hard_link(place.path("rays.csv"), place.path("hard-rays")).unwrap();
@@ -143,11 +144,11 @@ fn nothing_is_written_onto_what_is_read() {
         assert_eq!(place.read("m.obj"), MODEL.as_bytes());
         assert_eq!(place.read("rays.csv"), b"ox,oy,oz,dx,dy,dz\n0.25,0.25,0,0,0,1\n");
     }
-    // A file of the same name in another folder is a different file.
+    // A file with the same name in another folder is a different file.
     fs::create_dir(place.path("folder")).unwrap();
     place.ok("trace m.obj --rays rays.csv -o folder/rays.csv");
 
-    // Nor over a file that the model names.
+    // The output cannot overwrite a file that the model refers to, either.
     let buffer: Vec<u8> = [0_f32, 0.0, 5.0, 1.0, 0.0, 5.0, 0.0, 1.0, 5.0]
         .into_iter()
         .flat_map(f32::to_le_bytes)
@@ -205,7 +206,7 @@ fn a_closed_standard_output_is_an_error() {
             shell.arg(env!("CARGO_BIN_EXE_intertri")).output().unwrap()
         };
         one_line(line, &run(">&-"), 1, &["standard output", "closed"]);
-        // Throwing answers away is allowed, in any spelling.
+        // Discarding the answers is allowed, however it is written.
         for away in [">/dev/null", "1<>/dev/null", ">&- >/dev/null"] {
             let output = run(away);
             assert_eq!((output.status.code(), output.stderr), (Some(0), vec![]), "{line} {away}");
@@ -217,7 +218,7 @@ fn a_closed_standard_output_is_an_error() {
 fn answers_do_not_wait_for_the_next_rays() {
     let raw = [0.25_f32, 0.25, 0.0, 0.0, 0.0, 0.0, 1.0, f32::INFINITY].map(f32::to_le_bytes);
     let raw = raw.as_flattened();
-    // Three writes, the last two of which end in the middle of a ray.
+    // Three writes, of which the last two end in the middle of a ray.
     let csv: [&[u8]; 3] =
         [b"\xef\xbb\xbf\nox,oy,oz,dx,dy,dz\n0.25,0.2", b"5,0,0,0,1\n0.25", b",0.25,0,0,0,1\n0"];
     let raw = [&raw[..5], &[&raw[5..], &raw[..9]].concat(), &[&raw[9..], &raw[..1]].concat()];
@@ -240,7 +241,7 @@ fn answers_do_not_wait_for_the_next_rays() {
     }
 }
 
-/// The signals that this process and its children ignore: one bit each, from 1 on.
+/// The signals that this process and its children ignore, with bit 0 for signal 1.
 #[cfg(target_os = "linux")]
 fn ignored() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap();
@@ -248,7 +249,8 @@ fn ignored() -> u64 {
     u64::from_str_radix(mask.trim(), 16).unwrap()
 }
 
-/// A limit on the size of files ends a run as an error, one on processor time as a signal.
+/// A run that exceeds the file size limit fails with an error; one that exceeds the CPU time limit
+/// ends with a signal.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_run_that_reaches_a_limit_leaves_nothing() {
@@ -268,7 +270,7 @@ fn a_run_that_reaches_a_limit_leaves_nothing() {
     }
     for (name, number) in [("QUIT", 3), ("XCPU", 24)] {
         use std::os::unix::process::ExitStatusExt;
-        // A shell's background jobs ignore SIGQUIT, and so would the program.
+        // The background jobs of a shell ignore SIGQUIT, and so would the program.
         if ignored() & (1 << (number - 1)) != 0 {
             println!("skipped: {name} is ignored here");
             continue;
@@ -276,7 +278,7 @@ fn a_run_that_reaches_a_limit_leaves_nothing() {
         let mut command = place.command("trace m.obj --rays - -o out.csv");
         let mut child = command.stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let partial = format!(".out.csv.{}.partial", child.id());
-        // Keep it open: at the end of its input the program could end before it receives the signal.
+        // Keep the input open, because the program could end before it receives the signal.
         let mut input = child.stdin.take().unwrap();
         input.write_all(b"ox,oy,oz,dx,dy,dz\n").unwrap();
         while !place.path(&partial).exists() {

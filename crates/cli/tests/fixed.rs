@@ -1,4 +1,4 @@
-//! The engine `fixed` of the real binary: its grid, its check, and its errors.
+//! Tests of the engine `fixed` in the real binary: its grid, its check, and its errors.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
@@ -55,7 +55,8 @@ fn a_fine_grid_changes_few_pixels_and_a_coarse_one_many_and_none_fails() {
     assert!(changed[2] > 500, "{changed:?}");
     assert_eq!(place.names(), ["intertri.diff.png", "intertri.png"]);
 
-    // The other way round; and with the same grid twice, nothing differs or is excused.
+    // The check also works the other way round. With the same grid twice, nothing differs and
+    // nothing is excused.
     let other =
         report(&place, "render --size 96x72 --engine fixed --grid 5 --check certified --json");
     assert_eq!(other["check"]["differing_pixels"], changed[2]);
@@ -73,12 +74,15 @@ fn the_summary_names_the_grid() {
         place.ok("render --size 64x48 --engine fixed --grid 6 --check certified"),
     );
     let text = text.unwrap();
-    for words in ["engine fixed", "6 bits of grid", "a step is", "moved by up to", "of them may"] {
+    for words in
+        ["engine fixed", "6 grid bits", "a step is", "moved by up to", "of them are excused"]
+    {
         assert!(text.contains(words), "no {words:?} in {text}");
     }
 }
 
-/// Compares lines by ray, triangle and t; u and v are rounded once on the grid, and differently elsewhere.
+/// Compares lines by ray, triangle and t. Values of u and v are rounded once by `fixed`, and
+/// differently by other engines.
 fn same(a: &[u8], b: &[u8]) {
     let [a, b] = [a, b].map(String::from_utf8_lossy);
     assert_eq!(a.lines().count(), b.lines().count());
@@ -92,7 +96,7 @@ fn same(a: &[u8], b: &[u8]) {
     }
 }
 
-/// Coordinates that are multiples of one half are on every grid, so snapping moves nothing.
+/// Multiples of one half are on every grid that is used here, so snapping moves nothing.
 #[test]
 fn rays_are_answered_on_a_grid_with_room_for_their_origins() {
     let place = TestFolder::new();
@@ -130,7 +134,7 @@ fn rays_are_answered_on_a_grid_with_room_for_their_origins() {
     assert_eq!(place.names(), ["a.csv", "m.obj", "rays.csv"]);
 }
 
-/// Rays that start near the model, off any grid.
+/// Rays that start near the model, at points that are on no grid.
 fn near(count: usize) -> String {
     let wave = |i: usize, k: f32| (i as f32 * k).sin();
     let ray =
@@ -151,7 +155,7 @@ fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
             place.ok(&format!("trace m.obj --rays near.csv --engine fixed --scalar f32{ask}"));
         let alone = String::from_utf8(alone).unwrap();
         let line = format!("trace m.obj --rays far.csv --engine fixed --scalar f32{ask}");
-        // An error that names the ray; no output file is left.
+        // The error names the ray, and no output file remains.
         place.fails(
             &format!("{line} -o a.csv"),
             1,
@@ -159,7 +163,7 @@ fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
         );
         assert_eq!(place.names(), ["far.csv", "m.obj", "near.csv"]);
 
-        // Or misses that are counted.
+        // With `--skip-outside`, such rays are misses, and are counted.
         let output = place.run(&format!("{line} --skip-outside"));
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!((output.status.code(), told.lines().count()), (Some(0), 1), "{told}");
@@ -183,7 +187,7 @@ fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
     let output = place.run(line);
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&report["outside"], &report["rays"]), (&1.into(), &20_001.into()));
-    // A grid with enough space accepts them.
+    // A grid that is large enough accepts these rays.
     let roomy =
         "trace m.obj --rays far.csv --engine fixed --scalar f32 --any --grid-bounds 0,0,0,1e8,0,0";
     assert_eq!(String::from_utf8(place.ok(roomy)).unwrap().lines().count(), 20_002);

@@ -1,9 +1,9 @@
-//! The formats of rays and answers: named or certain, never guessed.
+//! The formats of rays and answers: they are specified or certain, but never guessed.
 
 use crate::common;
 use crate::common::{MODEL, TestFolder};
 
-/// Three rays: a hit, a miss, and one whose interval ends before the first triangle.
+/// Three rays: a hit, a miss, and a ray whose interval ends before the first triangle.
 const NUMBERS: [[f32; 8]; 3] = [
     [0.25, 0.25, 0.0, 0.0, 0.0, 0.0, 1.0, f32::INFINITY],
     [50.0, 0.25, 0.0, 0.0, 0.0, 0.0, 1.0, f32::INFINITY],
@@ -51,7 +51,7 @@ fn a_byte_order_mark_and_blank_lines_before_the_names_are_no_binary() {
 #[test]
 fn raw_rays_that_begin_as_text_are_raw() {
     let place = place();
-    // The first numbers are bytes of letters and a line end.
+    // The first numbers consist of letters and a line end.
     let mut rays = b"aaaabbbbccc\n".to_vec();
     rays.extend(&raw()[12..32]);
     rays.extend(&raw()[32..]);
@@ -87,7 +87,7 @@ fn the_ending_of_a_name_decides() {
     for name in ["a.CSV", "a.f32", "a.F64"] {
         assert_eq!(text(place.ok(&format!("trace m.obj --rays {name}"))), ANSWERS, "{name}");
     }
-    // An empty file is neither CSV, which has at least names, nor a raw ray.
+    // An empty file is neither CSV, which needs at least a header line, nor raw.
     place.put("none.csv", "").put("none.f32", "").put("none", "");
     place.fails("trace m.obj --rays none.csv", 1, &["none.csv", "names"]);
     assert_eq!(text(place.ok("trace m.obj --rays none.f32")), "ray,triangle,t,u,v\n");
@@ -115,8 +115,8 @@ fn a_record_of_raw64_is_64_bytes_rounded_to_f32() {
     let place = place();
     place.put("cut.f64", &raw64()[..100]);
     place.fails("trace m.obj --rays cut.f64", 1, &["cut.f64: ", "36 bytes", "64 bytes"]);
-    // 0.1 rounds to the same f32 in both; a number beyond f32 becomes infinite there, which makes the ray
-    // invalid.
+    // Both files round 0.1 to the same f32. A number beyond f32 becomes infinite there, which makes
+    // its ray invalid.
     let ray = [0.1, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, f64::INFINITY];
     let far = [1e300, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, f64::INFINITY];
     let bytes: Vec<u8> = [ray, far].as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();

@@ -1,4 +1,4 @@
-//! Defects of models that `inspect` reports: open edges, flipped triangles and duplicates.
+//! Tests of `inspect`: it reports open edges, flipped triangles and duplicates.
 
 use crate::common::TestFolder;
 
@@ -37,11 +37,13 @@ fn defects_are_counted_and_named() {
     assert!(doubled.contains(line), "{doubled}");
 }
 
-/// Decimals are compared as written, even if they are not exact in f32, and corners by their coordinates.
+/// Decimals are compared as written, even if they are not exact in f32. Corners are the same if
+/// their coordinates are.
 #[test]
 fn the_numbers_are_those_of_the_file() {
     let place = TestFolder::new();
-    // The second face has its own corners; the last is off by less than the precision of f32.
+    // The second face has its own vertices, and the last one is off by less than the precision of
+    // f32.
     let faces = |z: &str| {
         format!(
             "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
@@ -69,11 +71,13 @@ fn the_numbers_are_those_of_the_file() {
     assert!(saved.contains("4 open edges"), "{saved}");
 }
 
-/// The text names the first edge and triangle of each kind, JSON lists all, in the order of the triangles.
+/// The text names the first edge or triangle of each kind. JSON lists all of them, in the order of
+/// the triangles.
 #[test]
 fn json_lists_every_defect() {
     let place = TestFolder::new();
-    // The slanted face is missing, the second face is flipped, and the first comes three times.
+    // The slanted face is missing, the second face is flipped, and the first face appears three
+    // times.
     let faces = "f 1 3 2\nf 2 1 4\nf 1 4 3\nf 3 2 1\nf 1 2 3\n";
     place.put("m.obj", format!("{CORNERS}{faces}"));
     let report: serde_json::Value =

@@ -12,7 +12,7 @@ fn a_picture_is_whole_or_not_there_whenever_the_program_is_killed() {
         let _ = std::fs::remove_file(place.path("a.png"));
         let mut child = place.command("render --size 64x48 -o a.png").spawn().unwrap();
         std::thread::sleep(Duration::from_millis(pause * 4));
-        // It may have ended before the signal.
+        // The program may have ended before the signal arrives.
         let _ = child.kill();
         child.wait().unwrap();
         if place.path("a.png").exists() {
@@ -21,16 +21,16 @@ fn a_picture_is_whole_or_not_there_whenever_the_program_is_killed() {
             whole += 1;
         }
     }
-    println!("{whole} of 24 were whole");
+    println!("{whole} of 24 pictures were complete");
 }
 
 #[test]
 #[cfg(target_os = "linux")]
 fn a_folder_that_takes_no_files() {
-    // Not even root can create a file here.
+    // Not even root can create files here.
     let folder = Path::new("/sys/kernel");
     if !folder.is_dir() {
-        println!("no {}: not tested", folder.display());
+        println!("skipped: {} does not exist", folder.display());
         return;
     }
     let place = TestFolder::new();

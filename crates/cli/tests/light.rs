@@ -1,10 +1,11 @@
-//! The light's position in the real binary: traced shadow rays, shadow volumes, and the check between them.
+//! The position of the light in the real binary: traced shadow rays, shadow volumes, and the check
+//! that compares them.
 
 use crate::common;
 use crate::common::TestFolder;
 use serde_json::Value;
 
-/// A floor, a triangle above it, and an open box that stands on it.
+/// A floor, a triangle above it, and an open box on the floor.
 const MODEL: &str = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n\
                      v -1 1.5 -1\nv 1.5 1 0\nv 0 2 1.5\nf 5 6 7\n\
                      v 2 0 2\nv 3 0 2\nv 3 0 3\nv 2 0 3\nv 2 1 2\nv 3 1 2\nv 3 1 3\nv 2 1 3\n\
@@ -51,7 +52,8 @@ fn the_built_in_scene_passes_the_check_in_the_sun() {
     let report = place.ok("render --size 320x240 --sun -0.5,1,0.6 --check raster --json");
     let report: Value = serde_json::from_slice(&report).unwrap();
     assert_eq!(report["check"]["differing_pixels"], report["check"]["excused_pixels"]);
-    // Exact shadow rays begin on the surface; volumes end a ten-thousandth before it.
+    // Exact shadow rays start on the surface, whereas volumes end a ten-thousandth of the distance
+    // before it.
     assert!(report["check"]["differing_pixels"].as_u64().unwrap() < 60, "{report}");
     assert!(report["dark"].as_u64().unwrap() > 5000, "{report}");
 }
@@ -79,7 +81,7 @@ fn a_light_so_far_away_that_shadows_suffer_is_told_of() {
     let arguments = "render m.obj --size 61x45 --engine certified --light 3e5,1e6,2e5";
     common::one_line(arguments, &place.run(arguments), 0, &["far away", "--sun X,Y,Z"]);
     place.ok(&format!("{arguments} --shadows none"));
-    // Exact rays begin on the surface, and so do their shadows.
+    // Exact shadow rays start on the surface, so their shadows do, too.
     let of = |arguments: &str| report(&place, &format!("--engine exact {arguments}"));
     let [far, sun] = [of("--light 3e5,1e6,2e5"), of("--sun 0.3,1,0.2")];
     assert!((far["dark"].as_i64().unwrap() - sun["dark"].as_i64().unwrap()).abs() < 5);

@@ -1,5 +1,5 @@
-//! The program from outside: the real binary, run in its own folder. All tests are one program, which is
-//! linked once.
+//! Tests of the program from outside: they run the real binary in a temporary folder. All tests
+//! form one program, which is linked once.
 
 mod advise;
 mod bench;

@@ -1,4 +1,4 @@
-//! Running out of memory leads to one line and exit code 1, wherever it happens.
+//! Running out of memory results in one line and exit code 1, wherever it happens.
 #![cfg(target_os = "linux")]
 
 use crate::common;
@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use crate::common::{MODEL, TestFolder};
 
-/// A sheet of `2 * cells * cells` triangles, as binary PLY.
+/// A sheet of `2 * cells * cells` triangles, as a binary PLY.
 fn sheet(place: &TestFolder, name: &str, cells: u32) {
     let mut file = BufWriter::new(File::create(place.path(name)).unwrap());
     let (side, faces) = (cells + 1, 2 * cells * cells);
@@ -34,7 +34,7 @@ fn sheet(place: &TestFolder, name: &str, cells: u32) {
     }
 }
 
-/// Runs with a limited address space, in kilobytes.
+/// Runs the program with a limit on its address space, in kilobytes.
 fn within(place: &TestFolder, kilobytes: u32, arguments: &str) -> Output {
     let mut shell = Command::new("sh");
     shell.current_dir(place.path("")).arg("-c");
@@ -42,14 +42,14 @@ fn within(place: &TestFolder, kilobytes: u32, arguments: &str) -> Output {
     shell.arg(env!("CARGO_BIN_EXE_intertri")).output().unwrap()
 }
 
-/// Checks that it succeeded or ended with the proper error. Returns whether it failed.
+/// Checks that the run succeeded or ended with the proper error. Returns whether it failed.
 fn ends_well(place: &TestFolder, kilobytes: u32, arguments: &str) -> bool {
     let output = within(place, kilobytes, arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     let told = format!("{kilobytes} KB: {arguments}: {error}");
     match output.status.code() {
         Some(0) => assert_eq!(error, "", "{told}"),
-        // If a small allocation fails, the standard library or the C library reports it.
+        // If a small allocation fails, the standard library or the C library reports that.
         Some(1) if error.starts_with("memory allocation of ") => {}
         Some(1) if error.contains("Fatal glibc error: ") => {}
         Some(1) => assert!(error.starts_with("intertri: ") && error.lines().count() == 1, "{told}"),
@@ -84,7 +84,7 @@ fn any_limit_ends_in_one_line() {
         "render m.ply --size 320x240 --shadows volumes --wire",
         "bench m.ply --size 32x24 --turns 1 --rays rays.csv",
     ] {
-        // Below the first limit the program does not even load.
+        // Below the first limit, the program does not even start.
         let least = (5000..100_000)
             .step_by(5000)
             .find(|&kilobytes| within(&place, kilobytes, "trace --help").status.code() == Some(0));
@@ -95,7 +95,8 @@ fn any_limit_ends_in_one_line() {
     }
 }
 
-/// The largest allocations, wherever memory runs out: the rays, their origins and answers.
+/// The largest allocations report an error wherever memory runs out: those of the rays, their
+/// origins and the answers.
 #[test]
 fn rays_that_are_measured_end_in_one_line_of_the_program() {
     let place = TestFolder::new();
@@ -118,7 +119,7 @@ fn rays_that_are_measured_end_in_one_line_of_the_program() {
     assert!(told.iter().any(|line| line.contains("rays")), "{told:?}");
 }
 
-/// A ray may hit everything: its hits, and their text, are as long as the model.
+/// A ray may hit every triangle, so its hits and their text grow with the model.
 #[test]
 fn one_ray_that_hits_everything_ends_in_one_line() {
     let place = TestFolder::new();

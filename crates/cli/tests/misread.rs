@@ -1,28 +1,29 @@
-//! Malformed files: read if nothing has to be guessed, and never misread silently. One line for each kind of
-//! problem says what was left out, repaired or guessed, and how often.
+//! Malformed files are read if nothing has to be guessed, and are never misread silently. One line
+//! for each kind of problem says what was omitted, repaired or guessed, and how often.
 
 use crate::common::{TestFolder, one_line};
 
-/// Rays straight down onto the unit square: on its lower right half, its upper left half, and next to it.
+/// Rays straight down onto the unit square: to its lower right half, to its upper left half, and
+/// next to it.
 const DOWN: &str = "ox,oy,oz,dx,dy,dz\n0.75,0.25,5,0,0,-1\n0.25,0.75,5,0,0,-1\n3,3,5,0,0,-1\n";
 
 /// The vertices of the square, counter-clockwise.
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-/// A folder with a model of that name and rays down onto the square.
+/// Creates a folder with a model of the given name, and with rays down onto the square.
 fn with(name: &str, model: impl AsRef<[u8]>) -> TestFolder {
     let place = TestFolder::new();
     place.put(name, model).put("down.csv", DOWN);
     place
 }
 
-/// The triangles that the three rays hit, as in the answers: `0,1,` for two hits and a miss.
+/// The triangles that the three rays hit, as in the answers: `0,1,` stands for two hits and a miss.
 fn hits(answers: &[u8]) -> String {
     let text = String::from_utf8_lossy(answers);
     text.lines().skip(1).map(|line| line.split(',').nth(1).unwrap()).collect::<Vec<_>>().join(",")
 }
 
-/// The model must be read without a message, even strictly.
+/// Checks that a model is read without a message, even with `--strict`.
 #[track_caller]
 fn reads(name: &str, model: impl AsRef<[u8]>, expected: &str) {
     let place = with(name, model);
@@ -30,8 +31,8 @@ fn reads(name: &str, model: impl AsRef<[u8]>, expected: &str) {
     assert_eq!(hits(&place.ok(&line)), expected, "{name}");
 }
 
-/// The model must be read with one message that begins with `said`, is in the report, and becomes an error
-/// with `--strict`.
+/// Checks that a model is read with one message that begins with `said`, that the report contains
+/// the note, and that `--strict` turns it into an error.
 #[track_caller]
 fn notes(name: &str, model: impl AsRef<[u8]>, expected: &str, said: &str) {
     let place = with(name, model);
@@ -49,7 +50,7 @@ fn notes(name: &str, model: impl AsRef<[u8]>, expected: &str, said: &str) {
     place.fails(&format!("{line} --strict"), 1, &[name, said, "--strict"]);
 }
 
-/// The model must be refused.
+/// Checks that a model is refused.
 #[track_caller]
 fn refuses(name: &str, model: impl AsRef<[u8]>, words: &[&str]) {
     with(name, model).fails(&format!("trace {name} --rays down.csv"), 1, words);
@@ -64,7 +65,7 @@ fn obj_words_in_place_of_numbers_are_errors_where_a_triangle_needs_them() {
             let model = format!("v 0 0 0\nv 1 0 0\n{line}\nv 0 1 0\nf 1 2 3 4\n");
             refuses("m.obj", model, &["m.obj:3: ", &format!("{word:?} is not a number")]);
         }
-        // Nothing depends on a fourth number, on normals, or on vertices that no face uses.
+        // Nothing depends on a fourth number, on normals, or on unused vertices.
         reads("m.obj", format!("{SQUARE}v 1 {word} 1\nf 1 2 3 4\n"), "0,1,");
         reads(
             "m.obj",
@@ -88,7 +89,7 @@ fn obj_comments_and_names_that_end_in_a_backslash_end_there() {
         reads("m.obj", model, "0,1,");
     }
     reads("m.obj", SQUARE.replace("v 1 1 0", "v 1 1 0 # in D:\\") + "f 1 2 3 4", "0,1,");
-    // Statements with numbers continue after it, if anything follows.
+    // Statements with numbers continue after a backslash, if anything follows.
     reads("m.obj", format!("{SQUARE}f 1 2 \\\n3 \\\n  4 # all \\\nf 1 2 3\n"), "0,1,");
     reads("m.obj", format!("{SQUARE}f 1 2 3 4 \\"), "0,1,");
 }
@@ -156,11 +157,11 @@ fn missing_texture_coordinates_are_not_an_error() {
     ] {
         notes("m.obj", format!("{SQUARE}{uvs}{face}\n"), "0,1,", &format!("{said}{line})"));
     }
-    // Numbers that no face uses may be anything.
+    // Unused numbers may be anything.
     reads("m.obj", format!("{SQUARE}vt nan nan\nf 1 2 3 4\n"), "0,1,");
 }
 
-/// An ASCII PLY of the square, with that many faces.
+/// An ASCII PLY of the square, whose header states this number of faces.
 fn ply(format: &str, faces: usize, payload: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -203,13 +204,14 @@ fn ply_elements_lines_and_line_ends_come_in_any_order_and_form() {
     refuses("m.ply", late, &["m.ply:10: a face names vertex 4, but there are 4, from 0 on"]);
 }
 
-/// After a header whose lines end in carriage returns, the first byte may be a line feed.
+/// In a file whose header lines end in carriage returns, the first byte of the data may be a line
+/// feed.
 #[test]
 fn ply_binary_behind_lines_that_end_in_carriage_returns() {
     let header = ply("binary_little_endian", 1, "").split("0 0 0").next().unwrap().to_owned();
     let mut face: Vec<u8> = vec![4];
     face.extend([0_i32, 1, 2, 3].map(i32::to_le_bytes).as_flattened());
-    // In little endian, this is the smallest nonzero f32 whose first byte is a line feed.
+    // In little-endian order, this is the smallest nonzero f32 whose first byte is a line feed.
     let first = f32::from_le_bytes([b'\n', 0, 0, 0]);
     let mut bytes: Vec<u8> = vec![];
     for point in [[first, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]] {
@@ -221,12 +223,12 @@ fn ply_binary_behind_lines_that_end_in_carriage_returns() {
     }
 }
 
-/// Two facets: the halves of the square.
+/// Two facets, the halves of the square.
 const FACETS: &str = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\n\
     endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex 0 1 0\n\
     endloop\nendfacet\n";
 
-/// A binary STL of the same triangles, whose header promises this many.
+/// A binary STL of the same triangles, whose header states `promised` triangles.
 fn stl(promised: u32) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
     bytes.extend(promised.to_le_bytes());
@@ -266,7 +268,7 @@ fn stl_headers_may_promise_too_few_triangles() {
     };
     notes("m.stl", stl(0), "0,1,", &said(0, 2));
     notes("m.stl", stl(1), "0,1,", &said(1, 1));
-    // Bytes that do not form a whole triangle are left out.
+    // Bytes that do not form a whole triangle are omitted.
     let over = |bytes: &[u8], more| [bytes, &vec![b'x'; more][..]].concat();
     notes("m.stl", over(&stl(2), 7), "0,1,", "bytes after the last triangle, left out: 7");
     notes("m.stl", over(&stl(1), 7), "0,,", "bytes after the last triangle, left out: 57");
@@ -307,7 +309,7 @@ fn rays_in_lines_that_end_in_carriage_returns() {
     place.fails("trace m.obj --rays rays.csv -o out.csv", 1, &["rays.csv:4: ", "is not a number"]);
 }
 
-/// A tiny model at 0 and a model far away both lose digits in f32, each with its own message.
+/// A tiny model at 0 and a distant model both lose digits in f32, but each has its own message.
 #[test]
 fn tiny_and_distant_models_have_different_messages() {
     let place = TestFolder::new();
@@ -318,7 +320,7 @@ fn tiny_and_distant_models_have_different_messages() {
     one_line(line, &place.run(line), 0, &["lies so far from 0 that", "--scalar f64"]);
 }
 
-/// A unit cube whose corners run counter-clockwise as seen from outside, placed by the given nodes.
+/// Unit cubes whose corners run counter-clockwise as seen from outside, placed by the given nodes.
 fn cubes(place: &TestFolder, nodes: &str) {
     let corners = (0..8_u8).flat_map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f32::from));
     let faces: [[u16; 4]; 6] =
@@ -340,7 +342,7 @@ fn cubes(place: &TestFolder, nodes: &str) {
     );
 }
 
-/// The sides of a ray's crossings sum to the number of solids that it starts in.
+/// The sides of a ray's crossings sum to the number of solids that the ray starts in.
 #[test]
 fn crossings_of_mirrored_nodes_add_up_like_others() {
     let place = TestFolder::new();

@@ -1,4 +1,4 @@
-//! One model in every format: the real binary must draw the same picture from each, byte for byte.
+//! One model in every format. The real binary must draw the same picture from each, byte for byte.
 
 use std::io::Write;
 
@@ -6,7 +6,7 @@ use crate::common::{NO_SUCH_FILE, TestFolder};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-/// A pyramid over a square that is a polygon, away from the origin; all files below contain it.
+/// A pyramid with a square base. All files below contain it.
 const OBJ: &str = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv 0 1.5 0\n\
                    f 1 2 3\nf 1 3 4\nf 2 5 3\nf 3 5 4\nf 4 5 1\nf 1 5 2\n";
 const POINTS: [[f32; 3]; 5] =
@@ -19,7 +19,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     gzip.finish().unwrap()
 }
 
-/// The positions, at half size and moved, and the indices.
+/// The positions, at half size and moved, followed by the indices.
 fn buffer() -> Vec<u8> {
     let small = POINTS.as_flattened().iter().map(|x| x / 2.0 - 4.0);
     let mut bytes: Vec<u8> = small.flat_map(f32::to_le_bytes).collect();
@@ -27,7 +27,7 @@ fn buffer() -> Vec<u8> {
     bytes
 }
 
-/// A glTF whose nodes undo these changes of the positions.
+/// A glTF whose nodes undo the changes to the positions.
 fn gltf(uri: &str) -> String {
     let uri = if uri.is_empty() { String::new() } else { format!("\"uri\":\"{uri}\",") };
     format!(
@@ -62,12 +62,12 @@ fn ply(format: &str, faces: &str) -> String {
     )
 }
 
-/// The positions, one line each.
+/// The positions, one per line.
 fn points() -> String {
     POINTS.map(|[x, y, z]| format!("{x} {y} {z}\n")).concat()
 }
 
-/// A PLY of strips: the base, and the sides, separated by -1.
+/// A PLY with strips for the base and the sides, separated by -1.
 fn strips(text: bool) -> Vec<u8> {
     let faces = "element tristrips 1\nproperty list int int vertex_indices";
     let list = [1, 0, 2, 3, -1, 0, 4, 1, -1, 1, 4, 2, -1, 2, 4, 3, -1, 3, 4, 0];
@@ -82,7 +82,7 @@ fn strips(text: bool) -> Vec<u8> {
     file
 }
 
-/// Draws each file, and expects one picture.
+/// Draws each file, and checks that all pictures are the same.
 fn same_picture(place: &TestFolder, names: &[&str]) {
     place.put("whole.obj", OBJ).ok("render whole.obj --size 120x90 -o whole.png");
     for name in names {
@@ -102,7 +102,7 @@ fn gltf_with_nodes_scenes_and_buffers_of_every_kind() {
     same_picture(&place, &["inline.gltf", "beside.gltf", "one.glb", "any", "some"]);
 }
 
-/// Bytes in base64.
+/// Encodes bytes in base64.
 fn encoded(bytes: &[u8]) -> String {
     let digits = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let triples = bytes.chunks(3).map(|triple| {
@@ -137,7 +137,7 @@ fn any_format_in_gzip_by_its_magic() {
     place.put("c.gz", gzip(OBJ.as_bytes())).put("d.PLY.GZ", gzip(&strips(false)));
     place.put("e.stl.gz", gzip(&stl)).put("f.glb.gz", gzip(&glb(&gltf(""), &buffer())));
     place.put("beside.gltf.gz", gzip(gltf("buffer.bin").as_bytes())).put("buffer.bin", buffer());
-    // Two consecutive gzip members form one file.
+    // Consecutive gzip members form one file.
     let (head, tail) = OBJ.split_at(40);
     place.put("g.obj.gz", [gzip(head.as_bytes()), gzip(tail.as_bytes())].concat());
     let names = ["a.obj.gz", "b.obj", "c.gz", "d.PLY.GZ", "e.stl.gz", "f.glb.gz", "g.obj.gz"];
@@ -204,7 +204,7 @@ fn what_is_refused_names_the_cause() {
 #[test]
 fn a_bomb_ends_in_one_line() {
     let place = TestFolder::new();
-    // 80 MB of empty lines in 80 kB.
+    // 80 MB of empty lines, compressed to 80 kB.
     place.put("bomb.obj.gz", gzip(&vec![b'\n'; 80 << 20]));
     place.fails("render bomb.obj.gz", 1, &["bomb.obj.gz: ", "more than 100 times", "gunzip"]);
 }

@@ -6,12 +6,12 @@ use serde_json::{Value, json};
 
 use crate::common::TestFolder;
 
-/// A wall that runs east in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
+/// A wall that runs east in UTM coordinates, where adjacent f32 are up to 6.3 cm apart.
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
                     v 148376.213 528980.447 3\nf 1 2 3\nf 1 3 4\n";
 
-/// Rays from a centimetre north of it to the north and to the south, and the same from a centimetre south of
-/// it.
+/// Rays that start a centimetre north of the wall and run north and south, and the same from a
+/// centimetre south of it.
 const NEAR: &str = "ox,oy,oz,dx,dy,dz\n148377,528980.457,1,0,1,0\n148377,528980.457,1,0,-1,0\n\
                     148377,528980.437,1,0,1,0\n148377,528980.437,1,0,-1,0\n";
 
@@ -23,7 +23,8 @@ fn report(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(&format!("{arguments} --json"))).unwrap()
 }
 
-/// mikedh/trimesh 48: two of these four rays were answered incorrectly unless f64 was requested.
+/// Issue 48 of mikedh/trimesh: two of these four rays were answered incorrectly unless f64 was
+/// requested.
 #[test]
 fn a_wall_in_utm_coordinates_is_where_the_file_says() {
     let place = TestFolder::new();
@@ -37,7 +38,7 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
             .map(|scalar| place.ok(&format!("trace wall.obj --rays near.csv {query} {scalar}")));
         assert_eq!(default, double, "{query}");
     }
-    // Whatever type an ASCII PLY declares for its decimals.
+    // This holds whatever type an ASCII PLY declares for its decimals.
     let lines =
         |first| WALL.split_terminator('\n').filter_map(move |line| line.strip_prefix(first));
     let vertices = lines("v ").collect::<Vec<_>>().join("\n");
@@ -53,7 +54,7 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
         text(&place, "trace wall.ply --rays near.csv"),
         text(&place, "trace wall.obj --rays near.csv")
     );
-    // A hierarchy that is saved without choosing a scalar keeps the numbers too.
+    // A hierarchy that is saved without a choice of scalar also keeps the numbers.
     place.ok("build wall.obj -o wall.itri");
     assert_eq!(
         text(&place, "trace wall.itri --rays near.csv"),
@@ -69,7 +70,7 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
 const DECIMALS: &str = "v 0.1 0.1 0.3\nv 1.1 0.1 0.3\nv 0.1 1.1 0.3\nf 1 2 3\n";
 const BINARY: &str = "v 0 0 0.25\nv 1 0 0.25\nv 0 1 0.75\nf 1 2 3\n";
 
-/// t of the first line of answers.
+/// The t in the first line of answers.
 fn t(answers: &str) -> f64 {
     answers.lines().nth(1).unwrap().split(',').nth(2).unwrap().parse().unwrap()
 }
@@ -98,7 +99,7 @@ fn f32_rounds_where_it_is_asked_for_and_is_counted() {
     {
         assert!(told.contains(words), "{told}");
     }
-    // There is no message if nothing is rounded.
+    // If nothing is rounded, there is no message.
     place.put("m.obj", BINARY).put("r.csv", "ox,oy,oz,dx,dy,dz\n0.25,0.125,0,0.5,0.25,2\n");
     let told = text(&place, "trace m.obj --rays r.csv --scalar f32 -o a.csv");
     assert!(!told.contains("rounded"), "{told}");
@@ -112,9 +113,9 @@ fn engines_in_f32_say_what_they_round() {
         let line = format!("trace m.obj --rays r.csv --engine {engine}");
         let output = place.run(&line);
         let words =
-            ["only takes f32", "9 coordinates of the model", "5 numbers of the rays", "2.4e-8"];
+            ["only supports f32", "9 coordinates of the model", "5 numbers of the rays", "2.4e-8"];
         crate::common::one_line(&line, &output, 0, &words);
-        // Requesting f32 explicitly suppresses the line, and changes no answer.
+        // Requesting f32 explicitly suppresses this line, and changes no answer.
         assert_eq!(place.ok(&format!("{line} --scalar f32")), output.stdout);
         let output = place.run(&format!("{line} -o a.csv --json"));
         let told: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -143,7 +144,7 @@ fn engines_in_f32_say_what_they_round() {
 fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
     let place = TestFolder::new();
     let wave = |i: usize, k: f64| (i as f64 * k).sin() as f32;
-    // A sheet whose corners are exact in f32, with rays toward corners, edges and anywhere.
+    // A sheet whose corners are exact in f32, with rays toward corners, edges and other points.
     let corner = |i: usize| [(i % 9) as f32 / 3.0, (i / 9) as f32 / 3.0, wave(i, 0.7) / 5.0];
     let mut model = String::new();
     for [x, y, z] in (0..81).map(|i| corner(i).map(f64::from)) {
@@ -190,7 +191,7 @@ fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
             }
         }
     }
-    // One inexact coordinate is not rounded even if all rays are exact.
+    // A single inexact coordinate is not rounded, even if all rays are exact.
     place.put("m.obj", model.replacen("v 0e0 0e0 ", "v 1e-50 0e0 ", 1));
     let told = report(&place, "trace m.obj --rays r.f32 -o a.csv");
     assert_eq!((&told["scalar"], &told["rounded"]["model"]["numbers"]), (&"f64".into(), &0.into()));
@@ -203,7 +204,7 @@ fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
     assert_eq!(place.ok("trace m.obj --rays r.f32"), want);
     assert_ne!(place.ok("trace m.obj --rays r.f32 --scalar f32"), want);
 
-    // An inexact ray changes no other answer, nor how it is printed.
+    // An inexact ray changes neither the other answers nor their format.
     place
         .put("more.csv", format!("ox,oy,oz,t_min,dx,dy,dz,t_max\n{lines}0.1,0.1,3,0,0,0,-1,inf\n"));
     place.put("m.obj", &model);

@@ -1,5 +1,5 @@
-//! The independent rasterizer in the real binary: z-buffer, shadow volumes, checks against rays, wire,
-//! texture.
+//! Tests of the independent rasterizer in the real binary: the z-buffer, shadow volumes, checks
+//! against rays, wire drawings and textures.
 
 use crate::common;
 use crate::common::{MODEL, TestFolder};
@@ -13,7 +13,7 @@ fn report(place: &TestFolder, arguments: &str) -> Value {
 #[test]
 fn every_engine_and_every_shadow_pass_both_checks() {
     let place = TestFolder::new();
-    // A floor and a triangle above it.
+    // A floor, and a triangle above it.
     let floor = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n";
     place.put("m.obj", format!("{floor}v -1 1.5 -1\nv 1.5 1 0\nv 0 2 1.5\nf 5 6 7\n"));
     for engine in ["exact", "certified", "reference", "raster"] {
@@ -53,7 +53,7 @@ fn rasterizer_and_rays_draw_the_same_built_in_scene() {
 
 #[test]
 fn a_difference_that_nothing_excuses_fails() {
-    // A floor seen at a slant below the threshold is parallel to the rays, but the z-buffer sees it.
+    // Relative to this threshold, the rays are parallel to the floor, but the z-buffer sees it.
     let place = TestFolder::new();
     place.put("m.obj", "v -9 0 -9\nv 9 0 -9\nv 0 0 9\nf 1 2 3\n");
     let look = "render m.obj --size 60x40 --eye 0,0.4,12 --target 0,0,0 --threshold 0.2";
@@ -63,7 +63,7 @@ fn a_difference_that_nothing_excuses_fails() {
         common::one_line(&arguments, &output, 1, &["intertri.diff.png", "pixels differ"]);
         assert_eq!(place.names(), ["intertri.diff.png", "intertri.png", "m.obj"]);
     }
-    // The engines that trace rays also agree about that.
+    // The engines that trace rays agree with each other in this case, too.
     place.ok(&format!("{look} --engine reference --check certified"));
 }
 
@@ -76,7 +76,7 @@ fn what_the_rasterizer_cannot_do_is_refused() {
         let arguments = format!("render m.obj --size 20000x2 {options}");
         place.fails(&arguments, 1, &["20000x2", "16384"]);
     }
-    // Rays can do this.
+    // Tracing rays has no such limit.
     place.ok("render m.obj --size 20000x2");
     place.fails("render m.obj --wire=all", 2, &["--wire"]);
 }
@@ -129,7 +129,7 @@ fn the_documents_pattern_can_be_seen() {
     let look = "--size 256x256 --shadows none --eye 0.5,0.5,1 --target 0.5,0.5,0";
     place.ok(&format!("render quad.obj {look} --texture xor"));
     let image = Image::read(&place.path("intertri.png")).unwrap();
-    // A row through the middle: its cells are wide enough to be visible, and differ enough.
+    // A row through the middle. Its cells must be wide enough to be visible, and differ enough.
     let row = &image.pixels()[128 * 256..129 * 256];
     let grey = |pixel: &[u8; 3]| i32::from(pixel[1]);
     let (dark, bright) = (row.iter().map(grey).min().unwrap(), row.iter().map(grey).max().unwrap());

@@ -1,4 +1,4 @@
-//! Pictures and reports of the real binary.
+//! Tests of the pictures and reports of the real binary.
 
 use crate::common;
 use crate::common::{MODEL, TestFolder};
@@ -34,7 +34,7 @@ fn engines_of_one_arithmetic_draw_the_same_picture_byte_for_byte() {
 fn options_change_the_picture() {
     let place = TestFolder::new();
     place.put("m.obj", MODEL);
-    // For the built-in scene and for a model.
+    // This applies to the built-in scene as well as to a model.
     let mut pictures = Vec::new();
     for (i, options) in [
         "",
@@ -100,7 +100,7 @@ fn a_look_straight_down_or_up_has_another_up() {
 #[test]
 fn what_is_up_is_said_and_can_be_turned() {
     let place = TestFolder::new();
-    // A spire with a roof on one side: y up, and z up.
+    // A spire with a roof on one side, once with y up and once with z up.
     let model = |up: fn([i32; 3]) -> [i32; 3]| {
         let points = [[-1, 0, -1], [1, 0, -1], [1, 0, 2], [0, 5, 0]].map(up);
         let lines = points.map(|[x, y, z]| format!("v {x} {y} {z}\n"));
@@ -127,7 +127,7 @@ fn what_is_up_is_said_and_can_be_turned() {
 #[test]
 fn a_model_as_small_as_the_threshold_is_told_of() {
     let place = TestFolder::new();
-    // A floor and a triangle above it, at a scale of 2^-36, about 1e-10.
+    // A floor and a triangle above it, at a scale of 2^-36, or about 1e-10.
     let model = |scale: f64| {
         let points = [
             [-4., 0., -4.],
@@ -145,7 +145,7 @@ fn a_model_as_small_as_the_threshold_is_told_of() {
     };
     place.put("usual.obj", model(1.0)).put("tiny.obj", model(2f64.powi(-36)));
     place.ok("render usual.obj --size 61x45 -o usual.png");
-    // Small, but large enough.
+    // This model is small, but large enough.
     place.put("small.obj", model(2f64.powi(-20)));
     place.ok("render small.obj --size 61x45 --engine certified");
     // The exact engines have no threshold, and draw the model as it is.
@@ -155,7 +155,7 @@ fn a_model_as_small_as_the_threshold_is_told_of() {
     let output = place.run(tiny);
     common::one_line("tiny", &output, 0, &["hides", "triangles", "shadows", "--threshold 1e-"]);
     assert!(place.read("tiny.png") != place.read("usual.png"));
-    // As recommended, nothing is lost.
+    // With the recommended threshold, nothing is lost.
     let told = String::from_utf8(output.stderr).unwrap();
     let told = told.trim_end().rsplit(' ').next().unwrap();
     place.ok(&format!("{tiny} --threshold {told}"));

@@ -1,4 +1,5 @@
-//! `--scalar` of the real binary: what f64 reads, answers, draws and refuses, and what f32 rounds.
+//! Tests of `--scalar` in the real binary: what f64 reads, answers, draws and refuses, and what f32
+//! rounds.
 
 use std::fmt::Write;
 use std::io::Write as _;
@@ -6,12 +7,12 @@ use std::io::Write as _;
 use crate::common::TestFolder;
 use serde_json::Value;
 
-/// The position of a surveyed wall, where neighbouring f32 are 1.6 cm apart to the east and 6.3 cm to the
-/// north.
+/// The position of a surveyed wall, where adjacent f32 are 1.6 cm apart to the east and 6.3 cm
+/// apart to the north.
 const EAST: f64 = 148_376.213;
 const NORTH: f64 = 528_980.447;
 
-/// A wall that runs east, 4 m long and 3 m high, as the corners of two triangles.
+/// A wall that runs east, 4 m long and 3 m high: its four corners.
 const WALL: [[f64; 3]; 4] =
     [[EAST, NORTH, 0.0], [EAST + 4.0, NORTH, 0.0], [EAST + 4.0, NORTH, 3.0], [EAST, NORTH, 3.0]];
 
@@ -20,7 +21,8 @@ fn obj() -> String {
     WALL.map(vertex).concat() + "f 1 2 3\nf 1 3 4\n"
 }
 
-/// Rays that start at these distances north of the wall and go `way` to the north.
+/// Rays that start at these distances north of the wall, with `way` as the north component of the
+/// direction.
 fn csv(offsets: &[f64], way: f64) -> String {
     let mut text = String::from("ox,oy,oz,dx,dy,dz\n");
     for off in offsets {
@@ -38,7 +40,8 @@ fn cells(csv: &str) -> Vec<Vec<String>> {
     csv.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
-/// mikedh/trimesh 48: from 10 cm to 1 nm off a wall, going out and in.
+/// Issue 48 of mikedh/trimesh: rays from 10 cm to 1 nm off a wall, running away from it and toward
+/// it.
 #[test]
 fn a_ray_that_starts_a_nanometre_off_a_wall_does_not_hit_it_and_one_toward_it_does() {
     let place = TestFolder::new();
@@ -79,7 +82,7 @@ fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
     let rounded = (NORTH - f64::from((NORTH - 0.3) as f32)) / f64::from(1.0_f32 / 3.0);
     assert!((t - rounded).abs() < 1e-9 && (t - 0.9).abs() > 1e-3, "{t} {rounded}");
 
-    // A number beyond f32 is valid in f64, and one beyond f64 is not.
+    // A number beyond f32 is valid in f64, but one beyond f64 is not.
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n1e200,0,0,1e-300,0,0\n");
     assert_eq!(cells(&of("r.csv"))[0][1], "");
     let refused = |scalar: &str, word: &str| {
@@ -94,7 +97,7 @@ fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
     refused("f64", "range of f64");
 }
 
-/// The wall in each format: in f64 if the format supports it.
+/// The wall in each format, in f64 if the format supports it.
 #[test]
 fn models_are_read_in_f64_where_they_have_it() {
     let place = TestFolder::new();
@@ -123,7 +126,7 @@ fn models_are_read_in_f64_where_they_have_it() {
     };
     let solid = format!("solid\n{}{}endsolid\n", facet([0, 1, 2]), facet([0, 2, 3]));
     place.put("wall.stl", solid);
-    // A glTF's positions are f32, but its node may place them anywhere.
+    // The positions in a glTF are f32, but its nodes may place them anywhere.
     let corners = WALL.map(|[x, _, z]| [(x - EAST).round() as f32, 0.0, z as f32]);
     let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
     let buffer = [bytes, vec![0, 1, 2, 0, 2, 3]].concat();
@@ -144,7 +147,7 @@ fn models_are_read_in_f64_where_they_have_it() {
             buffer.len()
         ),
     );
-    // Gzip files are read in f64 too.
+    // Gzip files are also read in f64.
     let mut packed = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
     packed.write_all(obj().as_bytes()).unwrap();
     place.put("packed.obj.gz", packed.finish().unwrap());
@@ -174,11 +177,8 @@ fn models_are_read_in_f64_where_they_have_it() {
 fn what_is_for_f32_refuses_f64_with_the_reason() {
     let place = TestFolder::new();
     place.put("wall.obj", obj()).put("r.csv", csv(&[0.1], -1.0));
-    let engines = [
-        ("certified", "coordinates in f32"),
-        ("reference", "coordinates in f32"),
-        ("fixed", "its grid"),
-    ];
+    let engines =
+        [("certified", "f32 coordinates"), ("reference", "f32 coordinates"), ("fixed", "its grid")];
     for (engine, why) in engines {
         let trace = format!("trace wall.obj --rays r.csv --scalar f64 --engine {engine}");
         place.fails(&trace, 2, &["--scalar f64", engine, why, "exact or oracle"]);
@@ -189,7 +189,7 @@ fn what_is_for_f32_refuses_f64_with_the_reason() {
     }
     for option in ["--engine raster", "--check raster", "--wire", "--shadows volumes"] {
         let render = format!("render wall.obj --scalar f64 {option}");
-        place.fails(&render, 2, &["--scalar f64", "coordinates in f32"]);
+        place.fails(&render, 2, &["--scalar f64", "f32 coordinates"]);
     }
     place.fails("trace wall.obj --rays r.csv --scalar f64 --threshold 0", 2, &["has none"]);
     assert!(!place.path("intertri.png").exists());
@@ -221,7 +221,7 @@ fn the_oracle_gives_the_same_answers_and_the_same_picture() {
     let told: Value = serde_json::from_slice(&place.ok(&format!("{render} --json"))).unwrap();
     assert_eq!((&told["scalar"], &told["engine"]), (&"f64".into(), &"exact".into()));
     assert_eq!(told["check"]["differing_pixels"], 0);
-    // The whole wall is lit when seen from the light's side.
+    // The whole wall is lit if it is seen from the light's side.
     assert!(told["hits"].as_u64().unwrap() > 400, "{told}");
     assert_eq!((&told["dark"], &told["shadow_rays"]), (&0.into(), &told["hits"]));
 }

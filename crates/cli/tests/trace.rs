@@ -1,4 +1,4 @@
-//! Files of rays, and the real binary's answers.
+//! Tests of the real binary with files of rays.
 
 use crate::common;
 use std::io::Read;
@@ -40,7 +40,7 @@ fn raw(rays: &[Ray]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// The model and the rays in both formats.
+/// A folder with the model, and with the rays in both formats.
 fn place() -> TestFolder {
     let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.csv", csv(&rays())).put("rays.f32", raw(&rays()));
@@ -56,7 +56,7 @@ fn cells(csv: &str) -> Vec<Vec<&str>> {
     csv.lines().skip(1).map(|line| line.split(',').collect()).collect()
 }
 
-/// A line of CSV as a `--raw` record.
+/// Converts a line of CSV to a `--raw` record.
 fn record(cells: &[&str]) -> Vec<u8> {
     let triangle: i64 = if cells[1].is_empty() { -1 } else { cells[1].parse().unwrap() };
     let miss = if cells[1].is_empty() { ["inf", "0", "0"] } else { [cells[2], cells[3], cells[4]] };

@@ -1,4 +1,5 @@
-//! Finds the first triangle that a ray hits, using only the kernel: `cargo run --example first_hit`.
+//! Finds the first triangle that a ray hits, using only the kernel: `cargo run --example
+//! first_hit`.
 
 use intertri::{Mode, Ray, Triangle};
 
@@ -14,7 +15,7 @@ fn main() {
     assert_eq!((hit.triangle, hit.t), (0, 0.5));
     println!("face {} at t = {}, weights {} and {}", hit.triangle, hit.t, hit.u, hit.v);
 
-    // All hits by t, the hits in an interval, and whether there are any.
+    // All hits in order of t, the hits in an interval, and whether there are any.
     for hit in mode.all(&mesh, &ray) {
         println!("crosses face {} at {:?}", hit.triangle, hit.point(&ray));
     }
@@ -22,6 +23,6 @@ fn main() {
     assert_eq!(mode.closest(&mesh, &inside).map(|hit| hit.triangle), Some(3));
     assert!(!mode.any(&mesh, &ray.between(2.0, 5.0)));
 
-    // There is no gap, not even at a corner.
+    // There are no gaps, not even at a corner.
     assert!(mode.any(&mesh, &Ray::new([4.0, 0.0, -1.0], [0.0, 0.0, 1.0])));
 }

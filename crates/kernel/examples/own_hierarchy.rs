@@ -1,9 +1,9 @@
-//! Tests one ray against eight triangles at a time, in a hierarchy of your own: here a flat one, with a box
-//! for every eight triangles. `cargo run --release --example own_hierarchy`
+//! Tests one ray against eight triangles at a time in your own hierarchy. Here, this is a flat list
+//! of boxes with eight triangles each. `cargo run --release --example own_hierarchy`
 
 use intertri::{Hit, Mode, Ray, Triangle, TriangleBlock};
 
-/// The box of a leaf's eight triangles, and the triangles.
+/// The bounding box of a leaf's eight triangles, and the triangles.
 struct Leaf([[f32; 3]; 2], TriangleBlock<8>);
 
 impl Leaf {
@@ -14,7 +14,7 @@ impl Leaf {
         Self([end(f32::min, f32::MAX), end(f32::max, f32::MIN)], TriangleBlock::new(triangles))
     }
 
-    /// Whether the ray enters the box, slightly widened because of rounding; no hit may be lost.
+    /// Whether the ray enters the box. The box is slightly widened, so that rounding loses no hit.
     fn enters(&self, ray: &Ray) -> bool {
         let (mut near, mut far) = (0.0, f64::INFINITY);
         for k in 0..3 {
@@ -43,5 +43,5 @@ fn main() {
     }
     let all = mode.closest(&triangles, &ray);
     assert_eq!(Some(best), all.map(|hit| (hit.triangle, hit.t)));
-    println!("{best:?}, as without the hierarchy");
+    println!("{best:?}, the same as without the hierarchy");
 }

@@ -7,13 +7,15 @@
 //!                                     t = n·A / D
 //! ```
 //!
-//! The filter for rays from one origin, the weights of every hit, and the z-buffer use these coefficients.
+//! These coefficients are used by the filter for rays from one origin, for the weights of every
+//! hit, and by the z-buffer.
 
 use crate::Triangle;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 
-/// The coefficients of one triangle relative to one origin, in f64; or of several, in lanes.
+/// The coefficients of one triangle relative to one origin in f64, or of several triangles in
+/// lanes.
 ///
 /// ```
 /// use intertri::internal::Coefficients;
@@ -22,14 +24,14 @@ use crate::simd::Vec3;
 /// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let seen = Coefficients::new(&triangle, [0.5, 0.5, 0.0]);
 /// assert_eq!(seen.weights([0.0, 0.0, 1.0]), (0.5, 0.5));
-/// // Where it passes by, a weight is negative.
+/// // If the line passes by the triangle, a weight is negative.
 /// assert!(seen.weights([0.0, -2.0, 1.0]).1 < 0.0);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients<D = f64> {
     /// `c1 - o`
     pub(crate) a: Vec3<D>,
-    /// The coefficients of the common denominator: the triangle's normal.
+    /// The coefficients of the common denominator, which are the triangle's normal.
     pub(crate) n: Vec3<D>,
     /// The coefficients of u, the weight of c2.
     pub(crate) v: Vec3<D>,
@@ -38,13 +40,13 @@ pub struct Coefficients<D = f64> {
 }
 
 impl<D: Lanes<Scalar = f64>> Coefficients<D> {
-    /// The coefficients of triangles and an origin.
+    /// The coefficients of triangles relative to an origin.
     #[inline(always)]
     pub(crate) fn of([c1, c2, c3]: [Vec3<D>; 3], origin: Vec3<D>) -> Self {
         Self::along(c1 - origin, c2 - c1, c3 - c1)
     }
 
-    /// From the vector to c1 and the edges, in any axes.
+    /// The coefficients from the vector to c1 and the edges, in any coordinate axes.
     #[inline(always)]
     pub(crate) fn along(a: Vec3<D>, h4: Vec3<D>, h5: Vec3<D>) -> Self {
         Self { a, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
@@ -52,16 +54,17 @@ impl<D: Lanes<Scalar = f64>> Coefficients<D> {
 }
 
 impl Coefficients {
-    /// The coefficients of a triangle and an origin.
+    /// The coefficients of a triangle relative to an origin.
     #[inline]
     pub fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
         let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
         Self::of(triangle.0.map(vec3), vec3(origin))
     }
 
-    /// The weights u of c2 and v of c3 at the point where the line through the origin along `dir`, of any
-    /// length, meets the triangle's plane, whether inside the triangle or not. Not finite if the line is
-    /// parallel to the plane or an input is not finite.
+    /// The weights u of c2 and v of c3 at the point where the line through the origin along `dir`
+    /// intersects the triangle's plane, inside or outside the triangle. The length of `dir` does
+    /// not matter. The weights are not finite if the line is parallel to the plane or an input is
+    /// not finite.
     ///
     /// ```
     /// use intertri::internal::Coefficients;

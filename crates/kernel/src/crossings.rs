@@ -2,7 +2,7 @@
 
 use crate::Hit;
 
-/// Where a ray crosses a triangle.
+/// A ray's crossing of a triangle.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle};
@@ -12,14 +12,14 @@ use crate::Hit;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// The point of the crossing.
+    /// The hit at the crossing.
     pub hit: Hit,
-    /// Whether the ray runs with the normal, that is, out of a mesh whose corners run counter-clockwise as
-    /// seen from outside.
+    /// Whether the ray runs with the normal, which means out of a mesh whose corners run
+    /// counter-clockwise as seen from outside.
     pub leaves: bool,
 }
 
-/// How often a ray crosses a mesh.
+/// The number of times that a ray crosses a mesh.
 ///
 /// ```
 /// use intertri::Crossings;
@@ -34,15 +34,16 @@ pub struct Crossing {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Crossings {
-    /// Crossings with the normal minus crossings against it. In a closed mesh whose corners run
-    /// counter-clockwise as seen from outside, it is 1 from a point inside and 0 from one outside.
+    /// The number of crossings with the normal minus the number against it. In a closed mesh whose
+    /// corners run counter-clockwise as seen from outside, this is 1 for a ray from inside and 0
+    /// for a ray from outside.
     pub signed: i64,
     /// The number of crossings.
     pub unsigned: u64,
 }
 
 impl Crossings {
-    /// Counts one more crossing.
+    /// Counts one more crossing, which leaves or enters the mesh.
     ///
     /// ```
     /// let mut crossings = intertri::Crossings::default();

@@ -1,4 +1,5 @@
-//! `InterTri` (document A) in f64 lanes, with the document's operations in its order.
+//! The test `InterTri` of document A in f64 lanes, with the document's operations in the document's
+//! order.
 //!
 //! ```text
 //!              c3
@@ -10,15 +11,16 @@
 //!              h4            h1 = org + dir * t, the point of the ray in the plane
 //! ```
 //!
-//! No operation here is fused, approximated or reordered, so every lane computes the same bits as the
-//! scalar listing. The resolver of `certified` is built from this.
+//! No operation here is fused, approximated or reordered, so every lane computes the same bits as
+//! the scalar listing. The resolver of `certified` uses this test.
 
 use crate::packet::RayLanes;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, Triangle, TriangleOf};
 
-/// Triangles as the document initializes them: the same one in every lane, or a different one in each.
+/// Triangles as the document initializes them, with the same triangle in every lane or a different
+/// one in each.
 #[derive(Clone, Copy)]
 pub struct Tri<D> {
     c1: Vec3<D>,
@@ -30,12 +32,13 @@ pub struct Tri<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Tri<D> {
-    /// The edges and the normal from the corners.
+    /// Computes the edges and the normal from the corners.
     #[inline(always)]
     pub(crate) fn new([c1, c2, c3]: [Vec3<D>; 3]) -> Self {
         let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
 
-        // A triangle without area keeps the zero vector, which is parallel to every ray.
+        // A triangle without area keeps the zero vector as its normal, which is parallel to every
+        // ray.
         let normal = h4.cross(h5);
         let length = normal.dot(normal).sqrt();
         let length = D::select(length.le(D::splat(0.0)), D::splat(1.0), length);
@@ -50,24 +53,24 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         (vd, self.nrm.dot(self.c1 - org) / vd)
     }
 
-    /// The `t` of [`Tri::inter_tri`], without testing for a hit.
+    /// The `t` of [`Tri::inter_tri`], without the test for a hit.
     #[inline(always)]
     pub(crate) fn t(&self, org: Vec3<D>, dir: Vec3<D>) -> D {
         self.plane(org, dir).1
     }
 
-    /// The document's test: which lanes hit the triangle, and at which `t`.
+    /// The document's test: the lanes that hit the triangle, and their `t`.
     #[inline(always)]
     pub(crate) fn inter_tri(&self, org: Vec3<D>, dir: Vec3<D>, threshold: f64) -> (D::Mask, D) {
         let zero = D::splat(0.0);
         let threshold = D::splat(threshold);
 
-        // Parallel to the plane?
-        // NaN passes this test and the next; only `t > threshold` rejects it.
+        // Is the ray parallel to the plane? NaN passes this test and the next; only `t > threshold`
+        // rejects it.
         let (vd, t) = self.plane(org, dir);
         let parallel = (-threshold).lt(vd) & vd.lt(threshold);
 
-        // Outside an edge? A point on it is inside, and a NaN is not `< 0`.
+        // Is the point outside an edge? A point on the edge is inside, and a NaN is not `< 0`.
         let h1 = org + dir * t;
         let h2 = h1 - self.c1;
         let outside = self.nrm.dot(self.h4.cross(h2)).lt(zero)
@@ -77,7 +80,7 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         (!(parallel | outside) & t.gt(threshold), t)
     }
 
-    /// [`Tri::inter_tri`] within the rays' intervals: `t_min <= t < t_max`.
+    /// The test [`Tri::inter_tri`] within the rays' intervals: `t_min <= t < t_max`.
     #[inline(always)]
     pub(crate) fn hit(&self, rays: &RayLanes<D>, threshold: f64) -> (D::Mask, D) {
         let (hit, t) = self.inter_tri(rays.org, rays.dir, threshold);
@@ -86,14 +89,14 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
 }
 
 impl Tri<f64> {
-    /// One triangle.
+    /// Initializes one triangle.
     #[inline(always)]
     pub(crate) fn one<S: Scalar>(&TriangleOf(corners): &TriangleOf<S>) -> Self {
         Self::new(corners.map(|c| Vec3::splat(c.map(Into::into))))
     }
 }
 
-/// One ray against one triangle: t, if it is a hit.
+/// Tests one ray against one triangle, and returns t for a hit.
 #[inline(always)]
 pub(crate) fn hit<S: Scalar>(
     ray: &RayOf<S>,
@@ -125,7 +128,7 @@ impl SeenPlane {
         Self { nrm, num: nrm.dot(c1 - Vec3::splat(origin.map(f64::from))) }
     }
 
-    /// The reference's t for a ray from that origin that is known to hit the triangle.
+    /// The reference's t for a ray from this origin that is known to hit the triangle.
     #[inline(always)]
     pub(crate) fn t(&self, dir: [f32; 3]) -> f64 {
         self.num / self.nrm.dot(Vec3::splat(dir.map(f64::from)))

@@ -1,4 +1,4 @@
-//! Every hit of a ray, by a filter that rejects each.
+//! Collects every hit of a ray, with a filter that rejects each hit.
 
 use super::{Context, Ptr};
 use crate::lists::Found;
@@ -25,10 +25,10 @@ pub(super) struct FilterArguments {
     count: u32,
 }
 
-/// collects hits and rejects them.
+/// Collects hits and rejects them, so that traversal continues.
 pub(super) unsafe extern "C" fn collect(arguments: *const FilterArguments) {
-    // SAFETY: the structures are those of Embree's manual, rows of `count` numbers each; the context is
-    // the caller's, whose collector lives as long as the call.
+    // SAFETY: the structures are those of Embree's manual, with rows of `count` numbers each; the
+    // context is the caller's, and its collector lives as long as the call.
     unsafe {
         let FilterArguments { valid, context, ray, hit, count, .. } = *arguments;
         let collector = &mut *(*context).collector.cast::<Collector>();

@@ -1,4 +1,4 @@
-//! Embree's instances: scenes of a mesh each, placed by matrices.
+//! Embree's instances: scenes that contain one mesh each, placed by matrices.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ const INSTANCE: i32 = 121;
 const ROWS_OF_FOUR: i32 = 0x9134;
 
 impl Scene {
-    /// A scene of instances: each has the number of its mesh, and a matrix.
+    /// A scene of instances, each given by the number of its mesh and a matrix.
     pub fn of_instances(
         api: &Arc<Api>,
         meshes: &[Mesh],
@@ -40,7 +40,7 @@ impl Scene {
         whole.checked("the instances")
     }
 
-    /// A committed scene of a mesh, on the same device.
+    /// Returns a committed scene that contains one mesh, on the same device.
     unsafe fn part(&self, mesh: &Mesh) -> Ptr {
         let Self { api, device, version, .. } = self;
         // SAFETY: calls in the order of the manual; the device outlives the scene, which is not dropped here.
@@ -55,7 +55,7 @@ impl Scene {
         }
     }
 
-    /// Moves all instances, and commits.
+    /// Moves all instances, and commits the scene.
     pub fn place(&self, matrices: &[[f64; 12]]) {
         for (number, matrix) in (0..).zip(matrices) {
             // SAFETY: the geometry is an instance, and nothing queries the scene meanwhile.
@@ -70,11 +70,11 @@ impl Scene {
     }
 }
 
-/// A scene of instances queried by calls of N rays: 1, 8 or 16.
+/// A scene of instances, queried by calls with N rays: 1, 8 or 16.
 pub struct Instances<const N: usize> {
     embree: Embree<N>,
     instances: Vec<[u32; N]>,
-    /// The number of each instance's first triangle.
+    /// The number of the first triangle of each instance.
     firsts: Arc<[u32]>,
 }
 

@@ -1,9 +1,9 @@
-//! Embree, version 3 or 4, through its C interface. The shared library is loaded at run time, so nothing has
-//! to be installed to build this.
+//! Embree, version 3 or 4, through its C interface. The shared library is loaded at run time, so
+//! you can build this without having Embree installed.
 //!
-//! Rays are stored in groups as wide as a call, as a structure of arrays. A group is copied into the
-//! structure that Embree reads and writes, and the result is copied out, no more than a renderer would do
-//! that fills the structure directly.
+//! Rays are stored as a structure of arrays, in groups with as many rays as a call. Each group is
+//! copied into the structure that Embree reads and writes, and the result is copied out. A renderer
+//! that fills the structure directly would do as much work.
 
 mod collector;
 mod instances;
@@ -28,19 +28,19 @@ pub use instances::Instances;
 /// A device, a scene, a geometry, or any pointer.
 type Ptr = *mut c_void;
 
-/// Declares the functions and looks them up.
+/// Declares Embree's functions, and looks them up in the library.
 macro_rules! api {
     ($($field:ident = $name:literal: fn($($arg:ty),*) $(-> $ret:ty)?;)*) => {
         pub struct Api {
             $($field: unsafe extern "C" fn($($arg),*) $(-> $ret)?,)*
-            /// Never unloaded: the threads that built a scene may outlive it.
+            /// Never unloaded, because threads that built a scene may still be running.
             _library: ManuallyDrop<libloading::Library>,
         }
 
         impl Api {
             fn load(library: libloading::Library) -> Result<Self, libloading::Error> {
                 // SAFETY: the types are those of Embree's manual; the pointers live as long as the
-                // library, which is kept beside them.
+                // library, which is stored next to them.
                 unsafe {
                     Ok(Self { $($field: *library.get(concat!($name, "\0").as_bytes())?,)* _library: ManuallyDrop::new(library) })
                 }
@@ -79,7 +79,8 @@ api! {
     occluded_16 = "rtcOccluded16": fn(*const i32, Ptr, Ptr, Ptr);
 }
 
-// Constants of the interface, the same in versions 3 and 4 unless a comment says otherwise.
+// Constants of the interface. They are the same in versions 3 and 4, unless a comment says
+// otherwise.
 const TRIANGLES: i32 = 0;
 const INDEX_BUFFER: i32 = 0;
 const VERTEX_BUFFER: i32 = 1;
@@ -93,7 +94,8 @@ const REFIT: i32 = 3;
 const DYNAMIC: i32 = 1;
 
 impl Api {
-    /// Loads the library at `path` or, without a path, from where the system finds it, newer versions first.
+    /// Loads the library at `path`. Without a path, it searches the system's library path, newer
+    /// versions first.
     pub fn open(path: Option<PathBuf>) -> Result<Arc<Self>, String> {
         let known = ["libembree4.so.4", "libembree4.so", "libembree3.so.3", "libembree4.dylib"];
         let paths = path.map_or_else(|| known.map(PathBuf::from).to_vec(), |path| vec![path]);
@@ -126,9 +128,9 @@ impl Api {
 pub struct Build {
     pub robust: bool,
     pub high: bool,
-    /// Limit the library to AVX2, whatever the CPU supports.
+    /// Limit the library to AVX2, even if the CPU supports more.
     pub avx2: bool,
-    /// Threads for the build; 0 for all.
+    /// The number of threads for the build; 0 uses all.
     pub threads: u32,
     /// Install a filter that collects every hit.
     pub collect: bool,
@@ -157,7 +159,7 @@ impl Scene {
 
     /// A scene without geometries.
     fn empty(api: &Arc<Api>, build: Build) -> Result<Self, String> {
-        // On server CPUs it would otherwise choose a narrow hierarchy.
+        // Without `frequency_level`, Embree would choose a narrower hierarchy on server CPUs.
         let isa = if build.avx2 { "isa=avx2," } else { "" };
         let config = format!("{isa}frequency_level=simd256,threads={}", build.threads);
         let config = CString::new(config).map_err(|e| e.to_string())?;
@@ -165,7 +167,7 @@ impl Scene {
         unsafe {
             let device = (api.new_device)(config.as_ptr());
             if device.is_null() {
-                return Err("Embree makes no device".into());
+                return Err("Embree cannot create a device".into());
             }
             let scene = (api.new_scene)(device);
             (api.scene_flags)(scene, if build.robust { ROBUST } else { 0 });
@@ -175,7 +177,7 @@ impl Scene {
         }
     }
 
-    /// Adds a mesh, whose hits may be collected.
+    /// Adds a mesh, with the collecting filter if `collects` is set.
     fn add(&self, mesh: &Mesh, collects: bool) {
         let Self { api, device, scene, .. } = self;
         // SAFETY: calls in the order of the manual; the buffers have the sizes that are passed.
@@ -199,18 +201,18 @@ impl Scene {
         }
     }
 
-    /// Itself, unless there was an error while it took something.
+    /// Returns the scene, unless the device reports an error.
     fn checked(self, what: &str) -> Result<Self, String> {
-        // SAFETY: the device is there.
+        // SAFETY: the device exists.
         match unsafe { (self.api.device_error)(self.device) } {
             0 => Ok(self),
-            error => Err(format!("Embree's error {error} while it takes {what}")),
+            error => Err(format!("Embree reports error {error} for {what}")),
         }
     }
 
-    /// Prepares the scene for refits, to be called before its vertices move.
+    /// Prepares the scene for refits. Call this before its vertices move.
     pub fn for_refits(self) -> Self {
-        // SAFETY: the scene has this one geometry, and is not committed.
+        // SAFETY: the scene has exactly one geometry, and is not yet committed.
         unsafe {
             let geometry = (self.api.get_geometry)(self.scene, 0);
             (self.api.geometry_quality)(geometry, REFIT);
@@ -220,7 +222,7 @@ impl Scene {
         self
     }
 
-    /// Moves all vertices; their number must not change.
+    /// Moves all vertices, whose number must not change, and refits the hierarchy.
     pub fn refit(&self, vertices: &[[f32; 3]]) {
         // SAFETY: the buffer has as many rows as the mesh, and nothing queries the scene meanwhile.
         unsafe {
@@ -244,7 +246,7 @@ impl Scene {
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // SAFETY: both are owned, and nothing queries them any more.
+        // SAFETY: the scene and the device are owned, and nothing queries them any more.
         unsafe {
             (self.api.release_scene)(self.scene);
             (self.api.release_device)(self.device);
@@ -252,7 +254,7 @@ impl Drop for Scene {
     }
 }
 
-/// Rays in groups: origin, near end, direction, far end.
+/// Rays in a group: origin, near end, direction, far end.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Group<const N: usize>([[f32; N]; 8]);
@@ -308,7 +310,7 @@ impl<const N: usize> RayHit<N> {
 }
 
 impl<const N: usize> RayHit<N> {
-    /// Numbers each ray by its lane.
+    /// Numbers each ray by its lane, for filters.
     pub fn numbered() -> Self {
         Self { id: std::array::from_fn(|lane| lane as u32), ..Self::NONE }
     }
@@ -330,12 +332,12 @@ struct Context {
     flags: u32,
     filter: Ptr,
     instance: [u32; 2],
-    /// The caller's field: where hits are collected. Version 4 has fewer fields before it, none of which is
-    /// read.
+    /// The caller's field, which points to the collector of hits. Version 4 has fewer fields before
+    /// it, but none of these is read.
     collector: Ptr,
 }
 
-/// A scene queried by calls of N rays: 1, 8 or 16.
+/// A scene queried by calls with N rays: 1, 8 or 16.
 pub struct Embree<const N: usize> {
     scene: Arc<Scene>,
     question: Question,
@@ -351,7 +353,7 @@ impl<const N: usize> Embree<N> {
         Self { scene, question, count: 0, groups: vec![], triangles: vec![], t: vec![] }
     }
 
-    /// Traces rays, and keeps more of each group's hits than triangles and t.
+    /// Traces rays, and saves more of each group's hits than the triangles and t.
     #[inline(always)]
     fn trace_keeping<K: Send>(
         &mut self,
@@ -410,7 +412,7 @@ impl<const N: usize> Engine for Embree<N> {
     }
 }
 
-/// A prepared call.
+/// A prepared call of a query function.
 pub struct Caller<'a> {
     scene: &'a Scene,
     any: bool,
@@ -436,7 +438,7 @@ impl<'a> Caller<'a> {
         }
     }
 
-    /// A call that collects every hit. The collector must outlive it.
+    /// Prepares calls that collect every hit. The collector must outlive them.
     pub fn collecting(scene: &'a Scene, collector: *mut Collector) -> Self {
         let mut caller = Self::new(scene, Question { any: false, coherent: false });
         caller.context.collector = collector.cast();
@@ -452,7 +454,8 @@ impl<'a> Caller<'a> {
         let ray = (&raw mut *hit).cast();
         let api = &self.scene.api;
         let scene = self.scene.scene;
-        // Both structures are passed by pointer after the scene, in an order that depends on the version.
+        // Both structures are passed by pointer after the scene; their order depends on the
+        // version.
         let mut arguments = self.arguments;
         arguments.pointers[0] = if self.context.collector.is_null() {
             null_mut()
@@ -464,8 +467,8 @@ impl<'a> Caller<'a> {
         } else {
             ((&raw const self.context).cast_mut().cast(), ray)
         };
-        // SAFETY: the structures have the layout of the library's version, and the mask has as many lanes as
-        // the call. Neither context nor arguments are written.
+        // SAFETY: the structures have the layout of the library's version, and the mask has as many
+        // lanes as the call needs. Embree writes to neither the context nor the arguments.
         unsafe {
             if N == 1 {
                 let call = if self.any { api.occluded_1 } else { api.intersect_1 };

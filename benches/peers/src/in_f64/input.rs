@@ -17,7 +17,7 @@ use crate::parry::Parry64;
 /// A scene in f64.
 pub struct Input {
     mesh: Mesh,
-    /// How far it is moved from the position of the mesh.
+    /// The offset from the original position of the mesh.
     by: [f64; 3],
     bvh: Arc<Bvh<f64>>,
     triangles: Vec<Triangle64>,
@@ -25,8 +25,8 @@ pub struct Input {
 }
 
 impl Input {
-    /// The moved mesh, rounded to f32 for Embree. With `far`, adds one small triangle that many sizes of the
-    /// mesh away.
+    /// Moves the mesh by an offset, and rounds it to f32 for Embree. With `far`, adds one small
+    /// triangle whose distance is `far` times the size of the mesh.
     pub fn new(
         mesh: &Mesh,
         by: [f64; 3],
@@ -65,12 +65,12 @@ impl Input {
         &self.triangles
     }
 
-    /// A ray, moved like the scene.
+    /// A ray, moved by the same offset as the scene.
     pub fn ray(&self, ray: &Ray64) -> Ray64 {
         Ray64 { origin: moved(ray.origin, self.by), ..*ray }
     }
 
-    /// The number of tests per ray, and how many of them the resolver settles.
+    /// The number of triangle tests per ray, and how many of them the resolver settles.
     pub fn counts(&self, rays: &[Ray64], question: Question) -> [f64; 2] {
         counts(&self.bvh, rays, question)
     }
@@ -83,7 +83,7 @@ impl Input {
         Engine::<Ray64>::answers(&single)
     }
 
-    /// Our engines for this input, under its name.
+    /// Our engines for this input, with its name in theirs.
     pub fn ours(&self, name: &str, rays: &Arc<[Ray64]>) -> Vec<Named> {
         let (bvh, mode) = (&self.bvh, Mode::exact());
         let engine =
@@ -95,7 +95,7 @@ impl Input {
         ]
     }
 
-    /// Other tracers in f64, and Embree on the input rounded to f32, as far as their names are wanted.
+    /// Other f64 tracers, and Embree on the input rounded to f32, if their names are wanted.
     pub fn others(
         &self,
         name: &str,
@@ -123,7 +123,7 @@ impl Input {
     }
 }
 
-/// The number of tests per ray, and how many of them the resolver settles.
+/// The number of triangle tests per ray, and how many of them the resolver settles.
 pub fn counts<S: BvhScalar>(bvh: &Bvh<S>, rays: &[RayOf<S>], question: Question) -> [f64; 2] {
     let query = bvh.query();
     let counts = if question.any {

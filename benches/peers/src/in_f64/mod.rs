@@ -1,4 +1,5 @@
-//! Scenes in f64 compared with the same in f32, in place and moved far away, and with other tracers in f64.
+//! Compares scenes in f64, in place and moved far away, with the same scenes in f32 and with other
+//! f64 tracers.
 
 mod input;
 pub mod own;
@@ -23,39 +24,39 @@ use input::Input;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes, as for `rays`.
+    /// Scenes to trace, as for `rays`.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// Kinds of rays.
+    /// Kinds of rays to trace.
     #[arg(long, value_delimiter = ',', default_value = "primary,shadow,light,diffuse,edges")]
     kind: Vec<Kind>,
-    /// Engines by name; all by default.
+    /// Names of the engines to measure; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
-    /// How far the scenes are moved.
+    /// Distance that the scenes are moved.
     #[arg(long, default_value_t = 1e6)]
     moved: f64,
-    /// Adds one small triangle this far away, in sizes of the scene.
+    /// Distance of an additional small triangle, in multiples of the scene's size.
     #[arg(long, default_value_t = 1e3)]
     far: f64,
-    /// Seconds for each engine, scene and kind.
+    /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along a side of the picture, a power of two.
+    /// Pixels along each side of the picture, a power of two.
     #[arg(long, default_value_t = 1024)]
     size: u32,
-    /// The order of the pixels.
+    /// Order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Tiles)]
     order: Order,
-    /// Where to write the figures as JSON.
+    /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Embree's shared library, as for `rays`.
+    /// Path of Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
 
-/// A scene in f32, in f64, and in f64 moved.
+/// A scene in f32, in f64, in f64 and moved, and in f64 with a distant triangle.
 struct Scenes {
     given: Scene,
     in_f32: Arc<Bvh>,
@@ -66,7 +67,7 @@ struct Scenes {
 
 pub fn run(options: &Options) -> Result<(), String> {
     if !options.size.is_power_of_two() || options.size > 1 << 14 {
-        return Err("--size: a power of two, at most 16384".into());
+        return Err("--size must be a power of two, at most 16384".into());
     }
     let (api, pool) = (crate::embree(options.embree.clone()), crate::pool(1)?);
     report::header(pool.install(Clock::fastest), 1, options.size);
@@ -91,7 +92,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     options.json.as_ref().map_or(Ok(()), |path| crate::write_rows(path, &rows))
 }
 
-/// The triangles and rays of some engines, and the true answers.
+/// The triangles and rays that some of the engines trace, and the true answers.
 struct Traced<'a> {
     name: &'static str,
     triangles: &'a [Triangle64],
@@ -106,7 +107,7 @@ impl<'a> Traced<'a> {
     }
 }
 
-/// One scene and one kind of ray.
+/// Measures one kind of ray in one scene.
 fn cell(
     options: &Options,
     scene: &Scenes,
@@ -136,7 +137,7 @@ fn cell(
         ("f64-moved", scene.moved.counts(&moved, question)),
         ("f64-vast", scene.vast.counts(&casts, question)),
     ] {
-        println!("{name:10} {tests:8.2} tests a ray, {undecided:.5} settled by the resolver");
+        println!("{name:10} {tests:8.2} tests per ray, {undecided:.5} settled by the resolver");
     }
     let mut inputs = vec![
         Traced::new("moved", &scene.moved, &moved, question),
@@ -155,14 +156,14 @@ fn cell(
     Ok(measure::measure(&mut engines, &rays, question, truth, seconds, pool, in_f32))
 }
 
-/// The truth for an engine, whose name contains that of its input.
+/// The true answers for an engine, whose name contains the name of its input.
 fn truth_of<'a>(inputs: &'a [Traced<'_>], engine: &str) -> Truth<'a> {
     let of_it = |input: &&Traced<'_>| engine.contains(input.name);
     let input = inputs.iter().find(of_it).expect("the last name is part of every other");
     Truth::new(engine, &input.answers, input.triangles, &input.rays)
 }
 
-/// The row of `exact` over f32 for the same query.
+/// The row of `exact` in f32 for the same form of query.
 fn in_f32(rows: &[Row], engine: usize) -> Option<usize> {
     let name = &rows[engine].engine;
     let form = ["-triangles", "-single"].into_iter().find(|form| name.ends_with(form));

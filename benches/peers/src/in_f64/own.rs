@@ -1,4 +1,4 @@
-//! An engine that has its own rays and ignores the ones it is handed.
+//! An engine that traces its own rays and ignores those passed to it.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ impl<E, R> Own<E, R> {
 
 impl<E: Engine<R>, R: Send + Sync> Engine for Own<E, R> {
     fn load(&mut self, rays: &[Ray], question: Question) {
-        assert_eq!(rays.len(), self.rays.len(), "a ray for each");
+        assert_eq!(rays.len(), self.rays.len(), "as many rays as its own");
         self.engine.load(&self.rays, question);
     }
 

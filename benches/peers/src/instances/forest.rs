@@ -1,4 +1,4 @@
-//! Scenes of instances: a field of bunnies, and a kitchen in five hundred objects.
+//! Scenes of instances: a field of bunnies, and a kitchen split into five hundred objects.
 
 use std::sync::Arc;
 
@@ -9,16 +9,16 @@ use intertri_trace::SceneSnapshot;
 use crate::rays::{Kind, Order, cross, direction, dot, primary, sub, unit, widened};
 use crate::scenes::{random, scene};
 
-/// How many objects the kitchen has.
+/// The number of objects in the kitchen.
 const OBJECTS: usize = 500;
 
-/// The distance between bunnies, in their sizes.
+/// The distance between bunnies, in multiples of their size.
 const APART: f64 = 1.1;
 
-/// Meshes, and where each instance is.
+/// The meshes, and the placement of each instance.
 pub struct Forest {
     pub meshes: Vec<Mesh>,
-    /// The number of a mesh, and a matrix.
+    /// The mesh number and the matrix of each instance.
     pub placed: Vec<(usize, [f64; 12])>,
     /// The number of each instance's first triangle.
     pub firsts: Arc<[u32]>,
@@ -32,7 +32,7 @@ impl Forest {
         match (name, count) {
             ("kitchen", _) => Self::kitchen(),
             (_, Some(count)) => Self::bunnies(count, 0),
-            _ => Err(format!("{name}: no such scene; `kitchen` and `bunnies-N` are")),
+            _ => Err(format!("{name}: no such scene; use `kitchen` or `bunnies-N`")),
         }
     }
 
@@ -52,7 +52,7 @@ impl Forest {
         Self { meshes, placed, firsts, camera, light }
     }
 
-    /// Bunnies in a square, each turned, and of a size of its own.
+    /// Bunnies in a square, each with its own rotation and size.
     pub fn bunnies(count: usize, seed: u64) -> Result<Self, String> {
         let mesh = scene("bunny")?.mesh;
         let bounds = mesh.bounds().ok_or("the bunny is empty")?;
@@ -72,7 +72,8 @@ impl Forest {
         Ok(Self::new(vec![mesh], placed, camera, at(0.3, 30.0, 0.2)))
     }
 
-    /// The kitchen from within, its parts joined to objects, each of which is turned in its own frame.
+    /// The kitchen seen from within. Its parts are grouped into objects, each of which is rotated
+    /// in its own frame.
     fn kitchen() -> Result<Self, String> {
         let kitchen = scene("kitchen")?;
         let Light::Point { position } = kitchen.light else { return Err("no lamp".into()) };
@@ -82,7 +83,7 @@ impl Forest {
             let middle = [0, 1, 2].map(|k| f64::from(bounds.min[k] + bounds.max[k]) / 2.0);
             let number = |k| random([i as u64, k, 0]);
             let matrix = turned([3.0 * number(0), 0.0], 1.0, [0.0; 3], middle);
-            // The other way round, from the room into the object's own frame.
+            // The inverse rotation, from the room into the object's own frame.
             let own = |p: &[f32; 3]| {
                 let q = [0, 1, 2].map(|k| f64::from(p[k]) - middle[k]);
                 [0, 1, 2].map(|k| {
@@ -96,12 +97,12 @@ impl Forest {
         Ok(Self::new(meshes, placed, kitchen.camera, position))
     }
 
-    /// How many triangles there are, flattened.
+    /// The number of triangles in the flattened scene.
     pub fn triangles(&self) -> usize {
         self.placed.iter().map(|&(mesh, _)| self.meshes[mesh].triangles.len()).sum()
     }
 
-    /// A triangle of an instance in the world.
+    /// A triangle of an instance, in world space.
     fn triangle(&self, instance: usize, triangle: usize) -> Triangle64 {
         let (mesh, m) = &self.placed[instance];
         Triangle64(self.meshes[*mesh].corners(triangle).map(|corner| {
@@ -110,7 +111,7 @@ impl Forest {
         }))
     }
 
-    /// All triangles in the world.
+    /// All triangles in world space.
     pub fn flattened(&self) -> Vec<Triangle64> {
         let instances = (0..self.placed.len()).zip(&self.placed);
         let of = |(i, (mesh, _)): (usize, &(usize, _))| {
@@ -154,14 +155,15 @@ impl Forest {
                     let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * to[k]));
                     Ray::new(origin, dir.map(|x| x as f32))
                 }
-                _ => return Err(format!("{}: primary, shadow and diffuse are", kind.name())),
+                _ => return Err(format!("{}: use primary, shadow or diffuse", kind.name())),
             });
         }
         Ok(rays)
     }
 }
 
-/// A matrix that moves a point to the origin, turns about y and x, scales, and moves the point to where it goes.
+/// A matrix that moves a point to the origin, rotates about y and x, scales, and moves the point to
+/// its destination.
 fn turned([a, b]: [f64; 2], size: f64, from: [f64; 3], to: [f64; 3]) -> [f64; 12] {
     let ((s, c), (p, q)) = (a.sin_cos(), b.sin_cos());
     let rows = [[c, 0.0, s], [p * s, q, -p * c], [-q * s, p, q * c]];
@@ -174,7 +176,8 @@ fn turned([a, b]: [f64; 2], size: f64, from: [f64; 3], to: [f64; 3]) -> [f64; 12
     matrix
 }
 
-/// The connected parts of a mesh, in the order of its file, joined to objects of about as many triangles each.
+/// Groups the connected parts of a mesh, in the order of its file, into objects of roughly equal
+/// numbers of triangles.
 fn objects(mesh: &Mesh) -> Vec<Mesh> {
     let mut parts: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     let root = |parts: &mut Vec<u32>, mut i: u32| {

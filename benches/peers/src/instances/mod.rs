@@ -1,4 +1,4 @@
-//! Scenes of instances: beside the same scene flattened, and beside Embree's instances.
+//! Scenes of instances, compared with the same scenes flattened and with Embree's instances.
 
 mod forest;
 mod ours;
@@ -25,34 +25,34 @@ use ours::{Instances, InstancesSingle};
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes: `kitchen`, `bunnies-N` with N bunnies.
+    /// Scenes to trace: `kitchen`, or `bunnies-N` with N bunnies.
     #[arg(long, value_delimiter = ',', default_value = "kitchen,bunnies-100,bunnies-10000")]
     scene: Vec<String>,
-    /// Kinds of rays.
+    /// Kinds of rays to trace.
     #[arg(long, value_delimiter = ',', default_value = "primary,shadow,diffuse")]
     kind: Vec<Kind>,
-    /// Engines by name; all unless given.
+    /// Names of the engines to measure; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
-    /// How many instances move before a commit.
+    /// Numbers of instances to move before a commit.
     #[arg(long, value_delimiter = ',', default_value = "10000,1000000")]
     commit: Vec<usize>,
-    /// The most triangles of a scene that is flattened.
+    /// Largest number of triangles of a scene to flatten.
     #[arg(long, default_value_t = 10_000_000)]
     flattened: usize,
-    /// Threads; 0 for all.
+    /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Seconds for each engine, scene and kind.
+    /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along a side of the picture, a power of two.
+    /// Pixels along each side of the picture, a power of two.
     #[arg(long, default_value_t = 512)]
     size: u32,
-    /// The order of the pixels.
+    /// Order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Rows)]
     order: Order,
-    /// Embree's shared library, as for `rays`.
+    /// Path of Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -69,7 +69,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The scene of a forest, and its instances.
+/// Builds and commits the scene of a forest. Also returns its instances and the snapshot.
 fn committed(forest: &Forest) -> Result<(Scene, Vec<InstanceId>, SceneSnapshot), String> {
     let meshes = forest.meshes.iter().map(|mesh| Bvh::new(&mesh.to_triangles()).map(Arc::new));
     let meshes: Vec<_> = meshes.collect::<Result<_, _>>().map_err(|e| e.to_string())?;
@@ -148,7 +148,7 @@ fn rays_of(
     Ok(())
 }
 
-/// The answers of instances, by a call a ray.
+/// The true answers of a scene of instances, traced one ray per call.
 fn truth(snapshot: &SceneSnapshot, firsts: &Arc<[u32]>, rays: &[Ray], kind: Kind) -> Vec<Answer> {
     let rays: Vec<_> = rays.iter().map(widened).collect();
     let mut single = InstancesSingle::new(snapshot.clone(), firsts.clone());
@@ -157,7 +157,8 @@ fn truth(snapshot: &SceneSnapshot, firsts: &Arc<[u32]>, rays: &[Ray], kind: Kind
     single.answers()
 }
 
-/// How long a commit takes after all instances have moved, and how much memory instances take.
+/// Measures how long a commit takes after all instances have moved, and how much memory instances
+/// use.
 fn commits(count: usize, api: Option<&Arc<Api>>, threads: usize) -> Result<(), String> {
     let (before, moved) = (resident(), [0, 1].map(|seed| Forest::bunnies(count, seed)));
     let [forest, other] = moved;
@@ -204,7 +205,7 @@ fn commits(count: usize, api: Option<&Arc<Api>>, threads: usize) -> Result<(), S
     Ok(())
 }
 
-/// Bytes of this process in memory.
+/// The number of bytes of this process that are resident in memory.
 fn resident() -> usize {
     let pages = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = pages.split(' ').nth(1).and_then(|pages| pages.parse::<usize>().ok());

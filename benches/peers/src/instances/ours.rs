@@ -1,4 +1,4 @@
-//! Our own scenes of instances, as engines.
+//! intertri's scenes of instances, as engines.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -49,7 +49,7 @@ impl Engine<Ray64> for Instances {
     }
 }
 
-/// One call per ray.
+/// Traces one ray per call.
 pub struct InstancesSingle {
     scene: SceneSnapshot,
     firsts: Arc<[u32]>,
@@ -81,7 +81,7 @@ impl Engine<Ray64> for InstancesSingle {
     }
 }
 
-/// Converts a hit; its triangle gets the number that it has in the flattened scene.
+/// Converts a hit. Its triangle gets the number that it has in the flattened scene.
 fn named(firsts: &[u32], SceneHit { hit, instance, .. }: &SceneHit) -> Answer {
     if hit.is_hit() {
         Answer { triangle: firsts[instance.index()] + hit.triangle, t: hit.t }

@@ -10,7 +10,7 @@ use crate::scenes::random;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     Vertices,
-    /// The midpoints.
+    /// The midpoints of the edges.
     Edges,
 }
 
@@ -23,7 +23,8 @@ impl Target {
     }
 }
 
-/// An origin, and two points whose midpoint is the target: the same vertex twice, or the ends of an edge.
+/// An origin, and two points whose midpoint is the target: the same vertex twice, or the ends of an
+/// edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Aim {
     pub origin: [f32; 3],
@@ -31,13 +32,14 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// The ray as a caller would make it: target minus origin, each rounded to f32.
+    /// The ray as a typical caller computes it: the difference of target and origin, each rounded
+    /// to f32.
     pub fn ray(&self) -> Ray {
         let [a, b] = self.ends;
         Ray::new(self.origin, [0, 1, 2].map(|k| f32::midpoint(a[k], b[k]) - self.origin[k]))
     }
 
-    /// Whether the direction is free of rounding.
+    /// Whether the direction is exact, without any rounding.
     pub fn is_exact(&self) -> bool {
         let [a, b] = self.ends.map(|p| p.map(f64::from));
         let dir = self.ray().dir.map(f64::from);
@@ -45,7 +47,7 @@ impl Aim {
     }
 }
 
-/// Random rays, each from one of the points toward a target. Every call returns the same ones.
+/// Random rays, each from one of the points toward a target. Every call returns the same rays.
 pub fn aims(target: Target, adjacency: &Adjacency, inside: &[[f32; 3]], rays: usize) -> Vec<Aim> {
     let points = adjacency.points();
     let ends: Vec<[u32; 2]> = match target {

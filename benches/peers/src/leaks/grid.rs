@@ -1,7 +1,8 @@
-//! Rays aimed exactly on the grid of the mode `fixed`.
+//! Rays whose aim is exact on the grid of the mode `fixed`.
 //!
-//! On the finest grid, differences of points are longer than directions may be. Here the grid is coarser by
-//! three bits and directions are six bits longer, so the difference of any two points is a direction.
+//! On the finest grid, differences between points can be longer than the longest direction. The
+//! grid here is three bits coarser and directions are six bits longer, so the difference between
+//! any two points is a valid direction.
 
 use intertri::Triangle;
 use intertri::fixed::{self, Bits, Grid, GridError, Ray};
@@ -15,7 +16,7 @@ pub const NAME: &str = "fixed-aimed";
 /// Bits per coordinate.
 const BITS: u32 = 17;
 
-/// The number of rays that miss if the mesh, the origins and the targets are snapped first.
+/// The number of rays that miss, if the mesh, the origins and the targets are snapped first.
 pub fn leaks(triangles: &[Triangle], aims: &[Aim]) -> Result<usize, String> {
     let snapped = || {
         let points = triangles.iter().flat_map(|t| t.0);

@@ -1,8 +1,9 @@
-//! Points that are certainly inside a closed mesh.
+//! Finds points that are certainly inside a closed mesh.
 //!
-//! A ray along x from such a point crosses the surface an odd number of times. The signs of exact areas in
-//! the yz plane show which triangles it crosses. All points keep a margin from all triangles, wide enough to
-//! decide in plain f64 what lies ahead, and to stay inside when `fixed` snaps them and the mesh to a grid.
+//! A ray along x from such a point crosses the surface an odd number of times. The signs of exact
+//! areas in the yz plane show which triangles it crosses. All points keep a margin from all
+//! triangles. The margin is wide enough for plain f64 to decide which triangles are ahead, and for
+//! the points to stay inside when `fixed` snaps them and the mesh to a grid.
 
 use glam::DVec3;
 use intertri::{Triangle, TriangleOf};
@@ -11,17 +12,19 @@ use robust::{Coord, orient2d};
 
 use crate::scenes::random;
 
-/// The most tests of a point against a triangle; after that, rays share points.
+/// The maximum number of point/triangle tests. Beyond it, rays share points.
 const TESTS: usize = 1 << 31;
-/// The margin, as a fraction of the longest side of the bounds.
+/// The margin, as a fraction of the longest side of the bounding box.
 const MARGIN: f32 = 1.0 / 1024.0;
-/// Origins are multiples of this fraction of the longest side, so that more differences are exact in f32.
+/// Origins are multiples of this fraction of the longest side, which makes more differences exact
+/// in f32.
 const STEP: f32 = 1.0 / 65536.0;
-/// Candidates per round; after this many rounds with too few points, the search ends.
+/// The number of candidates per round. The search ends after `ROUNDS` rounds, even with too few
+/// points.
 const ROUND: usize = 1 << 12;
 const ROUNDS: usize = 4096;
 
-/// A triangle and its bounds, grown by the margin.
+/// A triangle with its bounding box, which is grown by the margin.
 struct Bounded {
     corners: [[f32; 3]; 3],
     lo: [f32; 3],
@@ -37,7 +40,8 @@ impl Bounded {
         Self { corners, lo, hi, margin }
     }
 
-    /// Whether a ray along x crosses it; `None` if the point is within the margin or undecided.
+    /// Whether a ray along x crosses the triangle; `None` if the point is within the margin, or if
+    /// the test is undecided.
     fn crosses(&self, p: [f32; 3]) -> Option<bool> {
         let within = |k: usize| self.lo[k] <= p[k] && p[k] <= self.hi[k];
         if !within(1) || !within(2) || p[0] > self.hi[0] {
@@ -45,7 +49,7 @@ impl Bounded {
         }
         let height = if within(0) { Some(self.height(p)?) } else { None };
 
-        // On which side of each edge the point is, in the yz plane.
+        // The side of each edge that the point is on, in the yz plane.
         let coord = |p: [f32; 3]| Coord { x: p[1], y: p[2] };
         let [a, b, c] = self.corners.map(coord);
         let p = coord(p);
@@ -57,12 +61,12 @@ impl Bounded {
         if areas.iter().any(|&x| (x > 0.0) != positive) {
             return Some(false);
         }
-        // The areas have the sign of the normal's x, so the triangle is ahead if the point is on the side
-        // that the normal points away from.
+        // The areas have the sign of the normal's x. So the triangle is ahead if the normal points
+        // away from the side that the point is on.
         Some(height.is_none_or(|height| (height < 0.0) == positive))
     }
 
-    /// The height of a point above the plane; `None` within the margin.
+    /// The height of a point above the triangle's plane; `None` within the margin.
     fn height(&self, p: [f32; 3]) -> Option<f64> {
         let [a, b, c] = self.corners.map(|p| DVec3::from_array(p.map(f64::from)));
         let p = DVec3::from_array(p.map(f64::from));
@@ -72,7 +76,7 @@ impl Bounded {
     }
 }
 
-/// Points inside: `count` of them, or fewer if there are many triangles.
+/// Finds `count` points inside, or fewer if the mesh has many triangles.
 pub fn points(triangles: &[Triangle], count: usize) -> Result<Vec<[f32; 3]>, String> {
     let count = count.min(TESTS / triangles.len()).max(1);
     let corners = || triangles.iter().flat_map(|t| t.0);
@@ -99,5 +103,5 @@ pub fn points(triangles: &[Triangle], count: usize) -> Result<Vec<[f32; 3]>, Str
             return Ok(points);
         }
     }
-    Err(format!("only {} of {count} points inside", points.len()))
+    Err(format!("found only {} of {count} points inside", points.len()))
 }

@@ -1,6 +1,6 @@
 //! Leaks: rays from inside a closed mesh, aimed at its vertices and edges, that hit nothing.
 //!
-//! Such a ray always has a hit, whatever rounding did to its direction, so every miss is an error of the
+//! Such a ray always has a hit, however its direction was rounded, so every miss is an error of the
 //! tracer.
 
 mod aim;
@@ -23,14 +23,14 @@ use crate::{engines, report, scenes};
 
 #[derive(Args)]
 pub struct Options {
-    /// Meshes, named like the scenes of `rays`; by default the generated closed ones and all models of the
-    /// folder. Open meshes are skipped.
+    /// Meshes to test, named like the scenes of `rays`. By default, the closed generated ones and
+    /// all models in the folder. Open meshes are skipped.
     #[arg(long, value_delimiter = ',')]
     scene: Vec<String>,
-    /// Rays for each mesh and target.
+    /// Number of rays per mesh and target.
     #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     rays: u32,
-    /// Engines, as for `rays`, and `fixed-aimed`: the rays aimed exactly on the grid of `fixed`.
+    /// Engines to test, as for `rays`, or `fixed-aimed`: rays aimed exactly on the grid of `fixed`.
     #[arg(
         long,
         value_delimiter = ',',
@@ -38,18 +38,18 @@ pub struct Options {
                          embree-robust-1,embree-robust-16,obvhs,parry,bvh"
     )]
     engine: Vec<String>,
-    /// Threads; 0 for all.
+    /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Where to write the figures as JSON.
+    /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Embree's shared library, as for `rays`.
+    /// Path of Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
 
-/// An engine's leaks.
+/// The number of leaks of an engine, for one mesh and target.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     pub mesh: String,
@@ -57,12 +57,12 @@ pub struct Row {
     pub target: &'static str,
     pub engine: String,
     pub rays: usize,
-    /// Rays whose direction is the exact difference of target and origin.
+    /// The number of rays whose direction is the exact difference between target and origin.
     pub exact: usize,
     pub leaks: usize,
 }
 
-/// Measures all meshes, prints the table, and writes the figures if a file is given.
+/// Measures all meshes, prints a table, and writes the figures to the JSON file, if any.
 pub fn run(options: &Options) -> Result<(), String> {
     let api = crate::embree(options.embree.clone());
     let pool = crate::pool(options.threads)?;
@@ -91,7 +91,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     }
 }
 
-/// The rows of a mesh; none if it is open.
+/// The rows of a mesh; none if the mesh is open.
 fn leaks(
     name: &str,
     scene: &Scene,
@@ -137,8 +137,8 @@ fn leaks(
     Ok(rows)
 }
 
-/// Why a mesh is open, if it is: in a closed one, each edge has an even number of triangles. The winding does
-/// not matter, because all tracers are two-sided.
+/// The reason why a mesh is open, if it is. In a closed mesh, each edge has an even number of
+/// triangles. Winding does not matter, because all tracers are two-sided.
 fn open(adjacency: &Adjacency) -> Option<String> {
     let odd = adjacency.edges().filter(|edge| edge.sides.len() % 2 == 1).count();
     match (adjacency.edges().count(), odd) {

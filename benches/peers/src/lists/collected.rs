@@ -1,4 +1,5 @@
-//! The lists of a peer: the hits of each ray sorted by t, concatenated for each chunk of rays.
+//! The hit lists of another tracer: the hits of each ray sorted by t, concatenated for each chunk
+//! of rays.
 
 use std::ops::Range;
 
@@ -8,15 +9,15 @@ use rayon::prelude::*;
 use super::answer;
 use crate::engine::{Answer, CHUNK};
 
-/// A hit as a peer reports it.
+/// A hit as another tracer reports it.
 #[derive(Clone, Copy)]
 pub struct Found {
     pub t: f32,
     pub triangle: u32,
-    // Stored because intertri's hits have them too, so that lists cost the same.
-    #[expect(dead_code, reason = "only the time to write it counts")]
+    // Stored only because intertri's hits contain them, too, so that all lists cost the same.
+    #[expect(dead_code, reason = "only the time to write it matters")]
     pub u: f32,
-    #[expect(dead_code, reason = "only the time to write it counts")]
+    #[expect(dead_code, reason = "only the time to write it matters")]
     pub v: f32,
 }
 
@@ -28,7 +29,7 @@ pub fn sort(hits: &mut [Found]) {
     }
 }
 
-/// The hits of a chunk of rays, and the end of each ray's hits.
+/// The hits of a chunk of rays, and where each ray's hits end.
 #[derive(Default)]
 pub struct Lists {
     pub hits: Vec<Found>,
@@ -43,7 +44,7 @@ impl Lists {
     }
 }
 
-/// Rays, and their hits, collected by chunk. The memory is reused from one repeat to the next.
+/// The rays, and their hits, collected by chunk. Memory is reused from one repeat to the next.
 pub struct Collected<R> {
     rays: Vec<R>,
     lists: Vec<Lists>,
@@ -61,7 +62,7 @@ impl<R: Send + Sync> Collected<R> {
         self.lists = (0..rays.len().div_ceil(CHUNK)).map(|_| Lists::default()).collect();
     }
 
-    /// Traces a part, one list for each chunk.
+    /// Traces a part of the rays, with one list for each chunk.
     pub fn trace(&mut self, part: Range<usize>, each: impl Fn(&[R], &mut Lists) + Sync) {
         let chunks = part.start / CHUNK..part.end.div_ceil(CHUNK);
         let rays = self.rays[part].par_chunks(CHUNK);

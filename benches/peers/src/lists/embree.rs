@@ -1,4 +1,4 @@
-//! Embree: a filter collects each hit and rejects it, so traversal continues.
+//! Embree with a filter that collects each hit and then rejects it, so that traversal continues.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::embree::{Caller, Collector, Group, RayHit, Scene};
 use crate::engine::{Answer, CHUNK, Engine, Question};
 use crate::flush_to_zero::with_flush_to_zero;
 
-/// A scene queried by calls of N rays: 1, 8 or 16.
+/// A scene queried by calls with N rays: 1, 8 or 16.
 pub struct Every<const N: usize> {
     scene: Arc<Scene>,
     count: usize,
@@ -48,7 +48,8 @@ impl<const N: usize> Engine for Every<N> {
                 for (i, group) in groups.iter().enumerate() {
                     let live = N.min(count - (first + chunk) * CHUNK - i * N);
                     caller.ask(group, live, &mut hit);
-                    // SAFETY: the collector lives in this closure, and nothing else accesses it now.
+                    // SAFETY: the collector lives in this closure, and nothing else accesses it
+                    // now.
                     for hits in unsafe { &mut *collector }.taken(live) {
                         sort(hits);
                         lists.hits.extend_from_slice(hits);

@@ -1,5 +1,6 @@
-//! Every hit of each ray, sorted by t: intertri's batches and single calls compared with Embree and a filter
-//! that collects and rejects every hit, and with obvhs and a closure that does the same.
+//! Lists every hit of each ray, sorted by t. Compares intertri's batches and single-ray calls with
+//! Embree, whose filter collects and rejects every hit, and with obvhs, whose closure does the
+//! same.
 
 mod collected;
 mod embree;
@@ -42,43 +43,44 @@ pub const ENGINES: [&str; 11] = [
     "obvhs-8",
 ];
 
-/// The query: lists, for rays that are not declared coherent.
+/// The query: hit lists, for rays that are not declared coherent.
 const QUESTION: Question = Question { any: false, coherent: false };
 
 #[derive(Args)]
 pub struct Options {
-    /// Scenes, as for `rays`.
+    /// Scenes to trace, as for `rays`.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// Kinds of rays: primary or diffuse.
+    /// Kinds of rays to trace: primary or diffuse.
     #[arg(long, value_delimiter = ',', default_value = "primary,diffuse")]
     kind: Vec<Kind>,
-    /// Engines, or the beginning of their names up to a dash; all by default.
+    /// Engines to measure, by name or by the beginning of a name up to a dash; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
-    /// The most hits to list for each ray; no limit by default. Peers always list all.
+    /// Maximum number of hits to list for each ray; unlimited by default. Other tracers always list
+    /// all.
     #[arg(long)]
     limit: Option<usize>,
-    /// Threads; 0 for all.
+    /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Seconds for each engine, scene and kind.
+    /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along a side of the picture, a power of two.
+    /// Pixels along each side of the picture, a power of two.
     #[arg(long, default_value_t = 1024)]
     size: u32,
-    /// Where to write the figures as JSON.
+    /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Embree's shared library, as for `rays`.
+    /// Path of Embree's shared library, as for `rays`.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
 
 pub fn run(options: &Options) -> Result<(), String> {
     if !options.size.is_power_of_two() || options.size > 1 << 14 {
-        return Err("--size: a power of two, at most 16384".into());
+        return Err("--size must be a power of two, at most 16384".into());
     }
     let (api, pool) = (crate::embree(options.embree.clone()), crate::pool(options.threads)?);
     report::header(pool.install(Clock::fastest), pool.current_num_threads(), options.size);
@@ -126,14 +128,14 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The number of hits of each ray, by `certified` at the portable level, one ray per call.
+/// The true number of hits of each ray, from `certified` at the portable level, one ray per call.
 fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
     let mode = Mode::certified().at(Level::PORTABLE);
     let count = |ray| bvh.query().mode(mode).all(ray).len().min(limit.unwrap_or(usize::MAX));
     rays.par_iter().map(|ray| answer(count(ray))).collect()
 }
 
-/// Stores a number of hits in place of the triangle of an answer.
+/// Stores a number of hits in place of an answer's triangle.
 fn answer(hits: usize) -> Answer {
     if hits == 0 { Answer::MISS } else { Answer { triangle: hits as u32, t: f64::NAN } }
 }
@@ -184,7 +186,7 @@ fn engines(
     engines
 }
 
-/// One of our modes: a batch, or one ray per call.
+/// One of our modes, through batches or with one ray per call.
 fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode, limit: Option<usize>) -> Box<dyn Engine> {
     let bvh = bvh.clone();
     if name.ends_with("single") {

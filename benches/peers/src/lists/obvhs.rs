@@ -1,4 +1,5 @@
-//! obvhs: a closure collects each hit and reports a miss, so traversal continues.
+//! obvhs with a closure that collects each hit and then reports a miss, so that traversal
+//! continues.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! intertri: all rays in one call, or one ray per call.
+//! intertri's hit lists: all rays in one call, or one ray per call.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,13 +9,13 @@ use intertri_trace::{Bvh, HitLists};
 use super::answer;
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// The batch call.
+/// Lists hits with the batch call.
 pub struct Batch {
     bvh: Arc<Bvh>,
     mode: Mode,
     limit: Option<usize>,
     rays: Vec<Ray>,
-    /// The lists of each part that was traced.
+    /// The first ray and the lists of each part that was traced.
     lists: Vec<(usize, HitLists)>,
 }
 
@@ -50,7 +50,7 @@ impl Engine for Batch {
     }
 }
 
-/// The call for a single ray.
+/// Lists hits with the single-ray call.
 pub struct Single {
     bvh: Arc<Bvh>,
     mode: Mode,

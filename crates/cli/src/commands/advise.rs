@@ -1,4 +1,4 @@
-//! `intertri advise`: the coarsest grid, or the arithmetic, that is enough for a model.
+//! `intertri advise`: finds the coarsest grid, or the arithmetic, that is enough for a model.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -28,28 +28,28 @@ use crate::report::advise::{AdviseReport, Choice};
 use crate::report::print::print;
 use crate::report::rounding::Rounded;
 
-/// The most pixels in the sample.
+/// The largest number of pixels in the sample.
 const SAMPLE: usize = 1 << 16;
 
-/// How many times each choice is timed.
+/// The number of times that each choice is timed.
 const TURNS: usize = 3;
 
-/// The grids that are tried, by the bits of a coordinate.
+/// The grids to try, given by the bits of a coordinate.
 const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 
 /// Find the lowest precision that is enough for a model: the coarsest grid, or exact answers
 ///
-/// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, and checks the
-/// bounds on a sample with exact arithmetic. Recommends the choice with the fewest bits per vertex that stays
-/// within the tolerance. A pixel is wrong if it shows a different triangle from the one it would show
-/// without any rounding or snapping. Plain f32, which no engine offers, is listed for comparison. Coordinates
-/// that are not exact in f32 are rounded first and counted in the report.
+/// Measures the model as seen by the camera, bounds how many pixels each choice can get wrong, and
+/// checks these bounds on a sample with exact arithmetic. Recommends the choice with the fewest
+/// bits per vertex that stays within the tolerance. A pixel is wrong if it shows another triangle
+/// than it would without any rounding or snapping. Plain f32, which no engine offers, is listed for
+/// comparison. Coordinates that are not exact in f32 are rounded first and counted in the report.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build [default: the built-in scene]
     model: Option<PathBuf>,
 
-    /// How many pixels may be wrong: a number, or a share such as 0.1%
+    /// The number of pixels that may be wrong, or a share such as 0.1%
     #[arg(long, value_name = "PIXELS", value_parser = tolerance, default_value = "0", allow_hyphen_values = true)]
     tolerance: Tolerance,
 
@@ -68,7 +68,7 @@ pub(crate) struct Options {
     camera: CameraOptions,
 }
 
-/// How many pixels may be wrong.
+/// The number of pixels that may be wrong.
 #[derive(Clone, Copy)]
 enum Tolerance {
     Pixels(u64),
@@ -77,7 +77,7 @@ enum Tolerance {
 }
 
 impl Tolerance {
-    /// The number of wrong pixels to tolerate, out of `total`.
+    /// The number of wrong pixels to tolerate among `total`.
     fn of(self, total: usize) -> u64 {
         match self {
             Self::Pixels(pixels) => pixels,
@@ -97,14 +97,14 @@ fn tolerance(text: &str) -> std::result::Result<Tolerance, String> {
     }
 }
 
-/// Predicts, tries and advises.
+/// Predicts the effect of each choice, tries it on the sample, and recommends one.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
     let (width, height) = options.size;
     let (scene, bvh, rounding, notes) = load(options)?;
     let triangles = triangles(&scene.mesh)?;
 
-    // Which triangles are visible does not depend on the threshold.
+    // The threshold does not affect which triangles are visible.
     let zero = Threshold::new(0.0).unwrap_or_default();
     let raster = Raster::new(&scene, &triangles, options.size, zero);
     let mut engines = Engines::new(&triangles, zero).with_bvh(bvh);
@@ -128,7 +128,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let found = scan(&triangles, &camera, &frame.hits, &arithmetics, every, &|rows| bar.add(rows));
     drop(bar);
 
-    // Its result on the sample.
+    // The result of each choice on the sample.
     let bar = Progress::new("sample", Some(candidates.len() as u64));
     let rays: Vec<Ray> = found.sample.iter().map(|e| pixel(e.pixel.0, e.pixel.1)).collect();
     let tolerance = options.tolerance.of(frame.hits.len());
@@ -175,8 +175,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_nothing(&report)
 }
 
-/// The model or the built-in scene, its hierarchy if one was saved, and what was rounded or changed in
-/// reading it.
+/// Loads the model or the built-in scene. Also returns the saved hierarchy, if any, and what
+/// reading rounded or changed.
 fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNotes)> {
     let (width, height) = options.size;
     let load = |path| Model::load(path, options.reading)?.in_f32();
@@ -190,7 +190,7 @@ fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNo
     Ok((scene, bvh, rounding, notes))
 }
 
-/// The error if no choice guarantees the tolerance.
+/// Returns an error if no choice guarantees the tolerance.
 fn refuse_nothing(report: &AdviseReport) -> Result<()> {
     if report.take.is_some() {
         return Ok(());
@@ -201,23 +201,23 @@ fn refuse_nothing(report: &AdviseReport) -> Result<()> {
     )))
 }
 
-/// The choices.
+/// A choice to evaluate.
 struct Candidate {
     name: String,
-    /// Bits for the three coordinates of a vertex.
+    /// The bits of the three coordinates of a vertex.
     bits: u32,
-    /// None for exact arithmetic, where nothing moves and nothing is in doubt.
+    /// `None` for exact arithmetic, which moves no point and leaves no doubt.
     arithmetic: Option<Arithmetic>,
-    /// None if no engine offers it.
+    /// `None` if no engine offers this choice.
     engine: Option<(EngineName, Bits)>,
 }
 
-/// All choices, the cheapest first.
+/// All choices, starting with the cheapest.
 fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Vec<Candidate> {
     let mut candidates = vec![];
     for b in GRIDS {
         let points = triangles.iter().flat_map(|t| t.0).chain([eye]);
-        // A model with corners that are not finite fits no grid.
+        // A model with non-finite corners fits no grid.
         let grid = Bits::of_grid(b).and_then(|bits| Grid::around(points, bits));
         let Ok(grid) = grid else { continue };
         let q = grid.bits().q();
@@ -241,22 +241,23 @@ fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Ve
     candidates
 }
 
-/// Everything needed to try candidates on the sample.
+/// Everything that is needed to try candidates on the sample.
 struct Trials<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
     eye: [f32; 3],
-    /// Engines that share the hierarchy of the triangles.
+    /// The engines, which share the hierarchy over the triangles.
     engines: Engines<'a>,
     /// All rays of the picture, as measured by `bench`.
     primary: &'a [Ray],
-    /// The rays of the sample, and their exact answers.
+    /// The rays of the sample, and the exact answer for each.
     rays: &'a [Ray],
     sample: &'a [SampledPixel],
 }
 
 impl Trials<'_> {
-    /// The number of wrong answers and, if an engine offers the choice, the speed in million rays per second.
+    /// Returns the number of wrong answers and, if an engine offers the choice, its speed in
+    /// million rays per second.
     fn run(&mut self, candidate: &Candidate) -> Result<(usize, Option<f64>)> {
         let Some((name, bits)) = candidate.engine else {
             let wrong = |e: &&SampledPixel| !e.allows(e.single);
@@ -267,7 +268,7 @@ impl Trials<'_> {
         Ok((wrong, Some(speed(&engine, self.primary))))
     }
 
-    /// Makes an engine. All that do not snap the triangles share one hierarchy.
+    /// Creates an engine. Engines that do not snap the triangles share one hierarchy.
     fn engine(&mut self, name: EngineName, bits: Bits) -> Result<RayEngine> {
         if name != EngineName::Fixed {
             return self.engines.engine(name);
@@ -277,7 +278,7 @@ impl Trials<'_> {
     }
 }
 
-/// The number of wrong answers of an engine.
+/// Counts the wrong answers of an engine.
 fn wrong_answers(engine: &RayEngine, rays: &[Ray], sample: &[SampledPixel]) -> usize {
     let mut hits = vec![Hit::MISS; rays.len()];
     engine.closest(rays, &mut hits);
@@ -286,10 +287,10 @@ fn wrong_answers(engine: &RayEngine, rays: &[Ray], sample: &[SampledPixel]) -> u
     sample.iter().zip(&hits).filter(|&(exact, hit)| !right(exact, hit)).count()
 }
 
-/// An engine's speed in million rays per second: the median of a few turns.
+/// Measures an engine's speed in million rays per second, as the median of a few turns.
 fn speed(engine: &RayEngine, rays: &[Ray]) -> f64 {
     let mut hits = vec![Hit::MISS; rays.len()];
-    // The first turn is a warm-up.
+    // The first turn only warms up.
     engine.closest(rays, &mut hits);
     let mut seconds = [0.0; TURNS];
     for seconds in &mut seconds {

@@ -1,4 +1,4 @@
-//! `intertri bench`: rays per second, by engine and kind of ray.
+//! `intertri bench`: measures rays per second for each engine and kind of ray.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -25,19 +25,20 @@ use crate::report::bench::{BenchReport, Rate};
 use crate::report::print::print;
 use crate::report::rounding::Rounded;
 
-/// The most rays of a file to measure.
+/// The largest number of rays to measure from a file.
 const MAX_RAYS: usize = 1 << 20;
 
-/// About how many ray/triangle tests the slow reference does in a turn.
+/// The approximate number of ray/triangle tests per turn of the slow reference.
 const REFERENCE_TESTS: usize = 20_000_000;
 
-/// Measure how many million rays a second each engine traces, for each kind of ray
+/// Measure how many million rays per second each engine traces, for each kind of ray
 ///
-/// Primary rays come from the camera, tile by tile. Shadow rays go from the light to the points that were hit
-/// and look for any hit. Diffuse rays leave these points in all directions on the open side. The engines take
-/// turns, on all threads, and the median of the turns is reported. The scalar reference, which tests all
-/// triangles, traces fewer rays. All engines get the same numbers: those that are not exact in f32 are
-/// rounded first and counted in the report. Run it on a quiet machine.
+/// Primary rays come from the camera, tile by tile. Shadow rays run from the light to the points
+/// that were hit, and look for any hit. Diffuse rays start at these points and leave the surface in
+/// all directions. The engines take turns, on all threads, and the median over the turns is
+/// reported. The scalar reference, which tests all triangles, traces fewer rays. All engines get
+/// the same numbers: those that are not exact in f32 are rounded first and counted in the report.
+/// Run this on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build [default: the built-in scene]
@@ -47,7 +48,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     size: (u32, u32),
 
-    /// Also measure the first million rays of this file; trace describes the formats
+    /// Also measure the first million rays of this file, in one of the formats that trace describes
     #[arg(long, value_name = "FILE")]
     rays: Option<PathBuf>,
 
@@ -55,7 +56,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FORMAT", value_parser = rays_format(), requires = "rays")]
     rays_format: Option<RaysFormat>,
 
-    /// How many turns each engine gets
+    /// The number of turns for each engine
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     turns: u32,
 
@@ -74,7 +75,7 @@ pub(crate) struct Options {
 struct Kind {
     name: &'static str,
     rays: Vec<Ray>,
-    /// Whether these are any-hit rays.
+    /// Whether the query for these rays is any hit.
     any: bool,
 }
 
@@ -96,7 +97,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let triangles = triangles(&scene.mesh)?;
     let mut engines = Engines::new(&triangles, Threshold::default()).with_bvh(bvh.clone());
 
-    // The rays.
+    // Create the rays.
     let certified = engines.engine(EngineName::Certified)?;
     let mut kinds = kinds(&scene, &triangles, options.size, &certified)?;
     if let Some(path) = &options.rays {
@@ -106,7 +107,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     kinds.retain(|kind| !kind.rays.is_empty());
 
-    // The grid must hold all origins.
+    // The grid must contain all origins.
     let mut origins = room(kinds.iter().map(|kind| kind.rays.len()).sum(), "rays")?;
     origins.extend(kinds.iter().flat_map(|kind| kind.rays.iter().map(|ray| ray.origin)));
     let mut engines =
@@ -134,7 +135,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&report, options.json)
 }
 
-/// The rays of a file, at most [`MAX_RAYS`], and how many of their numbers were rounded to f32.
+/// Reads at most [`MAX_RAYS`] rays from a file, and counts how many of their numbers were rounded
+/// to f32.
 fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<(Vec<Ray>, Rounding)> {
     let mut file = Rays::open(path, format)?;
     let (mut all, mut some): (Vec<Ray>, _) = (vec![], vec![]);
@@ -148,7 +150,8 @@ fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<(Vec<Ray>, Roun
     Ok((all, file.rounding()))
 }
 
-/// Camera rays, shadow rays to what they hit, and diffuse rays from there.
+/// Creates camera rays, shadow rays to the points that they hit, and diffuse rays from these
+/// points.
 fn kinds(
     scene: &Scene,
     triangles: &[Triangle],
@@ -168,7 +171,7 @@ fn kinds(
         let way = rng.direction();
         let normal = normal(&triangles[hit.triangle as usize]);
         let dot = |v: [f64; 3]| (0..3).map(|k| normal[k] * v[k]).sum::<f64>();
-        // It leaves on the side that the camera sees, and starts a little above the surface.
+        // Leave the surface on the side that the camera sees, and start slightly above it.
         let side = if dot(way) * dot(ray.dir.map(f64::from)) > 0.0 { -1.0 } else { 1.0 };
         let dir = way.map(|x| (side * x) as f32);
         let near = (hit.t * 1e-4) as f32;
@@ -181,15 +184,15 @@ fn kinds(
     ])
 }
 
-/// A normal of any length.
+/// The normal of a triangle, not normalized.
 fn normal(&TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     let side = |p: [f32; 3]| [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k]));
     let ([x, y, z], [p, q, r]) = (side(b), side(c));
     [y * r - z * q, z * p - x * r, x * q - y * p]
 }
 
-/// Times all engines alternately, and compares the answers of those that follow document A, which must be
-/// equal.
+/// Times all engines alternately. Checks that the engines that follow document A return equal
+/// answers.
 fn measure(
     kind: &Kind,
     names: &[EngineName],
@@ -208,7 +211,7 @@ fn measure(
     for &name in names {
         answers.push(Answers::of(rays_of(name).len(), kind.any)?);
     }
-    // The first turn is a warm-up.
+    // The first turn only warms up.
     for turn in 0..=turns {
         for (k, engine) in contenders.iter().enumerate() {
             let rays = rays_of(names[k]);
@@ -270,7 +273,7 @@ impl Answers {
         }
     }
 
-    /// Whether the answers of another engine begin with these.
+    /// Whether the other engine's answers begin with these answers.
     fn start_as(&self, other: &Self) -> bool {
         let same = |(a, b): (&Hit, &Hit)| (a.triangle, a.t) == (b.triangle, b.t);
         self.any.iter().zip(&other.any).all(|(a, b)| a == b)

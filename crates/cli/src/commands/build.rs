@@ -20,11 +20,11 @@ use crate::report::rounding::Rounded;
 
 /// Build the hierarchy over a model, and save it to a file
 ///
-/// Every command accepts such a file as a model. The file is checked when it is loaded, and loading is
-/// several times faster than building. It keeps the triangles and their numbers, but no texture coordinates,
-/// colours or shared vertices. It is byte-for-byte the same on every CPU.
+/// Every command accepts such a file as a model. Loading it is several times faster than building
+/// the hierarchy, and checks the file. The file keeps the triangles and their numbers, but no
+/// texture coordinates, colours or shared vertices. It is byte-for-byte the same on every CPU.
 ///
-/// Coordinates are saved as f32 if f32 represents all of them exactly, otherwise as f64.
+/// Coordinates are saved as f32 if f32 represents all of them exactly, and otherwise as f64.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build
@@ -47,7 +47,7 @@ pub(crate) struct Options {
     json: bool,
 }
 
-/// Builds and saves.
+/// Builds the hierarchy and saves it.
 pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_same_file(Some(&options.output), &[&options.model])?;
     let mut seconds = BuildSeconds::default();
@@ -64,7 +64,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Builds the hierarchy in a scalar, and saves it.
+/// Builds the hierarchy in the chosen scalar, and saves it.
 fn build<S: Coordinate + BvhScalar>(
     options: &Options,
     model: ModelIn<S>,
@@ -104,7 +104,7 @@ fn build<S: Coordinate + BvhScalar>(
     print(&report, options.json)
 }
 
-/// A writer to the output that counts bytes and keeps the error that names the file.
+/// A writer that counts bytes and keeps the output's own error, which names the file.
 struct Sink {
     output: Output,
     bytes: u64,

@@ -1,4 +1,4 @@
-//! `intertri chart`: the speed and accuracy of every known method.
+//! `intertri chart`: measures the speed and accuracy of every known method.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -24,11 +24,13 @@ use crate::report::rounding::Rounded;
 
 /// Run every known method and draw speed against accuracy
 ///
-/// Writes a chart (SVG and PNG), its numbers (CSV), and a page with everything (HTML). Coordinates that are
+/// Writes a chart (SVG and PNG), its numbers (CSV), and a page with everything (HTML). Coordinates
+/// that are
 /// not exact in f32 are rounded first and counted in the report. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build, for the camera and secondary rays [default: a sphere and a torus]
+    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build, for the camera and secondary
+    /// rays [default: a sphere and a torus]
     model: Option<PathBuf>,
 
     /// The seed of the random numbers: the same seed yields the same counts
@@ -48,7 +50,7 @@ struct Report {
     written: Written,
     model: Option<PathBuf>,
     rounded: Rounded,
-    /// Things in the model that were left out, repaired or guessed.
+    /// Everything in the model that was omitted, repaired or guessed.
     notes: ModelNotes,
     seed: u64,
     times: Vec<Time>,
@@ -56,7 +58,7 @@ struct Report {
     families: Vec<Row>,
 }
 
-/// Measures speed and accuracy, and draws.
+/// Measures speed and accuracy, and draws the chart.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let mut charts = ChartFolder::new(&options.charts.output)?;
     let (model, rounded, notes) = model(options)?;
@@ -64,7 +66,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let (turns, rays, cases) =
         if options.charts.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
 
-    // Measure times first, while nothing else runs.
+    // Measure times first, while nothing else is running.
     let bar = Progress::new("time", Some(Workload::ALL.len() as u64 * (turns as u64 + 1)));
     let time = |workload| measure(workload, &model, turns, || bar.add(1));
     let times: Vec<Time> = Workload::ALL.into_iter().flat_map(time).collect();
@@ -96,8 +98,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     charts.table("families", &families, &what)?;
     let section = draw::Section {
         title: "Speed against accuracy",
-        text: "Four workloads, and in each every method: how often its answer is wrong, by exact \
-               arithmetic, against how many times faster than the scalar reference it gives it.",
+        text: "All methods in four workloads: the share of wrong answers, determined by exact \
+               arithmetic, against the speed as a multiple of the scalar reference's.",
         picture: &chart,
     };
     charts.page("chart", "Ray/triangle tests: speed against accuracy", &[section])?;
@@ -115,7 +117,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&report, options.charts.json)
 }
 
-/// The model to measure with, and how many of its coordinates were rounded.
+/// Returns the model to measure with, and how many of its coordinates were rounded.
 fn model(options: &Options) -> Result<(workloads::Model, Rounded, ModelNotes)> {
     let Some(path) = &options.model else {
         return Ok((workloads::Model::built_in(), Rounded::default(), ModelNotes::default()));
@@ -145,7 +147,7 @@ impl fmt::Display for Report {
                     } = time;
                     format!("{at:.1} ({lo:.1}–{hi:.1}) of {lanes:<2}")
                 });
-                // A count of zero is shown with its confidence.
+                // `count` shows a count of zero with its confidence.
                 let of = |errors| count(errors, verdict.trials);
                 write!(f, "{:22} {time:>23}  ", verdict.method)?;
                 if workload == Workload::Edges {
@@ -158,7 +160,7 @@ impl fmt::Display for Report {
                 } else {
                     write!(f, "wrong {}", of(verdict.wrong))?;
                 }
-                writeln!(f, "; unlike the reference {}", of(verdict.not_reference))?;
+                writeln!(f, "; differs from the reference {}", of(verdict.not_reference))?;
             }
             for (baseline, name) in
                 [(Baseline::Oracle, "oracle"), (Baseline::Reference, "reference")]

@@ -1,4 +1,4 @@
-//! `intertri crossover`: where rays become faster than the z-buffer and shadow volumes.
+//! `intertri crossover`: finds where rays become faster than the z-buffer and shadow volumes.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -22,9 +22,10 @@ use crate::report::print::print;
 
 /// Time rays against the z-buffer and shadow volumes, by number of triangles and pixels
 ///
-/// The scene is a ring on a floor, with more and more triangles. Its picture is drawn both ways, and every
-/// pixel is compared. Writes a chart (SVG and PNG) and its numbers (CSV). The times exclude what is built
-/// once per mesh: the hierarchy and the table of neighbours. Run it on a quiet machine.
+/// The scene is a ring on a floor, with more and more triangles. Its picture is drawn both ways,
+/// and every pixel is compared. Writes a chart (SVG and PNG) and its numbers (CSV). The times
+/// exclude what is built once per mesh: the hierarchy and the table of neighbours. Run this on a
+/// quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
     #[command(flatten)]
@@ -38,7 +39,7 @@ struct Report {
     races: Vec<Race>,
 }
 
-/// Measures and draws.
+/// Measures both methods, and draws the chart.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let mut charts = ChartFolder::new(&options.charts.output)?;
     let (turns, cells, sizes): (_, &[u32], &[(u32, u32)]) = if options.charts.quick {
@@ -69,14 +70,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&Report { written: charts.finish(), races }, options.charts.json)
 }
 
-/// Times both ways to draw a picture, alternating. Their pixels must be the same.
+/// Times both ways to draw a picture alternately, and checks that their pixels are the same.
 fn race(
     scene: &Scene,
     raster: &Raster<'_>,
     engines: &mut Engines<'_>,
     turns: usize,
 ) -> Result<[Race; 2]> {
-    // The first turn, which builds what each mesh needs once, is not timed.
+    // The first turn is not timed, because it builds what each mesh needs once.
     let mut seconds = [const { Vec::new() }; 4];
     for turn in 0..=turns {
         let rays = Frame::draw(scene, raster, engines, EngineName::Certified, Shadows::Rays)?;
@@ -86,8 +87,8 @@ fn race(
             if count.differ > count.excused {
                 let (width, height) = raster.size;
                 return Err(Error::new(format!(
-                    "{} pixels of {width}x{height} differ that should not; render --check raster \
-                     draws them",
+                    "{} pixels of {width}x{height} differ but should not; use render --check \
+                     raster to see them",
                     count.differ - count.excused
                 )));
             }

@@ -16,10 +16,10 @@ use crate::report::print::print;
 
 /// Report open edges, flipped triangles and duplicates in a model
 ///
-/// A model has an inside if it is closed: if its triangles traverse every edge equally often in both
-/// directions. The report counts the edges where they do not, and the triangles that repeat others, and names
-/// the first of each kind. With --json it lists all. Corners are the same if the model gives them the same
-/// coordinates.
+/// A model has an inside if it is closed: if its triangles traverse every edge equally often in
+/// both directions. The report counts the edges that violate this rule and the triangles that
+/// repeat others, and shows the first of each kind. With --json, it lists all of them. Corners are
+/// the same if their coordinates in the model are the same.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build
@@ -33,7 +33,7 @@ pub(crate) struct Options {
     json: bool,
 }
 
-/// Inspects the model.
+/// Loads and inspects the model.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let model = {
         let _bar = Progress::new("load", None);

@@ -1,4 +1,4 @@
-//! The commands of the program, one file each, and the options that several of them share.
+//! The commands of the program, one per file, and the options that several commands share.
 
 pub(crate) mod advise;
 pub(crate) mod bench;

@@ -1,21 +1,22 @@
-//! Warnings, before a picture is drawn, about tolerances that are too large for its scene.
+//! Warnings about tolerances that are too large for a scene, printed before its picture is drawn.
 
 use intertri::{Threshold, Triangle};
 use intertri_scene::{Coordinate, Light, Mesh, Scene};
 
 use crate::io::numbers::Decimal;
 
-/// Surfaces that a ray meets at a smaller sine are hardly lit, so a missing shadow does not show.
+/// If a ray meets a surface at a smaller sine than this, the surface is hardly lit, so a missing
+/// shadow is not visible.
 const FLAT: f64 = 0.01;
 
-/// If a light is farther away than this many times a model's size, shadows begin visibly behind the object
-/// that casts them: at a ten-thousandth of the distance, by [`Light::REACH`].
+/// If a light is farther away than this many times a model's size, shadows start visibly behind the
+/// object that casts them: at a ten-thousandth of the distance, because of [`Light::REACH`].
 const FAR: f64 = 100.0;
 
-/// A warning if the scene is so small that the default threshold hides triangles from its rays.
+/// A warning for a scene that is so small that the default threshold hides triangles from its rays.
 ///
-/// The threshold limits `|normal . direction|` and t. A shadow ray's direction is as long as its distance
-/// from the light, and a camera ray's t is a distance.
+/// The threshold limits `|normal . direction|` and t. A shadow ray's direction is as long as its
+/// distance from the light, and a camera ray's t is a distance.
 pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     let (middle, radius) = middle_and_radius(scene)?;
     let threshold = Threshold::DEFAULT.get();
@@ -26,7 +27,7 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
         return None;
     }
     let hidden = triangles.iter().filter(|triangle| is_hidden(scene, triangle, threshold)).count();
-    // As small relative to these rays as the default is to rays of length 1.
+    // This threshold is as small relative to these rays as the default is to rays of length 1.
     let power = (length * threshold).log10().floor();
     (hidden > 0).then(|| {
         format!(
@@ -37,8 +38,8 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     })
 }
 
-/// Whether the threshold keeps the camera from seeing a triangle, or the light from reaching it at a sine
-/// above [`FLAT`].
+/// Whether the threshold hides a triangle from the camera, or from the light if the sine is above
+/// [`FLAT`].
 fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
     let middle = [0, 1, 2].map(|k| triangle.0.iter().map(|p| f64::from(p[k])).sum::<f64>() / 3.0);
     let normal = triangle.normal();
@@ -49,18 +50,18 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
         || (across <= threshold && slant > FLAT)
 }
 
-/// Rounding shows if neighbouring f32 are farther apart than this fraction of a model.
+/// Rounding becomes visible if adjacent f32 are farther apart than this fraction of a model.
 const COARSE: f64 = 1e-5;
 
-/// A warning about a model that was read in f32 and lost most of its digits, because it lies far from 0 or is
-/// as small as the smallest f32.
+/// A warning for a model that lost most of its digits in f32, because it is far from 0 or as small
+/// as the smallest f32.
 pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let bounds = mesh.bounds()?;
     let ends = [bounds.min, bounds.max];
     let farthest = ends.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let apart = f64::from(farthest) - f64::from(farthest.next_down());
     let size = span(bounds.min.map(f64::from), bounds.max.map(f64::from));
-    // Numbers below that are equally far apart.
+    // Numbers below this are equally far apart.
     let why = if farthest < f32::MIN_POSITIVE { "is so small" } else { "lies so far from 0" };
     (size > 0.0 && apart > COARSE * size).then(|| {
         format!(
@@ -71,18 +72,18 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     })
 }
 
-/// A warning about a scene whose light is far away.
+/// A warning for a scene with a distant light.
 pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     let Light::Point { position } = scene.light else { return None };
     let (middle, radius) = middle_and_radius(scene)?;
     (span(position.map(Into::into), middle) > FAR * radius).then(|| {
-        "the light is so far away that shadows begin behind what casts them; give its direction by \
-         --sun X,Y,Z"
+        "the light is so far away that shadows begin behind the objects that cast them; give its \
+         direction with --sun X,Y,Z"
             .to_owned()
     })
 }
 
-/// The centre of a scene's bounds, and half of their diagonal.
+/// The centre of a scene's bounding box, and half of its diagonal.
 fn middle_and_radius<S: Coordinate>(scene: &Scene<S>) -> Option<([f64; 3], f64)> {
     let bounds = scene.mesh.bounds()?;
     let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|corner| corner.map(Into::into));

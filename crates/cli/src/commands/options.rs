@@ -1,4 +1,5 @@
-//! Options that several commands share: the camera, the format of rays, the grid, the folder of charts.
+//! Options that several commands share: the camera, the light, the format of rays, the grid, and
+//! the folder of charts.
 
 use std::path::PathBuf;
 
@@ -12,8 +13,8 @@ use crate::engine::name::EngineName;
 use crate::error::{Error, Result};
 use crate::io::numbers;
 
-/// The camera. Without any of these options, a model is framed as a whole, and the built-in scene uses its
-/// own camera.
+/// The camera options. Without any of them, the camera frames the whole model, and the built-in
+/// scene uses its own camera.
 #[derive(Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraOptions {
@@ -21,17 +22,17 @@ pub(crate) struct CameraOptions {
     #[arg(long, value_name = "X,Y,Z", value_parser = WrittenPoint::read, allow_hyphen_values = true)]
     eye: Option<WrittenPoint>,
 
-    /// The point in the middle of the picture [default: the middle of the model]
+    /// The point at the centre of the picture [default: the centre of the model]
     #[arg(long, value_name = "X,Y,Z", value_parser = WrittenPoint::read, allow_hyphen_values = true, requires = "eye")]
     target: Option<WrittenPoint>,
 
-    /// The direction from which to frame the whole model, instead of --eye [default: 0.55,0.38,1, turned
-    /// with --up]
+    /// The direction from which to frame the whole model, instead of --eye [default: 0.55,0.38,1,
+    /// rotated with --up]
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point::<f32>, allow_hyphen_values = true, conflicts_with = "eye")]
     view: Option<[f32; 3]>,
 
-    /// The direction that points up; 0,0,1 for a model whose z is up [default: 0,1,0 or, if you look straight
-    /// along it, 0,0,-1 from above and 0,0,1 from below]
+    /// The direction that points up, such as 0,0,1 for a model whose z axis points up [default:
+    /// 0,1,0 or, if you look straight along it, 0,0,-1 from above and 0,0,1 from below]
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point::<f32>, allow_hyphen_values = true)]
     up: Option<[f32; 3]>,
 
@@ -41,12 +42,12 @@ pub(crate) struct CameraOptions {
 }
 
 impl CameraOptions {
-    /// The scene to draw: `model`, or the built-in scene.
+    /// The scene to draw: `model`, or the built-in scene without one.
     pub(crate) fn scene(&self, model: Option<Mesh>, aspect: f64) -> Result<Scene> {
         self.scene_or(model, Scene::built_in, aspect)
     }
 
-    /// The scene to draw: `model`, or another.
+    /// The scene to draw: `model`, or the scene that `other` returns without one.
     pub(crate) fn scene_or<S: Coordinate>(
         &self,
         model: Option<Mesh<S>>,
@@ -70,7 +71,7 @@ impl CameraOptions {
         let fov = self.fov.unwrap_or(Camera::FOV);
         let camera = if let Some(eye) = self.eye.map(WrittenPoint::of::<S>) {
             let middle = mesh.bounds().map_or([S::ZERO; 3], |bounds| {
-                // Halved before they are added, so that the largest numbers do not overflow.
+                // Halve the numbers before adding them, so that the largest ones do not overflow.
                 let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|p| p.map(Into::into));
                 [0, 1, 2].map(|axis| S::nearest(min[axis] * 0.5 + max[axis] * 0.5))
             });
@@ -91,7 +92,7 @@ impl CameraOptions {
         })
     }
 
-    /// The camera's up direction with these options, and whether the user chose it.
+    /// The camera's up direction with these options, and whether the user set it.
     pub(crate) fn up<S: Coordinate>(&self, camera: &Camera<S>) -> ([f32; 3], bool) {
         let [_, _, forward] = camera.axes();
         let up = self.up.unwrap_or_else(|| Camera::up_for(forward.map(|x| -x as f32)));
@@ -99,7 +100,7 @@ impl CameraOptions {
     }
 }
 
-/// A field of view in degrees.
+/// Parses a field of view in degrees.
 fn fov(text: &str) -> std::result::Result<f64, String> {
     match text.parse() {
         Ok(fov) if 0.0 < fov && fov < 180.0 => Ok(fov),
@@ -107,7 +108,8 @@ fn fov(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
-/// A point as the user wrote it. It is rounded once, to f32 or to f64, when the scene is known.
+/// A point as the user wrote it. It is rounded once, to f32 or to f64, as soon as the scene's
+/// scalar is known.
 #[derive(Clone, Copy)]
 pub(crate) struct WrittenPoint {
     single: [f32; 3],
@@ -124,22 +126,22 @@ impl WrittenPoint {
     }
 }
 
-/// The light. Without any of these options, it is over the camera's left shoulder or, in the built-in scene,
-/// at a fixed position.
+/// The light options. Without any of them, the light is above the camera's left shoulder, or at a
+/// fixed position in the built-in scene.
 #[derive(Args)]
 #[command(next_help_heading = "Light")]
 pub(crate) struct LightOptions {
-    /// The position of the light [default: over the camera's left shoulder]
+    /// The position of the light [default: above the camera's left shoulder]
     #[arg(long, value_name = "X,Y,Z", value_parser = finite_place, allow_hyphen_values = true, conflicts_with = "sun")]
     light: Option<WrittenPoint>,
 
-    /// The direction toward a light so far away that its rays are parallel
+    /// The direction toward a light that is so far away that its rays are parallel
     #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     sun: Option<[f32; 3]>,
 }
 
 impl LightOptions {
-    /// Sets the light of a scene if the user chose one.
+    /// Sets the light of a scene, if the user chose one.
     pub(crate) fn shine_on<S: Coordinate>(&self, scene: &mut Scene<S>) -> Result<()> {
         if let Some(position) = self.light {
             scene.light = Light::Point { position: position.of() };
@@ -154,13 +156,13 @@ impl LightOptions {
     }
 }
 
-/// A point whose numbers are finite.
+/// Parses a point with finite coordinates.
 fn finite_place(text: &str) -> std::result::Result<WrittenPoint, String> {
     finite(text)?;
     WrittenPoint::read(text)
 }
 
-/// Three finite numbers.
+/// Parses three finite numbers.
 fn finite(text: &str) -> std::result::Result<[f32; 3], String> {
     let numbers: [f32; 3] = numbers::point(text)?;
     if numbers.iter().all(|x| x.is_finite()) {
@@ -170,13 +172,13 @@ fn finite(text: &str) -> std::result::Result<[f32; 3], String> {
     }
 }
 
-/// Three finite numbers that are not all zero.
+/// Parses three finite numbers that are not all zero.
 fn direction(text: &str) -> std::result::Result<[f32; 3], String> {
     let numbers = finite(text)?;
     if numbers == [0.0; 3] { Err("give a direction that is not zero".into()) } else { Ok(numbers) }
 }
 
-/// The threshold for an engine that uses one, the default if none was given.
+/// The threshold for an engine that uses one: the given one, or the default.
 pub(crate) fn threshold_of(
     engine: EngineName,
     given: Option<Threshold>,
@@ -185,28 +187,28 @@ pub(crate) fn threshold_of(
         _ if engine.has_threshold() => Ok(Some(given.unwrap_or_default())),
         None => Ok(None),
         Some(_) => Err(Error::usage(format!(
-            "--threshold: engine {engine} has none; leave it out, or choose --engine certified"
+            "--threshold: engine {engine} has none; omit it, or choose --engine certified"
         ))),
     }
 }
 
-/// The bits of a coordinate on the grid of the engine `fixed`.
+/// Parses the number of bits of a coordinate on the grid of the engine `fixed`.
 pub(crate) fn grid_bits(text: &str) -> std::result::Result<Bits, String> {
     let number = text.parse().map_err(|_| "give a whole number from 1 to 20".to_owned())?;
     Bits::of_grid(number).map_err(|error| error.to_string())
 }
 
-/// Two opposite corners of a box.
+/// Parses two opposite corners of a box.
 pub(crate) fn grid_bounds(text: &str) -> std::result::Result<[[f32; 3]; 2], String> {
     let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     let numbers = numbers.and_then(|numbers| <[f32; 6]>::try_from(numbers).ok());
     let [a, b, c, d, e, f] = numbers
         .filter(|numbers| numbers.iter().all(|x| x.is_finite()))
-        .ok_or("give six finite numbers with commas between them: two opposite corners of a box")?;
+        .ok_or("give six finite numbers separated by commas: two opposite corners of a box")?;
     Ok([[a, b, c], [d, e, f]])
 }
 
-/// The format of a file of rays.
+/// Parses the name of a format for files of rays.
 pub(crate) fn rays_format() -> impl TypedValueParser<Value = RaysFormat> {
     PossibleValuesParser::new(["csv", "raw", "raw64"]).map(|name| match &*name {
         "csv" => RaysFormat::Csv,
@@ -218,7 +220,7 @@ pub(crate) fn rays_format() -> impl TypedValueParser<Value = RaysFormat> {
 /// The options of all commands that draw charts.
 #[derive(Args)]
 pub(crate) struct ChartOptions {
-    /// The folder for the files
+    /// The folder to write the files to
     #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
     pub(crate) output: PathBuf,
 

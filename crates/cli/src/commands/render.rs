@@ -1,4 +1,4 @@
-//! `intertri render`: a model, or a built-in scene, as a picture.
+//! `intertri render`: draws a model, or the built-in scene, as a picture.
 //!
 //! ```text
 //!   options ──► in_f32 ──► any engine ───────► cover ──► outcome

@@ -1,4 +1,4 @@
-//! `intertri stress`: shows for which adversarial inputs each method begins to fail.
+//! `intertri stress`: shows where each method begins to fail on adversarial inputs.
 
 use std::fmt;
 
@@ -18,11 +18,12 @@ use crate::report::print::print;
 
 /// Run the adversarial families and draw where each method begins to fail
 ///
-/// Writes onset curves, the table of onsets, walls far from zero and edge maps (SVG and PNG), the curves as
+/// Writes onset curves, the table of onsets, walls far from zero and edge maps (SVG and PNG), the
+/// curves as
 /// CSV, and a page with everything (HTML).
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The seed of the random numbers: the same seed yields the same counts
+    /// The seed of the random numbers; the same seed gives the same counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
@@ -39,7 +40,7 @@ struct Report {
     offsets: Vec<OffsetErrors>,
 }
 
-/// Sweeps and draws.
+/// Runs the sweeps, and draws the results.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let mut charts = ChartFolder::new(&options.charts.output)?;
     let (points, cases) = if options.charts.quick { (13, 2_000) } else { (37, 20_000) };
@@ -64,21 +65,21 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     charts.table("offsets", &offsets, &what)?;
     let sections = [
         draw::Section {
-            title: "Where it begins",
+            title: "Where failures begin",
             text: "For each family of inputs, from harmless on the left to adversarial on the right: \
-                   the share of answers of each method that exact arithmetic says are wrong.",
+                   the share of each method's answers that exact arithmetic proves wrong.",
             picture: &curves,
         },
         draw::Section {
             title: "All methods, all families",
-            text: "The value of each family's parameter at which one answer in a thousand of a method \
-                   is first wrong.",
+            text: "For each method, the value of each family's parameter at which one answer in a \
+                   thousand is first wrong.",
             picture: &heat,
         },
         draw::Section {
             title: "Far from zero",
-            text: "Walls in f64 at growing distances, as maps and plans have them, and rays that leave \
-                   them or come to them: who rounds to f32 soon tosses a coin.",
+            text: "Walls in f64 at growing distances, as in maps and plans, and rays that leave or \
+                   approach them: a method that rounds to f32 is soon no better than a coin toss.",
             picture: &walls,
         },
         draw::Section {
@@ -94,7 +95,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&report, options.charts.json)
 }
 
-/// Whether rays hit triangles, by `exact` over a hierarchy in f64.
+/// Determines which rays hit triangles, with `exact` over an f64 hierarchy.
 fn in_f64(triangles: &[Triangle64], rays: &[Ray64]) -> Vec<bool> {
     let mut hits = vec![false; rays.len()];
     if let Ok(bvh) = Bvh::new(triangles) {

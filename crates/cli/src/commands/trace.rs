@@ -1,4 +1,4 @@
-//! `intertri trace`: traces a file of rays, for other programs to use or to compare with.
+//! `intertri trace`: traces a file of rays, so that other programs can use or check the answers.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,30 +32,33 @@ use crate::report::print::print;
 use crate::report::rounding::Rounded;
 use crate::report::trace::{TraceReport, TraceSeconds};
 
-/// Batches in the pipeline per thread: while the thread works on one, another is read or written.
+/// The number of batches in the pipeline per thread: while a thread works on one, another is read
+/// or written.
 const BATCHES: usize = 2;
 
-/// Chunks per batch: enough to make handing over a batch cheap, few enough to keep all batches in the cache.
+/// The number of chunks per batch: large enough to make handing over a batch cheap, and small
+/// enough to keep all batches in the cache.
 const CHUNKS: usize = 4;
 
-/// Trace a file of rays: what does each hit, and where?
+/// Trace a file of rays: find the triangle that each hits, and where
 ///
-/// RAYS are in one of three formats. CSV begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any
-/// order, of which t_min (0) and t_max (inf) are optional. Raw has eight little-endian f32 for each ray:
-/// origin x y z, t_min, dir x y z, t_max. Raw64 has the same as f64. A hit counts if t_min <= t < t_max and
-/// t > 0.
+/// RAYS have one of three formats. CSV begins with a header line: ox,oy,oz,t_min,dx,dy,dz,t_max in
+/// any order, where t_min (0) and t_max (inf) are optional. Raw has eight little-endian f32 per
+/// ray: origin x y z, t_min, dir x y z, t_max. Raw64 has the same as f64. A hit counts if t_min <=
+/// t < t_max and t > 0.
 ///
-/// Answers are for the numbers in the files; a decimal stands for the nearest f64. Engines other than exact
-/// and oracle only support f32; the numbers that they round are counted on standard error and in the report.
+/// Answers are for the numbers in the files; a decimal stands for the nearest f64. Engines other
+/// than exact and oracle only support f32; the numbers that they round are counted on standard
+/// error and in the report.
 ///
-/// ANSWERS are CSV by default: ray,triangle,t,u,v. Rays and triangles are numbered from 0, triangles in the
-/// order of the file and those of a polygon in sequence; u and v are the weights of the second and third
-/// corner. Numbers are the shortest decimals that read back to the same bits, in scientific notation below
-/// 1e-5 and from 1e16 on. A miss has empty cells. Raw answers are i64 triangle (-1 for a miss), f64 t, u, v;
-/// little-endian, 32 bytes.
+/// ANSWERS are CSV by default: ray,triangle,t,u,v. Rays and triangles are numbered from 0,
+/// triangles in the order of the file and those of a polygon in sequence; u and v are the weights
+/// of the second and third corner. Numbers are the shortest decimals that read back to the same
+/// bits, in scientific notation below 1e-5 and from 1e16 on. Misses have empty cells. A raw answer
+/// has 32 bytes, little-endian: the triangle as i64 (-1 for a miss), then t, u and v as f64.
 #[derive(Args)]
-#[expect(clippy::doc_markdown, reason = "it is printed verbatim")]
-#[expect(clippy::struct_excessive_bools, reason = "they are the flags of a command line")]
+#[expect(clippy::doc_markdown, reason = "the text is printed verbatim as help")]
+#[expect(clippy::struct_excessive_bools, reason = "these are command-line flags")]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build
     model: PathBuf,
@@ -64,8 +67,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE")]
     rays: PathBuf,
 
-    /// The format of the rays [default: by the extension .csv, .f32 (raw) or .f64 (raw64); otherwise csv if
-    /// the file begins with a line of names]
+    /// The format of the rays [default: by the extension .csv, .f32 (raw) or .f64 (raw64);
+    /// otherwise csv if the file begins with a header line]
     #[arg(long, value_name = "FORMAT", value_parser = rays_format())]
     rays_format: Option<RaysFormat>,
 
@@ -81,20 +84,20 @@ pub(crate) struct Options {
     #[arg(long, conflicts_with = "format")]
     raw: bool,
 
-    /// Only report whether anything is hit: 1 or 0 (CSV ray,hit; if raw, one byte for each ray)
+    /// Only report whether anything is hit: 1 or 0 (CSV ray,hit; raw: one byte per ray)
     #[arg(long, conflicts_with_all = ["all", "crossings"])]
     any: bool,
 
-    /// Report every hit, not only the closest: one line per hit, in order of t, and one with empty cells for
-    /// a miss (if raw, each record follows the i64 number of its ray: 40 bytes). With the engine exact, an
-    /// edge belongs to each of its triangles
+    /// Report every hit, not only the closest: one line per hit, in order of t, and one line with
+    /// empty cells for a miss (raw: 40 bytes per record, with the i64 number of the ray first).
+    /// With the engine exact, an edge belongs to each of its triangles
     #[arg(long, conflicts_with = "crossings")]
     all: bool,
 
-    /// Report every crossing, in order of t; each edge belongs to one of its triangles. Like --all with
-    /// another column, side: 1 if the ray leaves (it runs with the normal) and -1 if it enters (if raw, an
-    /// i64 after the record, 0 for a miss: 48 bytes). In a closed mesh the sides sum to 1 from a point
-    /// inside. For the engines exact and fixed
+    /// Report every crossing, in order of t; each edge belongs to one of its triangles. The format
+    /// is that of --all with an additional column, side: 1 if the ray leaves (it runs with the
+    /// normal) and -1 if it enters (raw: 48 bytes, with an i64 at the end, which is 0 for a miss).
+    /// For a ray from inside a closed mesh, the sides sum to 1. For the engines exact and fixed
     #[arg(long)]
     crossings: bool,
 
@@ -102,26 +105,29 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
-    /// The scalar to trace in; f64 works with the engines exact and oracle [default for these two: the one
-    /// that represents all numbers exactly, which only affects the speed; for other engines: f32]
+    /// The scalar to trace in; f64 works with the engines exact and oracle [default for these two:
+    /// the one that represents all numbers exactly, so the choice only affects the speed; for other
+    /// engines: f32]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
-    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid depends only on
-    /// the model, not on the rays
+    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid
+    /// depends on the model, but not on the rays
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
     grid: Option<Bits>,
 
-    /// Extend the grid of engine fixed to hold this box, given by two opposite corners: rays must start
-    /// within the grid
+    /// Extend the grid of engine fixed to contain this box, given by two opposite corners; rays
+    /// must start within the grid
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = grid_bounds, allow_hyphen_values = true)]
     grid_bounds: Option<[[f32; 3]; 2]>,
 
-    /// Count rays that start outside the grid of engine fixed as misses, and report how many there were
+    /// Count rays that start outside the grid of engine fixed as misses, and report how many there
+    /// were
     #[arg(long)]
     skip_outside: bool,
 
-    /// The smallest |normal . direction| that does not count as parallel, and the largest t that does not
+    /// The smallest |normal . direction| that does not count as parallel, and the largest t that
+    /// does not
     /// count as a hit, for the engines certified and reference [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     threshold: Option<Threshold>,
@@ -172,7 +178,7 @@ impl Options {
     }
 }
 
-/// Answers the rays.
+/// Loads the model and answers the rays.
 pub(crate) fn run(options: &Options) -> Result<()> {
     // Refuse bad combinations of options before any work.
     options.check()?;
@@ -197,16 +203,18 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// The scalar in which the model and the rays are traced: f32 if no other is possible or nothing is lost.
+/// The scalar to trace the model and the rays in: f32 if the engine only supports f32, or if no
+/// number is rounded.
 ///
-/// It depends on the format of the rays and not on their numbers, so that no ray changes how another is
-/// traced. The answers of `exact` are the same in both scalars if f32 represents all numbers.
+/// The choice depends on the format of the rays, but not on their numbers, so that no ray changes
+/// how another is traced. The answers of `exact` are the same in both scalars if f32 represents all
+/// numbers.
 fn scalar(options: &Options, model: &Model, rays: &Rays<'_>) -> ScalarName {
     let single = !options.engine.is_exact() || rays.are_f32() && model.is_f32();
     options.scalar.unwrap_or(if single { ScalarName::F32 } else { ScalarName::F64 })
 }
 
-/// A model's engine; nothing else of the model is kept.
+/// The engine of a model, and what the report needs to know about the model.
 struct Traced<T> {
     engine: T,
     triangles: usize,
@@ -215,7 +223,7 @@ struct Traced<T> {
     notes: ModelNotes,
 }
 
-/// The model in f32, with any engine.
+/// Creates any engine for the model in f32.
 fn in_f32(
     options: &Options,
     threshold: Option<Threshold>,
@@ -233,7 +241,7 @@ fn in_f32(
     Ok(Traced { engine, triangles: triangles.len(), grid: engines.grid(), rounding, notes })
 }
 
-/// The model in f64, with an exact engine.
+/// Creates an exact engine for the model in f64.
 fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result<Traced<Engine64>> {
     let (triangles, bvh, rounding, notes) =
         timed(&mut seconds.load, || corners(options, model.in_f64()?))?;
@@ -243,10 +251,10 @@ fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result
     Ok(Traced { engine, triangles: count, grid: None, rounding, notes })
 }
 
-/// The triangles of a model, its saved hierarchy if there is one, what was rounded, and notes.
+/// The triangles of a model, its saved hierarchy if any, what was rounded, and notes.
 type Corners<S> = (Vec<TriangleOf<S>>, Option<Arc<Bvh<S>>>, Rounding, ModelNotes);
 
-/// Keeps the parts of a model that are traced, and drops its mesh.
+/// Extracts the parts of a model that are traced, and drops its mesh.
 fn corners<S: Coordinate + BvhScalar>(options: &Options, model: ModelIn<S>) -> Result<Corners<S>> {
     let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
     Ok((triangles, model.bvh, model.rounding, model.notes))
@@ -278,11 +286,11 @@ fn answer<T: Tracer>(
     if options.scalar.is_none() && !rounded.is_nothing() {
         let engine = options.engine;
         note(&format!(
-            "engine {engine} only takes f32: {rounded}; if that is intended, add --scalar f32"
+            "engine {engine} only supports f32: {rounded}; if that is intended, add --scalar f32"
         ));
     }
 
-    // If the answers go to standard output, the report cannot.
+    // A report cannot share standard output with the answers.
     if options.output.is_none() {
         return Ok(());
     }
@@ -304,7 +312,7 @@ fn answer<T: Tracer>(
     print(&report, options.json)
 }
 
-/// The number of rays that were answered, hit something, and started outside the grid.
+/// The number of rays that were answered, that hit something, and that started outside the grid.
 #[derive(Default)]
 struct Done {
     rays: u64,
@@ -320,7 +328,7 @@ fn answer_all<T: Tracer>(
     output: &mut Output,
     seconds: &mut TraceSeconds,
 ) -> Result<Done> {
-    // A ray may hit every triangle, so a batch has few rays if all hits or crossings are wanted.
+    // A ray may hit every triangle, so batches are small if all hits or crossings are wanted.
     let many = matches!(question.query, Query::All | Query::Crossings);
     let size = if many { 16 } else { CHUNKS * question.engine.chunk_size() };
     let threads = rayon::current_num_threads();
@@ -350,17 +358,17 @@ fn answer_all<T: Tracer>(
             timed(&mut seconds.write, || output.write(batch.bytes()))
         },
     )?;
-    // At most as many threads worked at once as there were batches.
+    // At most as many threads worked at the same time as there were batches.
     let threads = threads.min(done.rays.div_ceil(size as u64) as usize).max(1);
     seconds.trace /= threads as f64;
     Ok(done)
 }
 
-/// A ray that does not fit the grid.
+/// The error for a ray that starts outside the grid.
 fn outside<S: Coordinate>(options: &Options, number: u64, ray: &RayOf<S>) -> Error {
     let cause = format!(
-        "ray {number} starts at {:?}, outside the grid; extend it with --grid-bounds, or let such rays miss \
-         by --skip-outside",
+        "ray {number} starts at {:?}, outside the grid; extend it with --grid-bounds, or count \
+         such rays as misses with --skip-outside",
         ray.origin
     );
     Error::at(options.rays.display(), cause)

@@ -1,4 +1,4 @@
-//! A batch of rays and their answers, which are formatted while they are in the cache.
+//! A batch of rays and their answers, which are formatted while they are still in the cache.
 
 use std::time::Instant;
 
@@ -16,17 +16,18 @@ pub(crate) struct Question<'a, T> {
     pub(crate) format: Format,
 }
 
-/// Rays and their answers. Batches are reused, because allocating new memory would take as long as tracing.
+/// Rays and their answers. Batches are reused, because allocating new memory would take as long as
+/// tracing.
 #[derive(Default)]
 pub(crate) struct Batch<S> {
     pub(crate) rays: Vec<RayOf<S>>,
     /// The number of the first ray.
     pub(crate) first: u64,
-    /// How many rays hit something.
+    /// The number of rays that hit something.
     pub(crate) hits: u64,
-    /// The numbers of the rays that start outside the engine's grid, and so hit nothing.
+    /// The numbers of the rays that start outside the engine's grid, and therefore hit nothing.
     pub(crate) outside: Vec<u64>,
-    /// The time that the answers took.
+    /// The time that it took to compute the answers.
     pub(crate) seconds: f64,
     answers: Answers,
 }
@@ -62,7 +63,7 @@ impl<S: Coordinate> Batch<S> {
     }
 }
 
-/// The answers of a chunk, and the formatted answers of the batch so far.
+/// The answers of the current chunk, and the formatted answers of the batch so far.
 #[derive(Default)]
 struct Answers {
     closest: Vec<Hit>,
@@ -71,8 +72,8 @@ struct Answers {
 }
 
 impl Answers {
-    /// Traces rays, the first of which is number `first`, adds their answers, and returns how many hit
-    /// something.
+    /// Traces rays, the first of which has the number `first`, and adds their answers. Returns how
+    /// many rays hit something.
     fn add<T: Tracer>(
         &mut self,
         question: &Question<'_, T>,

@@ -1,4 +1,4 @@
-//! The engines for scenes in f64: `exact`, and its oracle.
+//! The engines for f64 scenes: `exact` and its oracle.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::engine::tracer::Tracer;
 use crate::error::{Error, Result};
 use crate::io::progress::Progress;
 
-/// An engine that answers for coordinates in f64.
+/// An engine for f64 coordinates.
 pub(crate) enum Engine64 {
     Exact(Arc<Bvh<f64>>),
     Oracle(Vec<Triangle64>),
@@ -24,16 +24,16 @@ impl Engine64 {
         let why = match name {
             EngineName::Exact | EngineName::Oracle => return Ok(()),
             EngineName::Certified | EngineName::Reference => {
-                "answers as the scalar f64 reference does for coordinates in f32"
+                "gives the answers of the scalar f64 reference, for f32 coordinates"
             }
-            EngineName::Fixed => "snaps coordinates in f32 to its grid",
-            EngineName::Raster => "draws coordinates in f32",
+            EngineName::Fixed => "snaps f32 coordinates to its grid",
+            EngineName::Raster => "only supports f32 coordinates",
         };
         Err(Error::usage(format!("--scalar f64: engine {name} {why}; choose exact or oracle")))
     }
 
-    /// The named engine, which must pass [`Engine64::check`], over triangles. Uses the given hierarchy over
-    /// them, if there is one.
+    /// Creates the named engine, which must pass [`Engine64::check`], over triangles. If an
+    /// existing hierarchy over them is given, it is used.
     pub(crate) fn new(
         name: EngineName,
         triangles: Vec<Triangle64>,

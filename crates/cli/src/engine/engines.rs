@@ -1,4 +1,4 @@
-//! Makes a model's engines by name; engines that trace the same hierarchy share it.
+//! Creates a model's engines by name. Engines that trace the same hierarchy share it.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ use crate::engine::reference::ReferenceScene;
 use crate::error::{Error, Result};
 use crate::io::progress::{Progress, timed};
 
-/// Makes engines for one model.
+/// Creates engines for one model.
 pub(crate) struct Engines<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
     bits: Bits,
-    /// Points other than the triangles' that the grid must hold: the origins of rays.
+    /// Points that the grid must contain besides the triangles: the origins of rays.
     room_for: Vec<[f32; 3]>,
     bvh: Option<Arc<Bvh>>,
     fixed: Option<Arc<FixedScene>>,
@@ -32,7 +32,7 @@ impl<'a> Engines<'a> {
         Self { triangles, threshold, bits, room_for, bvh: None, fixed: None, seconds: 0.0 }
     }
 
-    /// Uses a grid with `bits` bits that holds the model and these points.
+    /// Uses a grid with `bits` bits that contains the model and these points.
     pub(crate) fn on_grid(self, bits: Bits, room_for: Vec<[f32; 3]>) -> Self {
         Self { bits, room_for, ..self }
     }
@@ -42,7 +42,7 @@ impl<'a> Engines<'a> {
         Self { bvh, ..self }
     }
 
-    /// The named engine.
+    /// Returns the named engine, and builds what it needs.
     pub(crate) fn engine(&mut self, name: EngineName) -> Result<RayEngine> {
         Ok(match name {
             EngineName::Exact => RayEngine::Hierarchy(self.bvh()?, Mode::exact()),
@@ -80,7 +80,7 @@ impl<'a> Engines<'a> {
         Ok(self.fixed.insert(Arc::new(fixed)).clone())
     }
 
-    /// The grid of the engine `fixed`, if the user chose it.
+    /// The grid of the engine `fixed`, if that engine was created.
     pub(crate) fn grid(&self) -> Option<GridReport> {
         self.fixed.as_ref().map(|fixed| fixed.report())
     }

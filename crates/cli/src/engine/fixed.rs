@@ -1,4 +1,4 @@
-//! The engine `fixed`: a scene snapped to an integer grid, and traced there exactly.
+//! The engine `fixed`: snaps a scene to an integer grid, and traces it exactly there.
 
 use intertri::fixed::{Bits, Grid, GridError, Ray as Snapped};
 use intertri::{Crossing, Hit, Ray, Triangle};
@@ -10,7 +10,7 @@ use crate::engine::memory::{self, room};
 use crate::error::Result;
 use crate::io::progress::Progress;
 
-/// How many rays a thread snaps and traces at a time.
+/// The number of rays that a thread snaps and traces at a time.
 const CHUNK: usize = 4096;
 
 /// A scene on a grid.
@@ -18,15 +18,16 @@ pub(crate) struct FixedScene {
     grid: Grid,
     /// The hierarchy over the snapped triangles, in grid units: integers, which are exact in f32.
     bvh: Bvh,
-    /// A ray with an empty interval, in place of rays without a direction.
+    /// A ray with an empty interval, which replaces rays that cannot be snapped.
     never: Snapped,
-    /// The largest distance that snapping moved a point.
+    /// The largest distance by which snapping moved a point.
     moved: f64,
 }
 
 impl FixedScene {
-    /// Snaps triangles to the finest grid that holds them and the points `more`, within which rays will
-    /// start. A point that is not finite is left out: its rays hit nothing, as in every engine.
+    /// Snaps triangles to the finest grid that contains them and the points `more`, among which
+    /// rays will start. Points that are not finite are skipped: rays from them hit nothing, as in
+    /// every engine.
     pub(crate) fn new(triangles: &[Triangle], more: &[[f32; 3]], bits: Bits) -> Result<Self> {
         let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
         let points = triangles.iter().flat_map(|t| t.0).chain(more);
@@ -46,14 +47,14 @@ impl FixedScene {
         Ok(Self { grid, bvh, never, moved })
     }
 
-    /// The nearest grid point, in coordinates of the scene. A point off the grid is returned unchanged.
+    /// The nearest grid point, in coordinates of the scene. A point outside the grid is unchanged.
     pub(crate) fn place(&self, p: [f32; 3]) -> [f32; 3] {
         // A snapped point is exact in f32.
         self.grid.snap(p).map_or(p, |i| self.grid.unsnap(i).map(|x| x as f32))
     }
 
-    /// Whether a point lies outside the grid, so that rays from it hit nothing. A point that is not finite is
-    /// not outside.
+    /// Whether a point is outside the grid, so that rays from it hit nothing. A point that is not
+    /// finite is not considered outside.
     pub(crate) fn is_outside(&self, p: [f32; 3]) -> bool {
         matches!(self.grid.snap(p), Err(GridError::Outside(_)))
     }
@@ -75,7 +76,7 @@ impl FixedScene {
         });
     }
 
-    /// Every hit of a ray, by t, then by triangle.
+    /// Every hit of a ray, ordered by t, then by triangle.
     pub(crate) fn all(&self, ray: &Ray) -> Result<Vec<Hit>> {
         let crossings = self.crossings(ray)?;
         let mut hits = room(crossings.len(), "hits")?;
@@ -83,7 +84,7 @@ impl FixedScene {
         Ok(hits)
     }
 
-    /// Every crossing of a ray, and from which side.
+    /// Every crossing of a ray, and the side that it comes from.
     pub(crate) fn crossings(&self, ray: &Ray) -> Result<Vec<Crossing>> {
         let ray = self.grid.ray(ray).unwrap_or(self.never);
         let mut crossings = memory::crossings(self.bvh.query(), ray.to_f32())?;
@@ -93,8 +94,8 @@ impl FixedScene {
         Ok(crossings)
     }
 
-    /// Snaps rays to the grid and traces them there, in chunks that stay in the cache: `trace` gets the snapped rays,
-    /// and the same in f32.
+    /// Snaps rays to the grid and traces them there, in chunks that stay in the cache. `trace` gets
+    /// the snapped rays, both as integers and in f32.
     fn chunks<T: Send>(
         &self,
         rays: &[Ray],
@@ -115,7 +116,8 @@ impl FixedScene {
     /// The report about the grid.
     pub(crate) fn report(&self) -> GridReport {
         let (bits, step) = (self.grid.bits(), self.grid.step());
-        // Along the whole grid, snapping a direction changes a component by less than 2^-q of the longest.
+        // Over the whole grid, snapping a direction changes each component by less than 2^-q of the
+        // longest.
         let across = step * f64::from(2_u32 << bits.b());
         let strays = across / f64::from(1_u32 << bits.q());
         GridReport { bits: bits.b(), direction_bits: bits.q(), step, moved: self.moved, strays }
@@ -129,9 +131,9 @@ pub(crate) struct GridReport {
     pub(crate) direction_bits: u32,
     /// The distance between neighbouring grid points.
     pub(crate) step: f64,
-    /// The farthest that a corner, or another point on the grid, moved along an axis.
+    /// The largest distance by which snapping moved a point along an axis.
     pub(crate) moved: f64,
-    /// An upper bound, along each axis, on how far the end of a ray across the whole grid is off because its
-    /// direction is snapped too.
+    /// An upper bound, along each axis, on the distance by which the end of a ray across the whole
+    /// grid is displaced, because its direction is snapped, too.
     pub(crate) strays: f64,
 }

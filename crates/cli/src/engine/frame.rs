@@ -15,11 +15,11 @@ use crate::engine::tracer::Tracer;
 use crate::error::Result;
 use crate::io::progress::{Progress, timed};
 
-/// The method for shadows.
+/// The method for finding shadows.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Shadows {
-    /// Trace a ray between the light and each visible point; for the engine raster, the engine exact does
+    /// Trace a ray between the light and each visible point; for raster, exact does this
     Rays,
     /// Count the shadow volumes that contain each point, without rays
     Volumes,
@@ -27,7 +27,7 @@ pub(crate) enum Shadows {
     None,
 }
 
-/// What a frame consists of, for error messages.
+/// What the buffers of a frame contain, for error messages.
 const PIXELS: &str = "pixels";
 
 /// The visibility buffer and the shadow mask.
@@ -35,11 +35,11 @@ const PIXELS: &str = "pixels";
 pub(crate) struct Frame {
     /// The hit at each pixel, row by row from the top left.
     pub(crate) hits: Vec<Hit>,
-    /// Whether the light reaches that point; true if there is no hit or no shadow.
+    /// Whether the light reaches the hit point; true if there is no hit, or if shadows are off.
     pub(crate) lit: Vec<bool>,
     /// The number of shadow rays.
     pub(crate) shadow_rays: u64,
-    /// The test counts of all rays.
+    /// The number of tests of all rays.
     pub(crate) counts: Counts,
     /// The time for the visibility buffer.
     pub(crate) trace_seconds: f64,
@@ -48,8 +48,8 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// Draws `scene` with the named engine, and finds the shadows on the visible points. The engine traces
-    /// its own shadow rays; for the z-buffer, which has none, `exact` does.
+    /// Draws `scene` with the named engine, and finds the shadows on the visible points. Each
+    /// engine traces its own shadow rays, except for the z-buffer, for which `exact` does.
     pub(crate) fn draw(
         scene: &Scene,
         raster: &Raster<'_>,
@@ -58,11 +58,12 @@ impl Frame {
         shadows: Shadows,
     ) -> Result<Self> {
         let mut frame = Self::default();
-        // Time all work for a picture, including making rays and storing answers. The engines time building.
+        // Time all work for a picture, including creating rays and storing answers. The engines
+        // time their own builds.
         let tracer = if name == EngineName::Raster { EngineName::Exact } else { name };
         let (mut trace_seconds, mut shadow_seconds) = (0.0, 0.0);
 
-        // The visibility buffer.
+        // Fill the visibility buffer.
         if name == EngineName::Raster {
             let _bar = Progress::new("draw", None);
             frame.hits = timed(&mut trace_seconds, || raster.hits())?;
@@ -71,7 +72,7 @@ impl Frame {
             timed(&mut trace_seconds, || frame.trace(scene, raster.size, &engine))?;
         }
 
-        // The shadow mask.
+        // Fill the shadow mask.
         let pixels = frame.hits.len();
         match shadows {
             Shadows::None => frame.lit = filled(pixels, true, PIXELS)?,
@@ -87,7 +88,7 @@ impl Frame {
         Ok(Self { trace_seconds, shadow_seconds, ..frame })
     }
 
-    /// Draws `scene`, in any scalar, with an engine that traces rays.
+    /// Draws `scene`, in either scalar, with an engine that traces rays.
     pub(crate) fn traced<T: Tracer>(
         scene: &Scene<T::Scalar>,
         size: (u32, u32),
@@ -140,8 +141,9 @@ impl Frame {
         Ok(())
     }
 
-    /// Traces a shadow ray between the light and each visible point. If answers are exact it starts at the
-    /// point, so that no part of the segment is left out; otherwise it starts at the light.
+    /// Traces a shadow ray between the light and each visible point. If answers are exact, the ray
+    /// starts at the point, so that no part of the segment is omitted; otherwise it starts at the
+    /// light.
     fn trace_shadows<T: Tracer>(
         &mut self,
         scene: &Scene<T::Scalar>,
@@ -169,7 +171,7 @@ impl Frame {
                 let ray = scene.camera.ray(x, y, width, height);
                 let ray = RayOf { origin: engine.place(ray.origin), ..ray };
                 let point = hit_point(&ray, hit);
-                // A ray with an unsnapped origin would miss the surface at its point.
+                // A ray with an unsnapped origin would miss the surface at the visible point.
                 Light::shadow_ray_from(engine.place(scene.light.origin(point)), point)
             };
             seen.par_iter().map(ray).collect_into_vec(&mut rays);
@@ -196,8 +198,8 @@ impl Frame {
         self.lit.par_iter().filter(|lit| !**lit).count() as u64
     }
 
-    /// The largest distance between two frames' hits of the same triangle, along a pixel's ray and in units
-    /// of the scene.
+    /// The largest distance between two frames' hits of the same triangle, along a pixel's ray and
+    /// in units of the scene.
     pub(crate) fn largest_distance<S: Coordinate>(
         &self,
         other: &Self,
@@ -217,8 +219,8 @@ impl Frame {
     }
 }
 
-/// The entries of several whole bands at a time, enough of them to keep all threads busy, with the position
-/// of the first.
+/// Splits the entries into groups of several whole bands, large enough to keep all threads busy.
+/// Each comes with the position of its first entry.
 fn bands<'a, T>(
     all: &'a mut [T],
     tiles: Tiles,
@@ -228,12 +230,12 @@ fn bands<'a, T>(
     all.chunks_mut(entries).zip((0..).step_by(entries))
 }
 
-/// The number of these entries.
+/// The number of entries in such a group.
 fn in_bands(tiles: Tiles, engine: &impl Tracer) -> usize {
     engine.batch_size().div_ceil(tiles.band()) * tiles.band()
 }
 
-/// Rays to trace at once, and memory for their answers.
+/// Splits rays, and the memory for their answers, into the batches that are traced at once.
 fn in_batches<'a, S: Scalar, T>(
     rays: &'a [RayOf<S>],
     answers: &'a mut [T],

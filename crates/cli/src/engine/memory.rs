@@ -1,4 +1,4 @@
-//! Fallible allocation, for the large tables of a model or a picture.
+//! Fallible allocation for the large tables of a model or a picture.
 
 use std::slice;
 
@@ -7,7 +7,8 @@ use intertri_trace::{BvhScalar, Query};
 
 use crate::error::{Error, Result};
 
-/// An empty list with capacity for `count` of `what`; an error if memory runs out.
+/// Returns an empty list with capacity for `count` elements. If memory runs out, returns an error
+/// that refers to the elements as `what`.
 pub(crate) fn room<T>(count: usize, what: &str) -> Result<Vec<T>> {
     let mut list = Vec::new();
     let room = list.try_reserve_exact(count);
@@ -15,19 +16,20 @@ pub(crate) fn room<T>(count: usize, what: &str) -> Result<Vec<T>> {
     Ok(list)
 }
 
-/// A list of `count` copies of a value; an error if memory runs out, which names them `what`.
+/// Returns a list with `count` copies of a value. If memory runs out, returns an error that refers
+/// to the copies as `what`.
 pub(crate) fn filled<T: Clone>(count: usize, value: T, what: &str) -> Result<Vec<T>> {
     let mut list = room(count, what)?;
     list.resize(count, value);
     Ok(list)
 }
 
-/// Every hit of one ray, or an error if there is too little memory for them.
+/// Returns every hit of one ray, or an error if there is too little memory for them.
 pub(crate) fn hits<S: BvhScalar>(query: Query<'_, S>, ray: &RayOf<S>) -> Result<Vec<Hit>> {
     Ok(query.on_this_thread().all_batch(slice::from_ref(ray), None)?.items)
 }
 
-/// Every crossing of one ray, or an error if there is too little memory for them.
+/// Returns every crossing of one ray, or an error if there is too little memory for them.
 pub(crate) fn crossings<S: BvhScalar>(
     query: Query<'_, S>,
     ray: &RayOf<S>,

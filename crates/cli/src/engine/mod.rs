@@ -1,4 +1,4 @@
-//! The engines that trace rays, the rasterizer, and the frames that either draws.
+//! The engines that trace rays, the rasterizer, and the frames that they draw.
 
 pub(crate) mod batch;
 pub(crate) mod engine64;

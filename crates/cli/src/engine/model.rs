@@ -1,5 +1,5 @@
-//! Models from files: those that the crate `intertri-scene` reads, and saved hierarchies, which need no
-//! building.
+//! Models from files: those that the crate `intertri-scene` reads, and saved hierarchies, which do
+//! not need building.
 //!
 //! ```text
 //!   OBJ, PLY, STL, glTF ──► f64 ──┬──► f32, rounded and counted
@@ -20,44 +20,46 @@ use crate::engine::memory::{filled, room};
 use crate::engine::scalar_name::ScalarName;
 use crate::error::{Error, Result, note};
 
-/// A model with the numbers of its file.
+/// A model with the exact numbers of its file.
 pub(crate) struct Model {
     path: PathBuf,
     content: Content,
     /// The files that were read in addition to the model.
     pub(crate) files: Vec<PathBuf>,
-    /// Things that were left out, repaired or guessed; they are also printed on standard error.
+    /// Everything that was omitted, repaired or guessed. These notes are also printed on standard
+    /// error.
     notes: ModelNotes,
 }
 
-/// The numbers of the file: f64 holds those of every format.
+/// The numbers of the file. f64 represents those of every format.
 enum Content {
     Mesh(Mesh<f64>),
     SavedF32(Bvh<f32>),
     SavedF64(Bvh<f64>),
 }
 
-/// A model in the scalar in which it is traced.
+/// A model in the scalar that it is traced in.
 pub(crate) struct ModelIn<S: BvhScalar> {
     pub(crate) mesh: Mesh<S>,
-    /// The saved hierarchy, if the file has one in this scalar.
+    /// The saved hierarchy, if the file contains one in this scalar.
     pub(crate) bvh: Option<Arc<Bvh<S>>>,
     /// The coordinates that were rounded to the scalar.
     pub(crate) rounding: Rounding,
-    /// Things that were left out, repaired or guessed.
+    /// Everything that was omitted, repaired or guessed.
     pub(crate) notes: ModelNotes,
 }
 
-/// How to read a model.
+/// Options for reading a model.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct ModelOptions {
-    /// Refuse a model if something in it is left out, repaired or guessed, instead of only warning on
-    /// standard error
+    /// Refuse a model if something in it would be omitted, repaired or guessed, instead of only
+    /// printing a warning on standard error
     #[arg(long)]
     strict: bool,
 }
 
-/// Things in a model that were left out, repaired or guessed, for reports: each kind with its count.
+/// Everything in a model that was omitted, repaired or guessed: each kind with its count, for
+/// reports.
 #[derive(Clone, Default, Serialize)]
 #[serde(transparent)]
 pub(crate) struct ModelNotes(Vec<ModelNote>);
@@ -66,17 +68,18 @@ pub(crate) struct ModelNotes(Vec<ModelNote>);
 struct ModelNote {
     what: String,
     count: u64,
-    /// The line of the first; null if the file is not text.
+    /// The line of the first occurrence; null if the file is not text.
     line: Option<u64>,
 }
 
 impl ModelOptions {
-    /// Reports things that were left out, repaired or guessed, or refuses the model because of them.
+    /// Prints notes about what was omitted, repaired or guessed, or refuses the model because of
+    /// them.
     fn report(self, path: &Path, notes: &Notes) -> Result<ModelNotes> {
         let (name, notes) = (path.display(), notes.as_slice());
         if self.strict && !notes.is_empty() {
             let all = notes.iter().map(Note::to_string).collect::<Vec<_>>().join("; ");
-            return Err(Error::at(name, format_args!("{all}; repair it, or leave out --strict")));
+            return Err(Error::at(name, format_args!("{all}; repair the file, or omit --strict")));
         }
         for found in notes {
             note(&format!("{name}: {found}"));
@@ -91,7 +94,7 @@ impl ModelOptions {
 }
 
 impl Model {
-    /// Reads a model of any format.
+    /// Reads a model in any format.
     pub(crate) fn load(path: &Path, options: ModelOptions) -> Result<Self> {
         let (mut files, mut notes) = (vec![], ModelNotes::default());
         let content = match saved_in(path) {
@@ -107,7 +110,7 @@ impl Model {
         Ok(Self { path: path.into(), content, files, notes })
     }
 
-    /// Whether all of its numbers are exact in f32. A hierarchy saved in f64 counts as f64 in any case.
+    /// Whether all of its numbers are exact in f32. A hierarchy saved in f64 always counts as f64.
     pub(crate) fn is_f32(&self) -> bool {
         match &self.content {
             Content::Mesh(mesh) => {
@@ -124,7 +127,7 @@ impl Model {
         }
     }
 
-    /// The model in f32, with coordinates rounded if necessary.
+    /// The model in f32. Coordinates are rounded if necessary.
     pub(crate) fn in_f32(self) -> Result<ModelIn<f32>> {
         let model = match self.content {
             Content::Mesh(mesh) => in_scalar(mesh),
@@ -147,10 +150,10 @@ impl Model {
     }
 }
 
-/// The scalar of a saved hierarchy, if the file is one. `None` if the file cannot be read; loading it reports
-/// why.
+/// The scalar of a saved hierarchy, if the file contains one. Returns `None` if the file cannot be
+/// read, because loading it then reports the reason.
 pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
-    /// The largest header of a saved hierarchy with its table.
+    /// The size of the largest header of a saved hierarchy, including its table.
     const FRONT: u64 = 64 + 64 * 32;
     if !std::fs::metadata(path).ok()?.is_file() {
         return None;
@@ -160,14 +163,15 @@ pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
     if !front.starts_with(&SAVED_MAGIC) {
         return None;
     }
-    // The scalar is in the header, before any section.
+    // The header, which comes before any section, contains the scalar.
     match Bvh::<f32>::from_bytes(&front) {
         Err(LoadError::Scalar { .. }) => Some(ScalarName::F64),
         _ => Some(ScalarName::F32),
     }
 }
 
-/// Loads a saved hierarchy. Several meshes become one, so that hits have the numbers of its triangles.
+/// Loads a saved hierarchy, and merges its meshes into one, so that triangles are numbered across
+/// the whole model.
 fn saved<S: BvhScalar>(path: &Path) -> Result<Bvh<S>> {
     let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
     Ok(bvh.into_one_mesh())
@@ -184,9 +188,9 @@ fn of_mesh<S: BvhScalar>(mesh: Mesh<S>, rounding: Rounding) -> ModelIn<S> {
     ModelIn { mesh, bvh: None, rounding, notes: ModelNotes::default() }
 }
 
-/// A mesh in another scalar.
+/// Converts a mesh to another scalar.
 fn in_scalar<S: Coordinate, T: Coordinate + BvhScalar>(mesh: Mesh<S>) -> Result<ModelIn<T>> {
-    // Vertices that no triangle uses may have any coordinates.
+    // Unused vertices may have any coordinates.
     let mut is_used = filled(mesh.positions.len(), false, "vertices")?;
     mesh.triangles.as_flattened().iter().for_each(|&corner| is_used[corner as usize] = true);
     let mut rounding = Rounding::default();
@@ -210,8 +214,9 @@ fn in_scalar<S: Coordinate, T: Coordinate + BvhScalar>(mesh: Mesh<S>) -> Result<
     Ok(of_mesh(Mesh { positions, triangles, corner_uvs, parts }, rounding))
 }
 
-/// The triangles of a hierarchy, without shared vertices. The hierarchy does not store triangles that are not
-/// finite; each becomes a point of another triangle, so that it changes no bounds.
+/// The triangles of a hierarchy, without shared vertices. The hierarchy does not store non-finite
+/// triangles; each is replaced by a degenerate triangle at a corner of another one, so that the
+/// bounds do not change.
 fn mesh<S: Coordinate + BvhScalar>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
     let triangles = bvh.to_triangles();
     let is_kept = |corners: &&[[S; 3]; 3]| !corners[0][0].into().is_nan();

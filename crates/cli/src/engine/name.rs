@@ -9,19 +9,19 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum EngineName {
-    /// SIMD lanes in f32 within a proven bound, exact arithmetic for the rest: right for the coordinates as
-    /// given; uses a hierarchy
+    /// SIMD lanes in f32 within a proven error bound, exact arithmetic for the rest; correct for
+    /// the coordinates as given; uses a hierarchy
     Exact,
-    /// SIMD lanes in f32 within a proven bound, f64 for the rest; uses a hierarchy
+    /// SIMD lanes in f32 within a proven error bound, f64 for the rest; uses a hierarchy
     Certified,
-    /// Integers: exact on a grid that the scene is snapped to (--grid), so its answers differ from the
-    /// others' by the snapping; uses a hierarchy
+    /// Integers, exact on a grid that the scene is snapped to (--grid), so its answers differ from
+    /// the others' by the snapping; uses a hierarchy
     Fixed,
-    /// The scalar f64 reference in a plain loop over all triangles: slow
+    /// The scalar f64 reference in a plain loop over all triangles; slow
     Reference,
-    /// Rationals in a plain loop over all triangles, which exact must equal: very slow
+    /// Rational arithmetic in a plain loop over all triangles, to check exact; very slow
     Oracle,
-    /// The z-buffer: an independent check without rays; for pictures only
+    /// The z-buffer, an independent check without rays; for pictures only
     Raster,
 }
 
@@ -29,7 +29,7 @@ impl EngineName {
     /// The error for tracing rays with the rasterizer.
     pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster only draws pictures and traces no rays; choose exact, certified, fixed, reference or oracle";
 
-    /// Whether it is right for the coordinates as given.
+    /// Whether its answers are correct for the coordinates as given.
     pub(crate) fn is_exact(self) -> bool {
         matches!(self, Self::Exact | Self::Oracle)
     }
@@ -42,7 +42,7 @@ impl EngineName {
 
 impl fmt::Display for EngineName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // As spelled on the command line.
+        // Use the spelling of the command line.
         f.pad(&format!("{self:?}").to_lowercase())
     }
 }

@@ -1,8 +1,9 @@
-//! The engine `oracle`: exact answers by testing all triangles one by one. It is slow; the other engines are
-//! compared with it.
+//! The engine `oracle`: finds exact answers by testing all triangles one by one. It is slow; the
+//! other engines are compared with it.
 //!
-//! The laboratory's predicates and rationals decide where a ray meets a triangle; rationals also decide the
-//! order of t and the interval. Only t, u and v, each rounded once, come from the kernel's integers.
+//! The laboratory's predicates and rational arithmetic decide where a ray hits a triangle. Rational
+//! arithmetic also decides the order of t and the interval. Only the values of t, u and v, each
+//! rounded once, come from the kernel's integers.
 
 use std::cmp::Ordering;
 
@@ -11,7 +12,7 @@ use intertri::{Hit, RayOf, Scalar, TriangleOf};
 use intertri_lab::oracle::{Rational, answer, exact_t};
 use rayon::prelude::*;
 
-/// The closest hit of each ray; if two have the same t, the lower index wins.
+/// The closest hit of each ray. If two hits have the same t, the lower triangle index wins.
 pub(crate) fn closest_batch<S: Scalar>(
     triangles: &[TriangleOf<S>],
     rays: &[RayOf<S>],
@@ -31,7 +32,7 @@ pub(crate) fn any_batch<S: Scalar>(
 
 /// The closest hit of a ray.
 pub(crate) fn closest<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Hit {
-    // `min_by` takes the first of several minima.
+    // `min_by` returns the first of several minima.
     let closest = met(triangles, ray).min_by(|(_, a), (_, b)| a.cmp(b));
     closest.map_or(Hit::MISS, |(index, _)| hit(triangles, ray, index))
 }
@@ -41,7 +42,7 @@ pub(crate) fn any<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> boo
     met(triangles, ray).next().is_some()
 }
 
-/// Every hit of a ray, in order of t; if two have the same t, in order of the triangles.
+/// Every hit of a ray, ordered by t, then by triangle.
 pub(crate) fn all<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Vec<Hit> {
     let mut all: Vec<_> = met(triangles, ray).collect();
     all.sort_by(|(_, a), (_, b)| a.cmp(b));
@@ -63,16 +64,16 @@ fn met<S: Scalar>(
     })
 }
 
-/// Compares t with an end of an interval; `None` for NaN.
+/// Compares t with an end of an interval. Returns `None` if the end is NaN.
 fn compare(t: &Rational, end: f64) -> Option<Ordering> {
     match Rational::try_from(end) {
         Ok(end) => Some(t.cmp(&end)),
-        // An infinity compares the same with every finite number.
+        // An infinity compares the same way with every finite number.
         Err(_) => 0.0.partial_cmp(&end),
     }
 }
 
-/// The hit of a triangle.
+/// The hit of a triangle, with its rounded t, u and v.
 fn hit<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, index: usize) -> Hit {
     let (t, u, v) = attributes_from(Tier::Narrow, ray, &triangles[index]);
     Hit { t, u, v, triangle: index as u32, geometry: 0 }
@@ -92,7 +93,7 @@ mod tests {
         let (mode, mut hits) = (Mode::exact(), 0);
         for round in 0..300 {
             let cases: Vec<_> = (0..8).map(|_| adversarial(&mut rng)).collect();
-            // Some triangles are duplicates, with equal t.
+            // Some triangles are duplicates, which have equal t.
             let triangles: Vec<_> =
                 cases.iter().chain(&cases[..3]).map(|case| case.triangle).collect();
             for case in &cases {

@@ -1,10 +1,10 @@
-//! The order of a picture's pixels: in tiles, because neighbouring rays are coherent.
+//! The order of a picture's pixels: tile by tile, because neighbouring rays are coherent.
 //!
 //! ```text
-//!   +----+----+--+   A band is a row of tiles, from the left; bands follow from the top. Within a
-//!   | 1  | 2  |3 |   tile the order is a Z-order, so that any sixteen in a row are neighbours, too.
-//!   +----+----+--+   Tiles that the border cuts are row by row, so that every place in the order
-//!   | 4  | 5  |6 |   can be computed, forth and back.
+//!   +----+----+--+   A band is a row of tiles. Bands run from top to bottom, and tiles from left
+//!   | 1  | 2  |3 |   to right. Pixels within a whole tile are in Z-order, so that any aligned run
+//!   +----+----+--+   of sixteen is a square, too. Tiles that the border cuts are row by row, so
+//!   | 4  | 5  |6 |   that positions and pixels can be computed from each other.
 //!   +----+----+--+
 //! ```
 
@@ -14,7 +14,8 @@ use intertri_scene::Camera;
 use crate::engine::memory::room;
 use crate::error::Result;
 
-/// Pixels along a tile's side: 32 by 32 pixels are the 1024 rays of one bundle in the hierarchy.
+/// The side of a tile in pixels: its 32 by 32 rays make up the 1024 rays of one bundle in the
+/// hierarchy.
 const TILE: u32 = 32;
 
 /// The pixels of a picture, tile by tile.
@@ -25,17 +26,17 @@ pub(crate) struct Tiles {
 }
 
 impl Tiles {
-    /// The pixels of a picture of that size.
+    /// Creates the order for a picture of this size.
     pub(crate) fn new((width, height): (u32, u32)) -> Self {
         Self { width, height }
     }
 
-    /// The number of pixels in a full band; they are also the first rows of the picture.
+    /// The number of pixels in a full band. These are also the first rows of the picture.
     pub(crate) fn band(self) -> usize {
         (self.width * TILE) as usize
     }
 
-    /// The pixel `(x, y)` at this position in the order.
+    /// The pixel `(x, y)` at a position in the order.
     pub(crate) fn pixel(self, place: usize) -> (u32, u32) {
         let (place, band) = (place as u32, self.band() as u32);
         let (top, in_band) = (place / band * TILE, place % band);
@@ -65,20 +66,20 @@ impl Tiles {
     }
 }
 
-/// All pixels of a picture, `(x, y)`, in that order.
+/// All pixels `(x, y)` of a picture, in this order.
 pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     let tiles = Tiles::new((width, height));
     (0..width as usize * height as usize).map(move |place| tiles.pixel(place))
 }
 
-/// The rays of a camera through all pixels, in that order, as they are measured.
+/// The rays of a camera through all pixels, in this order, for measurements.
 pub(crate) fn primary_rays(camera: &Camera, (width, height): (u32, u32)) -> Result<Vec<Ray>> {
     let mut rays = room(width as usize * height as usize, "rays")?;
     rays.extend(tiled(width, height).map(|(x, y)| camera.ray(x, y, width, height)));
     Ok(rays)
 }
 
-/// The number made of the bits 0, 2, 4, 6 and 8.
+/// Collects the bits 0, 2, 4, 6 and 8 into adjacent positions.
 fn every_other(i: u32) -> u32 {
     (0..5).map(|bit| (i >> (2 * bit) & 1) << bit).sum()
 }
@@ -99,7 +100,7 @@ mod tests {
             let mut seen = tiled(width, height).collect::<Vec<_>>();
             assert_eq!(seen[0], (0, 0));
             assert!(seen.iter().enumerate().all(|(i, &pixel)| tiles.place(pixel) == i));
-            // A band has the same pixels as its rows.
+            // A band contains the same pixels as its rows.
             let mut band = tiles.band().min(seen.len());
             assert!(seen[..band].iter().all(|&(_, y)| y < 32));
             seen.sort_unstable_by_key(|&(x, y)| (y, x));

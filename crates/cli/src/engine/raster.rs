@@ -10,35 +10,35 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 
-/// The most triangles that the shadow volumes can count.
+/// The largest number of triangles that the shadow volumes can count.
 const MAX_TRIANGLES: usize = (1 << 30) - 1;
 
 /// The colour of edges.
 const INK: [u8; 3] = [24, 26, 32];
 
-/// Which edges are drawn.
+/// The edges to draw.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Wire {
     /// The edges of all triangles
     Mesh,
-    /// Only the silhouette: edges where the mesh turns away from the eye, or ends
+    /// Only the silhouette: edges where the mesh turns away from the eye or ends
     Silhouette,
 }
 
-/// One picture of a scene. Nothing is computed before it is needed.
+/// One picture of a scene. Everything is computed on demand.
 pub(crate) struct Raster<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) triangles: &'a [Triangle],
     /// The picture's width and height.
     pub(crate) size: (u32, u32),
     threshold: Threshold,
-    /// Which triangles share edges.
+    /// The triangles that share each edge.
     adjacency: OnceCell<Adjacency>,
 }
 
 impl<'a> Raster<'a> {
-    /// The picture of that size from the scene's camera.
+    /// Prepares a picture of the given size from the scene's camera.
     pub(crate) fn new(
         scene: &'a Scene,
         triangles: &'a [Triangle],
@@ -53,7 +53,7 @@ impl<'a> Raster<'a> {
         let count = self.triangles.len();
         if count > MAX_TRIANGLES {
             return Err(Error::new(format!(
-                "raster: {count} triangles; give at most {MAX_TRIANGLES}"
+                "raster: {count} triangles are too many; the limit is {MAX_TRIANGLES}"
             )));
         }
         let (camera, (width, height)) = (&self.scene.camera, self.size);
@@ -84,14 +84,14 @@ impl<'a> Raster<'a> {
         self.adjacency.get_or_init(|| Adjacency::new(self.triangles))
     }
 
-    /// Draws edges over a picture; the pixels' `hits` hide the edges behind them.
+    /// Draws edges over a picture. The hits of the pixels hide edges behind them.
     pub(crate) fn draw_wire(&self, image: &mut Image, hits: &[Hit], edges: Wire) -> Result<()> {
         let view = self.view()?;
         let adjacency = self.adjacency();
         let edges: Vec<[u32; 2]> = match edges {
             Wire::Mesh => adjacency.edges().map(|edge| edge.ends).collect(),
             Wire::Silhouette => {
-                // The outline is the silhouette as seen by a light at the eye.
+                // The outline is the silhouette as seen from a light at the eye.
                 let eye = self.scene.camera.eye();
                 let facing = facing(adjacency, &Light::Point { position: eye, reach: 1.0 });
                 silhouette(adjacency, &facing).iter().map(|edge| edge.ends).collect()

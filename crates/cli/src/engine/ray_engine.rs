@@ -12,7 +12,7 @@ use crate::engine::reference::ReferenceScene;
 use crate::engine::tracer::Tracer;
 use crate::error::Result;
 
-/// An engine that answers for coordinates in f32.
+/// An engine for f32 coordinates.
 pub(crate) enum RayEngine {
     /// A hierarchy, in a mode.
     Hierarchy(Arc<Bvh>, Mode),

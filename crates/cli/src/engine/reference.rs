@@ -29,7 +29,7 @@ impl ReferenceScene {
         });
     }
 
-    /// Every hit of a ray, in order of t; if two have the same t, in order of the triangles.
+    /// Every hit of a ray, ordered by t, then by triangle.
     pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
         let line = line(ray);
         let mut all = self.0.all(&line, ray.t_min.into(), ray.t_max.into());

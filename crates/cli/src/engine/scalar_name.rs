@@ -10,9 +10,9 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum ScalarName {
-    /// Round every number to f32; the report counts those that changed
+    /// Round every number to f32; the report counts the numbers that changed
     F32,
-    /// Keep every number, for instance UTM coordinates; for the engines exact and oracle
+    /// Keep every number exactly, such as UTM coordinates; for the engines exact and oracle
     F64,
 }
 
@@ -22,7 +22,7 @@ impl ScalarName {
         if S::NAME == f32::NAME { Self::F32 } else { Self::F64 }
     }
 
-    /// The suffix of the engine's name in a report: empty for f32.
+    /// The text after the engine's name in a report, which is empty for f32.
     pub(crate) fn mention(self) -> &'static str {
         match self {
             Self::F32 => "",

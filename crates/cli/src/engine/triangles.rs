@@ -1,4 +1,4 @@
-//! The triangles of a mesh in the engines' form.
+//! Converts the triangles of a mesh to the engines' form.
 
 use intertri::TriangleOf;
 use intertri_scene::{Coordinate, Mesh};
@@ -6,7 +6,7 @@ use intertri_scene::{Coordinate, Mesh};
 use crate::engine::memory::room;
 use crate::error::Result;
 
-/// [`Mesh::to_triangles`], or an error if there is too little memory.
+/// The same as [`Mesh::to_triangles`], but returns an error if there is too little memory.
 pub(crate) fn triangles<S: Coordinate>(mesh: &Mesh<S>) -> Result<Vec<TriangleOf<S>>> {
     let count = mesh.triangles.len();
     let mut triangles = room(count, "triangles")?;

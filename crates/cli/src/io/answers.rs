@@ -9,7 +9,7 @@ use intertri::{Crossing, Hit};
 use crate::error::{Error, Result};
 use crate::io::numbers::Decimal;
 
-/// What to find for each ray.
+/// The query for each ray.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Query {
     Closest,
@@ -21,7 +21,7 @@ pub(crate) enum Query {
 /// The format of the answers.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum Format {
-    /// A line of names, then one line per answer
+    /// A header line, then one line per answer
     Csv,
     /// Little-endian records
     Raw,
@@ -38,7 +38,7 @@ impl Format {
         }
     }
 
-    /// Adds the closest hit of a ray, or its miss.
+    /// Adds the closest hit of a ray, or a miss.
     pub(crate) fn closest(self, out: &mut Vec<u8>, ray: u64, hit: &Hit) -> Result<()> {
         let added = match self {
             Self::Csv => writeln!(Text(out), "{ray},{}", Cells(hit)),
@@ -56,7 +56,7 @@ impl Format {
         added.map_err(|_| too_long(ray))
     }
 
-    /// Adds every hit of a ray, or its miss.
+    /// Adds every hit of a ray, or a miss.
     pub(crate) fn all(self, out: &mut Vec<u8>, ray: u64, hits: &[Hit]) -> Result<()> {
         let hits = if hits.is_empty() { &[Hit::MISS] } else { hits };
         let mut out = Text(out);
@@ -70,7 +70,7 @@ impl Format {
         added.map_err(|_| too_long(ray))
     }
 
-    /// Adds every crossing of a ray with its side (1 if it leaves, -1 if it enters), or its miss.
+    /// Adds every crossing of a ray with its side (1 if it leaves, -1 if it enters), or a miss.
     pub(crate) fn crossings(
         self,
         out: &mut Vec<u8>,
@@ -93,7 +93,8 @@ impl Format {
     }
 }
 
-/// Bytes in memory, which can run out: one ray may hit every triangle of a large model.
+/// A buffer that reports an error if memory runs out: one ray may hit every triangle of a large
+/// model.
 struct Text<'a>(&'a mut Vec<u8>);
 
 impl Write for Text<'_> {
@@ -113,7 +114,7 @@ fn too_long(ray: u64) -> Error {
     Error::no_memory(format_args!("the answers of ray {ray}"))
 }
 
-/// The cells `triangle,t,u,v` of a hit; all empty for a miss.
+/// The cells `triangle,t,u,v` of a hit. They are all empty for a miss.
 struct Cells<'a>(&'a Hit);
 
 impl fmt::Display for Cells<'_> {
@@ -128,7 +129,7 @@ impl fmt::Display for Cells<'_> {
     }
 }
 
-/// A record of 32 bytes.
+/// The raw record of a hit, with 32 bytes.
 fn raw(hit: &Hit) -> [u8; 32] {
     let triangle = if hit.is_hit() { i64::from(hit.triangle) } else { -1 };
     let [t, u, v] = [hit.t, hit.u, hit.v].map(f64::to_le_bytes);

@@ -1,4 +1,5 @@
-//! Input and output: formats of answers, the pipeline around them, files, signals and progress bars.
+//! Input and output: the formats of answers, the pipeline that produces them, files, signals and
+//! progress bars.
 
 pub(crate) mod answers;
 pub(crate) mod numbers;

@@ -1,4 +1,4 @@
-//! Parses numbers on the command line and writes numbers in answers.
+//! Parses numbers on the command line, and formats numbers in answers.
 //!
 //! This file depends on nothing else in the program, because the fuzzers include it.
 
@@ -8,15 +8,15 @@ use std::str::FromStr;
 use intertri::Threshold;
 use intertri_scene::check_size;
 
-/// Three numbers separated by commas, in f32 or f64.
+/// Parses three numbers separated by commas, in f32 or f64.
 pub(crate) fn point<N: FromStr>(text: &str) -> Result<[N; 3], String> {
     let numbers: Option<Vec<N>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     numbers
         .and_then(|numbers| <[N; 3]>::try_from(numbers).ok())
-        .ok_or_else(|| "give three numbers with commas between them, such as 1,2.5,-3".to_owned())
+        .ok_or_else(|| "give three numbers separated by commas, such as 1,2.5,-3".to_owned())
 }
 
-/// A size such as 1024x768.
+/// Parses a size such as 1024x768.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     let numbers = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     let (width, height) = numbers.ok_or("give width and height, such as 1024x768")?;
@@ -24,13 +24,13 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     Ok((width, height))
 }
 
-/// A threshold.
+/// Parses a threshold.
 pub(crate) fn threshold(text: &str) -> Result<Threshold, String> {
     let number = text.parse().map_err(|_| "not a number".to_owned())?;
     Threshold::new(number).map_err(|error| error.to_string())
 }
 
-/// The shortest decimal that reads back to the same bits.
+/// Formats the shortest decimal that reads back to the same bits.
 pub(crate) struct Decimal(pub(crate) f64);
 
 impl fmt::Display for Decimal {

@@ -1,4 +1,4 @@
-//! Output: standard output, or a file that appears only when it is complete.
+//! The output: standard output, or a file that only appears once it is complete.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -22,10 +22,10 @@ enum Sink {
 }
 
 impl Output {
-    /// Opens a file, or standard output.
+    /// Opens a file, or standard output without a path.
     ///
-    /// A file is written as a [`PartialFile`]: if the run fails or is interrupted, an older file stays as it
-    /// was. A device or a pipe is written directly.
+    /// A regular file is written as a [`PartialFile`]: if the run fails or is interrupted, an
+    /// existing file stays unchanged. A device or a pipe is written directly.
     pub(crate) fn open(path: Option<&Path>) -> Result<Self> {
         let Some(path) = path else {
             let sink = Sink::Stream(standard_output::open()?);
@@ -64,7 +64,7 @@ impl Output {
         written.map_err(|cause| refused(&self.name, &cause))
     }
 
-    /// Renames the file to its final name.
+    /// Completes the output; a file gets its final name.
     pub(crate) fn finish(self) -> Result<()> {
         let done = match self.sink {
             Sink::Stream(mut stream) => stream.flush(),
@@ -76,7 +76,7 @@ impl Output {
 
 fn refused(name: &str, cause: &io::Error) -> Error {
     let why = match cause.kind() {
-        io::ErrorKind::BrokenPipe => "was closed before it had all answers".to_owned(),
+        io::ErrorKind::BrokenPipe => "was closed before all answers were written".to_owned(),
         _ => format!("cannot write the answers: {cause}"),
     };
     Error::at(name, why)

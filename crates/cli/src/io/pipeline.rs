@@ -1,5 +1,5 @@
-//! A pipeline for data of any length: one batch is read, one per thread is processed and one is written, all
-//! at the same time.
+//! A pipeline for data of any length. At any time, it reads one batch, processes one batch per
+//! thread, and writes one batch.
 //!
 //! ```text
 //!              ┌──► work ──┐
@@ -7,7 +7,8 @@
 //!     └────────────────────────────────────────────┘
 //! ```
 //!
-//! A fixed number of batches circulates and keeps its memory, so data of any length needs the same amount.
+//! A fixed number of batches circulates and keeps its memory, so memory use does not depend on the
+//! length of the data.
 
 use std::collections::BTreeMap;
 use std::panic::{self, AssertUnwindSafe};
@@ -17,10 +18,11 @@ use std::thread::{self, ScopedJoinHandle};
 
 use crate::error::{Error, Result};
 
-/// Circulates `batches` until `read`, which fills a batch, reaches the end of the input. A thread of the pool
-/// runs `work` on each, and `write` receives all batches in the order in which they were read.
+/// Circulates `batches` until `read`, which fills a batch, reaches the end of the input. The thread
+/// pool runs `work` on each batch, and `write` receives all batches in the order in which they were
+/// read.
 ///
-/// The first error ends the run; batches read before it are still written.
+/// The first error ends the run, but batches read before it are still written.
 pub(crate) fn run<B: Send>(
     batches: impl IntoIterator<Item = B>,
     read: impl FnMut(&mut B) -> Result<bool> + Send,
@@ -34,23 +36,23 @@ pub(crate) fn run<B: Send>(
         // The receiver exists, so this cannot fail.
         let _ = free.send(batch);
     }
-    // A stage that ends drops its channel ends, which ends its neighbours too.
+    // When a stage ends, it drops its ends of the channels, which ends its neighbours, too.
     thread::scope(|scope| {
         let start = thread::Builder::new;
-        // The reader comes last, because it may wait for its input for a long time.
+        // Start the reader last, because it may wait for its input for a long time.
         let writer = start().spawn_scoped(scope, move || write_in_order(to_write, &free, write));
         let writer = writer.map_err(Error::no_thread)?;
         let reader = start().spawn_scoped(scope, move || read_all(to_read, &full, read));
         let reader = reader.map_err(Error::no_thread)?;
         work_on_all(to_work, &done, &work);
-        // No more batches are processed, so the writer may end.
+        // No more batches will be processed, so the writer may end.
         drop(done);
         let end = |thread: ScopedJoinHandle<'_, Result<()>>| unpanicked(thread.join());
         end(reader).and(end(writer))
     })
 }
 
-/// Fills free batches and hands them to the workers.
+/// Fills free batches and passes them to the workers.
 fn read_all<B>(
     free: Receiver<B>,
     full: &Sender<B>,
@@ -64,10 +66,10 @@ fn read_all<B>(
     Ok(())
 }
 
-/// A batch with its number, or the error or panic of its worker.
+/// A batch number with the processed batch, or with its worker's error or panic.
 type Worked<B> = (usize, thread::Result<Result<B>>);
 
-/// Lets the thread pool process batches until there are no more, or the receiver is gone.
+/// Lets the thread pool process batches until there are no more, or until the receiver is gone.
 fn work_on_all<B: Send>(
     full: Receiver<B>,
     done: &Sender<Worked<B>>,
@@ -81,7 +83,7 @@ fn work_on_all<B: Send>(
             }
             let (done, refused) = (done.clone(), &refused);
             threads.spawn(move |_| {
-                // The writer waits for this batch, so it must receive an error or a panic too.
+                // The writer waits for this batch, so it must also receive an error or a panic.
                 let worked = panic::catch_unwind(AssertUnwindSafe(|| work(&mut batch)));
                 if done.send((number, worked.map(|done| done.map(|()| batch)))).is_err() {
                     refused.store(true, Relaxed);
@@ -91,20 +93,20 @@ fn work_on_all<B: Send>(
     });
 }
 
-/// Writes batches in the order of their numbers and frees them.
+/// Writes batches in the order of their numbers, and frees them.
 fn write_in_order<B>(
     done: Receiver<Worked<B>>,
     free: &Sender<B>,
     mut write: impl FnMut(&B) -> Result<()>,
 ) -> Result<()> {
-    // A batch that is finished early waits for its turn.
+    // Batches that are finished early wait here for their turn.
     let (mut early, mut next) = (BTreeMap::new(), 0);
     for (number, worked) in done {
         early.insert(number, worked);
         while let Some(worked) = early.remove(&next) {
             let batch: B = unpanicked(worked)?;
             write(&batch)?;
-            // At the end the reader is gone.
+            // At the end of the input, the reader is gone.
             let _ = free.send(batch);
             next += 1;
         }
@@ -112,7 +114,7 @@ fn write_in_order<B>(
     Ok(())
 }
 
-/// The result of a thread; resumes its panic.
+/// Returns the result of a thread, or resumes its panic.
 fn unpanicked<T>(made: thread::Result<T>) -> T {
     made.unwrap_or_else(|panic| panic::resume_unwind(panic))
 }
@@ -123,7 +125,7 @@ mod tests {
 
     use super::*;
 
-    /// Doubles the numbers from 0 on.
+    /// Doubles the numbers from 0 on, with an optional failure in each stage.
     fn doubled(count: u32, fails: u32, unworked: u32, refused: u32) -> (Result<()>, Vec<u32>) {
         let (mut next, mut out) = (0..count, vec![]);
         let result = run(
@@ -134,7 +136,7 @@ mod tests {
                 if some == fails { Err(Error::new("cannot read")) } else { Ok(true) }
             },
             |number| {
-                // Some take longer than the ones after them.
+                // Some batches take longer than those after them.
                 if *number % 7 == 0 {
                     thread::sleep(Duration::from_micros(200));
                 }

@@ -1,11 +1,11 @@
-//! The pipes at both ends of the program.
+//! The pipes at standard input and output.
 
-/// The capacity of a pipe: the most that Linux allows unprivileged users by default.
+/// The capacity to request: the maximum that Linux allows unprivileged users by default.
 #[cfg(target_os = "linux")]
 const CAPACITY: usize = 1 << 20;
 
-/// Enlarges the pipes at standard input and output, if there are any, so that they hold a batch. By default
-/// they hold 64 KB, and a writer would wait for its reader after every few rays.
+/// If standard input or output is a pipe, enlarges it so that it holds a batch. By default, a pipe
+/// holds 64 KB, so a writer would wait for its reader after every few rays.
 #[cfg(target_os = "linux")]
 pub(crate) fn widen_pipes() {
     use std::io::{stdin, stdout};

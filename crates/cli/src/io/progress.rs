@@ -1,15 +1,15 @@
-//! Measures the time of work: a progress bar while it runs, and seconds once it is done.
+//! Measures work: shows a progress bar while it runs, and adds up the seconds that it takes.
 
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A progress bar on standard error if that is a terminal; a spinner if the amount of work is unknown. It
-/// disappears when dropped.
+/// A progress bar, or a spinner if the amount of work is unknown. It is only shown if standard
+/// error is a terminal, and disappears when dropped.
 pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
-    /// A bar named `what`, moved by [`Progress::add`] or [`Progress::set`].
+    /// Creates a bar named `what`, which [`Progress::add`] or [`Progress::set`] advances.
     pub(crate) fn new(what: &'static str, total: Option<u64>) -> Self {
         let (bar, template) = match total {
             Some(total) => {
@@ -27,7 +27,7 @@ impl Progress {
         Self(bar)
     }
 
-    /// Advances the bar.
+    /// Advances the bar by `more` steps.
     pub(crate) fn add(&self, more: usize) {
         self.0.inc(more as u64);
     }
@@ -45,7 +45,7 @@ impl Drop for Progress {
     }
 }
 
-/// Runs `work` and adds its time to `seconds`.
+/// Runs `work`, and adds its time to `seconds`.
 pub(crate) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
     let done = work();

@@ -6,8 +6,8 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::io::standard_output;
 
-/// Refuses to overwrite an input file, under any of its names, by `output` or standard output. `-` among the
-/// inputs means standard input.
+/// Refuses to overwrite an input file, whatever its path, through `output` or standard output. `-`
+/// among the inputs means standard input.
 pub(crate) fn refuse_same_file(output: Option<&Path>, inputs: &[&Path]) -> Result<()> {
     let to = output.map_or_else(|| of_stream(io::stdout()), of_path);
     for input in inputs {
@@ -21,7 +21,7 @@ pub(crate) fn refuse_same_file(output: Option<&Path>, inputs: &[&Path]) -> Resul
             let input =
                 if stdin { "the standard input".to_owned() } else { input.display().to_string() };
             let what =
-                format!("{output}: is the same file as {input}, which is read; give another");
+                format!("{output}: is the same file as {input}, which is an input; choose another");
             return Err(Error::usage(what));
         }
     }
@@ -31,7 +31,7 @@ pub(crate) fn refuse_same_file(output: Option<&Path>, inputs: &[&Path]) -> Resul
 #[cfg(unix)]
 use unix::{of_path, of_stream};
 
-/// A regular file, identified by device and inode.
+/// Regular files, identified by device and inode.
 #[cfg(unix)]
 mod unix {
     use std::fs::{self, File, Metadata};
@@ -53,7 +53,8 @@ mod unix {
     }
 }
 
-/// A file, identified by its path with links resolved: other systems offer nothing better without `unsafe`.
+/// Files, identified by their path with links resolved. Other systems offer nothing better without
+/// `unsafe`.
 #[cfg(not(unix))]
 fn of_path(path: &Path) -> Option<std::path::PathBuf> {
     path.is_file().then(|| path.canonicalize().ok())?

@@ -1,9 +1,9 @@
-//! Cleans up when a signal ends the run.
+//! Cleans up if a signal ends the run.
 
 use crate::error::{Error, Result};
 
-/// From now on, a run that a signal ends leaves no unfinished file, and one that runs out of memory ends with
-/// exit code 1, unless its caller handles that.
+/// After this call, a run that is ended by a signal leaves no unfinished file. A run that exhausts
+/// memory ends with exit code 1, unless the caller of the allocation handles the failure.
 #[cfg(unix)]
 pub(crate) fn watch() -> Result<()> {
     use std::sync::Arc;
@@ -19,8 +19,8 @@ pub(crate) fn watch() -> Result<()> {
     let always = Arc::new(AtomicBool::new(true));
     let failed = |cause| Error::at("signals", format!("cannot be watched: {cause}"));
     flag::register_conditional_shutdown(SIGABRT, 1, always).map_err(failed)?;
-    // With a handler, it does not end the program: writing beyond the limit on file sizes becomes an ordinary
-    // error.
+    // With a handler, this signal does not end the program, and writing beyond the file size limit
+    // becomes an ordinary error.
     flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))).map_err(failed)?;
 
     let ignored = ignored();
@@ -30,18 +30,18 @@ pub(crate) fn watch() -> Result<()> {
     let wait = move || {
         for signal in signals.forever() {
             PartialFile::abandon_all();
-            // The sender sees that the signal ended the program.
+            // The sender must see that the signal ended the program.
             let _ = low_level::emulate_default_handler(signal);
         }
     };
-    // It needs almost no memory.
+    // The thread needs very little memory.
     let thread = thread::Builder::new().name("signals".to_owned()).stack_size(1 << 16);
     thread.spawn(wait).map_err(Error::no_thread)?;
     Ok(())
 }
 
-/// The signals that were ignored when the program started, one bit each from 1 on: `nohup` ignores some, and
-/// shells do so for background jobs. They stay ignored.
+/// The signals that were ignored when the program started, with bit 0 for signal 1. `nohup` ignores
+/// some signals, and shells do so for background jobs; they stay ignored.
 #[cfg(target_os = "linux")]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

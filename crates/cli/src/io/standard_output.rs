@@ -1,10 +1,10 @@
-//! The standard output, if there is one.
+//! Standard output, and a check that it is open.
 
 use std::io::{self, Write};
 
 use crate::error::{Error, Result};
 
-/// Its name in error messages.
+/// The name of standard output in error messages.
 pub(crate) const NAME: &str = "standard output";
 
 /// Refuses a closed standard output, because everything written to it would be lost silently.
@@ -15,8 +15,8 @@ pub(crate) fn check() -> Result<()> {
     Ok(())
 }
 
-/// Opens it unbuffered. `io::stdout` buffers by lines: it would search raw answers for line ends, and write
-/// the bytes after the last one separately.
+/// Opens standard output unbuffered. `io::stdout` is line-buffered: it would search raw answers for
+/// line ends, and write the bytes after the last line end separately.
 pub(crate) fn open() -> Result<Box<dyn Write + Send>> {
     unbuffered().map_err(|cause| Error::at(NAME, format!("cannot write the answers: {cause}")))
 }
@@ -33,16 +33,16 @@ fn unbuffered() -> io::Result<Box<dyn Write + Send>> {
     Ok(Box::new(io::stdout()))
 }
 
-/// The state of standard output at the start. Before `main`, the standard library reopens a closed standard
-/// output as a null device, so this checks it even earlier.
+/// Records whether standard output was closed at the start. The standard library reopens a closed
+/// standard output as a null device before `main`, so this code runs even earlier.
 #[cfg(unix)]
 mod at_the_start {
     use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
     static WAS_CLOSED: AtomicBool = AtomicBool::new(false);
 
-    // The crate marks functions that run before `main`, when much of the standard library is not ready; this
-    // one only makes a system call.
+    // `ctor` marks functions that run before `main`, when much of the standard library is not ready
+    // yet. This function only makes a system call.
     ctor::declarative::ctor! {
         #[ctor(unsafe)]
         fn look() {

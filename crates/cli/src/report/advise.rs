@@ -1,4 +1,4 @@
-//! The report of `advise`: its findings and its advice.
+//! The report of `advise`, with its findings and its recommendation.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -16,42 +16,43 @@ use crate::report::rounding::Rounded;
 #[derive(Serialize)]
 pub(crate) struct AdviseReport {
     pub(crate) model: Option<PathBuf>,
-    /// Things in the model that were left out, repaired or guessed.
+    /// Everything in the model that was omitted, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) rounded: Rounded,
     pub(crate) size: [u32; 2],
-    /// Pixels that may be wrong.
+    /// The number of pixels that may be wrong.
     pub(crate) tolerance: u64,
     pub(crate) needs: Needs,
-    /// Rays of the sample.
+    /// The number of rays in the sample.
     pub(crate) sample: usize,
-    /// Primary rays of the picture, with which speeds were measured.
+    /// The number of primary rays of the picture, which were used to measure speeds.
     pub(crate) rays: usize,
     pub(crate) choices: Vec<Choice>,
-    /// The name of the recommended choice, if one is within the tolerance.
+    /// The name of the recommended choice, if any is within the tolerance.
     pub(crate) take: Option<String>,
     /// The recommended `Threshold`.
     pub(crate) threshold: f64,
     pub(crate) seconds: f64,
 }
 
-/// A choice and its effect.
+/// A choice and its effects.
 #[derive(Clone, Serialize)]
 pub(crate) struct Choice {
     pub(crate) name: String,
-    /// Bits for the three coordinates of a vertex.
+    /// The bits of the three coordinates of a vertex.
     pub(crate) bits_a_vertex: u32,
-    /// The farthest that the visible surface moves, in pixels.
+    /// The largest distance by which the visible surface moves, in pixels.
     pub(crate) pixels: f64,
-    /// An upper bound on the wrong pixels of the frame.
+    /// An upper bound on the number of wrong pixels in the frame.
     pub(crate) wrong_at_most: u64,
-    /// An upper bound on the wrong pixels of the sample.
+    /// An upper bound on the number of wrong pixels in the sample.
     pub(crate) wrong_in_sample_at_most: u64,
-    /// The number of wrong pixels of the sample.
+    /// The number of wrong pixels in the sample.
     pub(crate) wrong_in_sample: u64,
-    /// Million primary rays per second, as measured by `bench`; null if no engine offers this choice.
+    /// Million primary rays per second, as measured by `bench`; null if no engine offers this
+    /// choice.
     pub(crate) speed: Option<f64>,
-    /// Whether it is within the tolerance.
+    /// Whether the bound is within the tolerance.
     pub(crate) enough: bool,
 }
 
@@ -64,7 +65,7 @@ impl fmt::Display for AdviseReport {
 }
 
 impl AdviseReport {
-    /// Properties of the model and the picture.
+    /// Writes the properties of the model and the picture.
     fn write_needs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { needs, size: [width, height], .. } = self;
         writeln!(f, "{}, {width}x{height} pixels", model(self.model.as_deref()))?;
@@ -94,9 +95,9 @@ impl AdviseReport {
         Ok(())
     }
 
-    /// The table of choices, with the recommended one marked.
+    /// Writes the table of choices, with a mark at the recommended one.
     fn write_choices(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sample = format!("of {} asked", self.sample);
+        let sample = format!("of {} sampled", self.sample);
         writeln!(
             f,
             "\n{:16} {:>8} {:>9} {:>21} {:>27} {:>8}",
@@ -129,7 +130,7 @@ impl AdviseReport {
         )
     }
 
-    /// The recommended choice and threshold.
+    /// Writes the recommended choice and threshold.
     fn write_advice(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let taken = self.choices.iter().find(|choice| Some(&choice.name) == self.take.as_ref());
         match (taken, self.tolerance) {
@@ -145,9 +146,9 @@ impl AdviseReport {
                 };
                 writeln!(f, "\ntake {name}: {bound}; nothing with fewer bits guarantees {sure}")?;
             }
-            (None, 0) => writeln!(f, "\nno pixel may be wrong: no choice guarantees that")?,
+            (None, 0) => writeln!(f, "\nno choice guarantees that no pixel is wrong")?,
             (None, pixels) => {
-                writeln!(f, "\n{pixels} pixels may be wrong: no choice guarantees that")?;
+                writeln!(f, "\nno choice guarantees at most {pixels} wrong pixels")?;
             }
         }
         let needs = &self.needs;

@@ -15,7 +15,7 @@ use crate::report::rounding::Rounded;
 pub(crate) struct BenchReport {
     pub(crate) model: Option<PathBuf>,
     pub(crate) triangles: usize,
-    /// Things in the model that were left out, repaired or guessed.
+    /// Everything in the model that was omitted, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) threads: usize,
     pub(crate) turns: u32,
@@ -23,12 +23,12 @@ pub(crate) struct BenchReport {
     pub(crate) rates: Vec<Rate>,
 }
 
-/// An engine's speed for one kind of ray: the median of all turns.
+/// An engine's speed for one kind of ray, as the median over all turns.
 #[derive(Serialize)]
 pub(crate) struct Rate {
     pub(crate) rays: &'static str,
     pub(crate) engine: EngineName,
-    /// The number of rays that were measured.
+    /// The number of rays in the measurement.
     pub(crate) count: usize,
     pub(crate) million_a_second: f64,
     pub(crate) times_the_reference: f64,

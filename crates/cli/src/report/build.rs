@@ -16,7 +16,7 @@ pub(crate) struct BuildReport {
     pub(crate) model: PathBuf,
     pub(crate) output: PathBuf,
     pub(crate) triangles: usize,
-    /// Things in the model that were left out, repaired or guessed.
+    /// Everything in the model that was omitted, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
@@ -25,7 +25,7 @@ pub(crate) struct BuildReport {
     pub(crate) seconds: BuildSeconds,
 }
 
-/// The time of each step.
+/// The time of each step, in seconds.
 #[derive(Default, Serialize)]
 pub(crate) struct BuildSeconds {
     pub(crate) load: f64,

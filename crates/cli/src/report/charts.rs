@@ -1,4 +1,4 @@
-//! The output folder for charts: pictures and tables with their date and machine.
+//! The output folder for charts: pictures and tables with the date and the machine.
 
 use std::fmt;
 use std::fs;
@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::io::output::Output;
 
-/// When and on what machine the numbers were measured.
+/// The date and the machine of the measurements.
 #[derive(Clone, Serialize)]
 pub(crate) struct Machine {
     date: String,
@@ -35,7 +35,7 @@ pub(crate) struct ChartFolder {
     start: Instant,
 }
 
-/// The files written, the machine, and the time it took.
+/// The files that were written, the machine, and the time that the run took.
 #[derive(Serialize)]
 pub(crate) struct Written {
     pub(crate) machine: Machine,
@@ -57,7 +57,7 @@ impl ChartFolder {
     pub(crate) fn new(folder: &Path) -> Result<Self> {
         let start = Instant::now();
         fs::create_dir_all(folder).map_err(|cause| {
-            Error::at(folder.display(), format!("cannot make this folder: {cause}"))
+            Error::at(folder.display(), format!("cannot create this folder: {cause}"))
         })?;
         let machine = Machine {
             date: machine::date(),
@@ -74,14 +74,14 @@ impl ChartFolder {
         self.write(&format!("{name}.png"), &pixels)
     }
 
-    /// Writes a table as CSV; its first line names the machine and the table.
+    /// Writes a table as CSV. Its first line names the machine and describes the table.
     pub(crate) fn table<T: Serialize>(&mut self, name: &str, rows: &[T], what: &str) -> Result<()> {
         let table = tables::csv(rows).map_err(|cause| Error::at(name, cause))?;
         let text = format!("# {}; {what}\n{table}", self.machine);
         self.write(&format!("{name}.csv"), text.as_bytes())
     }
 
-    /// Writes everything on one HTML page.
+    /// Writes all sections to one HTML page.
     pub(crate) fn page(&mut self, name: &str, title: &str, sections: &[Section<'_>]) -> Result<()> {
         let text = page(title, &self.machine.to_string(), sections);
         self.write(&format!("{name}.html"), text.as_bytes())
@@ -96,7 +96,7 @@ impl ChartFolder {
         Ok(())
     }
 
-    /// Finishes the run and returns the list of files.
+    /// Finishes the run, and returns the list of files.
     pub(crate) fn finish(self) -> Written {
         let Self { machine, files, start, .. } = self;
         Written { machine, files, seconds: start.elapsed().as_secs_f64() }

@@ -1,12 +1,13 @@
-//! Compares the pictures of two engines: where do they disagree, and may they?
+//! Compares the pictures of two engines: where they disagree, and whether they may.
 //!
-//! - Engines that follow document A must agree in every bit, and so must the exact ones.
-//! - Between the two kinds, t differs in its last bits. If the triangle or the shadow differs, the
-//!   laboratory's oracle must confirm `exact`.
-//! - The z-buffer and the shadow volumes see the scene along lines that differ by rounding. If one of them
-//!   takes part, a pixel may differ only where an edge, a tie of depths or the surface of a volume passes
-//!   within that rounding: the rule of `docs/raster.md`, decided for each pixel. Exact shadow rays go all the
-//!   way to the surface, whereas volumes end a ten-thousandth before it; the oracle decides there.
+//! - Engines that follow document A must agree in every bit, and so must the exact engines.
+//! - Between these two kinds, t differs in its last bits. If the triangle or the shadow differs,
+//!   the laboratory's oracle must confirm `exact`.
+//! - The z-buffer and the shadow volumes see the scene along lines that differ by rounding. If
+//!   either is involved, a pixel may only differ if an edge, a tie of depths or the surface of a
+//!   volume passes within this rounding error: the rule of `docs/raster.md`, decided for each
+//!   pixel. Exact shadow rays extend to the surface, whereas volumes end a ten-thousandth of the
+//!   distance before it; the oracle decides in that part.
 //! - The engine `fixed` sees a snapped scene, which may change any pixel.
 
 use intertri::{Hit, Triangle};
@@ -19,21 +20,21 @@ use crate::engine::oracle;
 use crate::engine::raster::Raster;
 use crate::error::Result;
 
-/// The colours of differing pixels: excused and not.
+/// The colours of differing pixels, excused and unexcused.
 const EXCUSED: [u8; 3] = [64, 176, 255];
 const UNEXCUSED: [u8; 3] = [255, 32, 32];
 
 /// The differences between two frames.
 pub(crate) struct Difference {
-    /// The hits of the pixels.
+    /// The verdict on the hit of each pixel.
     pub(crate) hits: Vec<Verdict>,
-    /// Whether these are lit.
+    /// The verdict on the shadow of each pixel.
     pub(crate) shadows: Vec<Verdict>,
 }
 
 impl Difference {
-    /// Compares frames of engines of one kind: each pixel must have the same triangle, bits of t, u and v,
-    /// and shadow.
+    /// Compares frames of engines of the same kind: each pixel must have the same triangle, the
+    /// same bits of t, u and v, and the same shadow.
     pub(crate) fn bits(a: &Frame, b: &Frame) -> Self {
         let verdict = |same| if same { Verdict::Same } else { Verdict::Unexcused };
         let hits = a.hits.iter().zip(&b.hits);
@@ -44,8 +45,8 @@ impl Difference {
         }
     }
 
-    /// Compares an exact frame with one of document A's: where triangle or shadow differs, the oracle must
-    /// give the answer of the exact one.
+    /// Compares an exact frame with one of document A. If the triangle or the shadow of a pixel
+    /// differs, the oracle must confirm the exact frame.
     pub(crate) fn settled(raster: &Raster<'_>, exact: &Frame, other: &Frame) -> Self {
         let (triangles, scene, (width, height)) = (raster.triangles, raster.scene, raster.size);
         let settle = |right| if right { Verdict::Excused } else { Verdict::Unexcused };
@@ -73,17 +74,18 @@ impl Difference {
         Self { hits: hits.collect(), shadows: shadows.collect() }
     }
 
-    /// Compares frames, one of which was drawn with the z-buffer or the shadow volumes.
+    /// Compares two frames, at least one of which was drawn with the z-buffer or the shadow
+    /// volumes.
     pub(crate) fn by_rule(raster: &Raster<'_>, a: &Frame, b: &Frame) -> Result<Self> {
         let view = raster.view()?;
         let hits = differences(&view, raster.triangles, &a.hits, &b.hits);
-        // If the two see different triangles, there is no shadow to compare.
+        // If the frames show different triangles, there is no shadow to compare.
         let same = |i: usize| a.hits[i].triangle == b.hits[i].triangle;
         let other: Vec<bool> =
             (0..hits.len()).map(|i| if same(i) { b.lit[i] } else { a.lit[i] }).collect();
         let mut shadows = shadow_differences(&view, &a.hits, &raster.volume()?, &a.lit, &other);
 
-        // Exact rays go all the way to the surface. Volumes leave out the last part of the way.
+        // Exact rays extend to the surface, whereas volumes omit the last part of the segment.
         let (triangles, scene, size) = (raster.triangles, raster.scene, raster.size);
         shadows.par_iter_mut().zip(&a.hits).enumerate().for_each(|(i, (verdict, hit))| {
             if *verdict == Verdict::Unexcused && left_out(triangles, scene, size, i, hit) {
@@ -93,8 +95,9 @@ impl Difference {
         Ok(Self { hits, shadows })
     }
 
-    /// Compares frames, one of which shows the snapped scene: a pixel may show another triangle, or be lit
-    /// differently on the same one. The bits of t always differ and are not compared.
+    /// Compares two frames, one of which shows the snapped scene. A pixel may show another
+    /// triangle, or be lit differently on the same triangle. The bits of t always differ, so they
+    /// are not compared.
     pub(crate) fn snapped(a: &Frame, b: &Frame) -> Self {
         let verdict = |same| if same { Verdict::Same } else { Verdict::Excused };
         let hits: Vec<Verdict> =
@@ -104,7 +107,7 @@ impl Difference {
         Self { hits, shadows }
     }
 
-    /// The worse verdict of each pixel.
+    /// The worse of the two verdicts on each pixel.
     fn pixels(&self) -> impl Iterator<Item = Verdict> {
         let worse = |(&hit, &shadow)| match (hit, shadow) {
             (Verdict::Unexcused, _) | (_, Verdict::Unexcused) => Verdict::Unexcused,
@@ -119,7 +122,7 @@ impl Difference {
         Count::of(self.pixels())
     }
 
-    /// `image` darkened, with every differing pixel in the colour of its verdict.
+    /// Returns a darkened copy of `image`, with every differing pixel in the colour of its verdict.
     pub(crate) fn picture(&self, image: &Image) -> Image {
         let colour = |verdict| match verdict {
             Verdict::Same => None,
@@ -130,8 +133,8 @@ impl Difference {
     }
 }
 
-/// Whether all occluders between the light and a pixel's point are in the last part of the segment, which
-/// [`Light::REACH`](intertri_scene::Light::REACH) leaves out.
+/// Whether all occluders between the light and a pixel's point are in the last part of the segment,
+/// which [`Light::REACH`](intertri_scene::Light::REACH) omits.
 fn left_out(
     triangles: &[Triangle],
     scene: &Scene,
@@ -148,7 +151,7 @@ fn left_out(
     oracle::any(triangles, &whole) && !oracle::any(triangles, &from_the_light)
 }
 
-/// All values of a hit, for comparison.
+/// All values of a hit as bits, for comparison.
 fn bits(hit: &Hit) -> (u32, [u64; 3]) {
     (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
 }
@@ -199,7 +202,7 @@ mod tests {
         let differs = Difference::snapped(&a, &b);
         assert_eq!(differs.shadows, [Verdict::Same, Verdict::Excused]);
         assert_eq!(differs.count(), Count { differ: 1, excused: 1 });
-        // Another triangle has another shadow.
+        // A pixel with another triangle has no shadow to compare.
         b.hits[1].triangle = 3;
         let differs = Difference::snapped(&a, &b);
         assert_eq!(differs.hits, [Verdict::Same, Verdict::Excused]);
@@ -238,7 +241,7 @@ mod tests {
             let unexcused = Difference::settled(&raster, &wrong, &right).count();
             assert_eq!(unexcused, Count { differ: 1, excused: 0 }, "{i}");
         }
-        // Bits of t are not compared.
+        // The bits of t are not compared.
         let mut near = draw().unwrap();
         near.hits[seen].t = near.hits[seen].t.next_up();
         assert_eq!(Difference::settled(&raster, &right, &near).count(), none);

@@ -18,7 +18,7 @@ pub(crate) struct InspectReport<S: Scalar> {
     model: PathBuf,
     triangles: usize,
     scalar: ScalarName,
-    /// Things in the model that were left out, repaired or guessed.
+    /// Everything in the model that was omitted, repaired or guessed.
     notes: ModelNotes,
     is_closed: bool,
     open: Edges<S>,
@@ -37,7 +37,7 @@ struct Edges<S: Scalar> {
     edges: Vec<DefectiveEdge<S>>,
 }
 
-/// An edge with a defect, in the direction of its first triangle.
+/// An edge with a defect, in the direction in which its first triangle traverses it.
 #[derive(Serialize)]
 struct Edge {
     triangle: usize,

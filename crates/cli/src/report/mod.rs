@@ -1,4 +1,4 @@
-//! Reports as text and JSON, comparisons of frames, folders of charts.
+//! Reports as text and JSON, comparisons of frames, and output folders for charts.
 
 pub(crate) mod advise;
 pub(crate) mod bench;

@@ -1,11 +1,11 @@
-//! The phrases that several reports share.
+//! Phrases that several reports share.
 
 use std::fmt;
 use std::path::Path;
 
 use crate::engine::fixed::GridReport;
 
-/// The model's file, or the built-in scene.
+/// The path of the model, or a name for the built-in scene.
 pub(crate) fn model(path: Option<&Path>) -> String {
     path.map_or("the built-in scene".to_owned(), |path| path.display().to_string())
 }
@@ -19,22 +19,22 @@ pub(crate) fn rate(rays: u64, seconds: f64) -> String {
     }
 }
 
-/// A number in three significant digits.
+/// Formats a number with three significant digits.
 pub(crate) fn significant(number: f64) -> String {
     let place = if number > 0.0 { number.log10().floor() } else { 0.0 };
     let decimals = (2.0 - place).clamp(0.0, 12.0) as usize;
     format!("{number:.decimals$}")
 }
 
-/// A line about the grid, if there is one.
+/// Writes a line about the grid, if there is one.
 pub(crate) fn write_grid(f: &mut fmt::Formatter<'_>, grid: Option<GridReport>) -> fmt::Result {
     let Some(GridReport { bits, direction_bits, step, moved, strays }) = grid else {
         return Ok(());
     };
     writeln!(
         f,
-        "{bits:>12} bits of grid and {direction_bits} of direction: a step is {step:.1e}, points moved by up to \
-         {moved:.1e}, rays stray by less than {strays:.1e}"
+        "{bits:>12} grid bits, {direction_bits} direction bits: a step is {step:.1e}, points \
+         moved by up to {moved:.1e}, rays deviate by less than {strays:.1e}"
     )
 }
 

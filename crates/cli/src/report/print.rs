@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::io::standard_output;
 
-/// Prints a report on standard output: a few lines of text, or only JSON.
+/// Prints a report on standard output, as a few lines of text or as JSON.
 pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<()> {
     let mut out = BufWriter::new(io::stdout().lock());
     let written = if json {
@@ -23,6 +23,6 @@ pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Res
 
 /// Prints a warning on standard error.
 pub(crate) fn tell(note: &str) {
-    // If standard error is closed, there is nowhere to print it.
+    // If standard error is closed, the warning cannot be printed anywhere.
     let _ = writeln!(io::stderr(), "intertri: {note}");
 }

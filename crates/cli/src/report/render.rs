@@ -22,30 +22,30 @@ pub(crate) struct RenderReport {
     pub(crate) model: Option<PathBuf>,
     pub(crate) output: PathBuf,
     pub(crate) triangles: usize,
-    /// Things in the model that were left out, repaired or guessed.
+    /// Everything in the model that was omitted, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,
-    /// The scalar in which the model was traced.
+    /// The scalar that the model was traced in.
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
     pub(crate) shadows: Shadows,
-    /// Null if the engine has none.
+    /// Null if the engine has no threshold.
     pub(crate) threshold: Option<f64>,
-    /// The up direction, and whether the user chose it.
+    /// The up direction, and whether the user set it.
     pub(crate) up: [f32; 3],
     #[serde(skip)]
     pub(crate) up_given: bool,
-    /// Pixels; each has a camera ray, unless the z-buffer drew them.
+    /// The number of pixels. Each has a camera ray, unless the z-buffer drew the picture.
     pub(crate) rays: u64,
-    /// Pixels that show a triangle.
+    /// The number of pixels that show a triangle.
     pub(crate) hits: u64,
-    /// Pixels in shadow.
+    /// The number of pixels in shadow.
     pub(crate) dark: u64,
     pub(crate) shadow_rays: u64,
-    /// Ray/triangle tests of all rays; plain loops and `fixed` count none.
+    /// The number of ray/triangle tests. Plain loops and `fixed` do not count tests.
     pub(crate) tests: u64,
-    /// Tests that f32 lanes left to f64, or to exact arithmetic.
+    /// The number of tests that f32 lanes left to f64 or to exact arithmetic.
     pub(crate) undecided: u64,
     /// The grid, if one of the two engines is `fixed`.
     pub(crate) grid: Option<GridReport>,
@@ -53,20 +53,20 @@ pub(crate) struct RenderReport {
     pub(crate) check: Option<CheckReport>,
 }
 
-/// The time of each step.
+/// The time of each step, in seconds.
 #[derive(Default, Serialize)]
 pub(crate) struct RenderSeconds {
     pub(crate) load: f64,
     pub(crate) build: f64,
-    /// Camera rays, or the z-buffer.
+    /// Tracing camera rays, or drawing the z-buffer.
     pub(crate) trace: f64,
-    /// Shadow rays, or shadow volumes.
+    /// Tracing shadow rays, or counting shadow volumes.
     pub(crate) shadow: f64,
     pub(crate) shade: f64,
     pub(crate) write: f64,
-    /// Drawing with the engine of `--check` and comparing.
+    /// Drawing with the engine of `--check`, and comparing the pictures.
     pub(crate) check: f64,
-    /// From the command line to the report.
+    /// The whole run, up to the report.
     pub(crate) total: f64,
 }
 
@@ -75,20 +75,20 @@ pub(crate) struct RenderSeconds {
 pub(crate) struct CheckReport {
     pub(crate) engine: EngineName,
     pub(crate) shadows: Shadows,
-    /// Pixels that differ in anything compared.
+    /// The number of pixels that differ in anything that is compared.
     pub(crate) differing_pixels: usize,
-    /// How many of these are excused.
+    /// How many of these pixels are excused.
     pub(crate) excused_pixels: usize,
     pub(crate) differing_hits: usize,
     pub(crate) excused_hits: usize,
     pub(crate) differing_shadows: usize,
     pub(crate) excused_shadows: usize,
-    /// The largest distance between the two hits of one triangle, along a pixel's ray and in units of the
-    /// scene.
+    /// The largest distance between two hits of the same triangle, along a pixel's ray and in units
+    /// of the scene.
     pub(crate) largest_distance: f64,
     /// The picture of the differences.
     pub(crate) picture: PathBuf,
-    /// The time of the second engine, without building.
+    /// The time of the second engine, without builds.
     pub(crate) seconds: f64,
 }
 
@@ -142,7 +142,7 @@ impl fmt::Display for RenderReport {
 }
 
 impl RenderReport {
-    /// Lines about the rays and their tests.
+    /// Writes the lines about the rays and their tests.
     fn write_rays(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = if self.engine == EngineName::Raster { "pixels" } else { "rays" };
         let speed = rate(self.rays, self.seconds.trace);
@@ -184,18 +184,18 @@ impl fmt::Display for RenderSeconds {
     }
 }
 
-/// More lines, each preceded by a line end.
+/// Writes additional lines, each preceded by a line end.
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (pixels, seconds) = (grouped(self.differing_pixels as u64), self.seconds);
         let engine = self.engine;
         write!(f, "\n{pixels:>12} pixels differ from engine {engine} ({seconds:.3} seconds)")?;
         if self.differing_pixels > 0 {
-            write!(f, "\n{:>12} of them may", grouped(self.excused_pixels as u64))?;
+            write!(f, "\n{:>12} of them are excused", grouped(self.excused_pixels as u64))?;
         }
         if self.largest_distance > 0.0 {
             let far = self.largest_distance;
-            write!(f, "\n{far:>12.1e} between the two hits of a triangle, at most")?;
+            write!(f, "\n{far:>12.1e} largest distance between the two hits of a triangle")?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Numbers that were rounded to a scalar.
+//! Counts of numbers that were rounded to a scalar.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use intertri_lab::tables::grouped;
 use intertri_scene::Rounding;
 use serde::{Serialize, Serializer};
 
-/// The numbers of a model and of rays that were rounded to f32; none are rounded to f64.
+/// The numbers of a model and of rays that were rounded to f32. No number is ever rounded to f64.
 #[derive(Clone, Copy, Default, Serialize)]
 pub(crate) struct Rounded {
     #[serde(serialize_with = "serialize")]
@@ -44,7 +44,7 @@ impl Rounded {
     }
 }
 
-/// One sentence.
+/// Writes one sentence.
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { model, rays } = self;

@@ -20,25 +20,26 @@ pub(crate) struct TraceReport {
     /// Null for standard output.
     pub(crate) output: Option<PathBuf>,
     pub(crate) triangles: usize,
-    /// Things in the model that were left out, repaired or guessed.
+    /// Everything in the model that was omitted, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) engine: EngineName,
-    /// The scalar in which model and rays were traced.
+    /// The scalar that the model and the rays were traced in.
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
-    /// Null if the engine has none.
+    /// Null if the engine has no threshold.
     pub(crate) threshold: Option<f64>,
     pub(crate) rays: u64,
-    /// Rays that hit something.
+    /// The number of rays that hit something.
     pub(crate) hits: u64,
-    /// Rays that start outside the grid of the engine `fixed`, and count as misses.
+    /// The number of rays that start outside the grid of the engine `fixed`, which count as misses.
     pub(crate) outside: u64,
-    /// The grid of the engine `fixed`.
+    /// The grid of the engine `fixed`, if it was used.
     pub(crate) grid: Option<GridReport>,
     pub(crate) seconds: TraceSeconds,
 }
 
-/// The time of each step; for `trace`, the time that each thread worked. The last three overlap.
+/// The time of each step, in seconds. For `trace`, it is the working time per thread. The last
+/// three steps overlap.
 #[derive(Default, Serialize)]
 pub(crate) struct TraceSeconds {
     pub(crate) load: f64,

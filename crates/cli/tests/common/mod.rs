@@ -1,4 +1,4 @@
-//! Runs the real binary in a separate folder.
+//! Runs the real binary in a temporary folder.
 
 use std::fs;
 use std::io::Write;
@@ -29,7 +29,7 @@ impl TestFolder {
         fs::read(self.path(name)).unwrap()
     }
 
-    /// Everything in the folder, sorted by name.
+    /// The names of all files in the folder, sorted.
     pub(crate) fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.0.path()).unwrap();
         let mut names: Vec<_> =
@@ -38,7 +38,7 @@ impl TestFolder {
         names
     }
 
-    /// `intertri` with arguments separated by blanks.
+    /// Creates a command that runs `intertri`, with arguments separated by spaces.
     pub(crate) fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_intertri"));
         command.current_dir(self.0.path()).args(arguments.split_whitespace());
@@ -49,12 +49,13 @@ impl TestFolder {
         self.command(arguments).output().unwrap()
     }
 
-    /// Runs a command that must succeed and print nothing on standard error. Returns standard output.
+    /// Runs a command that must succeed and print nothing on standard error. Returns its standard
+    /// output.
     pub(crate) fn ok(&self, arguments: &str) -> Vec<u8> {
         done(arguments, self.run(arguments))
     }
 
-    /// The same with input on standard input.
+    /// The same as [`Self::ok`], with input on standard input.
     pub(crate) fn ok_with_input(&self, arguments: &str, input: &[u8]) -> Vec<u8> {
         let mut command = self.command(arguments);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -66,8 +67,8 @@ impl TestFolder {
         })
     }
 
-    /// Runs a command that must fail with `code`, print nothing on standard output, and print one line on
-    /// standard error that contains all of `words`.
+    /// Runs a command that must fail with `code`, print nothing on standard output, and print one
+    /// line on standard error that contains all of `words`.
     pub(crate) fn fails(&self, arguments: &str, code: i32, words: &[&str]) {
         let output = self.run(arguments);
         assert_eq!(String::from_utf8_lossy(&output.stdout), "", "{arguments}");
@@ -81,7 +82,7 @@ fn done(arguments: &str, output: Output) -> Vec<u8> {
     output.stdout
 }
 
-/// Checks that standard error is one line with all of `words` in it.
+/// Checks the exit code, and that standard error is one line that contains all of `words`.
 pub(crate) fn one_line(arguments: &str, output: &Output, code: i32, words: &[&str]) {
     let error = String::from_utf8(output.stderr.clone()).unwrap();
     assert_eq!(output.status.code(), Some(code), "{arguments}: {error}");

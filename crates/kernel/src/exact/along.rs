@@ -1,5 +1,5 @@
-//! Where a ray meets a triangle that it is known to hit: t, the weights, and which of two triangles comes
-//! first.
+//! The intersection of a ray with a triangle that it is known to hit: t, the weights, and the order
+//! of two triangles along the ray.
 
 use core::cmp::Ordering;
 
@@ -11,15 +11,15 @@ use super::quotient::{Quotient, pow2};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// t, correctly rounded, for a triangle whose plane the ray's line meets in one point; computed by the given
-/// tier or a later one.
+/// The correctly rounded t of a triangle whose plane the ray's line intersects in one point. The
+/// computation starts at the given tier.
 #[inline(always)]
 pub fn t_from<S: Scalar>(from: Tier, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     t_times_from(from, ray, triangle, 0)
 }
 
-/// `t * 2^exponent`, correctly rounded, for a triangle whose plane the ray's line meets in one point;
-/// computed by the given tier or a later one.
+/// The correctly rounded `t * 2^exponent` for a triangle whose plane the ray's line intersects in
+/// one point. The computation starts at the given tier.
 #[inline(always)]
 pub(crate) fn t_times_from<S: Scalar>(
     from: Tier,
@@ -29,12 +29,12 @@ pub(crate) fn t_times_from<S: Scalar>(
 ) -> f64 {
     if from == Tier::Float && is_plain(ray, triangle) {
         let Intersection { quotients: [t, ..], sure, .. } = one_pair::meet(ray, triangle);
-        // Bit 0 is t, bits 1 and 2 are u and v.
+        // Bit 0 stands for t, and bits 1 and 2 for u and v.
         let is_sure = sure & 1 != 0;
         if is_sure && exponent == 0 {
             return t;
         }
-        // If neither is subnormal or infinite, the product is exact.
+        // If neither factor is subnormal or infinite, the product is exact.
         if is_sure && is_tame_t(t) && exponent.unsigned_abs() < 500 {
             return t * pow2(exponent);
         }
@@ -42,7 +42,7 @@ pub(crate) fn t_times_from<S: Scalar>(
     t_by_integers(from, ray, triangle, exponent)
 }
 
-/// Whether a t is far from the limits of f64's exponents.
+/// Whether t is far from the limits of f64's exponents.
 #[inline(always)]
 fn is_tame_t(t: f64) -> bool {
     (pow2(-500)..=pow2(500)).contains(&t)
@@ -57,14 +57,14 @@ fn t_by_integers<S: Scalar>(
 ) -> f64 {
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    // Scaling by a power of two happens before the only rounding, so the result is rounded once even if it is
-    // subnormal.
+    // Scaling by a power of two comes before the only rounding, so the result is rounded once even
+    // if it is subnormal.
     let (tier, exponent) = (from.max(scales.tier()), scales.of_t() + exponent);
     at_tier!(S, tier, t::<S, C, N, V>(&pair, scales, exponent))
 }
 
-/// t, u and v, correctly rounded, for a triangle whose plane the ray's line meets in one point; computed by
-/// the given tier or a later one.
+/// The correctly rounded t, u and v of a triangle whose plane the ray's line intersects in one
+/// point. The computation starts at the given tier.
 #[inline(always)]
 pub fn attributes_from<S: Scalar>(
     from: Tier,
@@ -82,17 +82,20 @@ pub fn attributes_from<S: Scalar>(
     attributes_by_integers(from, ray, triangle, known)
 }
 
-/// t, u and v, correctly rounded to f32, for a triangle whose plane the ray's line meets in one point.
+/// Computes t, u and v, correctly rounded to f32, for a triangle whose plane the ray's line
+/// intersects in one point.
 #[inline(never)]
 pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32; 3] {
     let (t, u, v) = attributes_from(Tier::Float, ray, triangle);
     narrowed([t, u, v]).unwrap_or_else(|| attributes32_by_integers(ray, triangle))
 }
 
-/// Given numbers correctly rounded to f64, rounds the original numbers to f32, if f64 determines the result.
+/// Takes numbers that were correctly rounded to f64, and rounds the original numbers to f32 if the
+/// f64 determine the results.
 ///
-/// Rounding preserves order, so if the f64 below and above a number round to the same f32, so does every
-/// number that rounds to it. They do not if it lies halfway between two f32.
+/// Rounding preserves order. So if the f64 below and above a number round to the same f32, every
+/// real number that rounds to it also does. Around a midpoint of two f32, they round to different
+/// ones.
 #[inline(always)]
 pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
     let [t, u, v] = numbers.map(|x| {
@@ -103,7 +106,7 @@ pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
     Some([t?, u?, v?])
 }
 
-/// `2^-125`: a number that is not smaller never rounds to a subnormal f32.
+/// `2^-125`: a number of at least this magnitude never rounds to a subnormal f32.
 pub(super) const NORMAL: f64 = 2.0 * f32::MIN_POSITIVE as f64;
 
 #[cold]
@@ -114,8 +117,8 @@ fn attributes32_by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>)
     at_tier!(S, scales.tier(), attributes_in_f32::<S, C, N, V>(&pair, scales))
 }
 
-/// The order in which a ray meets two triangles, exactly; computed by the given tier of integers or a later
-/// one.
+/// The exact order in which a ray hits two triangles. The computation starts at the given tier of
+/// integers.
 #[inline(never)]
 pub fn order_from<S: Scalar>(
     from: Tier,
@@ -128,8 +131,8 @@ pub fn order_from<S: Scalar>(
     at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
-/// t, u and v in integers, except those that are known already. On an edge a weight is 0, which no bound
-/// proves, so it is computed here.
+/// Computes t, u and v in integers, except for those that are already known. The weight 0 of a
+/// point on an edge cannot be proven by a bound, so it is computed here.
 #[inline(never)]
 fn attributes_by_integers<S: Scalar>(
     from: Tier,
@@ -186,7 +189,7 @@ fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
 
 /// `num / den * 2^exponent`, rounded once.
 fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
-    // Returns a positive 0, as every tier does.
+    // Return a positive 0, as every tier does.
     if num.sign().is_eq() {
         return 0.0;
     }
@@ -194,7 +197,8 @@ fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
     if num.sign() == den.sign() { size } else { -size }
 }
 
-/// The two t share a power of two, so multiply crosswise by the denominators.
+/// The t of both triangles share a power of two, so compare by cross-multiplying with the
+/// denominators.
 fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usize>(
     one: &Pair<S>,
     other: &Pair<S>,
@@ -206,8 +210,8 @@ fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usi
         (numbers.volume(), u + v + w)
     };
     let ((num, den), (other_num, other_den)) = (t(one), t(other));
-    // n/d < n'/d' is n d' < n' d if d and d' have the same sign; with different signs the inequality is
-    // reversed.
+    // If d and d' have the same sign, n/d < n'/d' is equivalent to n d' < n' d; if their signs
+    // differ, the inequality is reversed.
     let order = num.times::<V, P>(&other_den).cmp(&other_num.times(&den));
     if den.sign() == other_den.sign() { order } else { order.reverse() }
 }
@@ -217,9 +221,9 @@ mod tests {
     use super::attributes32;
     use crate::{Ray, Triangle};
 
-    /// t is the mean of three heights, `1 + k 2^-24 + tiny`: for odd k, next to the midpoint of two f32. f64
-    /// cannot represent `tiny`, so after rounding to f64 and then to f32, half of these t would be off by
-    /// one.
+    /// The t is the mean of three heights, `1 + k 2^-24 + tiny`, which for odd k is next to the
+    /// midpoint of two f32. f64 cannot represent `tiny`, so rounding to f64 and then to f32 would
+    /// change half of these t by one step.
     #[test]
     fn numbers_near_half_way_are_rounded_once() {
         let tiny = 2.0_f32.powi(-70);

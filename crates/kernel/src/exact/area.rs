@@ -1,23 +1,24 @@
-//! Whether a triangle has an area at all, even if its f64 normal is 0.
+//! Decides exactly whether a triangle has an area, even if its f64 normal is 0.
 
 use super::input::is_finite;
 use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a finite triangle has an area, however small, that is, whether it is neither a point nor a line.
+/// Whether a finite triangle has an area, however small, and is therefore neither a point nor a
+/// line.
 ///
 /// ```
 /// use intertri::Triangle;
 /// use intertri::internal::exact::has_area;
 /// let along = |x, y| [x, y, 0.0];
 /// assert!(!has_area(&Triangle::new(along(0.0, 0.0), along(0.1, 0.1), along(0.3, 0.3))));
-/// // Its normal is 0 in f64.
+/// // The normal of this triangle is 0 in f64.
 /// let (a, b) = (along(2.3207207e-9, 2.3207212e-9), along(1.705962, 1.705962));
 /// assert!(has_area(&Triangle::new(a, b, along(3.411924, 3.411924))));
 /// ```
 pub fn has_area<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
-    // For a direction along an axis, D is the normal's component there.
+    // For a direction along an axis, D is the normal's component along that axis.
     let [c1, ..] = triangle.0;
     (0..3).any(|axis| {
         let mut dir = [S::ZERO; 3];

@@ -1,4 +1,4 @@
-//! Whether a ray meets a triangle, by either rule.
+//! Whether a ray intersects a triangle, by either rule.
 
 use core::cmp::Ordering;
 
@@ -13,7 +13,7 @@ use crate::packet::RayLanes;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Which triangles own a shared edge or corner.
+/// The triangles that own a shared edge or corner.
 ///
 /// ```
 /// use intertri::{Mode, Rule};
@@ -21,23 +21,26 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Every triangle that has it: the ray meets the closed triangle.
+    /// Every triangle that contains it: the ray is tested against the closed triangle.
     Closed,
-    /// Only one of two neighbours that traverse it in opposite directions: the ray is moved by (ε, ε², ε³).
+    /// Only one of two adjacent triangles that traverse it in opposite directions. The ray is moved
+    /// by (ε, ε², ε³).
     Once,
 }
 
-/// From which side a ray crosses a triangle.
+/// The side from which a ray crosses a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// With the normal, that is, out of a mesh whose corners run counter-clockwise as seen from outside.
+    /// With the normal, which means out of a mesh whose corners run counter-clockwise as seen from
+    /// outside.
     Leaves,
     /// Against the normal.
     Enters,
 }
 
 impl Side {
-    /// 1 if the ray leaves, -1 if it enters: the sum over a closed mesh is its winding number.
+    /// 1 if the ray leaves, -1 if it enters. The sum over a closed mesh is the winding number of
+    /// the origin.
     pub fn sign(self) -> i32 {
         match self {
             Self::Leaves => 1,
@@ -46,8 +49,8 @@ impl Side {
     }
 }
 
-/// The side from which a ray crosses a triangle within its interval, if it does so by a rule; computed by the
-/// given tier or a later one.
+/// The side from which a ray crosses a triangle within its interval, if it does so by a rule. The
+/// computation starts at the given tier.
 #[inline(always)]
 pub fn crossing_from<S: Scalar>(
     from: Tier,
@@ -55,7 +58,7 @@ pub fn crossing_from<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
 ) -> Option<Side> {
-    // f64 first, if it loses nothing of the input except by rounding.
+    // Try f64 first, if rounding is its only error on this input.
     let plain = from == Tier::Float && is_plain(ray, triangle);
     if plain {
         if runs_along(ray, triangle) {
@@ -67,8 +70,8 @@ pub fn crossing_from<S: Scalar>(
         if miss {
             return None;
         }
-        // On an edge the closed rule has a hit. The rule *once* must compare the normals, which takes
-        // integers.
+        // On an edge, the closed rule accepts the hit. The rule *once* must compare the normals,
+        // which requires integers.
         if inside || rule == Rule::Closed && closed {
             return Some(if leaves { Side::Leaves } else { Side::Enters });
         }
@@ -76,20 +79,20 @@ pub fn crossing_from<S: Scalar>(
     by_integers(from, rule, ray, triangle, plain)
 }
 
-/// Whether a triangle is perpendicular to an axis and the ray runs parallel to its plane: D is 0, so they do
-/// not meet. This is common for walls and floors, and all their volumes may be 0, which only integers would
-/// prove.
+/// Whether a triangle is perpendicular to an axis and the ray runs parallel to its plane: then D is
+/// 0, so there is no intersection. This is common for walls and floors, where all volumes may be 0,
+/// which could only be proven with integers.
 #[inline(always)]
 fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     let [a, b, c] = triangle.0;
     (0..3).any(|k| ray.dir[k] == S::ZERO && a[k] == b[k] && b[k] == c[k])
 }
 
-/// Two-part numbers do not decide this.
+/// The error if two-part numbers do not decide.
 struct Undecided;
 
-/// Decides with two-part numbers. Rays that meet an edge or an end of the interval stay undecided, as does
-/// whatever these numbers cannot prove.
+/// Decides with two-part numbers. Rays that hit an edge or an end of the interval stay undecided,
+/// and so does everything else that these numbers cannot prove.
 #[inline(never)]
 fn in_two_parts<S: Scalar>(
     ray: &RayOf<S>,
@@ -100,8 +103,9 @@ fn in_two_parts<S: Scalar>(
     if signs.contains(&1) && signs.contains(&-1) {
         return Ok(None);
     }
-    // The point is inside all edges, unless a sign is 0: then it is not proven, because an edge is met, or
-    // nearly. Then the interval: rounding preserves order, so the rounded t may be compared.
+    // If no sign is 0, the point is inside all edges. A sign of 0 is undecided, because the ray
+    // hits an edge exactly or nearly. The interval comes next: rounding preserves order, so the
+    // rounded t may be compared.
     if signs.contains(&0) || met.sure & 1 == 0 {
         return Err(Undecided);
     }
@@ -113,8 +117,8 @@ fn in_two_parts<S: Scalar>(
     if t > t_min && t < t_max { Ok(Some(side)) } else { Err(Undecided) }
 }
 
-/// Chooses the width of the integers. Plain numbers that do not fit the narrow ones are tried in two parts
-/// first, which is faster than wide integers.
+/// Chooses the width of the integers. Plain numbers that need more than narrow integers are tried
+/// in two parts first, which is faster than wide integers.
 #[inline(never)]
 fn by_integers<S: Scalar>(
     from: Tier,
@@ -150,11 +154,11 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let (edges, num) = (numbers.edges(), numbers.volume());
 
-    // The sign of T is the side. On an edge the rule decides: the closed one accepts either sign.
+    // The sign of T is the side. On an edge, the rule decides: the closed rule accepts either sign.
     let side = num.sign();
     let outside = edges.iter().zip(&numbers.normals).any(|(edge, [x, y, z])| {
-        // A ray on the edge is moved by (ε, ε², ε³); then the sign is that of the first nonzero component of
-        // N.
+        // A ray on the edge is moved by (ε, ε², ε³). The sign is then that of the first nonzero
+        // component of N.
         let moved = || x.sign().then_with(|| y.sign()).then_with(|| z.sign());
         let sign = edge.sign();
         let sign = if rule == Rule::Once { sign.then_with(moved) } else { sign };
@@ -164,7 +168,7 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
         return None;
     }
 
-    // D then has the same sign, except for a direction of 0.
+    // D then has the same sign, except for a zero direction.
     let den = edges[0] + edges[1] + edges[2];
     if den.sign().is_eq() {
         return None;
@@ -181,8 +185,8 @@ mod tests {
     use crate::exact::test_numbers::random;
     use crate::{Ray, Ray64, Triangle, TriangleOf};
 
-    /// Rays parallel to axis-aligned planes, in them and next to them, and some that diverge slightly: the
-    /// quick answer must be that of integers.
+    /// Rays parallel to axis-aligned planes, within and next to them, and some that diverge
+    /// slightly. The quick answer must equal that of integers.
     #[test]
     fn rays_along_a_wall_are_answered_as_by_integers() {
         let (mut random, mut hits) = (random(), 0);
@@ -213,7 +217,8 @@ mod tests {
         assert!(hits > 1000, "{hits} hits");
     }
 
-    /// Rays toward edges up to rounding, between points whose differences are often not exact in f64.
+    /// Rays toward edges, up to rounding, between points whose differences are often not exact in
+    /// f64.
     #[test]
     fn two_parts_say_what_integers_say() {
         let mut random = random();
@@ -222,7 +227,7 @@ mod tests {
             let mut point = || [0; 3].map(|_| random() * (4000.0 * (random() + 0.51)).powi(2));
             let (corners, origin, part) = ([point(), point(), point()], point(), 0.5 + random());
             let (a, b) = (corners[i % 3], corners[(i + 1) % 3]);
-            // Toward a point of an edge, up to rounding.
+            // Aims at a point of an edge, up to rounding.
             let dir = [0, 1, 2].map(|k| a[k] + part * (b[k] - a[k]) - origin[k]);
             let (ray, triangle) = (Ray64::new(origin, dir), TriangleOf(corners));
             let Ok(said) = in_two_parts(&ray, &triangle) else { continue };

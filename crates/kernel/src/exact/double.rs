@@ -1,35 +1,36 @@
-//! Two-part numbers: products and sums of f64 with twice the digits.
+//! Two-part numbers: products and sums of f64 with twice as many digits.
 //!
-//! Dekker, A Floating-Point Technique for Extending the Available Precision, 1971; Knuth, The Art of
-//! Computer Programming, volume 2, section 4.2.2.
+//! Dekker, A Floating-Point Technique for Extending the Available Precision, 1971; Knuth, The Art
+//! of Computer Programming, volume 2, section 4.2.2.
 
 use crate::simd::{Lanes, Vec3};
 
-/// `high + low`, where low is about `2^-52` times the products that both are made of.
+/// The number `high + low`, where low is about `2^-52` times the products that make up the number.
 #[derive(Clone, Copy)]
 pub(super) struct Double<D> {
     pub(super) high: D,
     pub(super) low: D,
 }
 
-/// The sum of two numbers, exactly.
+/// The exact sum of two numbers.
 #[inline(always)]
 pub(super) fn sum<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a + b;
-    // Knuth's TwoSum: the order of the two magnitudes does not matter.
+    // This is Knuth's TwoSum, in which the order of the two magnitudes does not matter.
     let of_b = high - a;
     Double { high, low: (a - (high - of_b)) + (b - of_b) }
 }
 
-/// The sum of two numbers, exactly, if the second is not the larger.
+/// The exact sum of two numbers, if the second is not larger in magnitude.
 #[inline(always)]
 pub(super) fn short_sum<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a + b;
-    // Dekker's Fast2Sum: three operations instead of six, for a known order of magnitudes.
+    // This is Dekker's Fast2Sum, which needs three operations instead of six if the order of
+    // magnitudes is known.
     Double { high, low: b - (high - a) }
 }
 
-/// The product of two numbers, exactly.
+/// The exact product of two numbers.
 #[inline(always)]
 pub(super) fn product<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a * b;
@@ -44,26 +45,27 @@ fn minor<D: Lanes>(a: D, b: D, c: D, d: D) -> Double<D> {
     Double { high: difference.high, low: difference.low + (p.low - q.low) }
 }
 
-/// The cross product of two vectors.
+/// The cross product of two vectors, in two-part numbers.
 #[inline(always)]
 pub(super) fn cross<D: Lanes>(a: Vec3<D>, b: Vec3<D>) -> [Double<D>; 3] {
     [minor(a.y, b.z, a.z, b.y), minor(a.z, b.x, a.x, b.z), minor(a.x, b.y, a.y, b.x)]
 }
 
-/// The dot product of such a cross product and a vector, with an error of at most `40w²` times the permanent.
+/// The dot product of such a cross product and a vector, with an error of at most `40w²` times the
+/// permanent.
 #[inline(always)]
 pub(super) fn dot<D: Lanes>([x, y, z]: &[Double<D>; 3], v: Vec3<D>) -> Double<D> {
     let (px, py, pz) = (product(x.high, v.x), product(y.high, v.y), product(z.high, v.z));
     let xy = sum(px.high, py.high);
     let all = sum(xy.high, pz.high);
-    // All first parts are summed without loss. Their errors are at most `w` times as large, and may be summed
-    // with rounding.
+    // All high parts are summed exactly. The low parts are at most `w` times as large, so they may
+    // be summed with rounding.
     let low = (xy.low + all.low) + ((px.low + py.low) + pz.low);
     let lows = Vec3 { x: x.low, y: y.low, z: z.low };
     sum(all.high, lows.dot_add(v, low))
 }
 
-/// `a - b`, and its rounding error.
+/// `a - b`, and the sum of the magnitudes of its rounding errors.
 #[inline(always)]
 pub(super) fn difference<D: Lanes>(a: Vec3<D>, b: Vec3<D>) -> (Vec3<D>, D) {
     let (x, y, z) = (sum(a.x, -b.x), sum(a.y, -b.y), sum(a.z, -b.z));

@@ -1,4 +1,4 @@
-//! From which side a ray approaches a triangle: the sign of D, exactly.
+//! The side from which a ray approaches a triangle, which is the sign of D, decided exactly.
 
 use core::cmp::Ordering;
 
@@ -10,8 +10,8 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a ray runs with a triangle's normal or against it; `None` if it runs parallel to the plane, or a
-/// number is not finite.
+/// Whether a ray runs with a triangle's normal or against it. Returns `None` if the ray is parallel
+/// to the plane, or if a number is not finite.
 ///
 /// ```
 /// use intertri::internal::exact::{Side, facing};
@@ -23,7 +23,7 @@ use crate::{RayOf, Scalar, TriangleOf};
 pub fn facing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     if is_plain(ray, triangle) {
         let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
-        // `Equal` means undecided here. Only integers can prove that D is exactly 0.
+        // `Equal` means undecided here, because only integers can prove that D is exactly 0.
         match float::facing(corners, Vec3::splat(ray.dir.map(Into::into))) {
             Ordering::Greater => return Some(Side::Leaves),
             Ordering::Less => return Some(Side::Enters),

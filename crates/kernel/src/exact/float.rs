@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   U = h6·(d × B)     h6 = c3 - c2           a number beyond its bound has its exact sign;
-//!   V = h5·(A × d)     h5 = c3 - c1           one whose products are all 0 is exactly 0;
-//!   W = h4·(d × A)     h4 = c2 - c1           two of different signs are a miss
+//!   V = h5·(A × d)     h5 = c3 - c1           a number with all products 0 is exactly 0;
+//!   W = h4·(d × A)     h4 = c2 - c1           two numbers with different signs: a miss
 //!   T = A·(h4 × h5)
 //! ```
 //!
@@ -17,29 +17,29 @@ use crate::simd::{Lanes, Mask, Vec3};
 /// `2^-53`, half an ulp of 1.
 const HALF_ULP: f64 = f64::EPSILON / 2.0;
 
-/// The error of U, V and W is at most this times their permanent.
+/// A bound on the error of U, V and W, relative to their permanents.
 const EDGE: f64 = 8.0 * HALF_ULP;
 
-/// The error of T is at most this times its permanent.
+/// A bound on the error of T, relative to its permanent.
 const VOLUME: f64 = 9.0 * HALF_ULP;
 
-/// The error of T - t D is at most this times the permanent of T plus, times t, that of D.
+/// A bound on the error of T - t D, relative to the permanent of T plus t times that of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
-/// The decisions of f64, lane by lane. A lane in no mask is undecided.
+/// The decisions of f64 for each lane. A lane in none of the masks is undecided.
 #[derive(Clone, Copy)]
 pub struct Decided<M> {
-    /// Certainly no hit, by either rule.
+    /// Certainly not a hit, by either rule.
     pub miss: M,
     /// Certainly a hit by the closed rule.
     pub closed: M,
-    /// Certainly a hit by both rules: no edge is met.
+    /// Certainly a hit by both rules, because the ray hits no edge.
     pub inside: M,
     /// Whether T is positive, for hits.
     pub leaves: M,
 }
 
-/// A number and the sum of the magnitudes of all products that it is made of.
+/// A number, and the sum of the magnitudes of all products that make it up.
 #[derive(Clone, Copy)]
 struct Sum<D> {
     value: D,
@@ -50,22 +50,25 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
     /// `x·(y × z)`
     #[inline(always)]
     fn volume(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> Self {
-        // Each rounding is at most a fraction of one of these products, so their sum bounds the error.
+        // Each rounding error is at most a fraction of one of these products, so their sum bounds
+        // the total error.
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
         Self { value: y.cross_fused(z).dot_fused(x), permanent }
     }
 
-    /// Where it is certainly positive, certainly negative, and certainly 0.
+    /// The lanes in which the number is certainly positive, certainly negative, and certainly 0.
     #[inline(always)]
     fn signs(&self, bound: f64) -> [D::Mask; 3] {
         let bound = self.permanent * D::splat(bound);
-        // Nothing underflows here, so if a permanent is 0, every product has a factor that is exactly 0.
+        // Nothing underflows here, so if a permanent is 0, every product has a factor that is
+        // exactly 0.
         let nothing = self.permanent.le(D::splat(0.0));
         [self.value.gt(bound), self.value.lt(-bound), nothing]
     }
 }
 
-/// Decides whatever the bounds allow. No input may be subnormal; one that is not finite is never a hit.
+/// Makes every decision that the bounds allow. No input may be subnormal. Non-finite inputs are
+/// never a hit.
 #[inline(always)]
 pub fn decide<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],
@@ -75,7 +78,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (a, b) = (c1 - org, c2 - org);
     let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
 
-    // In nearly all cases two edges decide.
+    // In nearly all cases, two edges decide.
     let u = Sum::volume(h6, dir, b);
     let v = Sum::volume(h5, a, dir);
     let w = Sum::volume(h4, dir, a);
@@ -89,18 +92,18 @@ pub fn decide<D: Lanes<Scalar = f64>>(
         return Decided { miss, closed: none, inside: none, leaves: none };
     }
 
-    // Is the plane behind the origin or through it?
+    // Is the plane behind the origin, or does it contain the origin?
     let t = Sum::volume(a, h4, h5);
     let [t_over, t_under, t_zero] = t.signs(VOLUME);
     let miss = miss | t_zero | over & t_under | under & t_over;
 
-    // Inside all edges, or on one?
+    // Is the point inside all edges, or on one of them?
     let sure = (over & t_over | under & t_under) & !miss;
     let (u_sure, v_sure, w_sure) = (u_over | u_under, v_over | v_under, w_over | w_under);
     let inside = sure & u_sure & v_sure & w_sure;
     let closed = sure & (u_sure | u_zero) & (v_sure | v_zero) & (w_sure | w_zero);
 
-    // The interval: compare T with its ends times D.
+    // Test the interval: compare T with its ends times D.
     let den = Sum {
         value: (u.value + v.value + w.value).abs(),
         permanent: u.permanent + v.permanent + w.permanent,
@@ -108,8 +111,8 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let num = Sum { value: t.value.abs(), permanent: t.permanent };
     let (from, before) = beyond(&num, &den, rays.t_min);
     let (after, within) = beyond(&num, &den, rays.t_max);
-    // t > 0 was decided by signs, so an end at 0 or at infinity needs no comparison, which might be
-    // undecided.
+    // The signs have decided that t > 0, so an end at 0 or at infinity needs no comparison, which
+    // might be undecided.
     let from = from | rays.t_min.le(D::splat(0.0));
     let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !rays.t_min.le(D::splat(0.0))) | after;
@@ -122,7 +125,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     }
 }
 
-/// The signs of T and of D if f64 is certain of both; the bound for D = d·(h4 × h5) is that for T.
+/// The signs of T and D, if f64 is certain of both. The bound for T also holds for D = d·(h4 × h5).
 #[inline(always)]
 pub(super) fn plane_signs(
     [c1, c2, c3]: [Vec3<f64>; 3],
@@ -138,8 +141,8 @@ pub(super) fn plane_signs(
     Some((sign(a)?, sign(dir)?))
 }
 
-/// The sign of D, which is that of the direction along the normal; `Equal` if the bound does not decide. No
-/// input may be subnormal.
+/// The sign of D, which is the sign of the direction's component along the normal. Returns `Equal`
+/// if the bound does not decide. No input may be subnormal.
 #[inline(always)]
 pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
     // D is T with the direction, which is exact, in place of A.
@@ -147,8 +150,8 @@ pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
     over.cmp(&under)
 }
 
-/// Whether a ray's line certainly misses the line through two points or, if they coincide, that point. No
-/// input may be subnormal.
+/// Whether a ray's line certainly misses the line through two points or, if the points coincide,
+/// misses that point. No input may be subnormal.
 #[inline(always)]
 pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> bool {
     let (a, h) = (p - org, q - p);
@@ -161,7 +164,8 @@ pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> 
     beyond(moment.x, size.x) || beyond(moment.y, size.y) || beyond(moment.z, size.z)
 }
 
-/// Where `num / den` is certainly beyond an end of the interval, and where certainly before it.
+/// The lanes in which `num / den` is certainly beyond an end of the interval, and those in which it
+/// is certainly before it.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {
     // num / den < end, multiplied by the positive den.

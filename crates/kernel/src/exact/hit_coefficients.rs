@@ -1,9 +1,9 @@
-//! Where rays from one origin meet the triangles that they are known to hit, with each number correctly
-//! rounded.
+//! The intersections of rays from one origin with triangles that they are known to hit, with each
+//! number correctly rounded.
 //!
 //! ```text
-//!   num:  n · a   v · dir   w · dir              in numbers of twice the digits; what does not
-//!   den:  n · dir n · dir   n · dir              depend on the direction is computed once for a
+//!   num:  n · a   v · dir   w · dir              in two-part numbers; the parts that do not
+//!   den:  n · dir n · dir   n · dir              depend on the direction are computed once for a
 //!           = t     = u       = v    triangle    triangle and an origin
 //! ```
 //!
@@ -16,8 +16,8 @@ use crate::Hit;
 use crate::hit_attributes::SharedOriginHit;
 use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
 
-/// A triangle relative to one origin, from which the hits of rays from there are computed with a single
-/// rounding. Its coordinates are f32, or f64 (`shared_origin64.rs`).
+/// A triangle relative to one origin, prepared to compute correctly rounded hits of rays from
+/// there. Its coordinates are f32, or f64 (`shared_origin64.rs`).
 ///
 /// ```
 /// use intertri::internal::SharedOriginHit;
@@ -47,13 +47,13 @@ use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct HitCoefficients {
-    /// By part and axis, the coefficients of the denominator, of the numerators of u and v, and of the
-    /// denominator again.
+    /// The coefficients of the denominator, of the numerators of u and v, and of the denominator
+    /// again, by part and axis.
     coefficients: [[[f64; 4]; 3]; 2],
-    /// By part, the numerator of t.
+    /// The numerator of t, by part.
     known: [[f64; 4]; 2],
-    /// The error bound of the products, divided by the sum of a direction's magnitudes; NaN if nothing is
-    /// proven.
+    /// The error bounds of the products, divided by the sum of the direction's magnitudes. They are
+    /// NaN if nothing is proven.
     share: [f64; 4],
     /// The error bound of the numerator of t.
     known_err: f64,
@@ -64,15 +64,15 @@ pub struct HitCoefficients {
 pub(super) struct EightSeen<D: Lanes> {
     /// The cross products n, v and w, each in two parts.
     pub(super) products: [[Vec3<D>; 2]; 3],
-    /// The error bounds of their products with a direction, divided by the sum of its magnitudes; NaN if
-    /// nothing is proven.
+    /// The error bounds of the products of n, v and w with a direction, divided by the sum of the
+    /// direction's magnitudes. They are NaN if nothing is proven.
     pub(super) shares: [D; 3],
     /// The numerator of t.
     pub(super) num: Volume<D>,
 }
 
 impl<D: Lanes<Scalar = f64>> EightSeen<D> {
-    /// Stores each triangle's numbers together.
+    /// Stores the numbers of each triangle together.
     #[inline(always)]
     pub(super) fn put<S: Simd<F64x8 = D>>(
         &self,
@@ -98,15 +98,15 @@ impl<D: Lanes<Scalar = f64>> EightSeen<D> {
 }
 
 impl HitCoefficients {
-    /// The coefficients by part.
+    /// The coefficients, by part.
     #[inline(always)]
     pub(super) fn parts<S: Simd>(&self) -> [Vec3<S::F64x4>; 2] {
         let [high, low] = &self.coefficients;
         [Vec3::load(high), Vec3::load(low)]
     }
 
-    /// Where a ray meets the triangle, and which of t, u, v are proven, from the products of the coefficients
-    /// and its direction, the sum of whose magnitudes is given.
+    /// Computes t, u and v of the hit, and which of them are proven. `sums` are the products of the
+    /// coefficients with the ray's direction, and `size` is the sum of the direction's magnitudes.
     #[inline(always)]
     pub(super) fn meet<S: Simd>(
         &self,
@@ -116,9 +116,9 @@ impl HitCoefficients {
     ) -> (S::F64x4, <S::F64x4 as Lanes>::Mask) {
         let err = <S::F64x4 as Lanes>::load(&self.share) * Lanes::splat(size);
 
-        // Lane 0 becomes t, lanes 1 and 2 become u and v. The sums of lanes 0 and 3 are both D: t's numerator
-        // does not depend on the direction and is known, so lane 0 has the denominator for it, and lane 3
-        // that of the others.
+        // Lane 0 becomes t, and lanes 1 and 2 become u and v. The sums in lanes 0 and 3 are both D.
+        // The numerator of t does not depend on the direction and is already known, so lane 0 can
+        // hold the denominator of t, and lane 3 that of u and v.
         let den = Volume {
             value: Double { high: S::first_and_last(sums.high), low: S::first_and_last(sums.low) },
             err: S::first_and_last(err),
@@ -155,7 +155,7 @@ impl SharedOriginHit for HitCoefficients {
             (difference(c1, origin), difference(c2, c1), difference(c3, c1));
         let (n, v, w) = (cross(h4, h5), cross(h5, a), cross(a, h4));
 
-        // The error bounds. If a difference is not exact, nothing is proven.
+        // Compute the error bounds. If a difference is not exact, nothing is proven.
         let exact = (x + y + z).le(Lanes::splat(0.0));
         let exact = if subnormals_are_read() { exact } else { Mask::from_bits(0) };
         let seen = EightSeen {
@@ -176,11 +176,11 @@ impl SharedOriginHit for HitCoefficients {
     }
 }
 
-/// `2^-76`: the error of the product of a split cross product with a direction is at most half of this times
-/// its permanent.
+/// `2^-76`: the error of the product of a split cross product with a direction is at most half of
+/// this times the permanent.
 const SHARE: f64 = 1.0 / (1_u128 << 76) as f64;
 
-/// A vector in two parts, the first with 29 digits, so that its products with an f32 are exact.
+/// A vector in two parts. The first has 29 digits, so that its products with an f32 are exact.
 #[inline(always)]
 fn halves<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
     let ([a, d], [b, e], [c, f]) = (split(x), split(y), split(z));
@@ -198,14 +198,16 @@ fn split<D: Lanes<Scalar = f64>>(x: &Double<D>) -> [D; 2] {
 /// The product of a split vector with an f32 direction.
 #[inline(always)]
 fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> Double<D> {
-    // 29 digits times 24 fit f64, so these products are exact, and two sums in two parts lose nothing.
+    // A product of 29 and 24 digits fits in f64, so these products are exact, and two-part sums of
+    // them lose nothing.
     let xy = sum(high.x * dir.x, high.y * dir.y);
     let all = sum(xy.high, high.z * dir.z);
     short_sum(all.high, low.dot_fused(dir) + (xy.low + all.low))
 }
 
-/// The error bound of a cross product's product with a direction, divided by the sum of its magnitudes; NaN
-/// if the vectors are not exact. Not a closure, which would be compiled without the level's instructions.
+/// The error bound of a cross product's product with a direction, divided by the sum of the
+/// direction's magnitudes. It is NaN if the vectors are not exact. This is not a closure, because
+/// that would be compiled without the level's instructions.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>, exact: D::Mask) -> D {
     let all = a.abs().permanents(b.abs()).norm1() * D::splat(SHARE);

@@ -1,4 +1,4 @@
-//! Tests of the input on its bits, which no CPU setting can change.
+//! Tests of the input's bits, which no CPU setting can affect.
 
 use super::numbers::Pair;
 use super::tier::is_f64;
@@ -7,15 +7,16 @@ use crate::{RayOf, Scalar, TriangleOf};
 const EXPONENT: u32 = f32::INFINITY.to_bits();
 const FRACTION: u32 = f32::MIN_POSITIVE.to_bits() - 1;
 
-/// Whether a number is subnormal, as a mask, which the compiler can compute for several numbers at once.
+/// Whether a number is subnormal, as a mask, so that the compiler can test several numbers at once.
 #[inline(always)]
 fn is_subnormal(x: u32) -> u32 {
     u32::from(x & EXPONENT == 0) & u32::from(x & FRACTION != 0)
 }
 
-/// Whether the first tier may decide: f64 loses nothing of these numbers except by rounding. No f32 may be
-/// subnormal, including the ends of the interval, because a CPU may be set to read those as 0. No f64 may be
-/// so large that a product overflows, or so small that one underflows.
+/// Whether the first tier may decide, because rounding is the only error of f64 arithmetic on these
+/// numbers. No f32 may be subnormal, including the ends of the interval, because a CPU may be set
+/// to read subnormals as 0. No f64 may be so large that a product overflows, or so small that one
+/// underflows.
 #[inline(always)]
 pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     if const { is_f64::<S>() } {
@@ -27,7 +28,7 @@ pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 
 #[inline(always)]
 fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
-    // Seventeen tests without a branch, because the numbers are nearly always all plain.
+    // Seventeen tests without a branch, because nearly always all numbers are plain.
     let mut subnormal = is_subnormal(triangle[8]);
     for i in 0..8 {
         subnormal |= is_subnormal(ray[i]) | is_subnormal(triangle[i]);
@@ -35,10 +36,10 @@ fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
     subnormal == 0
 }
 
-/// `2^-200` and `2^300`: nonzero magnitudes must be between them.
+/// `2^-200` and `2^300`: nonzero magnitudes must be between these limits.
 const TAME: [u64; 2] = [(1023 - 200) << 52, (1023 + 300) << 52];
 
-/// Whether a direction meets the condition of [`is_plain`] for f64.
+/// Whether a direction satisfies the condition of [`is_plain`] for f64.
 #[inline(always)]
 pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
     let [low, high] = TAME.map(f64::from_bits);
@@ -49,12 +50,13 @@ pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
     dir.map(tame) == [1; 3]
 }
 
-/// See [`is_plain`]; `docs/numerics/f64.md`, section 3, derives this.
+/// The condition of [`is_plain`] for f64. `docs/numerics/f64.md`, section 3, derives it.
 #[inline(always)]
 fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     let size = |x: u64| x & (u64::MAX >> 1);
     let wild = |x: u64| {
-        // One comparison for both limits: a number below the first wraps around to a large one.
+        // One comparison covers both limits, because a number below the first wraps around to a
+        // large one.
         let beyond = size(x).wrapping_sub(TAME[0]) > TAME[1] - TAME[0];
         u32::from(beyond) & u32::from(size(x) != 0)
     };
@@ -69,7 +71,7 @@ fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     any == 0
 }
 
-/// Whether the CPU reads subnormal numbers unchanged and not as 0, which is the default.
+/// Whether the CPU reads subnormal numbers unchanged, as it does by default, instead of as 0.
 #[inline]
 pub fn subnormals_are_read() -> bool {
     f64::from(core::hint::black_box(f32::from_bits(1))) != 0.0
@@ -84,7 +86,7 @@ pub(super) fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> 
         && ray.dir.iter().all(finite)
 }
 
-/// The numbers of a ray and a triangle.
+/// Collects the numbers of a ray and a triangle.
 #[inline(always)]
 pub(super) fn pair<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Pair<S> {
     Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 }

@@ -1,21 +1,21 @@
-//! Fixed-width integers: exact operations, none of which overflows with the widths that
-//! `docs/numerics/exact.md` derives.
+//! Fixed-width integers with exact operations. With the widths that `docs/numerics/exact.md`
+//! derives, no operation overflows.
 
 use core::cmp::Ordering;
 
-/// An integer of N limbs of 64 bits, the lowest first, in two's complement.
+/// An integer of N limbs of 64 bits in two's complement, with the lowest limb first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Int<const N: usize>(pub(super) [u64; N]);
 
 impl<const N: usize> Int<N> {
-    /// A signed mantissa of up to 63 bits, times `2^shift`.
+    /// Creates an integer from a signed mantissa of up to 63 bits, times `2^shift`.
     #[inline(always)]
     pub(super) fn new(mantissa: i64, shift: u32) -> Self {
         if N == 1 {
             return Self([(mantissa << shift) as u64; N]);
         }
-        // The magnitude of a mantissa shifted by less than 64 places covers at most two limbs; the sign comes
-        // last.
+        // The magnitude of a mantissa that is shifted by less than 64 places covers at most two
+        // limbs. The sign comes last.
         let (limb, shift) = (shift as usize / 64, shift % 64);
         let mut limbs = [0; N];
         let size = u128::from(mantissa.unsigned_abs()) << shift;
@@ -47,7 +47,7 @@ impl<const N: usize> Int<N> {
         if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
     }
 
-    /// The same number, which must not be negative, with more limbs.
+    /// The same number with more limbs. It must not be negative.
     #[inline(always)]
     pub(super) fn widened<const M: usize>(&self) -> Int<M> {
         const { assert!(M >= N) };
@@ -70,7 +70,8 @@ impl<const N: usize> Int<N> {
         for i in 0..N {
             let mut carry = 0;
             for j in 0..M {
-                // (2^64 - 1)² + 2 (2^64 - 1) = 2^128 - 1: the product, the limb and the carry just fit.
+                // (2^64 - 1)² + 2 (2^64 - 1) = 2^128 - 1: the product, the limb and the carry just
+                // fit.
                 let more = u128::from(product[i + j]) + u128::from(carry);
                 let sum = u128::from(self.0[i]) * u128::from(b.0[j]) + more;
                 product[i + j] = sum as u64;
@@ -79,7 +80,8 @@ impl<const N: usize> Int<N> {
             product[i + M] = carry;
         }
 
-        // The limbs of a negative factor represent 2^(64 limbs) more than its value.
+        // The limbs of a negative factor represent a number that is 2^(64 limbs) larger than its
+        // value.
         let mut product = Int(product);
         product.take(b, N, self.is_negative());
         product.take(self, M, b.is_negative());
@@ -89,7 +91,7 @@ impl<const N: usize> Int<N> {
     /// Subtracts a number, starting at limb `from`, if `is` is true.
     #[inline(always)]
     fn take<const M: usize>(&mut self, b: &Int<M>, from: usize, is: bool) {
-        // With a mask, not a branch, because the signs of volumes near 0 are unpredictable.
+        // Uses a mask instead of a branch, because the signs of volumes near 0 are unpredictable.
         let mask = if is { u64::MAX } else { 0 };
         let mut borrow = false;
         for j in 0..M {
@@ -125,8 +127,8 @@ impl<const N: usize> core::ops::Sub for Int<N> {
 impl<const N: usize> Ord for Int<N> {
     #[inline(always)]
     fn cmp(&self, b: &Self) -> Ordering {
-        // Negative numbers come first. For equal signs, two's complement is ordered like the limbs, from the
-        // highest.
+        // Negative numbers come first. If the signs are equal, two's complement numbers compare
+        // like their limbs, starting with the highest.
         b.is_negative()
             .cmp(&self.is_negative())
             .then_with(|| self.0.iter().rev().cmp(b.0.iter().rev()))
@@ -140,7 +142,7 @@ impl<const N: usize> PartialOrd for Int<N> {
     }
 }
 
-/// The sum of two limbs and a carry, and its carry.
+/// The sum of two limbs and a carry, and the resulting carry.
 #[inline(always)]
 pub(super) fn plus(a: u64, b: u64, carry: bool) -> (u64, bool) {
     let (sum, over) = a.overflowing_add(b);
@@ -148,7 +150,7 @@ pub(super) fn plus(a: u64, b: u64, carry: bool) -> (u64, bool) {
     (sum, over | again)
 }
 
-/// The difference of two limbs and a borrow, and its borrow.
+/// The difference of two limbs and a borrow, and the resulting borrow.
 #[inline(always)]
 pub(super) fn minus(a: u64, b: u64, borrow: bool) -> (u64, bool) {
     let (rest, under) = a.overflowing_sub(b);

@@ -1,9 +1,9 @@
-//! A ray's interval, tested on its bits, so that no CPU setting can change the result.
+//! A ray's interval, tested on its bits, so that no CPU setting can affect the result.
 
 use super::quotient::Quotient;
 use crate::{RayOf, Scalar};
 
-/// `near <= t < far`, for `t > 0`.
+/// The interval `near <= t < far`, for `t > 0`.
 #[derive(Clone, Copy)]
 pub(super) struct Interval<S> {
     near: S,
@@ -11,18 +11,18 @@ pub(super) struct Interval<S> {
 }
 
 impl<S: Scalar> Interval<S> {
-    /// The interval of a ray, unless it is empty.
+    /// The interval of a ray, or `None` if it is empty.
     #[inline(always)]
     pub(super) fn of(ray: &RayOf<S>) -> Option<Self> {
-        // Negative ends and zeros become 0.
-        // Ranks are the bits without the sign; the rank of NaN is above that of infinity.
+        // A negative or zero start becomes 0. Ranks are the bits without the sign; the rank of NaN
+        // is above that of infinity.
         let nan = ray.t_min.rank() > S::ENDLESS || ray.t_max.rank() > S::ENDLESS;
         let near = if ray.t_min.is_negative() { S::ZERO } else { ray.t_min };
         let some = !nan && !ray.t_max.is_negative() && near.rank() < ray.t_max.rank();
         some.then_some(Self { near, far: ray.t_max })
     }
 
-    /// Whether it contains a `t > 0`; the quotient is only computed if necessary.
+    /// Whether the interval contains a `t > 0`. The quotient is only computed if necessary.
     #[inline(always)]
     pub(super) fn contains(self, t: impl FnOnce() -> Quotient) -> bool {
         let (from_0, endless) = (self.near.rank() == 0, self.far.rank() == S::ENDLESS);

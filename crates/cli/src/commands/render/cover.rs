@@ -1,4 +1,4 @@
-//! The light and the texture that the user chose.
+//! Applies the light and the texture that the user chose.
 
 use std::path::Path;
 
@@ -14,13 +14,13 @@ pub(super) fn cover<S: Coordinate>(options: &Options, scene: &mut Scene<S>) -> R
         scene.texture = Some(texture(path)?);
         if scene.mesh.corner_uvs.is_none() {
             let model = options.model.as_deref().unwrap_or(Path::new("")).display();
-            return Err(Error::at(model, "has no texture coordinates; leave out --texture"));
+            return Err(Error::at(model, "has no texture coordinates; omit --texture"));
         }
     }
     Ok(())
 }
 
-/// An image file, or the document's pattern.
+/// Loads an image file, or returns the pattern of the reference documents.
 fn texture(path: &Path) -> Result<Texture> {
     if path == Path::new("xor") {
         return Ok(Texture::XOR);

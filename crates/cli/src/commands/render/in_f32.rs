@@ -34,7 +34,7 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
         Ok((scene, triangles, bvh, changes))
     })?;
 
-    // The visibility buffer and the shadow mask.
+    // Fill the visibility buffer and the shadow mask.
     tell_of(options, &scene, &triangles);
     let raster =
         Raster::new(&scene, &triangles, options.size, threshold.unwrap_or(Threshold::ZERO));
@@ -44,11 +44,11 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
     (seconds.trace, seconds.shadow) = (frame.trace_seconds, frame.shadow_seconds);
 
-    // The picture.
+    // Shade and write the picture.
     let image = timed(&mut seconds.shade, || picture(options, &scene, &raster, &frame))?;
     timed(&mut seconds.write, || image.write_png(&options.output))?;
 
-    // The second engine, whose hierarchy may have to be built too.
+    // Run the second engine, which may have to build its hierarchy first.
     let built = engines.seconds;
     let mut check = |name| -> Result<CheckReport> {
         let shadows = check_shadows(options.shadows, name);
@@ -81,10 +81,10 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
-/// How a model differs from its file: numbers that were rounded, and notes.
+/// What reading changed in a model: the rounded numbers, and notes.
 type Changes = (Rounding, ModelNotes);
 
-/// The model or the built-in scene, with its camera and texture.
+/// Loads the model or the built-in scene, and applies the camera, light and texture options.
 fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
@@ -102,11 +102,11 @@ fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
     Ok((scene, bvh, changes))
 }
 
-/// Warns if default tolerances are too large for the scene.
+/// Warns if the default tolerances are too large for the scene.
 fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
     let usual = options.engine.has_threshold() && options.threshold.is_none();
     let small = if usual { notes::small(scene, triangles) } else { None };
-    // Exact shadow rays begin on the surface, whatever their length.
+    // Exact shadow rays start on the surface, regardless of their length.
     let whole = options.engine.is_exact() || options.engine == EngineName::Raster;
     let none = options.shadows == Shadows::None || options.shadows == Shadows::Rays && whole;
     let far = if none { None } else { notes::far(scene) };
@@ -125,7 +125,7 @@ fn picture(options: &Options, scene: &Scene, raster: &Raster<'_>, frame: &Frame)
     Ok(image)
 }
 
-/// How the second engine finds shadows, if there are any: by its own method.
+/// The shadow method of the second engine, which is its own, unless shadows are off.
 fn check_shadows(shadows: Shadows, check: EngineName) -> Shadows {
     match (shadows, check) {
         (Shadows::None, _) => Shadows::None,
@@ -144,7 +144,8 @@ fn compare(
 ) -> Result<Difference> {
     let is_fixed = |name| name == EngineName::Fixed;
     let traced = |name, shadows| name != EngineName::Raster && shadows != Shadows::Volumes;
-    // The same grid gives the same bits; a snapped scene differs from the scene as loaded.
+    // Frames on the same grid must be equal bit for bit, but a snapped scene differs from the scene
+    // as loaded.
     let snapped =
         is_fixed(options.engine) != is_fixed(name) || is_fixed(name) && shadows != options.shadows;
     let both_traced = traced(options.engine, options.shadows) && traced(name, shadows);

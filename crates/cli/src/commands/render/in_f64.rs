@@ -1,4 +1,5 @@
-//! `intertri render` in f64, for coordinates that need more digits than f32 has, with the exact engines.
+//! `intertri render` in f64, with the exact engines, for coordinates that need more digits than f32
+//! has.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -58,7 +59,7 @@ fn check(options: &Options) -> Result<()> {
     for name in [Some(options.engine), options.check].into_iter().flatten() {
         Engine64::check(name)?;
     }
-    let raster = "is drawn by the rasterizer, which takes coordinates in f32; leave it out";
+    let raster = "is drawn by the rasterizer, which only supports f32 coordinates; omit it";
     if options.wire.is_some() {
         return Err(Error::usage(format!("--scalar f64: --wire {raster}")));
     }
@@ -71,11 +72,11 @@ fn check(options: &Options) -> Result<()> {
 /// The hierarchy of a model, if the file contains one.
 type Saved = Option<Arc<Bvh<f64>>>;
 
-/// The model or the built-in house, with its camera, light and texture.
+/// Loads the model or the built-in house, and applies the camera, light and texture options.
 fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved, ModelNotes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    // A model's other files are never pictures, so the output cannot be one of them.
+    // A model's other files are never pictures, so the output cannot overwrite one of them.
     let load = |path| Model::load(path, options.reading)?.in_f64();
     let model = options.model.as_deref().map(load).transpose()?;
     let notes = model.as_ref().map(|model| model.notes.clone()).unwrap_or_default();

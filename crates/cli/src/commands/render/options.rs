@@ -33,9 +33,10 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     pub(super) engine: EngineName,
 
-    /// The scalar to trace in; f64 works with the engines exact and oracle, including for --check. Without a
-    /// model, f64 draws a house at UTM coordinates. f32 rounds coordinates, which hardly shows in a picture;
-    /// the report counts them [default: that of a saved hierarchy, else f32]
+    /// The scalar to trace in; f64 works with the engines exact and oracle, which also applies to
+    /// --check. Without a model, f64 draws a house at UTM coordinates. f32 rounds coordinates,
+    /// which is hardly visible in a picture; the report counts the rounded numbers [default: that
+    /// of a saved hierarchy, otherwise f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 
@@ -47,28 +48,31 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = Shadows::Rays)]
     pub(super) shadows: Shadows,
 
-    /// Cover the model, by its texture coordinates, with a PNG or JPEG file or with the pattern xor; in the
-    /// built-in scene, cover the floor and the sphere
+    /// Texture the model, through its texture coordinates, with a PNG or JPEG file or with the
+    /// pattern xor; in the built-in scene, texture the floor and the sphere
     #[arg(long, value_name = "FILE")]
     pub(super) texture: Option<PathBuf>,
 
-    /// Draw visible edges over the picture: those of all triangles, or only the silhouette
+    /// Draw visible edges over the picture: all edges, or only the silhouette
     #[arg(long, value_enum, value_name = "EDGES", num_args = 0..=1, require_equals = true, default_missing_value = "mesh")]
     pub(super) wire: Option<Wire>,
 
-    /// Also draw with this engine, which finds shadows with its own method: raster with volumes, the others
-    /// with rays. Write a picture of the differences next to the output (NAME.diff.png), and fail if a pixel
-    /// differs that should not. Pixels that may differ are light blue in that picture, the others red.
-    /// Certified and reference must agree in triangle, bits of t, u and v, and shadow of every pixel, and so
-    /// must exact and oracle. Between these two pairs, a pixel may show another triangle or shadow if exact
-    /// arithmetic over all triangles confirms exact. With raster or volumes on one side, a pixel may differ
-    /// where an edge, a tie, or the border of a shadow passes within rounding error of it, as docs/raster.md
-    /// derives. With fixed on one side, any pixel may show another triangle or shadow, because its scene is
-    /// snapped; the report says how many do, and how far apart the hits are
+    /// Also draw with this engine, which finds shadows with its own method: raster with volumes,
+    /// the others with rays. Write a picture of the differences next to the output (NAME.diff.png),
+    /// and fail if a pixel differs that must not. In this picture, pixels that may differ are light
+    /// blue, and all other differing pixels are red. Certified and reference must agree in the
+    /// triangle, the bits of t, u and v, and the shadow of every pixel, and so must exact and
+    /// oracle. Between these two pairs, a pixel may show another triangle or shadow if exact
+    /// arithmetic over all triangles confirms exact. If either engine uses raster or volumes, a
+    /// pixel may differ if an edge, a tie, or the border of a shadow passes within rounding error
+    /// of it, as docs/raster.md derives. If either engine is fixed, any pixel may show another
+    /// triangle or shadow, because its scene is snapped; the report states how many do, and how far
+    /// apart the hits are
     #[arg(long, value_name = "ENGINE")]
     pub(super) check: Option<EngineName>,
 
-    /// The smallest |normal . direction| that does not count as parallel, and the largest t that does not
+    /// The smallest |normal . direction| that does not count as parallel, and the largest t that
+    /// does not
     /// count as a hit, for the engines certified, reference and raster [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     pub(super) threshold: Option<Threshold>,
@@ -95,7 +99,7 @@ pub(super) fn takes_f32_alone(options: &Options) -> bool {
         || options.shadows == Shadows::Volumes
 }
 
-/// A grid that no engine would use is an error.
+/// Refuses a grid option that no engine would use.
 pub(super) fn refuse_unused_grid(options: &Options) -> Result<()> {
     let is_fixed = |name| name == EngineName::Fixed;
     if options.grid.is_some() && !is_fixed(options.engine) && !options.check.is_some_and(is_fixed) {

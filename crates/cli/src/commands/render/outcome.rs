@@ -1,4 +1,4 @@
-//! The outcome of `intertri render`, and whether its check failed.
+//! The report of `intertri render`, and the error if its check failed.
 
 use intertri::Threshold;
 use intertri_scene::{Coordinate, Scene};
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// The outcome.
+/// Creates the report.
 pub(super) fn report<S: Coordinate>(
     options: &Options,
     (scene, notes): (&Scene<S>, ModelNotes),
@@ -49,7 +49,7 @@ pub(super) fn report<S: Coordinate>(
     }
 }
 
-/// An unexcused difference is an error.
+/// Returns an error if there are unexcused differences.
 pub(super) fn refuse_differences(check: &CheckReport) -> Result<()> {
     if check.differing_pixels > check.excused_pixels {
         return Err(Error::at(

@@ -1,4 +1,5 @@
-//! The distance and position of the closest point of a triangle: each number is the exact one, rounded.
+//! The distance and position of the closest point of a triangle. Each number is rounded from the
+//! exact one.
 
 use super::super::int::Int;
 use super::super::quotient::Quotient;
@@ -11,8 +12,8 @@ use super::order::square;
 use super::rounded;
 use crate::{Scalar, TriangleOf};
 
-/// The point of a finite triangle that is closest to a finite point; computed by the given tier or a later
-/// one.
+/// The point of a finite triangle that is closest to a finite point. The computation starts at the
+/// given tier.
 pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Closest {
     let feature = feature_from(from, point, triangle);
     if from == Tier::Float
@@ -45,14 +46,14 @@ fn exactly<
     let distance = if num.sign().is_eq() {
         0.0
     } else {
-        // A squared length in units of 2^low, hence twice the exponent.
+        // The squared length is in units of 2^low squared, hence twice the exponent.
         Quotient::new(&num.size(), &den.widened::<V>().size(), 2 * scale.low).to_sqrt()
     };
 
     let [e1, e2, e3, e4, e5, e6] = offsets.along();
     let weights = match feature {
         Feature::Corner(corner) => [1, 2].map(|other| if corner == other { 1.0 } else { 0.0 }),
-        // From a to b, from b to c, and from c to a.
+        // The edges run from a to b, from b to c, and from c to a.
         Feature::Edge(0) => [share(e1, e3 - e1), 0.0],
         Feature::Edge(1) => {
             let (of_b, of_c) = (e6 - e5, e3 - e4);
@@ -69,7 +70,7 @@ fn exactly<
     Closest { distance, weights }
 }
 
-/// The magnitude of a quotient of two integers, correctly rounded.
+/// The correctly rounded magnitude of a quotient of two integers.
 #[inline(always)]
 fn share<const N: usize>(num: Int<N>, den: Int<N>) -> f64 {
     if num.sign().is_eq() { 0.0 } else { Quotient::new(&num.size(), &den.size(), 0).to_f64() }

@@ -1,11 +1,12 @@
 //! The closest point of a triangle: its distance and weights.
 
-/// The point of a triangle that is closest to another.
+/// The point of a triangle that is closest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// The distance: the root of the exact square after that is rounded, rounded again. The error is at most
-    /// 0.86 units in the last place, and the result is 0 only if the true distance is.
+    /// The distance: the exact squared distance, rounded, then its square root, rounded again. The
+    /// error is at most 0.86 units in the last place, and the result is only 0 if the true distance
+    /// is 0.
     pub distance: f64,
-    /// The weights of the second and the third corner, each correctly rounded.
+    /// The weights of the second and third corners, each correctly rounded.
     pub weights: [f64; 2],
 }

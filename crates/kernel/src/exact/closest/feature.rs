@@ -1,5 +1,5 @@
-//! The part of a triangle on which the closest point lies, after Ericson, *Real-Time Collision Detection*,
-//! 2005, section 5.1.5, with exact signs.
+//! Finds the part of a triangle that contains the closest point, after Ericson, *Real-Time
+//! Collision Detection*, 2005, section 5.1.5, with exact signs.
 
 use core::cmp::Ordering;
 
@@ -10,37 +10,37 @@ use super::super::tier::{Tier, is_f64};
 use super::offsets::{Offsets, at_widths, scale, tier};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// The part of a triangle on which the closest point lies.
+/// The part of a triangle that contains the closest point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// At a corner: 0, 1 or 2.
+    /// The corner 0, 1 or 2.
     Corner(usize),
-    /// In the interior of the edge from a corner to the next.
+    /// The interior of the edge from this corner to the next.
     Edge(usize),
-    /// In the interior of the triangle.
+    /// The interior of the triangle.
     Face,
 }
 
-/// `2^-50`: the error of a dot product in f64, relative to the sum of the magnitudes of its products, is at
-/// most this.
+/// `2^-50`: a bound on the error of a dot product in f64, relative to the sum of the magnitudes of
+/// its products.
 const SUM: f64 = 4.0 * f64::EPSILON;
 
-/// `2^-48`: the same for products of two of those, relative to the products of their sums.
+/// `2^-48`: the same for products of two dot products, relative to the products of their sums.
 const AREA: f64 = 16.0 * f64::EPSILON;
 
-/// Whether f64 loses nothing except by rounding on these numbers.
+/// Whether rounding is the only error of f64 arithmetic on these numbers.
 #[inline(always)]
 pub(super) fn is_tame<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     is_plain(&RayOf::new(point, [S::ONE, S::ZERO, S::ZERO]), triangle)
 }
 
-/// The part of a finite triangle that contains the point closest to a finite point. The triangle may be a
-/// segment or a point: then the part is a corner, or an edge that has a length.
+/// The part of a finite triangle that contains the point closest to a finite point. The triangle
+/// may be a segment or a point; then the part is a corner, or an edge with a length.
 pub fn feature<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     feature_from(Tier::Float, point, triangle)
 }
 
-/// [`feature()`], computed by the given tier or a later one.
+/// The same as [`feature()`], but the computation starts at the given tier.
 pub fn feature_from<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     if from == Tier::Float
         && is_tame(point, triangle)
@@ -80,7 +80,7 @@ fn exactly<
     found.unwrap_or(Feature::Face)
 }
 
-/// Computes it in f64, if the signs are beyond their bounds.
+/// Finds the feature in f64, if all necessary numbers exceed their error bounds.
 #[inline(always)]
 fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Feature> {
     let p = point.map(Into::into);
@@ -89,7 +89,8 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     let [a, b, c] = corners;
     let (ab, ac) = (minus(b, a), minus(c, a));
 
-    // Each number with the sum of the magnitudes of its products, to which its error is relative.
+    // Each number comes with the sum of the magnitudes of its products, which its error is relative
+    // to.
     let dot = |x: [f64; 3], y: [f64; 3]| {
         let [a, b, c] = [x[0] * y[0], x[1] * y[1], x[2] * y[2]];
         ((a + b) + c, (a.abs() + b.abs()) + c.abs())
@@ -112,16 +113,16 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     )
 }
 
-/// Finds the feature from the signs of `along`, of differences of two, and of `xy - zw` of four; none if a
-/// necessary sign is unknown.
+/// Finds the feature from the signs of the six products `along`, of differences of two, and of `xy
+/// - zw` for four of them. Returns `None` if a necessary sign is unknown.
 #[inline(always)]
 fn find(
     sign: impl Fn(usize) -> Option<Ordering>,
     minus: impl Fn(usize, usize) -> Option<Ordering>,
     area: impl Fn([usize; 4]) -> Option<Ordering>,
 ) -> Option<Feature> {
-    // The corners: a corner is the closest point if neither of its edges leads toward the query point, which
-    // is in the cone of the corner's normals.
+    // The corners. A corner is the closest point if neither of its edges leads toward the query
+    // point, which is then in the cone of the corner's normals.
     let signs = [sign(0)?, sign(1)?, sign(2)?, sign(3)?, sign(4)?, sign(5)?];
     if signs[0].is_ge() && signs[1].is_ge() {
         return Some(Feature::Corner(0));
@@ -133,7 +134,8 @@ fn find(
         return Some(Feature::Corner(2));
     }
 
-    // The edges: outside an edge, strictly between its ends, so that an edge without length is never chosen.
+    // The edges. The query point is outside the edge and strictly between its ends, so an edge
+    // without length is never chosen.
     if signs[0].is_lt() && signs[2].is_gt() && area([0, 3, 2, 1])?.is_le() {
         return Some(Feature::Edge(0));
     }

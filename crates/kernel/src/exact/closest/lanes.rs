@@ -1,4 +1,4 @@
-//! Bounds on squared distances in f64, one triangle per lane.
+//! Bounds on squared distances in f64, with one triangle per lane.
 //!
 //! ```text
 //!   to the plane  <=  to the triangle  <=  to the nearest edge       always
@@ -8,35 +8,38 @@
 
 use crate::simd::{Lanes, Vec3};
 
-/// Lower and upper bounds on the squared distances of the triangles in lanes.
+/// Lower and upper bounds on the squared distances of the triangles in the lanes.
 #[derive(Clone, Copy)]
 pub struct Squares<D: Lanes> {
-    /// No triangle is nearer than this.
+    /// Each triangle is at least this far away.
     pub least: D,
-    /// No triangle is farther than this.
+    /// Each triangle is at most this far away.
     pub most: D,
 }
 
-/// `2^-29`: the relative error of squares; [`PLACE`] is added to it.
+/// `2^-29`: the relative error of squares. [`PLACE`] bounds an additional error.
 const SHARE: f64 = 1.0 / (1_u64 << 29) as f64;
 
-/// `2^-64`, relative to the square of the farthest corner's distance.
+/// `2^-64`, relative to the squared distance of the farthest corner.
 const PLACE: f64 = SHARE * SHARE / 64.0;
 
-/// A bound on the effect on a square of reading subnormal numbers as 0: `2^-200`.
+/// `2^-200`: a bound on the change of a square if the CPU reads subnormal numbers as 0.
 const TINY: f64 = f64::from_bits((1023 - 200) << 52);
 
-/// `2^-48`: the side of an edge is known if its value exceeds this times the lengths that are multiplied.
+/// `2^-48`: the side of an edge is certain if its value exceeds this times the product of the
+/// lengths.
 const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// `2^-60`: for triangles no longer than this, only the distance to the edges is computed, as an upper bound.
+/// `2^-60`: for triangles no longer than this, only the distance to the edges is computed, as an
+/// upper bound.
 const SHORTEST: f64 = 1.0 / (1_u64 << 60) as f64;
 
-/// `2^-104`: a triangle whose squared normal is at most this fraction of the fourth power of its longest edge
-/// is as near as its edges.
+/// `2^-104`: if a triangle's squared normal is at most this fraction of the fourth power of its
+/// longest edge, the triangle counts as flat, and its edges are as near as the triangle itself.
 const FLAT: f64 = f64::from_bits((1023 - 104) << 52);
 
-/// Bounds the squared distances from a point to finite triangles, which may be segments or points.
+/// Bounds the squared distances from a point to finite triangles, which may also be segments or
+/// points.
 #[inline(always)]
 pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) -> Squares<D> {
     let [a, b, c] = [corners[0] - point, corners[1] - point, corners[2] - point];
@@ -54,7 +57,7 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let inverse = D::splat(1.0) / square;
     let plane = (volume * volume) * inverse;
 
-    // On which side of each edge is the point?
+    // The side of each edge that the point is on.
     let length = edges[0].norm1().max(edges[1].norm1()).max(edges[2].norm1());
     let fourth = (length * length) * (length * length);
     let known = length.gt(D::splat(SHORTEST));
@@ -69,15 +72,16 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let edge_doubt = farthest.mul_add(D::splat(PLACE), D::splat(TINY));
     let plane_doubt = (farthest * D::splat(PLACE)).mul_add(fourth * inverse, D::splat(TINY));
     let none = D::splat(0.0);
-    // If the projection of the point is certainly outside the face, its distance is that to the nearest edge,
-    // and a flat triangle is as near as its edges. Otherwise the plane gives a lower bound.
+    // If the projection of the point is certainly outside the face, or if the triangle is flat, the
+    // distance is that to the nearest edge. Otherwise, the plane gives a lower bound.
     let beside = outside | square.le(fourth * D::splat(FLAT));
     let least = D::select(beside, edge * less - edge_doubt, plane * less - plane_doubt);
-    // A triangle that is a point is as near as its edges, too.
+    // If a triangle is a point, its edges are as near as the triangle, too.
     let bounded = known | length.le(none);
     let least = D::select(bounded & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
-    // Upper bounds may be combined freely, because each is the distance to some point of the triangle.
+    // Upper bounds may be combined freely, because each is the distance to some point of the
+    // triangle.
     let most = D::select(inside & above.lt(most), above, most);
     Squares { least, most }
 }
@@ -86,10 +90,10 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
 #[inline(always)]
 fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     let (none, all) = (D::splat(0.0), D::splat(1.0));
-    // The foot of the perpendicular on the edge's line, clamped to the edge. For an edge without length the
-    // position is a NaN, which counts as 0: the corner itself.
+    // The foot of the perpendicular on the edge's line, clamped to the edge. If the edge has no
+    // length, its position is NaN, which is replaced by 0: the corner itself.
     let share = -corner.dot_fused(edge) / edge.dot_fused(edge);
-    // A comparison with NaN is false, so it becomes 0.
+    // A comparison with NaN is false, so NaN becomes 0.
     let share = D::select(share.ge(none), share, none);
     let share = D::select(share.le(all), share, all);
     let to = Vec3 {
@@ -100,8 +104,8 @@ fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     to.dot_fused(to)
 }
 
-/// Where the point is certainly outside an edge that starts at a corner, and where certainly not, seen along
-/// a normal.
+/// The lanes in which the point is certainly outside an edge that starts at a corner, and those in
+/// which it certainly is not, as seen along a normal.
 #[inline(always)]
 fn side<D: Lanes<Scalar = f64>>(
     normal: Vec3<D>,

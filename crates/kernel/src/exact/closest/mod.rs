@@ -2,16 +2,17 @@
 //!
 //! ```text
 //!            \  corner  /                   the closest point is a corner, lies within an edge, or
-//!             \   b    /                    within the face: signs of products tell, exactly
+//!             \   b    /                    within the face: exact signs of products decide
 //!              \______/____
 //!              /\            edge bc        its squared distance is a quotient of integers
 //!    edge ab  /  \
 //!            / face\
 //! ```
 //!
-//! [`lanes`] bounds squared distances in f64, eight triangles at once; [`feature`] finds the part of a
-//! triangle on which the closest point lies; [`order`] finds which of two triangles is closer; [`attributes`]
-//! computes distance and position. `docs/numerics/nearest.md` has the bounds and proofs.
+//! [`lanes`] bounds squared distances in f64, for eight triangles at once. [`feature`] finds the
+//! part of a triangle that contains the closest point, [`order`] finds the closer of two triangles,
+//! and [`attributes`] computes the distance and the position. `docs/numerics/nearest.md` has the
+//! bounds and proofs.
 
 mod attributes;
 mod closest_point;

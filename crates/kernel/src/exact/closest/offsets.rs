@@ -5,8 +5,8 @@ use super::super::scale::Scale;
 use super::super::tier::Tier;
 use crate::Scalar;
 
-/// Calls a function that is generic over a scalar, and the limbs of coordinates and of their products of two,
-/// three, four and six, with the widths of a tier.
+/// Calls a function with the widths of a tier. The function is generic over a scalar and over the
+/// numbers of limbs of coordinates and of products of two, three, four, six and ten coordinates.
 macro_rules! at_widths {
     ($s:ty, $tier:expr, $f:ident($($arg:expr),*)) => {
         match $tier {
@@ -21,20 +21,21 @@ macro_rules! at_widths {
 }
 pub(super) use at_widths;
 
-/// The corners relative to the point, and the edges; coordinates have C limbs, their products N = 2 C.
+/// The corners relative to the point, and the edges. Coordinates have C limbs, and their products
+/// have N = 2 C.
 pub(super) struct Offsets<const C: usize, const N: usize> {
     pub(super) corners: [[Int<C>; 3]; 3],
-    /// From a to b, and from a to c.
+    /// The edges from a to b and from a to c.
     pub(super) sides: [[Int<C>; 3]; 2],
 }
 
-/// The scale of which all coordinates are multiples.
+/// The scale that all coordinates are multiples of.
 #[inline(always)]
 pub(super) fn scale<S: Scalar>(point: [S; 3], [a, b, c]: [[S; 3]; 3]) -> Scale {
     Scale::of(&[point, a, b, c])
 }
 
-/// The first tier whose integers hold them.
+/// The first tier whose integers are wide enough for this scale.
 #[inline(always)]
 pub(super) fn tier(scale: Scale) -> Tier {
     scale.tier(scale)
@@ -45,11 +46,11 @@ impl<const C: usize, const N: usize> Offsets<C, N> {
     pub(super) fn new<S: Scalar>(scale: Scale, point: [S; 3], corners: [[S; 3]; 3]) -> Self {
         let p = scale.vector::<S, C>(point);
         let [a, b, c] = corners.map(|corner| minus(&scale.vector(corner), &p));
-        // Differences of differences: the point cancels, and the edges are exact.
+        // In these differences of differences, the point cancels, so the edges are exact.
         Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }
     }
 
-    /// The products of both sides with all corners: `ab·A, ac·A, ab·B, ac·B, ab·C, ac·C`.
+    /// The products of both edges with all corners: `ab·A, ac·A, ab·B, ac·B, ab·C, ac·C`.
     #[inline(always)]
     pub(super) fn along(&self) -> [Int<N>; 6] {
         let ([a, b, c], [ab, ac]) = (&self.corners, &self.sides);

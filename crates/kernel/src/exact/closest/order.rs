@@ -1,4 +1,4 @@
-//! Which of two triangles is closer to a point, decided exactly.
+//! Decides exactly which of two triangles is closer to a point.
 
 use core::cmp::Ordering;
 
@@ -9,12 +9,12 @@ use super::feature::{Feature, feature_from};
 use super::offsets::{Offsets, at_widths, tier};
 use crate::{Scalar, TriangleOf};
 
-/// Which of two finite triangles is closer to a finite point.
+/// Compares the distances of two finite triangles from a finite point.
 pub fn closer<S: Scalar>(point: [S; 3], one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
     closer_from(Tier::Float, point, one, other)
 }
 
-/// [`closer()`], computed by the given tier or a later one.
+/// The same as [`closer()`], but the computation starts at the given tier.
 pub fn closer_from<S: Scalar>(
     from: Tier,
     point: [S; 3],
@@ -23,8 +23,8 @@ pub fn closer_from<S: Scalar>(
 ) -> Ordering {
     let features = [one, other].map(|triangle| feature_from(from, point, triangle));
 
-    // Neighbours share corners and edges. There both squares are the same quotient, so integers are not
-    // necessary.
+    // Adjacent triangles share corners and edges. If both closest points are there, both squares
+    // are the same quotient, so integers are not necessary.
     if from == Tier::Float && is_same(features, [one, other]) {
         return Ordering::Equal;
     }
@@ -33,7 +33,7 @@ pub fn closer_from<S: Scalar>(
     at_widths!(S, from.max(tier(scale)), exactly(scale, point, [one, other], features))
 }
 
-/// Whether both closest points lie on the same corner or edge.
+/// Whether both closest points are on the same corner or edge.
 #[inline(always)]
 fn is_same<S: Scalar>(features: [Feature; 2], [one, other]: [&TriangleOf<S>; 2]) -> bool {
     let corner = |of: &TriangleOf<S>, i: usize| of.0[i % 3].map(S::key);
@@ -68,11 +68,11 @@ fn exactly<
         square::<C, N, T, Q, V>(&offsets, features[i])
     };
     let ((num, den), (other_num, other_den)) = (square(0), square(1));
-    // Denominators are positive, so the quotients compare like the crosswise products.
+    // Denominators are positive, so cross-multiplying preserves the order.
     num.times::<Q, P>(&other_den).cmp(&other_num.times(&den))
 }
 
-/// The squared distance: numerator and denominator, which is positive.
+/// The squared distance as a numerator and a positive denominator.
 #[inline(always)]
 pub(super) fn square<
     const C: usize,

@@ -1,5 +1,6 @@
-//! Distance and weights in double-double arithmetic, with a proof of each rounding; this handles nearly every
-//! closest point. `docs/numerics/nearest.md`, section 6, has the bounds and the proof.
+//! Computes the distance and the weights in double-double arithmetic, and proves each rounding.
+//! This handles nearly every closest point. `docs/numerics/nearest.md`, section 6, has the bounds
+//! and the proof.
 
 use core::marker::PhantomData;
 
@@ -16,7 +17,7 @@ use crate::{Scalar, TriangleOf};
 const SMALL: f64 = f64::from_bits((1023 - 400) << 52);
 const LARGE: f64 = f64::from_bits((1023 + 500) << 52);
 
-/// The closest point, if all of its numbers are proven. The input must be tame.
+/// Returns the closest point if all of its numbers are proven. The input must be tame.
 #[inline(always)]
 pub(super) fn closest<S: Scalar>(
     point: [S; 3],
@@ -30,7 +31,7 @@ pub(super) fn closest<S: Scalar>(
         Feature::Corner(corner) => {
             let a = seen(corner)?;
             let square = a.along(&a);
-            // The hit's u and v are the weights of the second and the third corner.
+            // The weights of the second and third corners are 0 or 1.
             let weights = [1, 2].map(|other| if corner == other { 1.0 } else { 0.0 });
             Some(Closest { distance: root(proven(&square)?)?, weights })
         }
@@ -38,12 +39,12 @@ pub(super) fn closest<S: Scalar>(
             let to = (from + 1) % 3;
             let (x, y, edge) = (seen(from)?, seen(to)?, Offset::new(corners[to], corners[from])?);
             let den = Den::new(edge.along(&edge))?;
-            // The distance from a line is the area |x × edge| divided by the edge's length; for the square,
-            // no root is needed until the end.
+            // The distance from a line is the area |x × edge| divided by the edge's length. Its
+            // square needs no root until the end.
             let area = x.cross(&edge);
             let square = den.under(&area.along(&area))?;
-            // The foot's weights are the projections of the two ends on the edge, divided by its squared
-            // length.
+            // The weights of the foot are the projections of the two ends on the edge, divided by
+            // the edge's squared length.
             let of_from = || den.under(&y.along(&edge));
             let of_to = || den.under(&x.along(&edge.negative()));
             let weights = match from {
@@ -57,13 +58,14 @@ pub(super) fn closest<S: Scalar>(
             let a = seen(0)?;
             let ab = Offset::new(corners[1], corners[0])?;
             let ac = Offset::new(corners[2], corners[0])?;
-            // The distance from the plane is the volume a·n divided by |n|; squared as well.
+            // The distance from the plane is the volume a·n divided by |n|, which is squared here,
+            // too.
             let normal = ab.cross(&ac);
             let den = Den::new(normal.along(&normal))?;
             let square = den.under(&normal.volume_squared(&a))?;
             let weights = [
-                // The weights of the foot: areas of the triangles that it forms with the edges, projected on
-                // the normal.
+                // The weights of the foot are the areas of the triangles that it forms with the
+                // edges, projected on the normal.
                 den.under(&normal.along(&ac.cross(&a)))?,
                 den.under(&normal.along(&a.cross(&ab)))?,
             ];
@@ -72,19 +74,20 @@ pub(super) fn closest<S: Scalar>(
     }
 }
 
-/// The relative error of products, as a fraction of the magnitudes multiplied, is less than half of this.
+/// The relative error of products, as a fraction of the multiplied magnitudes, is less than half of
+/// this.
 const fn doubt<S: Scalar>() -> f64 {
     if is_f64::<S>() { tails::DOUBT } else { rounded::DOUBT }
 }
 
-/// The difference of two given points: for f64 in two parts, for f32 in one that is exact.
+/// The difference of two given points: in two parts for f64, and exactly in one part for f32.
 #[derive(Clone, Copy)]
 struct Offset<S> {
     parts: TwoParts<f64>,
     given: PhantomData<S>,
 }
 
-/// A vector in double-double numbers, and the magnitudes that its error is relative to.
+/// A vector of double-double numbers, and the magnitudes that its error is relative to.
 struct Long<S> {
     parts: [Double<f64>; 3],
     sizes: Vec3<f64>,
@@ -97,8 +100,8 @@ impl<S: Scalar> Offset<S> {
     fn new(a: Vec3<f64>, b: Vec3<f64>) -> Option<Self> {
         let parts = difference(a, b);
         let lacks = parts.rest.abs();
-        // The bound for f32 does not include errors of differences, so one that is not exact in f64 is left
-        // to the integers.
+        // The bound for f32 does not include errors of differences, so differences that are not
+        // exact in f64 are left to the integers.
         let is_exact = lacks.x + lacks.y + lacks.z == 0.0;
         (const { is_f64::<S>() } || is_exact).then_some(Self { parts, given: PhantomData })
     }
@@ -136,13 +139,14 @@ impl<S: Scalar> Offset<S> {
 }
 
 impl<S: Scalar> Long<S> {
-    /// The dot product. Its error is less than half of [`doubt`] times the sum of the products of magnitudes.
+    /// The dot product. Its error is less than half of [`doubt`] times the sum of the products of
+    /// magnitudes.
     #[inline(always)]
     fn along(&self, by: &Self) -> Volume<f64> {
         let (x, y) = (&self.parts, &by.parts);
         let part = |k: usize| {
             let high = product(x[k].high, y[k].high);
-            // low × low is of the order of w² and included in the bound.
+            // The product low × low is of the order of w², and is included in the bound.
             let low = high.low + (x[k].high * y[k].low + x[k].low * y[k].high);
             Double { high: high.high, low }
         };
@@ -154,7 +158,7 @@ impl<S: Scalar> Long<S> {
         Volume { value: sum(three.high, low), err }
     }
 
-    /// The square of the volume spanned with a corner.
+    /// The square of the volume that the vector spans with a corner.
     #[inline(always)]
     fn volume_squared(&self, corner: &Offset<S>) -> Volume<f64> {
         let TwoParts { first, .. } = corner.parts;
@@ -165,7 +169,7 @@ impl<S: Scalar> Long<S> {
         };
         let permanent = self.sizes.dot_fused(first.abs());
         let high = product(volume.high, volume.high);
-        // (high + low)² = high² + 2 high low + low²; the last term is included in the bound.
+        // (high + low)² = high² + 2 high low + low², where the last term is included in the bound.
         let twice = 2.0 * volume.high * volume.low;
         let size = Lanes::abs(volume.high);
         let err = (2.0 * size * permanent + high.high) * const { doubt::<S>() };
@@ -173,7 +177,7 @@ impl<S: Scalar> Long<S> {
     }
 }
 
-/// A denominator.
+/// A denominator and its approximate inverse.
 struct Den {
     value: Volume<f64>,
     inverse: f64,
@@ -186,7 +190,7 @@ impl Den {
         (high > SMALL && high < LARGE).then(|| Self { inverse: 1.0 / high, value })
     }
 
-    /// A positive quotient, correctly rounded.
+    /// A positive quotient, if its correct rounding is proven.
     #[inline(always)]
     fn under(&self, num: &Volume<f64>) -> Option<f64> {
         let (q, sure) = quotient(num, &self.value, self.inverse);
@@ -195,16 +199,17 @@ impl Den {
     }
 }
 
-/// A positive number, correctly rounded.
+/// A positive number, if its correct rounding is proven.
 #[inline(always)]
 fn proven(of: &Volume<f64>) -> Option<f64> {
     let Volume { value: Double { high, low }, err } = *of;
-    // Rounding preserves order: if both ends round to the same number, so does every number in between.
+    // Rounding preserves order: if both ends round to the same number, so does every number in
+    // between.
     let (least, most) = (high + (low - err), high + (low + err));
     (least == most && high > SMALL && high < LARGE).then_some(most)
 }
 
-/// The root, correctly rounded.
+/// The correctly rounded square root.
 #[inline(always)]
 fn root(square: f64) -> Option<f64> {
     (square > 0.0).then(|| Lanes::sqrt(square))
