@@ -1,4 +1,4 @@
-//! The document's `Threshold`.
+//! The [`Threshold`] below which a ray counts as parallel.
 
 use core::fmt;
 
@@ -22,7 +22,8 @@ pub struct Threshold {
 }
 
 impl Threshold {
-    /// The default: far above the rounding of f64 in a scene of unit size, far below its features.
+    /// The default: far above the rounding errors of f64 in a scene of unit size, and far below the
+    /// size of its features.
     ///
     /// ```
     /// assert_eq!(intertri::Threshold::DEFAULT.get(), 1e-9);
@@ -38,7 +39,7 @@ impl Threshold {
     /// ```
     pub const ZERO: Self = Self::of(0.0);
 
-    /// A custom threshold.
+    /// Creates a threshold.
     ///
     /// # Errors
     /// Fails if it is negative, infinite or NaN.
@@ -57,13 +58,13 @@ impl Threshold {
     }
 
     const fn of(exact: f64) -> Self {
-        // f32 lanes compare with a neighbour on the safe side, because the threshold itself may be rounded
-        // either way.
+        // f32 lanes compare with the neighbouring f32 on the safe side, because the threshold
+        // itself may have been rounded either way.
         let near = exact as f32;
         Self { exact, near, below: near.next_down(), above: near.next_up() }
     }
 
-    /// The number.
+    /// The threshold as a number.
     ///
     /// ```
     /// assert_eq!(intertri::Threshold::new(1e-6).unwrap().get(), 1e-6);

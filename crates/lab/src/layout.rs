@@ -30,8 +30,8 @@ impl Form {
 /// A form and a number of lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// The elements in the lanes.
+    /// What fills the lanes.
     pub form: Form,
-    /// 1, 4, 8 or 16.
+    /// The number of lanes: 1, 4, 8, or 16.
     pub lanes: usize,
 }

@@ -107,7 +107,7 @@ impl<'a> Band<'a> {
         let across = -0.5 * f64::from(width) + 0.5;
         let first = forward + up * (above * pixel) + right * (across * pixel);
         let farthest = 1.0 + camera.half_height * (1.0 + f64::from(width) / f64::from(height));
-        // The directions of the rays were rounded to f32.
+        // The ray directions have been rounded to f32.
         let round = 1e-6 * pixel.min(1.0) + 2.0_f64.powi(-23);
         let mut columns = [f64::INFINITY, f64::NEG_INFINITY];
         for sign in [1.0, -1.0] {

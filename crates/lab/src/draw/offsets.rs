@@ -1,4 +1,4 @@
-//! Walls moved away from zero: one row for each method and precision of its input.
+//! Walls far from zero: one row for each method and input precision.
 
 use super::axis::{Log, power};
 use super::marks::{colour_of, is_kernel, pale_of};
@@ -14,12 +14,12 @@ const ROW: f64 = 46.0;
 const GAP: f64 = 9.0;
 /// The space above a group of rows, for its heading.
 const HEADING: f64 = 34.0;
-/// A UTM northing in metres: that of the house in the program. The quoted shares are those at the nearest
-/// distance.
+/// The UTM northing, in metres, of the built-in house scene. The quoted shares are those at the
+/// measured distance nearest to it.
 const NORTHING: f64 = 528_980.0;
 
-/// For each method of [`ASKED`], the share of wrong answers against the distance of a wall from zero.
-/// `caption` is printed below.
+/// Plots the share of wrong answers against a wall's distance from zero, for each method in
+/// [`ASKED`]. `caption` is printed below.
 pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     let rows = ASKED.len() as f64;
     let bottom = TOP + 2.0 * HEADING + rows * ROW;
@@ -85,7 +85,8 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     svg
 }
 
-/// A method's curve above its shaded area, and its share of wrong answers at the distance `near`.
+/// Draws a method's curve above its shaded area, and prints its share of wrong answers at the
+/// distance `near`.
 fn row(
     svg: &mut Svg,
     method: &str,

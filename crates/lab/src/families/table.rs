@@ -1,4 +1,4 @@
-//! The table of all families, and the adversarial mix of them.
+//! The table of all families, and their adversarial mix.
 
 use super::family::{Family, Param};
 use super::scene::Case;
@@ -10,8 +10,8 @@ pub fn find(name: &str) -> Option<&'static Family> {
     FAMILIES.iter().find(|family| family.name == name)
 }
 
-/// The adversarial mix: half of the cases are sensitive to rounding but otherwise harmless; the others come
-/// from all families equally.
+/// A case of the adversarial mix. Half of the cases are sensitive to rounding but otherwise
+/// harmless; the others come from all families equally.
 pub fn adversarial(rng: &mut Rng) -> Case {
     if rng.one_in(2) {
         let scene = shapes::random(rng, 1.0, 1, 1);

@@ -1,6 +1,6 @@
-//! Signed volumes: R. J. Segura and F. R. Feito, "Algorithms to test ray-triangle intersection. Comparative
-//! study", WSCG 2001. The sign of the volume of side, origin and direction shows on which side the ray passes
-//! each side of the triangle: `d · (B × C)` for corners relative to the origin.
+//! Signed volumes: R. J. Segura and F. R. Feito, "Algorithms to test ray-triangle intersection.
+//! Comparative study", WSCG 2001. For each edge of the triangle, the sign of the volume `d · (B ×
+//! C)`, with corners relative to the origin, shows on which side of the edge the ray passes.
 
 use intertri::simd::Vec3;
 

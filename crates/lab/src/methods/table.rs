@@ -107,10 +107,10 @@ macro_rules! one_origin {
     };
 }
 
-/// The methods that promise the scalar f64 reference's answers, bit for bit.
+/// The methods that guarantee the scalar f64 reference's answers, bit for bit.
 pub const OF_THE_REFERENCE: [&str; 3] = ["InterTri f64", "certified", "certified, one origin"];
 
-/// The methods that are right for the coordinates as given.
+/// The methods whose answers are right for the coordinates as given.
 pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 
 /// Every method. All comparisons iterate over this table.

@@ -1,8 +1,8 @@
-//! The registers of NEON, which every 64-bit ARM has, under the names that [`super`] uses.
+//! NEON registers, under the names that [`super`] uses. Every 64-bit ARM CPU has NEON.
 //!
-//! This file is compiled only if the build's target has NEON, so every CPU that runs it has the instructions.
-//! That is the `SAFETY` of every call below; loads and stores also access only the N numbers of an array,
-//! with any alignment.
+//! This file is compiled only if the target has NEON, so every CPU that runs it has the
+//! instructions. This is the `SAFETY` argument for every call below. Loads and stores also access
+//! only the N numbers of an array, and work with any alignment.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::aarch64::*;
@@ -10,7 +10,7 @@ use core::arch::aarch64::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = true;
 
-/// Common operations of f32 and f64 registers.
+/// The operations that f32 and f64 registers have in common.
 macro_rules! float {
     (
         $scalar:ty, $n:literal, $reg:ty, $mask:ty,
@@ -151,18 +151,18 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn bits(mask: Mask) -> u32 {
         cpu!({
-            // NEON cannot convert a mask to a number. Each lane keeps its own bit, and their sum is the
-            // number.
+            // NEON has no instruction that converts a mask to an integer, so each lane keeps its
+            // own bit and the lanes are summed.
             let lane = vld1q_u32([1, 2, 4, 8].as_ptr());
             vaddvq_u32(vandq_u32(mask, lane))
         })
     }
-    /// Two masks at once, narrowed to 16 bits per lane.
+    /// The bits of two masks at once, with each lane narrowed to 16 bits.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(bits_of_eight(vuzp1q_u16(vreinterpretq_u16_u32(first), vreinterpretq_u16_u32(last))))
     }
-    /// Eight masks of 16 bits each.
+    /// The bits of a mask with eight 16-bit lanes.
     #[inline(always)]
     pub(crate) fn bits_of_eight(mask: uint16x8_t) -> u32 {
         cpu!({
@@ -192,12 +192,13 @@ pub(super) mod singles {
             ]
         })
     }
-    /// Permutes eight lanes by the lowest three bits of each byte: a byte lookup, four bytes per lane.
+    /// Permutes eight lanes by the lowest three bits of each byte of `order`, with a byte lookup
+    /// that moves four bytes per lane.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         cpu!({
-            // NEON has no shuffle of f32 with a variable order, only one of bytes: lane i becomes bytes 4i to
-            // 4i + 3.
+            // NEON can only shuffle bytes, not f32 lanes, in a variable order, so lane i becomes
+            // bytes 4i to 4i + 3.
             let lanes = vand_u8(vcreate_u8(order), vdup_n_u8(7));
             let first_byte = vshl_n_u8::<2>(lanes);
             let pairs =
@@ -209,16 +210,16 @@ pub(super) mod singles {
             [of(vzip1q_u8(pairs, pairs)), of(vzip2q_u8(pairs, pairs))]
         })
     }
-    /// The minimum over the lanes of a mask, as bits with the lane in the last three.
+    /// Returns the index of the smallest number among the lanes in the masks.
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         cpu!({
             let (first, last) =
                 (vld1q_u32([0, 1, 2, 3].as_ptr()), vld1q_u32([4, 5, 6, 7].as_ptr()));
             let high = vdupq_n_u32(!7);
-            // The f32's bits with the lane number in place of the last three: one minimum finds both, because
-            // positive floats have the order of their bits. Lanes outside the mask become all ones, the
-            // largest key.
+            // Each key is the f32's bits with the lane number in place of the last three. Positive
+            // floats sort like their bits, so one minimum finds both the number and its lane. Lanes
+            // outside the mask become all ones, the largest key.
             let key =
                 |x, lane, mask| vornq_u32(vbslq_u32(high, vreinterpretq_u32_f32(x), lane), mask);
             (vminvq_u32(vminq_u32(key(a, first, in_a), key(b, last, in_b))) & 7) as usize
@@ -238,7 +239,7 @@ pub(super) mod doubles {
 
     #[inline(always)]
     pub(crate) fn not(a: Mask) -> Mask {
-        // There is no 64-bit NOT; the 32-bit one does the same to every bit.
+        // NEON has no 64-bit NOT, but the 32-bit one inverts the same bits.
         cpu!(vreinterpretq_u64_u32(vmvnq_u32(vreinterpretq_u32_u64(a))))
     }
     #[inline(always)]
@@ -260,7 +261,7 @@ pub(super) mod doubles {
             vaddvq_u64(vandq_u64(mask, lane)) as u32
         })
     }
-    /// Two masks at once, as one with 32 bits per lane.
+    /// The bits of two masks at once, with each lane narrowed to 32 bits.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(singles::bits(vuzp1q_u32(vreinterpretq_u32_u64(first), vreinterpretq_u32_u64(last))))
@@ -272,17 +273,17 @@ pub(super) mod doubles {
             vtstq_u64(vdupq_n_u64(bits.into()), lane)
         })
     }
-    /// The first lanes of both, and the last.
+    /// Returns a register with the first lanes of `a` and `b`, and one with their last lanes.
     #[inline(always)]
     pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
         cpu!([vzip1q_f64(a, b), vzip2q_f64(a, b)])
     }
-    /// The first of one, the last of the other.
+    /// The first lane of `a` and the last lane of `b`.
     #[inline(always)]
     pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
         cpu!(vcopyq_laneq_f64::<1, 1>(a, b))
     }
-    /// The last lane in both lanes.
+    /// Copies the last lane to both lanes.
     #[inline(always)]
     pub(crate) fn last(a: Reg) -> Reg {
         cpu!(vdupq_laneq_f64::<1>(a))
@@ -325,12 +326,13 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
     }
-    /// Low halves. (Truncation, not a shuffle: truncating something that was just widened costs nothing.)
+    /// The low halves. This truncates instead of shuffling, because truncating a number that was
+    /// just widened costs nothing.
     #[inline(always)]
     fn low(x: Regs) -> int32x4_t {
         cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))
     }
-    /// High halves.
+    /// The high halves.
     #[inline(always)]
     fn high(x: Regs) -> int32x4_t {
         cpu!(vuzp2q_s32(vreinterpretq_s32_s64(x[0]), vreinterpretq_s32_s64(x[1])))
@@ -347,8 +349,9 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Each component of b is low + 2^32 * high with a signed low half. Products with the high halves only
-    /// need their low 32 bits, so one multiplication handles all four lanes.
+    /// Splits each component of b into `low + 2^32 * high` with a signed low half. Only the low 32
+    /// bits of the products with the high halves matter, so one multiplication handles all four
+    /// lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -364,11 +367,11 @@ pub(super) mod integers {
             let high = vmlaq_s32(high, a[2], highs[2]);
             let of = |half| vreinterpretq_s64_s32(half);
             let none = vdupq_n_s32(0);
-            // Zeros below the products multiply them by 2^32.
+            // Interleaving zeros below the products multiplies them by 2^32.
             add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
         })
     }
-    /// The high half for a signed low one: one more if that is negative.
+    /// The high half that goes with a signed low half: one more if the low half is negative.
     #[inline(always)]
     fn above(low: int32x4_t, high: int32x4_t) -> int32x4_t {
         cpu!(vreinterpretq_s32_u32(vsraq_n_u32::<31>(
@@ -390,7 +393,7 @@ pub(super) mod integers {
             singles::bits_of_eight(signs)
         })
     }
-    /// Masks with 32 bits per lane, set where lanes are 0.
+    /// A mask with 32 bits per lane, set where the lane is 0.
     #[inline(always)]
     fn zeros(x: Regs) -> uint32x4_t {
         cpu!({
