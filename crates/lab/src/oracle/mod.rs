@@ -3,16 +3,16 @@
 //! With `A, B, C` the corners relative to the origin and `d` the direction,
 //!
 //! ```text
-//!   U = d · (B × C)                    C                   the line passes every side on the same
-//!   V = d · (C × A)                   /  \                 hand: inside. A value of 0: on that
-//!   W = d · (A × B)              V=0 /  +  \  U=0          side. Two of them: at the corner
-//!   t = A · (B × C) / (U + V + W)   A ------ B             between.
+//!   U = d · (B × C)                    C                   All of U, V, W have the same sign: the
+//!   V = d · (C × A)                   /  \                 line passes inside. One is 0: through
+//!   W = d · (A × B)              V=0 /  +  \  U=0          that side. Two are 0: through the
+//!   t = A · (B × C) / (U + V + W)   A ------ B             corner that they share.
 //!                                      W=0
 //! ```
 //!
-//! Only the signs of these values and one quotient are needed. [`answer()`] computes them with adaptive
-//! predicates, [`rational`] with another formula in rationals; the two are tested against each other on every
-//! family.
+//! Only the signs of these values and one quotient are needed. [`answer()`] computes them with
+//! adaptive predicates, and [`rational`] computes them with another formula in rationals. The two
+//! are tested against each other on every family.
 
 mod adaptive;
 mod exact;
