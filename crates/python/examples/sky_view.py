@@ -1,6 +1,7 @@
 """How much of the sky and of each house is visible from the ground of a town: python sky_view.py [picture.png]
 
-The town stands in UTM coordinates, millions of metres from their origin, where float32 steps by half a metre.
+The town is in UTM coordinates, millions of metres from the origin, where adjacent float32 numbers
+are half a metre apart.
 """
 
 import sys
@@ -39,7 +40,8 @@ def town():
 
 
 def view_factors(mesh, house, points, rays):
-    """The share of the hemisphere that house 0, house 1, ... and, last, the sky fill: they add up to one."""
+    """The shares of the hemisphere that house 0, house 1, ..., and finally the sky fill. They add
+    up to one."""
     triangle = mesh.closest_triangle(points[:, None], rays)
     seen = np.where(triangle < 0, house.max() + 1, house[triangle])
     return np.stack([np.bincount(row, minlength=house.max() + 2) for row in seen]) / len(rays)
@@ -48,8 +50,8 @@ def view_factors(mesh, house, points, rays):
 def main():
     rays = directions(2000)
 
-    # A long street, 20 m wide, between walls 15 m high. Seen from its middle, the sky view factor is the cosine of the
-    # angle of the walls above the horizon.
+    # A long street, 20 m wide, between walls 15 m high. In its middle, the sky view factor is the
+    # cosine of the walls' angle above the horizon.
     walls = [box(ORIGIN + [x, -1e5, 0], ORIGIN + [x + 1, 1e5, 15]) for x in (-11, 10)]
     street = intertri.Mesh(np.concatenate([walls[0][0], walls[1][0]]), np.concatenate([walls[0][1], walls[1][1] + 8]))
     middle = view_factors(street, np.repeat([0, 1], 10), ORIGIN[None], rays)[0]

@@ -1,4 +1,5 @@
-"""Reuses memory for answers: the system hands out new memory page by page, and tracing has to wait for it."""
+"""Reuses memory for answers, because the system provides new memory page by page and tracing would
+have to wait for it."""
 
 from __future__ import annotations
 
@@ -12,14 +13,15 @@ _MOST = 2
 
 
 class _Loan:
-    """Holds memory while an array or a view of it exists: numpy keeps the object that an array was made from alive."""
+    """Keeps memory alive while an array or a view of it exists: numpy holds a reference to the
+    object from which an array was made."""
 
     def __init__(self, memory: NDArray[Any]) -> None:
         self.__array_interface__ = memory.__array_interface__
 
 
 class Lender:
-    """Lends arrays. When the last view of one is gone, its memory is lent again."""
+    """Lends arrays. When the last view of an array is gone, its memory can be lent again."""
 
     def __init__(self) -> None:
         self._idle: list[NDArray[Any]] = []

@@ -227,7 +227,7 @@ class RayMeshIntersector:
             cut = int((counts > max_hits).sum())
             warnings.warn(
                 f"{cut} of {len(counts)} rays cross the mesh more than max_hits={max_hits} times; "
-                f"pass max_hits={counts.max()} to have all crossings",
+                f"pass max_hits={counts.max()} to get all crossings",
                 stacklevel=3,
             )
             first = np.repeat(np.cumsum(counts) - counts, counts)
