@@ -1,5 +1,5 @@
-//! Pictures in numpy's arrays: finds their rows and gathers them tile by tile, as the library does with rays in
-//! memory.
+//! Pictures in numpy arrays: finds their rows and gathers them tile by tile, as the library does
+//! with rays in memory.
 
 use intertri::RayOf;
 use intertri_trace::internal::{Band, Block, LOWEST, TILE};
@@ -8,7 +8,7 @@ use crate::pool::workers;
 use crate::scalar::Scalar;
 use crate::source::Source;
 
-/// With fewer rays, there is no picture.
+/// Fewer rays are not treated as a picture.
 const PICTURE: usize = 4 * TILE * TILE;
 
 /// A band of a picture for the threads of this pool.
@@ -16,7 +16,7 @@ pub(crate) fn band(width: usize, pixels: usize) -> Band {
     Band::of_picture(width, pixels, workers())
 }
 
-/// Gathers the rays of a block in a band that begins with a ray.
+/// Gathers the rays of a block in the band that begins with the ray `first`.
 pub(crate) fn gather<S: Scalar>(
     block: &Block<'_>,
     (rays, first): (&Source<'_, S>, usize),
@@ -36,10 +36,10 @@ pub(crate) fn prefetch_next<S: Scalar>(block: &Block<'_>, (rays, first): (&Sourc
     }
 }
 
-/// How many pixels a row of the picture has, from the caller's shape or from the directions. `None` if rays have
-/// several origins, come in no rows, or skip triangles.
+/// The number of pixels in a row of the picture, from the caller's shape or from the directions.
+/// Returns `None` if the rays have several origins, do not form rows, or skip triangles.
 pub(crate) fn row_width<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Option<usize> {
-    // Tiles hold only rays, nothing to skip.
+    // Tiles contain only rays, without triangles to skip.
     if rays.count < PICTURE || rays.skips() {
         return None;
     }
@@ -52,7 +52,7 @@ pub(crate) fn row_width<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Option
     (width >= TILE && rays.count / width >= LOWEST).then_some(width)
 }
 
-/// Guesses the width of a picture from some rows: the direction jumps back at the end of each.
+/// Guesses the width of a picture from some rows: the direction jumps back at the end of each row.
 fn seen_width<S: Scalar>(rays: &Source<'_, S>) -> Option<usize> {
     let step = |i: usize, j: usize| {
         let ([_, a], [_, b]) = (rays.line(i), rays.line(j));

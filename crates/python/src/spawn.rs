@@ -8,11 +8,11 @@ use crate::pool::{Workers, chunks};
 use crate::run::run;
 use crate::scalar::Scalar;
 
-/// Hits that a thread takes at a time.
+/// The number of hits that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Fills `out` with rays, origin and direction, that start at hits on faces and never hit the same faces. The
-/// origins of misses are NaN.
+/// Fills `out` with the origins and directions of rays that start at hits on faces and never hit
+/// the same faces. The origins are NaN for misses.
 pub(crate) fn spawn_rays<S: Scalar>(
     py: Python<'_>,
     workers: &Workers,
