@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-/// The document's `Threshold`: the smallest `|nrm & dir|` that does not count as parallel, and the largest t
-/// that does not count as a hit.
+/// The `Threshold` of document A: the smallest `|nrm & dir|` that does not count as parallel, and
+/// the largest t that does not count as a hit.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};
@@ -15,7 +15,7 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
     exact: f64,
-    /// Rounded to f32, and the f32 below and above that.
+    /// The threshold rounded to f32, and the f32 numbers below and above it.
     pub(crate) near: f32,
     pub(crate) below: f32,
     pub(crate) above: f32,
@@ -42,7 +42,7 @@ impl Threshold {
     /// Creates a threshold.
     ///
     /// # Errors
-    /// Fails if it is negative, infinite or NaN.
+    /// Fails if the threshold is negative, infinite, or NaN.
     ///
     /// ```
     /// use intertri::Threshold;
@@ -81,7 +81,7 @@ impl Default for Threshold {
     }
 }
 
-/// A threshold that is negative, infinite or NaN.
+/// A threshold that is negative, infinite, or NaN.
 ///
 /// ```
 /// let refused = intertri::Threshold::new(f64::NAN).unwrap_err();

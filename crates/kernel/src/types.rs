@@ -145,7 +145,7 @@ pub struct Hit {
     pub v: f64,
     /// The index of the triangle, or [`Hit::NO_TRIANGLE`].
     pub triangle: u32,
-    /// The index of the mesh in a hierarchy over several; otherwise 0.
+    /// The index of the mesh in a hierarchy over several meshes; otherwise 0.
     pub geometry: u32,
 }
 
@@ -159,7 +159,7 @@ impl Hit {
     /// ```
     pub const NO_TRIANGLE: u32 = u32::MAX;
 
-    /// The result of a ray that hits nothing, in a batch.
+    /// The result in a batch for a ray that hits nothing.
     ///
     /// ```
     /// use intertri::{Hit, Mode, Ray};
@@ -170,7 +170,7 @@ impl Hit {
     pub const MISS: Self =
         Self { t: f64::INFINITY, u: 0.0, v: 0.0, triangle: Self::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether it is a hit.
+    /// Whether this is a hit.
     ///
     /// ```
     /// assert!(!intertri::Hit::MISS.is_hit());
@@ -225,18 +225,18 @@ pub struct Hit32 {
     pub v: f32,
     /// The index of the triangle, or [`Hit::NO_TRIANGLE`].
     pub triangle: u32,
-    /// The index of the mesh in a hierarchy over several; otherwise 0.
+    /// The index of the mesh in a hierarchy over several meshes; otherwise 0.
     pub geometry: u32,
 }
 
 const _: () = assert!(size_of::<Hit32>() == 20);
 
 impl Hit32 {
-    /// The result of a ray that hits nothing, in a batch.
+    /// The result in a batch for a ray that hits nothing.
     pub const MISS: Self =
         Self { t: f32::INFINITY, u: 0.0, v: 0.0, triangle: Hit::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether it is a hit.
+    /// Whether this is a hit.
     #[inline]
     pub fn is_hit(&self) -> bool {
         self.triangle != Hit::NO_TRIANGLE

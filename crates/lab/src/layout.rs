@@ -10,7 +10,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// `packets` or `packs`, as in the published tables; packs are blocks of triangles.
+    /// The name in the published tables: `packets`, or `packs` for blocks of triangles.
     pub fn name(self) -> &'static str {
         match self {
             Self::Packets => "packets",

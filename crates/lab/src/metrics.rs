@@ -48,11 +48,11 @@ pub struct Row {
     pub t_p999: f64,
     /// The largest relative error.
     pub t_worst: f64,
-    /// The median error of `t` in units in the last place of the method's own precision.
+    /// The median error of `t` in ulps of the method's own precision.
     pub t_ulps_median: f64,
-    /// The error in these units that 99.9 % of cases do not exceed.
+    /// The error in ulps that 99.9 % of cases do not exceed.
     pub t_ulps_p999: f64,
-    /// The largest error in these units.
+    /// The largest error in ulps.
     pub t_ulps_worst: f64,
 }
 
@@ -72,7 +72,7 @@ struct Found {
     false_hits: u64,
     t_not_finite: u64,
     not_reference: u64,
-    /// The relative error, and the error in units of the last place.
+    /// The relative error, and the error in ulps.
     errors: Vec<[f64; 2]>,
 }
 

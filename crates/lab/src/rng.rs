@@ -1,6 +1,6 @@
 //! Random numbers with the same bits on every CPU: integers, and f64 computed with `+ - * /` and roots.
 //!
-//! The generator is `SplitMix64` (Steele, Lea and Flood, "Fast splittable pseudorandom number
+//! The generator is `SplitMix64` (Steele, Lea, and Flood, "Fast splittable pseudorandom number
 //! generators", OOPSLA 2014). It advances a counter in steps of the golden ratio, and mixes its
 //! bits twice.
 
@@ -23,7 +23,7 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// An integer in `0..n`, from the high half of a product; 0 if `n` is 0.
+    /// An integer in `0..n`, taken from the high half of a product, or 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }

@@ -29,9 +29,9 @@ pub struct Time {
     pub ns_per_test: f64,
     /// The reference's time divided by this time, as the median over the turns.
     pub times_faster: f64,
-    /// The same ratio, of which a quarter of the turns fell short.
+    /// The lower quartile of the same ratio.
     pub times_faster_p25: f64,
-    /// The same ratio, which a quarter of the turns exceeded.
+    /// The upper quartile of the same ratio.
     pub times_faster_p75: f64,
 }
 

@@ -1,6 +1,6 @@
 """Compares a cluster of two processes with two threads. Rays and answers are in zarr.
 
-    python cluster.py MODEL.obj FOLDER [--rays 100] [--block 1] [--workers 2]
+    python cluster.py MODEL.obj FOLDER [--rays 100] [--workers 2]
 
 Creates the rays in FOLDER, in blocks (24 bytes per ray, and 32 per answer). Prints how many seconds
 two threads trace, how many seconds the workers trace, and how long the whole run takes, with and

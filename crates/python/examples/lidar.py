@@ -1,4 +1,6 @@
-"""A lidar scans a house behind a tree and records every return of each pulse: python lidar.py [picture.png]
+"""A lidar scans a house behind a tree and records every return of each pulse.
+
+    python lidar.py [picture.png]
 
 Coordinates are UTM, as in survey data: float32 would move them by up to a quarter of a metre.
 """

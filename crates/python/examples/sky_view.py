@@ -1,4 +1,6 @@
-"""How much of the sky and of each house is visible from the ground of a town: python sky_view.py [picture.png]
+"""Computes how much of the sky and of each house is visible from the ground in a town.
+
+    python sky_view.py [picture.png]
 
 The town is in UTM coordinates, millions of metres from the origin, where adjacent float32 numbers
 are half a metre apart.
@@ -20,7 +22,8 @@ def box(low, high):
 
 
 def directions(count):
-    """Upward directions, distributed by their cosine, so that a share of them is a view factor."""
+    """Upward directions with a density proportional to their cosine, so that shares are view
+    factors."""
     i = np.arange(count)
     radius, angle = np.sqrt((i + 0.5) / count), i * np.pi * (3 - np.sqrt(5))
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - radius**2)], axis=-1)

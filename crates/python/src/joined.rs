@@ -11,7 +11,8 @@ use crate::part::Part;
 pub(crate) struct Joined<'a, A>(Mutex<State<'a, A>>);
 
 struct State<'a, A> {
-    /// The unfilled memory: for where the answers of each ray end, and for the answers as words.
+    /// The unfilled part of the output: where the answers of each ray end, and the answers as
+    /// words.
     offsets: &'a mut [i64],
     words: &'a mut [u64],
     /// The numbers of parts and answers that already have a position.
@@ -21,13 +22,13 @@ struct State<'a, A> {
     waiting: BTreeMap<usize, Part<A>>,
     /// Parts that did not fit.
     more: Vec<Part<A>>,
-    /// Parts whose memory is reused.
+    /// Cleared parts whose memory can be reused.
     idle: Vec<Part<A>>,
 }
 
 /// The position of a part.
 struct PartTarget<'a> {
-    /// The number of answers before it.
+    /// The number of answers before this part.
     before: i64,
     offsets: &'a mut [i64],
     words: &'a mut [u64],

@@ -32,7 +32,7 @@ use crate::source::Source;
 /// The number of rays that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Where the answers of each ray start and the last ones end, and the answers as words.
+/// The offsets where each ray's answers start and the last ones end, and the answers as words.
 pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64>>);
 
 /// Runs a query that returns a list for each ray.

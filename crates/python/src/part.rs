@@ -11,7 +11,7 @@ pub(crate) struct Part<A> {
 }
 
 impl<A: Copy> Part<A> {
-    /// The lists of no rays.
+    /// Creates a part without rays.
     pub(crate) fn new() -> Self {
         Self { offsets: vec![0], answers: Vec::new() }
     }
@@ -21,7 +21,7 @@ impl<A: Copy> Part<A> {
         self.offsets.len() - 1
     }
 
-    /// Removes everything.
+    /// Removes all rays and answers.
     pub(crate) fn clear(&mut self) {
         self.offsets.truncate(1);
         self.answers.clear();

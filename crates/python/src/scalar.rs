@@ -74,7 +74,7 @@ pub(crate) fn triangles<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], 
     }
 }
 
-/// Finds whether rays hit anything.
+/// Checks whether each ray hits anything.
 pub(crate) fn any<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], any: &mut [bool]) {
     if let ([ray], [to]) = (rays, &mut *any) {
         *to = query.any(ray);

@@ -174,7 +174,7 @@ impl NativeScene {
         })
     }
 
-    /// Fills `out` with whether anything is hit.
+    /// Fills `out` with whether each ray hits anything.
     fn any(
         &self,
         py: Python<'_>,

@@ -27,7 +27,7 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-/// The threads that trace these rays, which is only the calling thread for few rays.
+/// The threads that trace these rays. A small number of rays is traced by the calling thread alone.
 pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
 }

@@ -48,8 +48,8 @@ def hit(triangle, origin, direction, t_min=0.0, t_max=inf):
 
 
 def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):
-    """(t, side) of the crossing, or None. Each edge and corner belongs to only one triangle. A side
-    of 1 means that the ray leaves."""
+    """(t, side) of the crossing, or None. An edge or corner counts for only one of its triangles. A
+    side of 1 means that the ray leaves."""
     origin, direction = _exact(origin), _exact(direction)
     normals, volumes, t = _volumes(triangle, origin, direction)
     side = _sign(t)

@@ -71,7 +71,7 @@ macro_rules! check {
                 same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
                 let signs = la.or_sign(lb).negative().bits();
                 for i in 0..L::N {
-                    // For zeros and NaNs either result is right.
+                    // For zeros and NaNs, either result is right.
                     let (x, y) = (a[i], b[i]);
                     if !x.is_nan() && !y.is_nan() && x != 0.0 && y != 0.0 {
                         let (is, want) = (signs >> i & 1 != 0, x < 0.0 || y < 0.0);
@@ -125,7 +125,7 @@ macro_rules! check {
                     assert!(equal(once) || equal(twice), "{level:?}");
                 }
 
-                // The error of a product is exact unless an operand is too large or too small.
+                // `mul_error` is exact unless an operand is too large or too small.
                 let out = stored(la.mul_error(lb, la * lb));
                 for i in 0..L::N {
                     let lacks = a[i].mul_add(b[i], -(a[i] * b[i]));
@@ -249,7 +249,7 @@ impl WithSimd for Check {
             assert_eq!(numbers[..lanes], rows.map(|row| row[k])[..lanes], "{:?}", S::LEVEL);
         }
 
-        // Permutes by arbitrary bytes; only the lowest three bits of each matter.
+        // Permute by arbitrary bytes; only the lowest three bits of each matter.
         let from: [f32; 8] = core::array::from_fn(|i| NUMBERS[i] as f32);
         for turn in 0..1000_u64 {
             let order = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(turn as u32);

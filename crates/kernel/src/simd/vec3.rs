@@ -1,4 +1,4 @@
-//! N points or directions, as three lane values.
+//! N points or directions, with one lane value per component.
 
 use core::ops::{Add, Mul, Sub};
 

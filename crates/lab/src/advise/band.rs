@@ -99,7 +99,7 @@ impl<'a> Band<'a> {
 
     /// The columns of a row in which all edge values may appear to have the same sign in f32.
     fn strip(&self, facet: &Facet, y: u32) -> Range<u32> {
-        // Along a row the direction is linear in the column, and so are the edge values.
+        // Along a row, the direction is linear in the column, and so are the edge values.
         let camera = self.input.camera;
         let (width, height) = camera.size;
         let (pixel, [right, up, forward]) = (camera.pixel(), camera.axes.map(Vec3d::splat));

@@ -7,7 +7,7 @@ use intertri::Ray;
 pub struct PinholeCamera<'a> {
     /// The origin of all rays.
     pub eye: [f32; 3],
-    /// Right, up and forward: unit vectors, orthogonal.
+    /// Right, up, and forward, as orthogonal unit vectors.
     pub axes: [[f64; 3]; 3],
     /// Half the picture's height at distance 1.
     pub half_height: f64,

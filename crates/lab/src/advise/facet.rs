@@ -75,7 +75,7 @@ impl Facet {
         }
     }
 
-    /// Whether everything is finite.
+    /// Whether all corners are finite.
     pub(super) fn is_finite(&self) -> bool {
         self.corners.iter().all(|c| c.dot(*c).is_finite())
     }

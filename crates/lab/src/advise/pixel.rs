@@ -60,7 +60,7 @@ impl Pixel {
         if !self.sampled {
             return;
         }
-        // The f32 test.
+        // Run the f32 test.
         let ray = PlainRay {
             origin: intertri::simd::Vec3::<f32>::splat(self.ray.origin),
             dir: intertri::simd::Vec3::splat(self.ray.dir),
@@ -69,7 +69,7 @@ impl Pixel {
         if hit && t < self.single.0 {
             self.single = (t, Some(index));
         }
-        // The exact test, by the oracle.
+        // Run the oracle's exact test.
         if facet.is_outside(&plane_hit, &self.pixel_ray)
             || facet.is_behind(&plane_hit, &self.pixel_ray, self.closest.0)
         {

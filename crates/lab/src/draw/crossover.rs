@@ -1,4 +1,4 @@
-//! Compares two ways to compute the same picture: rays, and the z-buffer with shadow volumes.
+//! Compares two approaches to the same picture: rays, and the z-buffer with shadow volumes.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use super::axis::{Log, power};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg, width};
 use crate::tables::grouped;
 
-/// The times of both ways, for one scene and one picture size.
+/// The times of both approaches, for one scene and one picture size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Race {
     /// The task, one of [`Race::TASKS`].

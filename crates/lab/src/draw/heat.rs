@@ -9,7 +9,7 @@ const LEFT: f64 = 186.0;
 const TOP: f64 = 236.0;
 
 /// Draws a table that shows, for each method and sweep, the parameter at which one answer in 1,000
-/// is first wrong, or `none`. A field is darker if the method fails sooner. `caption` is printed
+/// is first wrong, or `none`. A cell is darker if the method fails sooner. `caption` is printed
 /// below.
 pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     let [w, h] = CELL;
@@ -78,9 +78,9 @@ fn cell(svg: &mut Svg, at: [f64; 2], sweep: &Sweep, method: &str, onsets: &[Onse
     svg.text([at[0] + CELL[0] / 2.0, at[1] + 16.5], &text, font);
 }
 
-/// A field's colour, from dark red (0) to pale yellow (1), and the text colour that is legible on
-/// it. Medium orange is skipped, because no text is legible on it in both light mode and inverted
-/// dark mode.
+/// A cell's colour, from dark red (0) to pale yellow (1), and a text colour that is legible on it.
+/// Medium orange is skipped, because no text is legible on it in both light mode and inverted dark
+/// mode.
 fn shade(share: f64) -> (String, &'static str) {
     let share = share.clamp(0.0, 1.0);
     let (from, to, place, ink) = if share < 0.45 {

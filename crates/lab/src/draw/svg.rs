@@ -42,7 +42,7 @@ pub struct Font<'a> {
 }
 
 impl<'a> Font<'a> {
-    /// Dark text of a size.
+    /// Dark text in the given size.
     pub fn new(size: f64, anchor: Anchor) -> Self {
         Self { size, anchor, bold: false, fill: INK, upright: false, halo: false }
     }
@@ -79,7 +79,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 }
 
 impl Svg {
-    /// A blank white picture of a size.
+    /// A blank white picture of the given size.
     pub fn new(width: f64, height: f64) -> Self {
         let mut svg = Self { width, height, body: String::new() };
         svg.rect([0.0, 0.0], [width, height], "#ffffff");

@@ -1,4 +1,4 @@
-//! The type [`Family`].
+//! [`Family`], a named generator of scenes.
 
 use super::scene::{Case, Scene};
 use crate::rng::Rng;

@@ -13,7 +13,7 @@ use super::axis::Axis;
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method.
+/// Badouel's test.
 #[derive(Clone, Copy, Debug)]
 pub struct Badouel;
 

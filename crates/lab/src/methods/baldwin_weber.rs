@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn the_map_takes_the_corners_where_the_paper_wants_them() {
-        // Permute the coordinates so that each axis is once the longest axis of the normal.
+        // In each turn, a different axis is the longest axis of the normal.
         for turn in 0..3 {
             let corners = [[2.0, 3.0, 4.0], [6.0, 3.0, 5.0], [4.0, 9.0, 4.0]];
             let corners: [Vec3<f64>; 3] = corners.map(|p: [f64; 3]| {

@@ -10,7 +10,7 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method.
+/// The test by Cramer's rule.
 #[derive(Clone, Copy, Debug)]
 pub struct Cramer;
 

@@ -1,6 +1,6 @@
-//! Plücker coordinates: R. Jones, "Intersecting a ray and a triangle with Plücker coordinates", Ray Tracing
-//! News 13(1), 2000. A line through `p` and `q` is the pair `(q - p, p × q)`; the sign of the permuted
-//! product of two lines shows on which side one passes the other.
+//! Plücker coordinates: R. Jones, "Intersecting a ray and a triangle with Plücker coordinates", Ray
+//! Tracing News 13(1), 2000. A line through `p` and `q` is the pair `(q - p, p × q)`. The sign of
+//! the permuted product of two lines shows on which side one line passes the other.
 //!
 //! The sides' Plücker coordinates are computed once, in scene coordinates. Nothing is translated to
 //! the ray's origin, which makes the test fast but less accurate.
@@ -10,7 +10,7 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, splat, splat3};
 use super::real::Real;
 
-/// The method.
+/// The test with Plücker coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct Pluecker;
 

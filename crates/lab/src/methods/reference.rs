@@ -1,4 +1,4 @@
-//! The scalar f64 reference, to whose time all other times are relative.
+//! The scalar f64 reference. All other times are relative to its time.
 
 use std::time::Instant;
 
@@ -8,7 +8,7 @@ use super::closest::Seconds;
 use crate::test_batch::{ClosestHit, TestBatch};
 
 /// Finds the closest hits of batches with a plain loop over the scalar reference. Returns the time
-/// in seconds, to which all other times are relative.
+/// in seconds.
 pub fn reference_closest(batches: &[TestBatch], nearest: &mut Vec<ClosestHit>) -> Seconds {
     let scenes: Vec<_> = batches
         .iter()

@@ -1,13 +1,13 @@
 //! Signed volumes: R. J. Segura and F. R. Feito, "Algorithms to test ray-triangle intersection.
-//! Comparative study", WSCG 2001. For each edge of the triangle, the sign of the volume `d · (B ×
-//! C)`, with corners relative to the origin, shows on which side of the edge the ray passes.
+//! Comparative study", WSCG 2001. With corners relative to the origin, the sign of the volume `d ·
+//! (B × C)` shows on which side of the edge BC the ray passes, and likewise for the other edges.
 
 use intertri::simd::Vec3;
 
 use super::intersector::{Intersector, PlainRay, splat3};
 use super::real::Real;
 
-/// The method.
+/// The test by signed volumes.
 #[derive(Clone, Copy, Debug)]
 pub struct SignedVolume;
 

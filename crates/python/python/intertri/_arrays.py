@@ -340,7 +340,7 @@ def as_bytes(array: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def threads_of(threads: int | None) -> int | None:
-    """Checks a number of threads, which is `None` for all."""
+    """Checks a number of threads, where `None` means all."""
     if threads is None:
         return None
     if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool):

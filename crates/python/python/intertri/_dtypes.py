@@ -11,9 +11,9 @@ HIT = np.dtype([("t", "<f8"), ("u", "<f8"), ("v", "<f8"), ("triangle", "<i4"), (
 """A hit, 32 bytes.
 
 ``t``: the distance along the ray in multiples of the length of its direction, or infinity for a
-miss. ``u``, ``v``: the weights of the second and third corner; the point is (1 - u - v) a + u b + v
-c. ``triangle``: the row of ``Mesh.faces``, or -1 for a miss. ``geometry``: the number of the mesh,
-0.
+miss. ``u``, ``v``: the weights of the second and third corner. The point is
+``(1 - u - v) a + u b + v c``. ``triangle``: the row of ``Mesh.faces``, or -1 for a miss.
+``geometry``: the number of the mesh, which is 0.
 """
 
 CROSSING = np.dtype(
@@ -71,9 +71,9 @@ SEGMENT = np.dtype(
 """A part of a ray in one medium, 48 bytes.
 
 ``start``, ``end``: the t where it starts and ends, in multiples of the length of the direction.
-``medium``: -1 outside. ``triangle``, ``geometry``, ``u``, ``v``: the wall at the end of the
-segment, a face of the mesh with the number ``geometry``, as in `HIT`; the triangle is -1 if the ray
-ends there.
+``medium``: the number of the medium, or -1 outside. ``triangle``, ``geometry``, ``u``, ``v``: the
+wall at the end of the segment, a face of the mesh with the number ``geometry``, as in `HIT`. The
+triangle is -1 if the ray ends there.
 """
 
 MEDIUM_CROSSING = np.dtype([*((name, HIT[name]) for name in HIT.names or ()), ("left", "<i4"), ("entered", "<i4")])

@@ -19,7 +19,7 @@ def array(values: Any, name: str) -> NDArray[Any]:
     if isinstance(values, (str, bytes, os.PathLike)):
         raise TypeError(f"{name} is {values!r:.60}; it must be an array of numbers")
     if np.ma.is_masked(values):
-        raise ValueError(f"{name} has masked entries; fill them, or leave out their rows")
+        raise ValueError(f"{name} has masked entries; fill them, or remove their rows")
     if not isinstance(values, (np.ndarray, np.generic)):
         # Try the object's own conversion to numpy first. Through DLPack, Open3D's tensors take
         # seconds.
@@ -72,5 +72,5 @@ def _meshio_faces(cells: dict[str, Any]) -> Any:
     flat = {"vertex", "line", "triangle"}
     others = sorted(set(cells) - flat)
     if others:
-        raise ValueError(f"the mesh has cells that are not triangles ({', '.join(others)}); pass its triangles alone")
+        raise ValueError(f"the mesh has cells that are not triangles ({', '.join(others)}); pass only its triangles")
     return cells.get("triangle", np.zeros((0, 3), np.int64))

@@ -63,7 +63,7 @@ class Media:
         self, meshes: Sequence[Any], media: ArrayLike | None = None, *, threads: int | None = None
     ) -> None:
         if isinstance(meshes, Mesh):
-            raise TypeError("meshes must be a sequence of meshes; for one pass [mesh]")
+            raise TypeError("meshes must be a sequence of meshes; for a single mesh, pass [mesh]")
         self._meshes = tuple(mesh if isinstance(mesh, Mesh) else Mesh(mesh) for mesh in meshes)
         count = len(self._meshes)
         numbers = np.arange(count) if media is None else np.asarray(media)
@@ -175,7 +175,9 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> NDArray[np.float64]:
-        """The length of each ray in each medium: (..., m) float64, with a column for each of ``np.unique(media.media)``.
+        """The length of each ray in each medium: (..., m) float64.
+
+        The columns are in the order of ``np.unique(media.media)``.
 
         Lengths are in coordinate units, regardless of the length of the direction. For a segment
         from a to b, pass ``origins=a, directions=b - a, t_max=1``.

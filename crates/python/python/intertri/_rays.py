@@ -170,8 +170,8 @@ class RayQueries(Triangles):
         at most 16 rounding units away from it. One unit is ``2**-52`` times the largest coordinate
         of both points and the triangle, or ``2**-23`` times that coordinate for float32 points.
         Therefore, no surface shadows itself because a point was rounded, not even next to an edge.
-        Any other triangle hides ``b`` if the ray from ``a`` in direction ``b - a`` hits it at 0 < t
-        < 1.
+        Any other triangle hides ``b`` if the ray from ``a`` in direction ``b - a`` hits it with t
+        strictly between 0 and 1.
 
         Parameters
         ----------
@@ -434,7 +434,7 @@ class RayQueries(Triangles):
         if not {"u", "v", "triangle"} <= set(found.dtype.names or ()):
             raise TypeError(f"hits has dtype {found.dtype}; pass what closest, closest_point, all or crossings returned")
         if found.size and found["triangle"].max() >= len(self):
-            raise IndexError(f"hits name triangle {found['triangle'].max()}, but there are {len(self)} faces")
+            raise IndexError(f"hits refer to triangle {found['triangle'].max()}, but there are {len(self)} faces")
         return found
 
     def _corners(self, hits: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.float64]]:

@@ -78,8 +78,8 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
-            // The bits of infinity are exactly those of the exponent, so this clears sign and fraction and
-            // leaves a power of two.
+            // Infinity has exactly the exponent bits set, so this clears the sign and the fraction,
+            // which leaves a power of two.
             cpu!($from_bits($and($to_bits(a), $dup_bits(<$scalar>::INFINITY.to_bits()))))
         }
         #[inline(always)]
@@ -96,7 +96,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn negative(a: Reg) -> Mask {
-            // Compared as integers, which are negative if the sign bit is set, even for -0 and NaN.
+            // Compare as integers, which are negative if the sign bit is set, even for -0 and NaN.
             cpu!($below_zero($to_signed(a)))
         }
         #[inline(always)]
@@ -181,7 +181,8 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
         cpu!({
-            // Two rounds of interleaving: rows 0 with 2 and 1 with 3, then the results with each other.
+            // Interleave in two rounds: rows 0 with 2 and 1 with 3, then the results with each
+            // other.
             let (ac, ac_high) = (vzip1q_f32(a, c), vzip2q_f32(a, c));
             let (bd, bd_high) = (vzip1q_f32(b, d), vzip2q_f32(b, d));
             [
@@ -388,7 +389,7 @@ pub(super) mod integers {
         let halves = [high(first), high(last)];
         cpu!({
             let of = |half| vreinterpretq_s16_s32(half);
-            // The sign of an i64 is in its upper 16 bits, so eight lanes fit one register.
+            // The sign of an i64 is in its upper 16 bits, so eight lanes fit in one register.
             let signs = vcltzq_s16(vuzp2q_s16(of(halves[0]), of(halves[1])));
             singles::bits_of_eight(signs)
         })

@@ -81,8 +81,8 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
-            // The bits of infinity are exactly those of the exponent, so this clears sign and fraction and
-            // leaves a power of two.
+            // Infinity has exactly the exponent bits set, so this clears the sign and the fraction,
+            // which leaves a power of two.
             v128_and(a, $splat(<$scalar>::INFINITY))
         }
         #[inline(always)]
@@ -95,7 +95,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn negative(a: Reg) -> Mask {
-            // Compared as integers, which are negative if the sign bit is set, even for -0 and NaN.
+            // Compare as integers, which are negative if the sign bit is set, even for -0 and NaN.
             $below(a, u64x2_splat(0))
         }
         #[inline(always)]

@@ -36,7 +36,8 @@ macro_rules! operator {
     };
 }
 
-/// The operations that AVX2 and AVX-512 registers share; comparison, selection and loads are parameters.
+/// The operations that AVX2 and AVX-512 registers share. Comparison, selection, and loads are
+/// parameters.
 macro_rules! lanes {
     (
         $reg:ty, $scalar:ty, $n:literal, mask $mask:ty,
@@ -111,8 +112,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // The bits of infinity are exactly those of the exponent, so this clears sign and fraction
-                // and leaves a power of two.
+                // Infinity has exactly the exponent bits set, so this clears the sign and the
+                // fraction, which leaves a power of two.
                 Self(cpu!($and(self.0, $set1(<$scalar>::INFINITY))))
             }
             #[inline(always)]

@@ -46,7 +46,8 @@ fn watertight_methods_hold_water_and_others_leak() {
     }
 }
 
-/// Batches of every workload, some with a number of rays or triangles that does not fill a register.
+/// Batches of every workload, some of which have a number of rays or triangles that does not fill a
+/// register.
 fn batches() -> Vec<TestBatch> {
     let (mut rng, model) = (Rng::new(5), Model::built_in());
     let mut all = Vec::new();

@@ -46,8 +46,10 @@ class SharedMesh:
 
 
 def share(mesh: Mesh, client: Any = None) -> SharedMesh:
-    """Sends a mesh to every worker of a ``distributed`` client, once. Pass the result to the functions below in place of
-    the mesh. Without ``client``, the current client is used; if there is none, the mesh stays in this process.
+    """Sends a mesh to every worker of a ``distributed`` client, once.
+
+    Pass the result to the functions below in place of the mesh. Without ``client``, the current
+    client is used; if there is none, the mesh stays in this process.
 
     Workers that join later fetch the mesh from the others.
     """

@@ -95,7 +95,7 @@ def _is_device(value: Any) -> bool:
 
 def _check_device(device: Any) -> None:
     if device is not None and not str(device).upper().startswith("CPU"):
-        raise ValueError(f"device is {device}, but answers are computed on the CPU; pass CPU:0, or leave device out")
+        raise ValueError(f"device is {device}, but answers are computed on the CPU; pass CPU:0, or omit device")
 
 
 def _numpy_dtype(dtype: Any) -> np.dtype[Any]:
@@ -191,7 +191,7 @@ class RaycastingScene:
         vertices = _array(vertex_positions, (F32, F64), 3, "vertex_positions")
         faces = _array(triangle_indices, (np.dtype(np.uint32),), 3, "triangle_indices")
         if faces.size and faces.max() >= len(vertices):
-            raise IndexError(f"triangle_indices name vertex {faces.max()}, but there are {len(vertices)}")
+            raise IndexError(f"triangle_indices refer to vertex {faces.max()}, but there are {len(vertices)}")
         self._vertices.append(vertices.reshape(-1, 3).copy())
         self._faces.append(faces.reshape(-1, 3).copy())
         self._built = None
@@ -284,8 +284,8 @@ class RaycastingScene:
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
         """The closest points on the scene to points (..., 3).
 
-        Returns points (..., 3), geometry_ids and primitive_ids (...) uint32, primitive_uvs (...,
-        2), and primitive_normals (..., 3).
+        Returns geometry_ids and primitive_ids (...) uint32, points and primitive_normals (..., 3),
+        and primitive_uvs (..., 2).
         """
         points, wrap = self._query(query_points, 3, "query_points")
         mesh, _, normals = self._scene()

@@ -1,4 +1,4 @@
-"""intertri in pyvista: ray traces and interior points of `pyvista.PolyData`, exact for the coordinates as given.
+"""intertri in pyvista: exact ray traces and interior points of `pyvista.PolyData`.
 
 The functions have the same parameters and results as pyvista's methods of the same names:
 
