@@ -95,7 +95,7 @@ fn legend(svg: &mut Svg, [x, y]: [f64; 2], sizes: &[[u32; 2]]) {
             svg.path(&[[at, y - 4.0], [at + 32.0, y - 4.0]], INK, 2.0, dashes);
         });
     }
-    entry("they cross", &mut |svg, at| svg.circle([at + 26.0, y - 4.0], 6.0, "none", INK));
+    entry("crossing", &mut |svg, at| svg.circle([at + 26.0, y - 4.0], 6.0, "none", INK));
     for ([width, height], colour) in sizes.iter().zip(COLOURS.iter().cycle()) {
         entry(&format!("{width} × {height}"), &mut |svg, at| {
             svg.rect([at + 18.0, y - 10.0], [14.0, 12.0], colour);
@@ -107,7 +107,7 @@ fn axes(svg: &mut Svg, [ox, oy]: [f64; 2], panel: usize, x: &Log, y: &Log) {
     let (left, right, top, bottom) = (ox + LEFT, ox + RIGHT, oy + TOP, oy + BOTTOM);
     let heading = [
         "What each pixel shows: primary rays, z-buffer",
-        "Whether that is lit: shadow rays, shadow volumes",
+        "Whether it is lit: shadow rays, shadow volumes",
     ][panel];
     svg.text([left, oy + 28.0], heading, Font::new(14.0, Anchor::Start).bold());
     for k in x.decades(1) {

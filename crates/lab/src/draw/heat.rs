@@ -17,7 +17,7 @@ pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     let (columns, rows) = (SWEEPS.len() as f64, methods.len() as f64);
     let mut svg = Svg::new(LEFT + columns * w + 16.0, TOP + rows * h + 60.0);
     let title =
-        "Where one answer in 1,000 is first wrong: rows are methods, columns what is varied";
+        "Where one answer in 1,000 is first wrong: rows are methods, columns are parameters";
     svg.text([16.0, 28.0], title, Font::new(18.0, Anchor::Start).bold());
     legend(&mut svg, [16.0, 52.0]);
 
@@ -42,14 +42,15 @@ pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
 /// Draws the legend of the colours.
 fn legend(svg: &mut Svg, [x, y]: [f64; 2]) {
     let font = Font::new(12.0, Anchor::Start).fill(GREY);
-    let before = "in each field the first bad value; its colour: at the harmless end of the range";
+    let before =
+        "each cell shows the first bad value; its colour runs from the harmless end of the range";
     svg.text([x, y], before, font);
     let mut at = x + width(before, 12.0) + 8.0;
     for k in 0..12 {
         svg.rect([at, y - 11.0], [10.0, 14.0], &shade(f64::from(k) / 11.0).0);
         at += 10.0;
     }
-    svg.text([at + 8.0, y], "at the other; none: not within the range", font);
+    svg.text([at + 8.0, y], "to the other end; none: not within the range", font);
 }
 
 /// Draws the label of a column, its unit, and the range of its numbers.

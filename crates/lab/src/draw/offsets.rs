@@ -29,15 +29,15 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     let trials = errors.iter().map(|errors| errors.trials).max().unwrap_or(1).max(10);
     let least = (0.7 / trials as f64).log10().floor().max(-5.0);
     let first = format!(
-        "upward: the share of wrong answers, from {} to all of them; none: not one was wrong. Rays start 1 nm \
-         to 10 cm",
+        "vertical axis: the share of wrong answers, from {} to all; none: no answer was wrong. Rays \
+         start 1 nm to 10 cm",
         power(least as i32)
     );
     let notes = [
         &*first,
-        "from a wall of 4 by 3 m, and go to it or away; a quarter passes the diagonal where its two triangles \
-         meet.",
-        "Rationals decide what is true for the coordinates in f64.",
+        "from a wall of 4 m by 3 m, toward it or away; a quarter pass through the diagonal between its \
+         triangles.",
+        "Rational arithmetic decides the true answers for the f64 coordinates.",
     ];
     for (k, note) in notes.into_iter().enumerate() {
         let font = Font::new(12.0, Anchor::Start).fill(GREY);
@@ -56,7 +56,7 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
             y += HEADING;
             let heading = match given {
                 InputPrecision::AsGiven => "f64, as given",
-                InputPrecision::Rounded => "rounded to f32 first, as tracers in f32 do",
+                InputPrecision::Rounded => "rounded to f32 first, as f32 ray tracers do",
             };
             svg.text([16.0, y - 10.0], heading, Font::new(12.5, Anchor::Start).bold());
         }
@@ -76,7 +76,7 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     for k in x.decades(1) {
         svg.text([x.at(10_f64.powi(k)), y + 16.0], &power(k), font);
     }
-    let axis = "how far the wall stands from zero, in metres";
+    let axis = "distance of the wall from zero, in metres";
     svg.text([LEFT + WIDE / 2.0, y + 34.0], axis, Font::new(12.0, Anchor::Middle));
     let font = Font::new(11.0, Anchor::Start).fill(GREY);
     for (k, line) in caption.lines().enumerate() {

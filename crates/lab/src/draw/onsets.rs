@@ -27,14 +27,13 @@ pub fn onsets(onsets: &[Onset], caption: &str) -> Svg {
     let bands = SWEEPS.len().div_ceil(COLUMNS);
     let bottom = TOP + bands as f64 * band;
     let mut svg = Svg::new(LEFT + COLUMNS as f64 * w + 4.0, bottom + 40.0);
-    let title =
-        "Where methods begin to fail: a row for each method, a column for each thing varied";
+    let title = "Where methods begin to fail: a row for each method, a column for each parameter";
     svg.text([16.0, 30.0], title, Font::new(19.0, Anchor::Start).bold());
     let trials = onsets.iter().map(|onset| onset.trials).max().unwrap_or(1).max(10);
     let least = (0.7 / trials as f64).log10().floor().max(-5.0);
     let note = format!(
-        "upward: the share of wrong answers, from {} to all of them; none: not one was wrong. Rays \
-         pass clear of all sides by a hundredth of the way across, but in the last column.",
+        "vertical axis: the share of wrong answers, from {} to all; none: no answer was wrong. Rays \
+         avoid all sides by a hundredth of the triangle's size, except in the last column.",
         power(least as i32)
     );
     svg.text([16.0, 52.0], &note, Font::new(12.0, Anchor::Start).fill(GREY));

@@ -54,9 +54,9 @@ fn title(workload: Workload) -> (&'static str, &'static str) {
         }
         Workload::Edges => (
             "Rays exactly at shared edges and vertices",
-            "rays that leak out of a closed mesh; the dash above: that hit two or more triangles",
+            "rays that leak out of a closed mesh; dash: rays that hit two or more triangles",
         ),
-        Workload::Mix => ("The adversarial mix", "pairs with hit or miss wrong"),
+        Workload::Mix => ("The adversarial mix", "pairs with a wrong hit or miss"),
     }
 }
 
