@@ -122,9 +122,10 @@ impl<S: Scalar> TriangleOf<S> {
 
 /// Where a ray meets a triangle, in 32 bytes.
 ///
-/// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights `u` and
-/// `v` are the same on every CPU but may be outside `0..=1` because of rounding. Single-ray queries return an
-/// `Option<Hit>`; batches fill slices with plain hits, with [`Hit::MISS`] for a miss.
+/// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights
+/// `u` and `v` are the same on every CPU but may be outside `0..=1` because of rounding. Single-ray
+/// queries return an `Option<Hit>`; batches fill slices with plain hits, with [`Hit::MISS`] for a
+/// miss.
 ///
 /// ```
 /// use intertri::{Hit, Mode, Ray, Triangle};

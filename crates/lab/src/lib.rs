@@ -1,5 +1,5 @@
-//! The laboratory: the known ray/triangle tests, inputs designed to break them, and an exact oracle that
-//! judges their answers.
+//! The laboratory: the known ray/triangle tests, inputs designed to break them, and an exact oracle
+//! that judges their answers.
 //!
 //! | module | contents |
 //! | --- | --- |

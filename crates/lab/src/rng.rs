@@ -1,4 +1,5 @@
-//! Random numbers with the same bits on every CPU: integers, and f64 computed with `+ - * /` and roots.
+//! Random numbers with the same bits on every CPU: integers, and f64 computed with `+ - * /` and
+//! roots.
 //!
 //! The generator is `SplitMix64` (Steele, Lea, and Flood, "Fast splittable pseudorandom number
 //! generators", OOPSLA 2014). It advances a counter in steps of the golden ratio, and mixes its
@@ -127,7 +128,8 @@ mod tests {
 
     #[test]
     fn the_stream_is_the_published_one() {
-        // The first outputs of SplitMix64 for the seed 1234567, as its authors' program prints them.
+        // The first outputs of SplitMix64 for the seed 1234567, as its authors' program prints
+        // them.
         let mut rng = Rng::new(1_234_567);
         let first = [rng.bits(), rng.bits(), rng.bits()];
         assert_eq!(

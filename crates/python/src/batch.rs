@@ -1,5 +1,5 @@
-//! Batches of rays: threads take them in chunks, gather each chunk from numpy's arrays into the cache, and trace it
-//! there.
+//! Batches of rays: threads take them in chunks, gather each chunk from numpy's arrays into the
+//! cache, and trace it there.
 
 use intertri::RayOf;
 use pyo3::prelude::*;

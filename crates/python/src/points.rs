@@ -1,4 +1,5 @@
-//! Queries for many points, in the order of a space-filling curve, so that neighbours follow each other.
+//! Queries for many points, in the order of a space-filling curve, so that neighbours follow each
+//! other.
 
 use std::collections::TryReserveError;
 

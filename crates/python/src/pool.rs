@@ -65,7 +65,8 @@ pub(crate) fn workers() -> usize {
     if is_caller() { 1 } else { rayon::current_num_threads() }
 }
 
-/// Computes the answers in chunks on all workers, each with its own state. `each` receives the chunk's number.
+/// Computes the answers in chunks on all workers, each with its own state. `each` receives the
+/// chunk's number.
 pub(crate) fn chunks<A: Send, T>(
     answers: &mut [A],
     size: usize,

@@ -1,4 +1,5 @@
-//! Onset curves as small multiples: one row per method, one column per sweep, so that no curve hides another.
+//! Onset curves as small multiples: one row per method, one column per sweep, so that no curve
+//! hides another.
 
 use super::axis::{Log, power, superscript};
 use super::marks::{colour_of, in_order, is_kernel, pale_of};

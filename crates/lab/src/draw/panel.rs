@@ -8,7 +8,8 @@ use crate::methods::Method;
 use crate::tables::grouped;
 use crate::workloads::Workload;
 
-/// Positions within a panel: where the axes cross, where they end, and where the axis of errors breaks.
+/// Positions within a panel: where the axes cross, where they end, and where the axis of errors
+/// breaks.
 const LEFT: f64 = 72.0;
 const RIGHT: f64 = 692.0;
 const TOP: f64 = 46.0;

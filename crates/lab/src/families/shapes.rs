@@ -43,8 +43,9 @@ pub(super) fn edge_steps(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -
     })
 }
 
-/// A triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of these triangles are rotated
-/// and moved; half stay in a coordinate plane at the origin, where any ratio survives rounding.
+/// A triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of these triangles are
+/// rotated and moved; half stay in a coordinate plane at the origin, where any ratio survives
+/// rounding.
 fn flat(rng: &mut Rng, place: Point, x: f64, y: f64) -> Triangle {
     let mut corners = if rng.one_in(2) {
         let turn = Turn::random(rng);

@@ -30,8 +30,8 @@ fn names_are_unique_and_found() {
 
 #[test]
 fn a_seed_gives_the_same_bits_everywhere() {
-    // A checksum over everything that a seed generates. It changes when a family changes, and must not depend
-    // on the CPU or the build.
+    // A checksum over everything that a seed generates. It changes when a family changes, and must
+    // not depend on the CPU or the build.
     let mut sum = 0_u64;
     let mut eat = |x: u64| sum = (sum ^ x).wrapping_mul(0x0000_0100_0000_01B3).rotate_left(17);
     for family in FAMILIES {
@@ -68,7 +68,8 @@ fn scenes_have_the_size_asked_for() {
 
 #[test]
 fn rays_come_near_hitting() {
-    // About half of the rays at edges hit; a family with hardly any hits or misses would test nothing.
+    // About half of the rays at edges hit; a family with hardly any hits or misses would test
+    // nothing.
     let rare = [
         "threshold-vd",
         "threshold-t",

@@ -141,8 +141,8 @@ fn blocks_of_8<S: Simd>(
     start.elapsed().as_secs_f64()
 }
 
-/// Hits of single rays that wait until eight of them can be computed together, as in the ray streams of a
-/// hierarchy.
+/// Hits of single rays that wait until eight of them can be computed together, as in the ray
+/// streams of a hierarchy.
 struct Waiting {
     pairs: Pairs,
     numbers: [usize; 8],

@@ -6,8 +6,8 @@
 //! values that it computes once per triangle or ray, so that its test does not recompute them. As
 //! in the sources, no product is fused.
 //!
-//! To add a method, write a file with an implementation of [`Intersector`] and add a row to the table
-//! [`METHODS`].
+//! To add a method, write a file with an implementation of [`Intersector`] and add a row to the
+//! table [`METHODS`].
 
 mod axis;
 pub mod badouel;

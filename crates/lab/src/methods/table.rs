@@ -81,8 +81,8 @@ macro_rules! mode {
     };
 }
 
-/// A row for a mode of the kernel on rays from one origin. `$filter` creates its filter from a threshold and
-/// a level.
+/// A row for a mode of the kernel on rays from one origin. `$filter` creates its filter from a
+/// threshold and a level.
 macro_rules! one_origin {
     ($name:literal, $filter:expr) => {
         Method {
@@ -115,8 +115,8 @@ pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 
 /// Every method. All comparisons iterate over this table.
 ///
-/// Document D's own test is one-sided and leaves one edge open; here it is two-sided and closed, like all
-/// others.
+/// Document D's own test is one-sided and leaves one edge open; here it is two-sided and closed,
+/// like all others.
 pub static METHODS: &[Method] = &[
     method!("InterTri f64", "document A", |threshold| InterTri { threshold }, f64),
     method!("InterTri f32", "document A", |threshold| InterTri { threshold }, f32),

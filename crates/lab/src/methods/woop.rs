@@ -39,8 +39,8 @@ impl Intersector for Woop {
 
     #[inline(always)]
     fn ray<L: Real>(self, origin: Vec3<L>, dir: Vec3<L>) -> Ray<L> {
-        // The paper also swaps x and y if the axis is negative, to preserve the winding; a two-sided test
-        // does not need this.
+        // The paper also swaps x and y if the axis is negative, to preserve the winding; a
+        // two-sided test does not need this.
         let axis = Axis::longest(dir);
         let d = axis.turn(dir);
         Ray { origin, axis, shear: Vec3 { x: d.x / d.z, y: d.y / d.z, z: L::of(1.0) / d.z } }

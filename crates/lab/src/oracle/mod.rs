@@ -1,4 +1,5 @@
-//! The exact oracle: where the line of a ray meets a triangle, for f32 or f64 inputs, without rounding.
+//! The exact oracle: where the line of a ray meets a triangle, for f32 or f64 inputs, without
+//! rounding.
 //!
 //! With `A, B, C` the corners relative to the origin and `d` the direction,
 //!

@@ -30,8 +30,8 @@ pub enum LinePosition {
 pub struct OracleAnswer {
     /// Where the line meets the triangle.
     pub place: LinePosition,
-    /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. Also `Equal` if the
-    /// position has no `t`.
+    /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. Also
+    /// `Equal` if the position has no `t`.
     pub t: Ordering,
 }
 

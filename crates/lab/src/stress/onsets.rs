@@ -110,16 +110,16 @@ mod tests {
         let onsets = sweep_all(8, 7, 600, &|| ());
         assert_eq!(onsets, sweep_all(8, 7, 600, &|| ()));
         let at = |sweep, method| first(&onsets, sweep, method);
-        // A fixed epsilon suits only one scale. Products in f32 underflow and overflow. A threshold on t
-        // rejects hits of rays with long directions.
+        // A fixed epsilon suits only one scale. Products in f32 underflow and overflow. A threshold
+        // on t rejects hits of rays with long directions.
         assert!(at("scale, down", "Möller–Trumbore ε f32").unwrap() > 1e-11);
         assert!(at("scale, down", "Möller–Trumbore f32").unwrap() < 1e-11);
         assert!(at("scale, up", "Möller–Trumbore f32").is_some());
         assert_eq!(at("scale, up", "Möller–Trumbore f64"), None);
         assert!(at("|dir|, long", "certified").is_some());
         assert_eq!(at("|dir|, long", "Möller–Trumbore f32"), None);
-        // Constants in scene coordinates lose accuracy far from the origin; differences of coordinates do
-        // not.
+        // Constants in scene coordinates lose accuracy far from the origin; differences of
+        // coordinates do not.
         assert!(at("offset, size 1", "Baldwin–Weber f32").is_some());
         assert_eq!(at("offset, size 1", "Embree fast f32"), None);
         // The kernel fails where the reference fails, and nowhere else.

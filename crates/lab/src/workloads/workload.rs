@@ -12,8 +12,8 @@ use crate::test_batch::TestBatch;
 pub enum Workload {
     /// Tiles of 8 by 8 camera rays, and the 32 triangles nearest to the tile's middle ray.
     Camera,
-    /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32 triangles of that
-    /// neighbourhood, as in a leaf that diffuse rays reach.
+    /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32
+    /// triangles of that neighbourhood, as in a leaf that diffuse rays reach.
     Secondary,
     /// 64 rays from inside a closed convex mesh, each aimed exactly at a vertex or a point on an
     /// edge, and all triangles of the mesh.

@@ -85,7 +85,8 @@ macro_rules! float {
         #[inline(always)]
         pub(crate) fn flip(a: Reg, of: Reg) -> Reg {
             cpu!({
-                // -0 has only the sign bit set. Toggling it works for zeros and NaN, unlike a comparison.
+                // -0 has only the sign bit set. Toggling it works for zeros and NaN, unlike a
+                // comparison.
                 let sign = $and($to_bits(of), $dup_bits((-0.0 as $scalar).to_bits()));
                 $from_bits($xor($to_bits(a), sign))
             })
@@ -362,8 +363,8 @@ pub(super) mod integers {
         let sum = plus_product(product(a[0], lows[0]), a[1], lows[1]);
         let sum = plus_product(sum, a[2], lows[2]);
         cpu!({
-            // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each
-            // matter.
+            // The products with the high halves are multiplied by 2^32, so only the low 32 bits of
+            // each matter.
             let high = vmlaq_s32(vmulq_s32(a[0], highs[0]), a[1], highs[1]);
             let high = vmlaq_s32(high, a[2], highs[2]);
             let of = |half| vreinterpretq_s64_s32(half);

@@ -313,7 +313,8 @@ pub(super) mod integers {
             [above(lows[0], high(b[0])), above(lows[1], high(b[1])), above(lows[2], high(b[2]))];
         let sum = add(product(a[0], lows[0]), product(a[1], lows[1]));
         let sum = add(sum, product(a[2], lows[2]));
-        // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each matter.
+        // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each
+        // matter.
         let high = i32x4_add(i32x4_mul(a[0], highs[0]), i32x4_mul(a[1], highs[1]));
         let high = i32x4_add(high, i32x4_mul(a[2], highs[2]));
         let none = i64x2_splat(0);

@@ -77,8 +77,9 @@ ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1
         /// `pmuldq` can multiply both halves. The two sums are combined at the end.
         #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-            // `pmuldq` reads the low half as signed. If its top bit is set, its value is too small by 2^32,
-            // and adding 2^31 before the shift carries one into the high half to compensate.
+            // `pmuldq` reads the low half as signed. If its top bit is set, its value is too small
+            // by 2^32, and adding 2^31 before the shift carries one into the high half to
+            // compensate.
             let half = Self(cpu!(_mm256_set1_epi64x(1 << 31)));
             let x = Self(cpu!(_mm256_srli_epi64::<32>((b[0] + half).0)));
             let y = Self(cpu!(_mm256_srli_epi64::<32>((b[1] + half).0)));

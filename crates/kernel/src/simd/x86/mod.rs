@@ -129,7 +129,8 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
         let (first, last) = (Reg::<__m256>::load(first), Reg::<__m256>::load(last));
-        // The cast costs nothing: the upper half, which it leaves undefined, is written immediately.
+        // The cast costs nothing: the upper half, which it leaves undefined, is written
+        // immediately.
         Reg(cpu!(_mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), last.0)))
     }
     #[inline(always)]
