@@ -110,7 +110,7 @@ def main():
     times += by_threads(mesh, where, given.workers)
     print(f"{given.workers} threads trace {count} rays in about {np.mean(times) * given.rays:.2f} s")
     print(f"{given.workers} processes trace for {traced / given.workers:.2f} s each")
-    print(f"from zarr to zarr {took:.2f} s; the same with nothing traced {copy_took:.2f} s")
+    print(f"from zarr to zarr {took:.2f} s; without tracing {copy_took:.2f} s")
     began = time.perf_counter()
     print(intertri.dask.digest(intertri.dask.from_zarr(answered)), f"({time.perf_counter() - began:.1f} s)")
 

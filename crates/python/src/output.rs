@@ -29,6 +29,6 @@ pub(crate) fn rows<'a, A: bytemuck::Pod>(
     if rows.len() == count {
         Ok(rows)
     } else {
-        Err(PyValueError::new_err("out has another length"))
+        Err(PyValueError::new_err("out has the wrong length"))
     }
 }

@@ -168,7 +168,7 @@ pub(crate) fn grid<S: Scalar>(
 ) -> PyResult<()> {
     let count = x.len().checked_mul(y.len()).and_then(|count| count.checked_mul(z.len()));
     if count != Some(out.len()) {
-        return Err(wrong("out has another length"));
+        return Err(wrong("out has the wrong length"));
     }
     if out.is_empty() {
         return Ok(());

@@ -92,7 +92,7 @@ pub(crate) fn run<T: Send>(
         (_, Some(Err(panic))) if !panic.is::<Stopped>() => resume_unwind(panic),
         (Some(error), _) => Err(error),
         (None, Some(Ok(result))) => Ok(result),
-        (None, _) => unreachable!("work ends by itself, or by what a signal raised"),
+        (None, _) => unreachable!("work stops early only after a signal handler raised"),
     }
 }
 
@@ -116,7 +116,7 @@ pub(crate) fn run_apart<T: Send + 'static>(
             Err(RecvTimeoutError::Timeout) => py.check_signals()?,
             Err(RecvTimeoutError::Disconnected) => match worker.join() {
                 Err(panic) => resume_unwind(panic),
-                Ok(()) => unreachable!("the thread sends what it made"),
+                Ok(()) => unreachable!("the thread sends its result before it ends"),
             },
         }
     }

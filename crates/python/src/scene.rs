@@ -185,7 +185,7 @@ impl NativeScene {
     ) -> PyResult<()> {
         let (rays, out) = (rays.source()?, out.as_slice_mut()?);
         if out.len() != rays.count {
-            return Err(PyValueError::new_err("out has another length"));
+            return Err(PyValueError::new_err("out has the wrong length"));
         }
         let (scene, workers) = (self.snapshot(mask), small_or(threads, &rays)?);
         answers(py, &workers, &rays, 0, (out, false), |rays, _, any| {

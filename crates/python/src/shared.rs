@@ -76,5 +76,5 @@ impl<S: Scalar> Shared<S> {
 
 /// The error for a query on a mesh that was lost in a refit.
 fn lost() -> PyErr {
-    no_memory("a refit was interrupted or had too little memory; ask again")
+    no_memory("a refit was interrupted or ran out of memory; repeat the query")
 }

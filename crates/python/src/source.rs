@@ -51,7 +51,7 @@ impl<'a, T: Copy> Rows<'a, T> {
         match (&self.one, self.rows.get(first..).and_then(|rows| rows.first_chunk())) {
             (Some(one), _) => one,
             (None, Some(four)) => four,
-            (None, None) => unreachable!("four rays are there"),
+            (None, None) => unreachable!("there are fewer than four rays"),
         }
     }
 
@@ -109,12 +109,12 @@ impl<S: Scalar> Arrays<'_, S> {
             },
             (None, 6) => Layout::Six { rays: Rows::new(first.as_chunks().0, count)?, ends },
             (None, 8) => Layout::Eight { rays: Rows::new(first.as_chunks().0, count)? },
-            _ => return Err(PyValueError::new_err("rays have 3, 6 or 8 columns")),
+            _ => return Err(PyValueError::new_err("rays have 3, 6, or 8 columns")),
         };
         let numbers = self.skip.as_ref().map_or(Ok(&[][..]), |skip| skip.as_slice())?;
         let each = numbers.len() / count.max(1);
         if numbers.len() != each * count {
-            return Err(PyValueError::new_err("skip has another length"));
+            return Err(PyValueError::new_err("skip has the wrong length"));
         }
         Ok(Source { count, layout, skip: Skip { numbers, each } })
     }

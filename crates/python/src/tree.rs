@@ -187,7 +187,7 @@ macro_rules! tree {
                 let (mode, rays) = (named::<$scalar>(mode)?, rays.source()?);
                 let out = out.as_slice_mut()?;
                 if out.len() != rays.count {
-                    return Err(PyValueError::new_err("out has another length"));
+                    return Err(PyValueError::new_err("out has the wrong length"));
                 }
                 let mesh = self.mesh.get(py)?;
                 answers(
@@ -216,7 +216,7 @@ macro_rules! tree {
             ) -> PyResult<()> {
                 let (segments, out) = (segments.source()?, out.as_slice_mut()?);
                 if out.len() != segments.count {
-                    return Err(PyValueError::new_err("out has another length"));
+                    return Err(PyValueError::new_err("out has the wrong length"));
                 }
                 let (workers, mesh) = (small_or(threads, &segments)?, self.mesh.get(py)?);
                 answers(py, &workers, &segments, width, (out, false), |rays, skip, visible| {

@@ -5,7 +5,8 @@
 //! a plain f32 test, and integers on a grid. At a pixel, an arithmetic certainly finds the exact
 //! answer if
 //!
-//! - rounding or snapping cannot move the ray across a side of any triangle in front of the visible one, and
+//! - rounding or snapping cannot move the ray across a side of any triangle in front of the visible
+//!   one, and
 //! - no two triangles at the pixel are closer to each other than their errors in depth.
 //!
 //! All other pixels are doubtful, and only doubtful pixels can be wrong. This prediction and every
