@@ -1,9 +1,9 @@
-"""Compares a cluster of two processes with two threads. Rays and answers are in zarr.
+"""Compares a cluster of two processes with two threads. Rays and answers are stored in zarr.
 
     python cluster.py MODEL.obj FOLDER [--rays 100] [--workers 2]
 
-Creates the rays in FOLDER, in blocks (24 bytes per ray, and 32 per answer). Prints how many seconds
-two threads trace, how many seconds the workers trace, and how long the whole run takes, with and
+Writes the rays to FOLDER in blocks; a ray needs 24 bytes there, and an answer 32. Prints how long
+the two threads trace, how long each worker traces, and how long the whole run takes with and
 without tracing. Also prints a hash of all answers.
 """
 

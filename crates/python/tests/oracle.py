@@ -64,7 +64,7 @@ def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):
 
 
 def all_hits(triangles, origin, direction, t_min=0.0, t_max=inf):
-    """[(t, u, v, triangle)] in order of t, then of the triangle."""
+    """[(t, u, v, triangle)] sorted by t, then by triangle."""
     hits = []
     for number, triangle in enumerate(triangles):
         found = hit(triangle, origin, direction, t_min, t_max)
@@ -79,7 +79,7 @@ def closest(triangles, origin, direction, t_min=0.0, t_max=inf):
 
 
 def crossings(triangles, origin, direction, t_min=0.0, t_max=inf):
-    """[(t, triangle, side)] in order of t, then of the triangle."""
+    """[(t, triangle, side)] sorted by t, then by triangle."""
     found = []
     for number, triangle in enumerate(triangles):
         one = crossing(triangle, origin, direction, t_min, t_max)

@@ -72,7 +72,7 @@ class Mesh(PointQueries):
     def read(
         cls: type[AnyMesh], path: str | os.PathLike[str], *, strict: bool = False, threads: int | None = None
     ) -> AnyMesh:
-        """Reads a model from an OBJ, PLY, STL or glTF file, which may be compressed with gzip.
+        """Reads a model from an OBJ, PLY, STL, or glTF file, which may be compressed with gzip.
 
         Vertices keep their order and become float64. Decimal numbers are rounded to the nearest
         float64, and numbers stored as float32 or float64 keep their values. Polygons are split into

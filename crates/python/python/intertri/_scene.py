@@ -148,7 +148,7 @@ class Scene:
         """The closest hit of each ray. The arguments are as for `Mesh.closest`.
 
         Only instances whose masks share a bit with ``mask`` are seen. If several hits have the same
-t, the lowest instance wins, then the lowest triangle.
+        t, the lowest instance wins, then the lowest triangle.
 
         Returns
         -------
