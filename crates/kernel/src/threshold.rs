@@ -1,9 +1,9 @@
-//! The document's `Threshold`.
+//! The [`Threshold`] below which a ray counts as parallel.
 
 use core::fmt;
 
-/// The document's `Threshold`: the smallest `|nrm & dir|` that does not count as parallel, and the largest t
-/// that does not count as a hit.
+/// The `Threshold` of document A: the smallest `|nrm & dir|` that does not count as parallel, and
+/// the largest t that does not count as a hit.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};
@@ -15,14 +15,15 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
     exact: f64,
-    /// Rounded to f32, and the f32 below and above that.
+    /// The threshold rounded to f32, and the f32 numbers below and above it.
     pub(crate) near: f32,
     pub(crate) below: f32,
     pub(crate) above: f32,
 }
 
 impl Threshold {
-    /// The default: far above the rounding of f64 in a scene of unit size, far below its features.
+    /// The default: far above the rounding errors of f64 in a scene of unit size, and far below the
+    /// size of its features.
     ///
     /// ```
     /// assert_eq!(intertri::Threshold::DEFAULT.get(), 1e-9);
@@ -38,10 +39,10 @@ impl Threshold {
     /// ```
     pub const ZERO: Self = Self::of(0.0);
 
-    /// A custom threshold.
+    /// Creates a threshold.
     ///
     /// # Errors
-    /// Fails if it is negative, infinite or NaN.
+    /// Fails if the threshold is negative, infinite, or NaN.
     ///
     /// ```
     /// use intertri::Threshold;
@@ -57,13 +58,13 @@ impl Threshold {
     }
 
     const fn of(exact: f64) -> Self {
-        // f32 lanes compare with a neighbour on the safe side, because the threshold itself may be rounded
-        // either way.
+        // f32 lanes compare with the neighbouring f32 on the safe side, because the threshold
+        // itself may have been rounded either way.
         let near = exact as f32;
         Self { exact, near, below: near.next_down(), above: near.next_up() }
     }
 
-    /// The number.
+    /// The threshold as a number.
     ///
     /// ```
     /// assert_eq!(intertri::Threshold::new(1e-6).unwrap().get(), 1e-6);
@@ -80,7 +81,7 @@ impl Default for Threshold {
     }
 }
 
-/// A threshold that is negative, infinite or NaN.
+/// A threshold that is negative, infinite, or NaN.
 ///
 /// ```
 /// let refused = intertri::Threshold::new(f64::NAN).unwrap_err();

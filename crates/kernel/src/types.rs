@@ -1,4 +1,5 @@
-//! The types: [`Ray`], [`Triangle`], [`Hit`] and [`Hit32`], plain data that can be cast from and to bytes.
+//! The types [`Ray`], [`Triangle`], [`Hit`], and [`Hit32`]: plain data that can be cast to and from
+//! bytes.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -6,15 +7,15 @@ use crate::Scalar;
 
 /// A half-line, and the interval of t in which hits count.
 ///
-/// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have unit
-/// length. A hit counts if `t_min <= t < t_max` and `t > 0`: by the true t in the mode
-/// [`Mode::exact`](crate::Mode::exact), by t in f64 in the others, where it must also be above their
-/// threshold. The interval is open at its far end, so that with the default `t_max` of infinity a `t` that
-/// overflowed is a miss. A ray with a NaN or an infinity in its origin or direction, or a NaN in its
-/// interval, hits nothing.
+/// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
+/// unit length. A hit counts if `t_min <= t < t_max` and `t > 0`. The mode
+/// [`Mode::exact`](crate::Mode::exact) compares the true t. The other modes compare t in f64, which
+/// must also be above their threshold. The interval excludes `t_max`, so that with the default of
+/// infinity, a `t` that overflowed is a miss. A ray hits nothing if its origin or direction
+/// contains a NaN or an infinity, or its interval a NaN.
 ///
-/// The layout is that of a file of raw rays: eight little-endian numbers in the order of the fields. The type
-/// is [`Ray`] in f32 and [`Ray64`] in f64.
+/// The layout matches a file of raw rays: eight little-endian numbers in the order of the fields.
+/// [`Ray`] is the f32 type, and [`Ray64`] the f64 type.
 ///
 /// ```
 /// let ray = intertri::Ray::new([0.0, 1.0, 0.0], [0.0, 0.0, 2.0]).between(0.5, 9.0);
@@ -42,7 +43,7 @@ pub type Ray = RayOf<f32>;
 pub type Ray64 = RayOf<f64>;
 
 impl<S: Scalar> RayOf<S> {
-    /// The whole half-line, `0 < t < infinity`, because a hit at 0 never counts.
+    /// A ray over the whole half-line, `0 < t < infinity`. A hit at 0 never counts.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
@@ -52,7 +53,7 @@ impl<S: Scalar> RayOf<S> {
         Self { origin: origin.into(), t_min: S::ZERO, dir: dir.into(), t_max: S::INFINITY }
     }
 
-    /// The same line with the interval `t_min <= t < t_max`.
+    /// The same ray with the interval `t_min <= t < t_max`.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0; 3], [0.0, 0.0, 1.0]).between(1.0, 5.0);
@@ -65,9 +66,9 @@ impl<S: Scalar> RayOf<S> {
 
 /// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
 ///
-/// `bytemuck` casts a buffer of vertices, nine numbers per triangle, to a slice of these. A triangle with a
-/// NaN or an infinity is never hit, nor is one without area. The type is [`Triangle`](type@Triangle) in f32
-/// and [`Triangle64`](type@Triangle64) in f64.
+/// `bytemuck` casts a buffer of vertices, with nine numbers per triangle, to a slice of triangles.
+/// A triangle is never hit if it contains a NaN or an infinity or has no area.
+/// [`Triangle`](type@Triangle) is the f32 type, and [`Triangle64`](type@Triangle64) the f64 type.
 ///
 /// ```
 /// let vertices = [0.0, 0.0, 5.0, 1.0, 0.0, 5.0, 0.0, 1.0, 5.0_f32];
@@ -79,14 +80,14 @@ impl<S: Scalar> RayOf<S> {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TriangleOf<S>(pub [[S; 3]; 3]);
 
-/// Three corners in f32.
+/// A triangle in f32.
 pub type Triangle = TriangleOf<f32>;
 
-/// Three corners in f64.
+/// A triangle in f64.
 pub type Triangle64 = TriangleOf<f64>;
 
-/// A type alias cannot be a constructor or a pattern, so these re-exports make its name a constructor, too:
-/// `Triangle(corners)`. The aliases above take precedence as types.
+/// A type alias cannot serve as a constructor or a pattern, so these re-exports make
+/// `Triangle(corners)` work. The aliases above take precedence as types.
 mod constructors {
     pub use super::{TriangleOf as Triangle, TriangleOf as Triangle64};
 }
@@ -103,8 +104,9 @@ impl<S: Scalar> TriangleOf<S> {
         Self([c1.into(), c2.into(), c3.into()])
     }
 
-    /// The normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area, and it points to the side
-    /// from which the corners run counter-clockwise. Zero for a triangle without area.
+    /// The normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area, and it
+    /// points to the side from which the corners run counter-clockwise. It is zero for a triangle
+    /// without area.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
@@ -118,11 +120,12 @@ impl<S: Scalar> TriangleOf<S> {
     }
 }
 
-/// Where a ray meets a triangle: 32 bytes.
+/// Where a ray meets a triangle, in 32 bytes.
 ///
-/// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights `u` and
-/// `v` are the same on every CPU but may be outside `0..=1` because of rounding. Single-ray queries return an
-/// `Option<Hit>`; batches fill slices with plain hits, with [`Hit::MISS`] for a miss.
+/// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights
+/// `u` and `v` are the same on every CPU but may be outside `0..=1` because of rounding. Single-ray
+/// queries return an `Option<Hit>`; batches fill slices with plain hits, with [`Hit::MISS`] for a
+/// miss.
 ///
 /// ```
 /// use intertri::{Hit, Mode, Ray, Triangle};
@@ -143,21 +146,21 @@ pub struct Hit {
     pub v: f64,
     /// The index of the triangle, or [`Hit::NO_TRIANGLE`].
     pub triangle: u32,
-    /// The index of the mesh in a hierarchy over several; otherwise 0.
+    /// The index of the mesh in a hierarchy over several meshes; otherwise 0.
     pub geometry: u32,
 }
 
 const _: () = assert!(size_of::<Hit>() == 32);
 
 impl Hit {
-    /// The index of no triangle.
+    /// The triangle index of a miss.
     ///
     /// ```
     /// assert_eq!(intertri::Hit::MISS.triangle, intertri::Hit::NO_TRIANGLE);
     /// ```
     pub const NO_TRIANGLE: u32 = u32::MAX;
 
-    /// The result of a ray that hits nothing, in a batch.
+    /// The result in a batch for a ray that hits nothing.
     ///
     /// ```
     /// use intertri::{Hit, Mode, Ray};
@@ -168,7 +171,7 @@ impl Hit {
     pub const MISS: Self =
         Self { t: f64::INFINITY, u: 0.0, v: 0.0, triangle: Self::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether it is a hit.
+    /// Whether this is a hit.
     ///
     /// ```
     /// assert!(!intertri::Hit::MISS.is_hit());
@@ -200,12 +203,12 @@ impl Hit {
     }
 }
 
-/// A [`Hit`] with t, u and v in f32: 20 bytes.
+/// A [`Hit`] with t, u, and v in f32, in 20 bytes.
 ///
-/// Each number is the true one, correctly rounded to f32, in the modes [`Mode::exact`](crate::Mode::exact)
-/// and [`Mode::once`](crate::Mode::once); in [`Mode::certified`](crate::Mode::certified) it is that of
-/// [`Hit`], rounded. A t beyond the largest f32 is infinity, so use [`Hit32::is_hit`] to tell hits from
-/// misses.
+/// In the modes [`Mode::exact`](crate::Mode::exact) and [`Mode::once`](crate::Mode::once), each
+/// number is the true value, correctly rounded to f32. In
+/// [`Mode::certified`](crate::Mode::certified), it is the number in [`Hit`], rounded to f32. A t
+/// beyond the largest f32 becomes infinity, so use [`Hit32::is_hit`] to tell hits from misses.
 ///
 /// ```
 /// use intertri::Hit32;
@@ -223,24 +226,24 @@ pub struct Hit32 {
     pub v: f32,
     /// The index of the triangle, or [`Hit::NO_TRIANGLE`].
     pub triangle: u32,
-    /// The index of the mesh in a hierarchy over several; otherwise 0.
+    /// The index of the mesh in a hierarchy over several meshes; otherwise 0.
     pub geometry: u32,
 }
 
 const _: () = assert!(size_of::<Hit32>() == 20);
 
 impl Hit32 {
-    /// The result of a ray that hits nothing, in a batch.
+    /// The result in a batch for a ray that hits nothing.
     pub const MISS: Self =
         Self { t: f32::INFINITY, u: 0.0, v: 0.0, triangle: Hit::NO_TRIANGLE, geometry: 0 };
 
-    /// Whether it is a hit.
+    /// Whether this is a hit.
     #[inline]
     pub fn is_hit(&self) -> bool {
         self.triangle != Hit::NO_TRIANGLE
     }
 
-    /// A hit with these t, u and v.
+    /// A hit with the given t, u, and v.
     #[inline(always)]
     pub(crate) fn new([t, u, v]: [f32; 3], triangle: u32) -> Self {
         Self { t, u, v, triangle, geometry: 0 }
@@ -248,7 +251,7 @@ impl Hit32 {
 }
 
 impl From<Hit> for Hit32 {
-    /// Rounds t, u and v once more.
+    /// Rounds t, u, and v once more.
     #[inline(always)]
     fn from(Hit { t, u, v, triangle, geometry }: Hit) -> Self {
         Self { t: t as f32, u: u as f32, v: v as f32, triangle, geometry }

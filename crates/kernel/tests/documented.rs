@@ -1,5 +1,6 @@
-//! Every public type, trait and function has an example that the doc tests run; a method has its own or is
-//! called in another's. Items in the hidden module `internal` need none.
+//! Checks that every public type, trait, and function has an example, which the doc tests run. A
+//! method has its own example or is called in another one. Items in the hidden module `internal`
+//! are exempt.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +27,7 @@ fn every_public_item_has_an_example() {
     assert!(bare.is_empty(), "without an example: {bare:#?}");
 }
 
-/// The names and texts of all files of code.
+/// Reads the paths and texts of all source files.
 fn read(folder: &Path, files: &mut Vec<(String, String)>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -100,7 +101,7 @@ fn items_of<'a>(
     (count, bare)
 }
 
-/// The type whose inherent methods follow a line, if it is an `impl` line.
+/// Returns the type whose inherent methods follow, if the line is an `impl` line.
 fn implemented(line: &str) -> Option<&str> {
     let rest = line.strip_prefix("impl")?;
     let mut depth = 0;

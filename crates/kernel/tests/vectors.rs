@@ -13,7 +13,7 @@ fn vectors_of_glam_are_corners_origins_and_directions() {
     let ray = Ray::new(Vec3::new(0.5, 0.25, 0.0), Vec3::Z);
     assert_eq!((ray.origin, ray.dir), ([0.5, 0.25, 0.0], [0.0, 0.0, 1.0]));
 
-    // Points of hits convert back.
+    // Hit points convert back to glam vectors.
     let hit = Mode::certified().closest(&[triangle], &ray).unwrap();
     assert_eq!(
         Vec3::from(ray.origin) + Vec3::from(ray.dir) * hit.t as f32,

@@ -1,4 +1,4 @@
-//! The answers of the oracle, the reference and every method to cases.
+//! The answers of the oracle, the reference, and every method for a list of cases.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -15,12 +15,12 @@ pub(crate) struct CaseAnswers {
     pub(crate) oracle: Vec<OracleAnswer>,
     /// Whether the scalar f64 reference reports a hit; a hit at infinity does not count.
     pub(crate) reference: Vec<bool>,
-    /// The answers of each method of the table.
+    /// The answers of each method in the table.
     pub(crate) answers: Vec<Vec<Answer>>,
 }
 
 impl CaseAnswers {
-    /// Computes the answers, each case with its own threshold.
+    /// Computes the answers, using each case's own threshold.
     pub(crate) fn of(cases: &[Case]) -> Self {
         let by_reference = |case: &Case| {
             let scene = reference::Scene::from_triangles([case.triangle.0]);

@@ -1,4 +1,4 @@
-//! Checks the promises of the kernel on very many rays toward shared edges and vertices.
+//! Checks the kernel's guarantees on a very large number of rays toward shared edges and vertices.
 
 use intertri::fixed::{self, Bits, Fixed, Grid};
 use intertri::{Mode, TriangleBlock};
@@ -10,25 +10,27 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 use crate::workloads::closed_mesh;
 
-/// The counts.
+/// The counts of a check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCount {
-    /// The number of rays for each mode: half of them exactly at a vertex or a point of an edge of a closed
-    /// mesh, half up to rounding.
+    /// The number of rays for each mode. Half of them pass exactly through a vertex or a point on
+    /// an edge of a closed mesh, and half only up to rounding.
     pub rays: u64,
-    /// Pairs of a ray and a triangle that `certified` tested.
+    /// The number of ray/triangle pairs that `certified` tested.
     pub pairs: u64,
-    /// Pairs among these where hit or miss, or a bit of `t`, differs from the reference's.
+    /// The number of these pairs for which hit or miss, or any bit of `t`, differs from the
+    /// reference.
     pub not_reference: u64,
-    /// Rays for which `fixed` finds no crossing.
+    /// The number of rays for which `fixed` finds no crossing.
     pub leaks: u64,
-    /// Rays for which `fixed` finds more than one.
+    /// The number of rays for which `fixed` finds more than one crossing.
     pub doubles: u64,
 }
 
 const PIECE: u64 = 4096;
 
-/// Counts on at least this many rays. The counts depend only on the seed and the number.
+/// Checks at least `rays` rays, and calls `step` with the number of rays just completed. The counts
+/// depend only on the seed and the number of rays.
 pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCount {
     let piece = |piece: u64| {
         let mut rng = Rng::new(seed ^ piece << 16);
@@ -49,7 +51,8 @@ pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCou
     (0..rays.div_ceil(PIECE)).into_par_iter().map(piece).reduce(EdgeCount::default, sum)
 }
 
-/// Rays exactly at edges and vertices; or the same scaled, so that everything is rounded.
+/// Rays exactly at edges and vertices or, if `near`, the same input scaled so that everything is
+/// rounded.
 fn batch(rng: &mut Rng, bits: u32, near: bool) -> TestBatch {
     let mut batch = closed_mesh(rng, bits, PIECE as usize);
     if near {
@@ -86,7 +89,8 @@ fn certified(batch: &TestBatch, count: &mut EdgeCount) {
     }
 }
 
-/// Compares `fixed` with the number of times that a ray leaves a closed convex mesh.
+/// Checks that `fixed` finds exactly one crossing for each ray, because each ray leaves a closed
+/// convex mesh once.
 fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
     let origins = batch.rays.iter().map(|ray| ray.origin);
     let points = batch.triangles.iter().flat_map(|t| t.0).chain(origins);
@@ -99,7 +103,7 @@ fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
         let count = |ray| Ok(mode.crossings(&blocks, &grid.ray(ray)?).unsigned);
         batch.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()
     };
-    // Triangles that do not fit the grid are not crossed.
+    // If the input does not fit the grid, every ray counts as a leak.
     let crossings = crossings().unwrap_or_else(|_| vec![0; batch.rays.len()]);
     count.leaks += crossings.iter().filter(|&&n| n == 0).count() as u64;
     count.doubles += crossings.iter().filter(|&&n| n > 1).count() as u64;
@@ -133,7 +137,8 @@ mod tests {
 
     #[test]
     fn the_rays_are_where_they_are_said_to_be() {
-        // Each ray meets exactly the triangles around one edge or vertex, according to the oracle too.
+        // According to the oracle too, each ray meets exactly the triangles around one edge or
+        // vertex.
         for bits in [15, 18] {
             let batch = batch(&mut Rng::new(9), bits, false);
             for ray in &batch.rays {

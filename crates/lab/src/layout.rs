@@ -10,7 +10,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// `packets` or `packs`, as in the published tables; packs are blocks of triangles.
+    /// The name in the published tables: `packets`, or `packs` for blocks of triangles.
     pub fn name(self) -> &'static str {
         match self {
             Self::Packets => "packets",
@@ -30,8 +30,8 @@ impl Form {
 /// A form and a number of lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// The elements in the lanes.
+    /// What fills the lanes.
     pub form: Form,
-    /// 1, 4, 8 or 16.
+    /// The number of lanes: 1, 4, 8, or 16.
     pub lanes: usize,
 }

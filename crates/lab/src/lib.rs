@@ -1,26 +1,26 @@
-//! The laboratory: the known ray/triangle tests, inputs designed to break them, and an exact oracle that
-//! judges their answers.
+//! The laboratory: the known ray/triangle tests, inputs designed to break them, and an exact oracle
+//! that judges their answers.
 //!
-//! | module | what it has |
+//! | module | contents |
 //! | --- | --- |
 //! | [`rng`] | random numbers with the same bits on every CPU |
 //! | [`meshes`] | small closed meshes whose neighbours share their vertices bit for bit |
 //! | [`families`] | named generators of rays and triangles, ordinary and adversarial |
 //! | [`test_batch`], [`layout`] | the input and answers of a method, and their arrangement in lanes |
-//! | [`methods`] | the known tests, each written once for any lanes |
+//! | [`methods`] | the known tests, each written once for any lane type |
 //! | [`oracle`] | where a line meets a triangle, without rounding |
-//! | [`workloads`] | the inputs: camera, secondary, edge-and-vertex rays, the mix |
+//! | [`workloads`] | the inputs: camera rays, secondary rays, rays at edges and vertices, the adversarial mix |
 //! | [`timing`] | how long the methods take, side by side |
-//! | [`accuracy`] | how often they are wrong on a workload |
-//! | [`pareto`] | the methods that no other beats in both |
-//! | [`metrics`] | their results on each family |
-//! | [`stress`] | where they begin to fail |
-//! | [`edge_count`] | the kernel's promises, on very many rays |
-//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it does |
-//! | `draw`, [`tables`], [`machine`] | pictures (feature `draw`), tables, and the machine |
+//! | [`accuracy`] | how often the methods are wrong on a workload |
+//! | [`pareto`] | the methods that no other method beats in both speed and accuracy |
+//! | [`metrics`] | the methods' results on each family |
+//! | [`stress`] | where the methods begin to fail |
+//! | [`edge_count`] | checks of the kernel's guarantees on a very large number of rays |
+//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it does get wrong |
+//! | `draw`, [`tables`], [`machine`] | pictures (feature `draw`), tables, and facts about the machine |
 //!
-//! Without the feature `measure` there are only [`rng`], [`meshes`], [`families`] and the generic tests of
-//! [`methods`], which compile everywhere in seconds.
+//! Without the feature `measure`, the crate contains only [`rng`], [`meshes`], [`families`], and
+//! the generic tests of [`methods`], which compile in seconds on every target.
 //!
 //! A seed yields the same counts on every run and every CPU; only times differ.
 

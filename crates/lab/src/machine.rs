@@ -11,7 +11,7 @@ pub fn date() -> String {
     format!("{year:04}-{month:02}-{day:02}")
 }
 
-/// Year, month and day from the number of days since the start of 1970.
+/// The year, month, and day, from the number of days since the start of 1970.
 fn civil(mut days: u64) -> [u64; 3] {
     let leap = |year: u64| {
         year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
@@ -41,7 +41,7 @@ pub fn cpu() -> String {
     format!("{name}, {}", Level::best().name())
 }
 
-/// The compiler that built this.
+/// The version of the compiler that built this crate.
 pub fn rustc() -> &'static str {
     env!("LAB_RUSTC")
 }

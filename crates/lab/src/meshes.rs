@@ -1,5 +1,5 @@
-//! Small closed meshes, made with only `+ - * /` and roots, so that they have the same bits everywhere.
-//! Neighbours share their vertices bit for bit.
+//! Small closed meshes, built with only `+ - * /` and roots, so that they have the same bits
+//! everywhere. Neighbours share their vertices bit for bit.
 
 use std::collections::BTreeMap;
 
@@ -82,8 +82,8 @@ impl Mesh {
         self.faces = faces;
     }
 
-    /// A torus around the z axis with radii 0.7 and 0.3, of `around * across` quads, two faces each.
-    /// Both counts are at least 3.
+    /// A torus around the z axis with radii 0.7 and 0.3, made of `around * across` quads with two
+    /// faces each. Counts below 3 are raised to 3.
     pub fn torus(around: usize, across: usize) -> Self {
         let (around, across) = (around.max(3), across.max(3));
         let mut vertices = Vec::with_capacity(around * across);
@@ -103,7 +103,8 @@ impl Mesh {
         Self { vertices, faces }
     }
 
-    /// The cube `-n..n` with integer vertices one apart: `48 n^2` faces, diagonals both ways.
+    /// The cube from `-n` to `n`, with integer vertices one unit apart. It has `48 n^2` faces,
+    /// whose diagonals run both ways.
     pub fn cube(n: usize) -> Self {
         let n = n.max(1) as i32;
         let mut mesh = Self { vertices: Vec::new(), faces: Vec::new() };
@@ -143,7 +144,7 @@ impl Mesh {
         self
     }
 
-    /// The faces as triangles, the vertices rounded to f32.
+    /// The faces as triangles, with vertices rounded to f32.
     pub fn triangles(&self) -> Vec<Triangle> {
         let corner = |v: usize| self.vertices[v].map(|x| x as f32);
         self.faces.iter().map(|face| Triangle(face.map(corner))).collect()
@@ -156,8 +157,8 @@ fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x / length, y / length, z / length]
 }
 
-/// Point `i` of `n` on the unit circle: a point of a square, normalized. A sine does not have the same bits
-/// everywhere; a root does.
+/// Point `i` of `n` on the unit circle, computed by normalizing a point on a square. Unlike a sine,
+/// a root has the same bits everywhere.
 fn circle(i: usize, n: usize) -> [f64; 2] {
     let walk = 4.0 * i as f64 / n as f64;
     let (side, along) = (walk as usize, 2.0 * (walk - (walk as usize) as f64) - 1.0);

@@ -19,7 +19,7 @@ pub struct Row {
     pub family: &'static str,
     /// The method.
     pub method: &'static str,
-    /// Pairs of a ray and a triangle.
+    /// The number of ray/triangle pairs.
     pub trials: u64,
     /// Pairs that are hits according to the oracle.
     pub true_hits: u64,
@@ -29,36 +29,36 @@ pub struct Row {
     pub false_hits: u64,
     /// Hits whose `t` is NaN or infinite.
     pub t_not_finite: u64,
-    /// Pairs where it disagrees with the oracle: the sum of both kinds.
+    /// Pairs for which the method disagrees with the oracle, as a false miss or a false hit.
     #[serde(rename = "not_truth")]
     pub not_oracle: u64,
-    /// Pairs where it disagrees with the scalar f64 reference.
+    /// Pairs for which the method disagrees with the scalar f64 reference.
     pub not_reference: u64,
-    /// Rays from inside a closed convex mesh; 0 if the family has none.
+    /// Rays that start inside a closed convex mesh, or 0 if the family has no such mesh.
     pub closed_trials: u64,
-    /// Rays among these that hit nothing.
+    /// The number of these rays that hit nothing.
     pub leaks: u64,
-    /// Rays among these that hit two or more triangles, although they leave the mesh once.
+    /// The number of these rays that hit two or more triangles, although they leave the mesh once.
     pub doubles: u64,
     /// True hits whose `t` was compared with the exact one.
     pub t_trials: u64,
-    /// The median of the relative error of `t`.
+    /// The median relative error of `t`.
     pub t_median: f64,
-    /// 999 of 1,000 errors are smaller.
+    /// The relative error that 99.9 % of cases do not exceed.
     pub t_p999: f64,
-    /// The largest error.
+    /// The largest relative error.
     pub t_worst: f64,
-    /// The median of the error of `t` in units of the last place of the method's own precision.
+    /// The median error of `t` in ulps of the method's own precision.
     pub t_ulps_median: f64,
-    /// 999 of 1,000 errors are smaller.
+    /// The error in ulps that 99.9 % of cases do not exceed.
     pub t_ulps_p999: f64,
-    /// The largest error.
+    /// The largest error in ulps.
     pub t_ulps_worst: f64,
 }
 
-/// Cases in one unit of work; each unit has its own seed.
+/// The number of cases in one unit of work. Each unit has its own seed.
 const PIECE: u64 = 500;
-/// The most true hits of a unit for which the exact `t` is computed.
+/// The maximum number of true hits per unit of work for which the exact `t` is computed.
 const EXACT: usize = 50;
 /// The families whose scenes are closed convex meshes, and how many triangles they have.
 const CLOSED: [(&str, usize); 3] =
@@ -72,12 +72,12 @@ struct Found {
     false_hits: u64,
     t_not_finite: u64,
     not_reference: u64,
-    /// The relative error, and the error in units of the last place.
+    /// The relative error, and the error in ulps.
     errors: Vec<[f64; 2]>,
 }
 
-/// Runs every method on at least `cases` cases of a family. The counts depend only on the seed and that
-/// number. Calls `step` with the number of cases just done.
+/// Runs every method on at least `cases` cases of a family. Calls `step` with the number of cases
+/// just completed. The counts depend only on the seed and the number of cases.
 pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sync)) -> Vec<Row> {
     let pieces: Vec<(Vec<Found>, Vec<ErrorCounts>)> = (0..cases.div_ceil(PIECE))
         .into_par_iter()
@@ -128,7 +128,7 @@ pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sy
 /// Runs all methods on some cases.
 fn ask(cases: &[Case]) -> Vec<Found> {
     let asked = CaseAnswers::of(cases);
-    // The exact t of the first true hits.
+    // Compute the exact t of the first true hits.
     let hits = (0..cases.len()).filter(|&i| asked.oracle[i].is_hit()).take(EXACT);
     let exact: Vec<_> =
         hits.filter_map(|i| Some((i, exact_t(&cases[i].triangle, &cases[i].ray)?))).collect();
@@ -156,7 +156,8 @@ fn ask(cases: &[Case]) -> Vec<Found> {
     METHODS.iter().zip(&asked.answers).map(of_method).collect()
 }
 
-/// Leaks and double counts on a family of closed convex meshes, for the rays that start inside.
+/// Counts the leaks and double hits on a family of closed convex meshes, for the rays that start
+/// inside. Returns nothing for other families.
 fn closed(family: &Family, rng: &mut Rng) -> Vec<ErrorCounts> {
     let Some(&(_, triangles)) = CLOSED.iter().find(|(name, _)| *name == family.name) else {
         return Vec::new();
@@ -189,7 +190,7 @@ mod tests {
             for row in &rows {
                 assert_eq!(row.not_oracle, row.false_misses + row.false_hits);
                 if OF_THE_REFERENCE.contains(&row.method) {
-                    // The listing's own t may be infinite; the kernel's interval excludes that.
+                    // The document's own t may be infinite, which the kernel's interval excludes.
                     assert!(row.not_reference <= row.t_not_finite, "{row:?}");
                 }
             }
@@ -198,7 +199,7 @@ mod tests {
 
     #[test]
     fn a_row_is_what_one_counts_by_hand() {
-        // One by one, with the oracle's second route.
+        // Count one case at a time, with the oracle's second implementation.
         let family = find("random").unwrap();
         let rows = metrics(family, 6, 1000, &|_| ());
         for row in rows.iter().filter(|row| row.method != "fixed") {
@@ -218,7 +219,7 @@ mod tests {
             }
             assert_eq!((row.trials, row.true_hits), (1000, hits), "{}", row.method);
             assert_eq!((row.false_misses, row.false_hits), (misses, wrong), "{}", row.method);
-            // Methods in f32 make both kinds of errors here.
+            // Every f32 method makes errors here.
             let single = method.bits == 24;
             assert!(!single || misses > 0 || wrong > 0, "{}", row.method);
         }

@@ -4,10 +4,11 @@ use crate::accuracy::{ErrorCounts, ON_GRID};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// The truth to compare a method with.
+/// What a method's answers are compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
-    /// The exact oracle; for [`Workload::Edges`] only leaks count, and double counts are listed next to them.
+    /// The exact oracle. For [`Workload::Edges`], only leaks count as errors, and double hits are
+    /// listed next to them.
     Oracle,
     /// The scalar f64 reference.
     Reference,
@@ -24,8 +25,8 @@ impl Baseline {
     }
 }
 
-/// The time of a method where it is fastest, in the form of the workload. [`ON_GRID`] has the time of
-/// `fixed`, which does the same work on inputs that it need not snap.
+/// The time of a method at its fastest number of lanes, in the workload's form. [`ON_GRID`] has the
+/// same time as `fixed`, because it does the same work on inputs that need no snapping.
 pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> {
     let method = if errors.method == ON_GRID { "fixed" } else { errors.method };
     let form = Workload::ALL.into_iter().find(|w| w.name() == errors.workload)?.form().name();
@@ -34,9 +35,9 @@ pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> 
     times.iter().filter(own).max_by(|a, b| a.times_faster.total_cmp(&b.times_faster))
 }
 
-/// The Pareto front on a workload, the fastest first: each method is right more often than all faster ones.
-/// If two are equal, the first in the table wins. `fixed` takes part as [`ON_GRID`], on the inputs for which
-/// it promises to be right.
+/// The Pareto front on a workload, with the fastest method first. Each method is right more often
+/// than all faster ones. If two methods are equal, the first in the table wins. `fixed` takes part
+/// as [`ON_GRID`], on the inputs for which it guarantees right answers.
 pub fn pareto_front(
     workload: Workload,
     baseline: Baseline,

@@ -1,6 +1,7 @@
-//! Quantiles: the numbers below which given shares lie.
+//! Quantiles of a list of numbers.
 
-/// The number below which a given share lies; NaN if there are none. Sorts the numbers.
+/// Returns the number below which a given share of the numbers lies, or NaN if the list is empty.
+/// Sorts the numbers.
 pub(crate) fn quantile(numbers: &mut [f64], share: f64) -> f64 {
     numbers.sort_by(f64::total_cmp);
     let last = numbers.len().saturating_sub(1);

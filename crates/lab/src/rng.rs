@@ -1,14 +1,16 @@
-//! Random numbers with the same bits on every CPU: integers, and f64 computed with `+ - * /` and roots.
+//! Random numbers with the same bits on every CPU: integers, and f64 computed with `+ - * /` and
+//! roots.
 //!
-//! The generator is `SplitMix64` (Steele, Lea and Flood, "Fast splittable pseudorandom number
-//! generators", OOPSLA 2014): a counter in steps of the golden ratio, its bits mixed twice.
+//! The generator is `SplitMix64` (Steele, Lea, and Flood, "Fast splittable pseudorandom number
+//! generators", OOPSLA 2014). It advances a counter in steps of the golden ratio, and mixes its
+//! bits twice.
 
 /// A stream of random numbers, determined by its seed.
 #[derive(Clone, Debug)]
 pub struct Rng(u64);
 
 impl Rng {
-    /// The stream for a seed. Every seed is good, including 0.
+    /// Creates the stream for a seed. Every seed is suitable, including 0.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -22,7 +24,7 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// An integer in `0..n`, from the high half of a product; 0 if `n` is 0.
+    /// An integer in `0..n`, taken from the high half of a product, or 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
@@ -55,12 +57,12 @@ impl Rng {
         2.0 * self.unit() - 1.0
     }
 
-    /// A point of the cube `-1..1`.
+    /// A point in the cube `-1..1`.
     pub fn cube(&mut self) -> [f64; 3] {
         [self.signed(), self.signed(), self.signed()]
     }
 
-    /// A unit vector: a point of the ball, normalized.
+    /// A unit vector, made by normalizing a point in the unit ball.
     pub fn direction(&mut self) -> [f64; 3] {
         loop {
             let [x, y, z] = self.cube();
@@ -72,9 +74,9 @@ impl Rng {
         }
     }
 
-    /// A positive number between two others, log-uniform.
+    /// A positive number between two others, distributed log-uniformly.
     ///
-    /// The ends may be in either order, and must be normal, positive and finite.
+    /// The ends may be in either order, and must be normal, positive, and finite.
     pub fn log(&mut self, a: f64, b: f64) -> f64 {
         const FRACTION: u64 = (1 << 52) - 1;
         let (low, high) = if a < b { (a, b) } else { (b, a) };
@@ -89,7 +91,8 @@ impl Rng {
     }
 }
 
-/// `x` moved by some f32 steps, up or down across 0; stops at the infinities, keeps a NaN.
+/// Moves `x` up or down by a number of f32 steps, across 0 if necessary. Stops at the infinities,
+/// and returns a NaN unchanged.
 ///
 /// ```
 /// assert_eq!(intertri_lab::rng::step(1.0, 1), 1.0_f32.next_up());
@@ -99,7 +102,7 @@ pub fn step(x: f32, steps: i32) -> f32 {
     if x.is_nan() {
         return x;
     }
-    // Integers in the order of the numbers: sign and magnitude converted to a signed integer.
+    // Convert sign and magnitude to a signed integer, which has the same order as the numbers.
     let bits = x.to_bits();
     let magnitude = i64::from(bits & 0x7FFF_FFFF);
     let place = if bits >> 31 == 0 { magnitude } else { -magnitude };
@@ -110,7 +113,8 @@ pub fn step(x: f32, steps: i32) -> f32 {
     if moved < 0 || (moved == 0 && bits >> 31 == 1 && steps == 0) { -magnitude } else { magnitude }
 }
 
-/// `x` moved by some f64 steps; stops at the infinities, keeps a NaN.
+/// Moves `x` up or down by a number of f64 steps. Stops at the infinities, and returns a NaN
+/// unchanged.
 pub fn step64(mut x: f64, steps: i32) -> f64 {
     for _ in 0..steps.unsigned_abs() {
         x = if steps > 0 { x.next_up() } else { x.next_down() };
@@ -124,7 +128,8 @@ mod tests {
 
     #[test]
     fn the_stream_is_the_published_one() {
-        // The first outputs of SplitMix64 for the seed 1234567, as its authors' program prints them.
+        // The first outputs of SplitMix64 for the seed 1234567, as its authors' program prints
+        // them.
         let mut rng = Rng::new(1_234_567);
         let first = [rng.bits(), rng.bits(), rng.bits()];
         assert_eq!(

@@ -15,7 +15,7 @@ pub fn csv<T: Serialize>(rows: &[T]) -> Result<String, csv::Error> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// A number in groups of three digits.
+/// Formats a number in groups of three digits.
 ///
 /// ```
 /// use intertri_lab::tables::grouped;
@@ -33,8 +33,9 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// A count of errors among trials. For none, which does not prove perfection, adds the largest share that
-/// would still have shown an error with a probability of 95 %.
+/// Formats a count of errors among trials. Zero errors do not prove perfection, so in that case,
+/// the text also states the smallest share of errors that would have shown up with a probability of
+/// 95 %.
 ///
 /// ```
 /// use intertri_lab::tables::count;

@@ -1,4 +1,5 @@
-//! The input of a method, rays and triangles that are all tested against each other, and its answers.
+//! A method's input, which is rays and triangles that are all tested against each other, and its
+//! answers.
 
 use intertri::{Ray, Triangle};
 
@@ -7,12 +8,12 @@ use intertri::{Ray, Triangle};
 pub struct TestBatch {
     /// The rays.
     pub rays: Vec<Ray>,
-    /// The triangles; at least one.
+    /// The triangles, at least one.
     pub triangles: Vec<Triangle>,
 }
 
 impl TestBatch {
-    /// How many triangles each ray hits, with every pair tested by `pairs`.
+    /// Counts how many triangles each ray hits, testing every pair with `pairs`.
     pub(crate) fn counts(
         &self,
         mut pairs: impl FnMut(&[Triangle], &[Ray], &mut [Answer]),
@@ -31,20 +32,20 @@ impl TestBatch {
 pub struct Answer {
     /// Whether there is a hit.
     pub hit: bool,
-    /// The `t` of the hit; for a miss, any number.
+    /// The `t` of the hit, or any number for a miss.
     pub t: f64,
 }
 
 /// The closest hit of a ray in its batch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestHit {
-    /// Infinity for a miss.
+    /// The `t` of the hit, or infinity for a miss.
     pub t: f64,
-    /// The index of the triangle in the batch; that of [`ClosestHit::MISS`] for a miss.
+    /// The index of the triangle in the batch, or `u32::MAX` for a miss.
     pub triangle: u32,
 }
 
 impl ClosestHit {
-    /// No triangle.
+    /// The result of a ray that hits nothing.
     pub const MISS: Self = Self { t: f64::INFINITY, triangle: u32::MAX };
 }

@@ -1,8 +1,8 @@
 //! Measures how long the methods take, side by side.
 //!
-//! All methods in all their layouts run in turn, again and again, each for a fraction of a millisecond, so
-//! that disturbances affect all alike. A time is relative to the scalar f64 reference's time in the same
-//! turn; the tables show the median of these ratios, with the quartiles.
+//! In each turn, every method runs in each of its layouts for a fraction of a millisecond, so that
+//! disturbances affect all methods alike. A time is relative to the scalar f64 reference's time in
+//! the same turn. The tables show the median and the quartiles of these ratios.
 
 use intertri::simd::Level;
 use serde::Serialize;
@@ -21,27 +21,27 @@ pub struct Time {
     pub workload: &'static str,
     /// The method.
     pub method: &'static str,
-    /// The form.
+    /// The form of the layout.
     pub form: &'static str,
     /// The number of lanes.
     pub lanes: usize,
-    /// Nanoseconds per ray/triangle test, the median of the turns.
+    /// Nanoseconds per ray/triangle test, as the median over the turns.
     pub ns_per_test: f64,
-    /// The reference's time divided by this one: the median of the turns.
+    /// The reference's time divided by this time, as the median over the turns.
     pub times_faster: f64,
-    /// A quarter of the turns were slower.
+    /// The lower quartile of the same ratio.
     pub times_faster_p25: f64,
-    /// A quarter of the turns were faster.
+    /// The upper quartile of the same ratio.
     pub times_faster_p75: f64,
 }
 
 /// The name of the scalar f64 reference in the tables.
 pub const REFERENCE: &str = "reference";
 
-/// Batches per turn.
+/// The number of batches per turn.
 const BUNDLES: usize = 12;
 
-/// Measures every method in every layout that it has. Calls `step` after each turn.
+/// Measures every method in every layout that it supports. Calls `step` after each turn.
 pub fn measure(
     workload: Workload,
     model: &Model,
@@ -116,7 +116,8 @@ mod tests {
         assert_eq!(times[0].times_faster, 1.0);
         for method in METHODS {
             let own = times.iter().filter(|time| time.method == method.name);
-            // Two forms each, except for 16 lanes, which not every CPU has.
+            // Each method is timed in two forms. Layouts with 16 lanes are counted separately,
+            // because not every CPU supports them.
             let layouts = match method.name {
                 "certified, one origin" | "exact, one origin" => 0,
                 "certified" | "exact" | "exact, once" | "fixed" => 4,

@@ -1,9 +1,11 @@
-"""Speed and answers compared with trimesh with Embree, trimesh alone, and Open3D: one process, from numpy to numpy.
+"""Compares speed and answers with trimesh, with and without Embree, and with Open3D.
 
     python beside.py FOLDER_OF_MODELS [--rays 1024] [--only bunny] [--seconds 0.6]
 
-Prints tables in Markdown. Contenders take turns; the figure is the best of several turns, in millions a second. Where
-answers differ, rational arithmetic decides whether the ray meets the triangle that each names, and which is nearer.
+Everything runs in one process, from numpy to numpy. Prints tables in Markdown. The contenders take
+turns, and each figure is the best of several turns, in millions per second. Where answers differ,
+rational arithmetic decides whether the ray meets the triangle that each contender reports, and
+which triangle is nearer.
 """
 
 import argparse
@@ -28,7 +30,7 @@ def scenes(folder):
 
 
 def camera(vertices, faces, size):
-    """Rays of a picture, row by row: origins and directions (n, 3) float32."""
+    """The rays of a picture, row by row: origins and directions, (n, 3) float32."""
     used = vertices[np.unique(faces)].astype(float)
     low, high = used.min(axis=0), used.max(axis=0)
     middle, reach = (low + high) / 2, np.linalg.norm(high - low) / 2
@@ -45,7 +47,8 @@ def camera(vertices, faces, size):
 
 
 def diffuse(mesh, origins, ways, rng):
-    """Rays from hits of the picture in random directions away from the surface, as many as the picture has."""
+    """Rays from the picture's hits in random directions away from the surface, as many as the
+    picture has rays."""
     hits = mesh.closest(origins, ways)
     hit = hits["triangle"] >= 0
     a, b, c = np.moveaxis(mesh.triangles[hits["triangle"][hit]].astype(float), 1, 0)
@@ -64,7 +67,7 @@ def diffuse(mesh, origins, ways, rng):
 
 
 def best(contenders, count, seconds):
-    """Millions a second and the last answer of each, by name."""
+    """Millions per second, and the last answer of each contender, by name."""
     rates, answers = {name: 0.0 for name in contenders}, {}
     for name, ask in contenders.items():
         answers[name] = ask()
@@ -80,7 +83,8 @@ def best(contenders, count, seconds):
 
 
 def verdicts(mesh, origins, ways, ours, theirs, most=200):
-    """How often each is right among rays on which they disagree, decided by rationals."""
+    """Counts how often each side is right among rays on which they disagree, as decided by
+    rationals."""
     differ = np.flatnonzero(ours != theirs)
     corners, said = mesh.triangles, {"ours": 0, "theirs": 0, "tie": 0}
     for i in differ[:most]:
@@ -117,7 +121,7 @@ def rays_of(name, kind, vertices, faces, rays, threads, seconds):
     tensor, wide = o3d.core.Tensor(six), (origins.astype(float), ways.astype(float))
     out, found = np.empty(len(six), intertri.HIT), np.empty(len(six), np.int32)
 
-    # From and to numpy, as a user calls it.
+    # Convert from and to numpy, as a user would.
     def cast():
         return {key: value.numpy() for key, value in scene.cast_rays(tensor, nthreads=threads or 0).items()}
 
@@ -219,11 +223,11 @@ def points_of(name, vertices, faces, count, threads, seconds, rng):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models")
-    parser.add_argument("--rays", type=int, default=1024, help="rays a side of the picture")
-    parser.add_argument("--only", help="a scene")
+    parser.add_argument("--rays", type=int, default=1024, help="rays per side of the picture")
+    parser.add_argument("--only", help="the only scene to run")
     parser.add_argument("--ask", default="primary,diffuse,lists,points")
-    parser.add_argument("--threads", default="1,0", help="0 for all")
-    parser.add_argument("--seconds", type=float, default=0.6, help="of each contender")
+    parser.add_argument("--threads", default="1,0", help="numbers of threads, 0 for all")
+    parser.add_argument("--seconds", type=float, default=0.6, help="seconds per contender")
     given = parser.parse_args()
     import intertri
 

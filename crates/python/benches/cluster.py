@@ -1,9 +1,10 @@
-"""What a cluster of two processes costs compared with two threads: rays and answers are in zarr.
+"""Compares a cluster of two processes with two threads. Rays and answers are stored in zarr.
 
-    python cluster.py MODEL.obj FOLDER [--rays 100] [--block 1] [--workers 2]
+    python cluster.py MODEL.obj FOLDER [--rays 100] [--workers 2]
 
-Creates the rays in FOLDER in blocks (24 bytes each, and 32 for the answer). Prints the seconds that two threads trace, that
-the workers trace, of the whole run, and of the same copy without tracing; and a hash of all answers.
+Writes the rays to FOLDER in blocks; a ray needs 24 bytes there, and an answer 32. Prints how long
+the two threads trace, how long each worker traces, and how long the whole run takes with and
+without tracing. Also prints a hash of all answers.
 """
 
 import argparse
@@ -23,7 +24,8 @@ BLOCK = 1_000_000
 
 
 def some_rays(mesh, number, count):
-    """The rays of a block, between points around the mesh. The number of the block is the seed."""
+    """The rays of a block, between random points in the mesh's bounding box. The number of the
+    block is the seed."""
     rng = np.random.default_rng(number)
     low, high = mesh.bounds
     a, b = (rng.uniform(low, high, (count, 3)).astype(np.float32) for _ in range(2))
@@ -31,7 +33,7 @@ def some_rays(mesh, number, count):
 
 
 def timed():
-    """Runs on a worker: times each block where it is traced."""
+    """Runs on a worker, and times each block where it is traced."""
     from intertri.dask import _answer as answer
 
     if hasattr(answer, "seconds"):
@@ -54,8 +56,8 @@ def taken():
 
 
 def by_threads(mesh, where, threads):
-    """Seconds that threads take to trace blocks in memory into reused memory. Runs before and after the cluster, because
-    the speed of the machine varies."""
+    """The seconds that threads take to trace blocks from memory into a reused array. Runs before
+    and after the cluster, because the speed of the machine varies."""
     rays, out, times = zarr.open_array(where), np.empty(BLOCK, intertri.HIT), []
     for first in range(0, min(rays.shape[0], 10 * BLOCK), BLOCK):
         block = rays[first : first + BLOCK]
@@ -67,7 +69,7 @@ def by_threads(mesh, where, threads):
 
 
 def untraced(block):
-    """As many bytes as the answers have, taken from the bytes read."""
+    """Returns as many bytes as the answers have, filled from the bytes read."""
     hits = np.zeros(len(block), intertri.HIT)
     hits["t"], hits["u"], hits["v"] = block[:, 0], block[:, 1], block[:, 2]
     return hits
@@ -77,7 +79,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("model")
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--rays", type=int, default=100, help="blocks of a million")
+    parser.add_argument("--rays", type=int, default=100, help="number of blocks of a million rays")
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
     loaded = trimesh.load(given.model, process=False, force="mesh", skip_materials=True)
@@ -108,7 +110,7 @@ def main():
     times += by_threads(mesh, where, given.workers)
     print(f"{given.workers} threads trace {count} rays in about {np.mean(times) * given.rays:.2f} s")
     print(f"{given.workers} processes trace for {traced / given.workers:.2f} s each")
-    print(f"from zarr to zarr {took:.2f} s; the same with nothing traced {copy_took:.2f} s")
+    print(f"from zarr to zarr {took:.2f} s; without tracing {copy_took:.2f} s")
     began = time.perf_counter()
     print(intertri.dask.digest(intertri.dask.from_zarr(answered)), f"({time.perf_counter() - began:.1f} s)")
 

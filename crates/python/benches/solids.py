@@ -1,12 +1,13 @@
-"""Inside or outside, compared with libigl, Open3D, trimesh and Manifold: answers for damaged boxes, and speed on one core.
+"""Compares inside/outside tests with libigl, Open3D, trimesh, and Manifold: answers and speed.
 
     pip install libigl open3d trimesh manifold3d scipy rtree
     python solids.py table
     python solids.py speed [--points 1000000]
 
-`table` shows how many of 2,000 points each package classifies differently from the undamaged box. Only points count whose
-winding number in the damaged box, a sum of solid angles in float64, is nearer to that of the box than to any other. In
-`speed` the contenders take turns; the figure is the best of several turns. Some get fewer points, because they would need
+`table` shows how many of 2,000 points each package classifies differently in damaged boxes than in
+the undamaged box. A point counts only if its winding number in the damaged box, a sum of solid
+angles in float64, still puts it on the right side. `speed` measures millions of points per second
+on one core, as the best of several runs. Some contenders get fewer points, because they would need
 minutes for a million.
 """
 
@@ -19,7 +20,7 @@ import numpy as np
 
 
 def box(cells=2):
-    """A box from -1 to 1 with `cells` by `cells` squares on each side: vertices without duplicates, and faces."""
+    """A box from -1 to 1 with `cells` by `cells` squares on each side, as triangles (n, 3, 3)."""
     at = np.linspace(-1, 1, cells + 1)
     triangles = []
     for axis in range(3):
@@ -67,11 +68,11 @@ def damaged():
         "a third of the faces turned": turned(np.arange(0, len(whole), 3)),
         "one face doubled": np.concatenate([whole, whole[:1]]),
         "all faces doubled": np.concatenate([whole, whole]),
-        "one face and its opposite more": np.concatenate([whole, whole[:1], whole[:1, ::-1]]),
+        "one extra face and its opposite": np.concatenate([whole, whole[:1], whole[:1, ::-1]]),
         "one face missing": whole[1:],
         "no lid": whole[~top],
         "cracked": cracked,
-        "corners jittered a face": jittered,
+        "corners jittered per face": jittered,
         "a fin outside": np.concatenate([whole, fin]),
         "a fin inside": np.concatenate([whole, inner_fin]),
         "T-junction": np.array(junction),
@@ -80,13 +81,14 @@ def damaged():
 
 
 def indexed(triangles):
-    """Vertices without duplicates, and faces."""
+    """Converts triangles to vertices without duplicates, and faces."""
     vertices, where = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, where.reshape(-1, 3)
 
 
 def solid_angles(triangles, points):
-    """Winding numbers by van Oosterom and Strackee's formula, over all triangles for each point."""
+    """Winding numbers by van Oosterom and Strackee's formula, summed over all triangles for each
+    point."""
     a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
     dot = lambda x, y: (x * y).sum(axis=-1)  # noqa: E731
@@ -152,7 +154,7 @@ def with_manifold(vertices, faces):
         raise ValueError(solid.status().name)
 
     def contains(points):
-        # Manifold has no test for points: put a small tetrahedron at each, and see whether it is cut away.
+        # Manifold has no point test, so intersect a tiny tetrahedron at each point with the solid.
         tiny = manifold3d.Manifold.tetrahedron().scale([1e-6] * 3)
         inside = [(tiny.translate(point.tolist()) ^ solid).volume() > 0 for point in points]
         return np.array(inside)
@@ -180,7 +182,7 @@ def table():
     print("| --- " * (3 + len(ALL)) + "|")
     for name, triangles in damaged().items():
         numbers = np.abs(solid_angles(triangles, points))
-        # Where the damage matters, the winding number itself is the only truth.
+        # Skip points whose classification the damage changes: they have no other ground truth.
         clear = (numbers > 0.5) == truth
         row = []
         for make in ALL.values():
@@ -196,7 +198,7 @@ def table():
 
 
 def globe(rings, missing):
-    """A globe, and the same globe with its cap cut off."""
+    """A globe without the faces whose corners all have y of at least `missing`."""
     a = np.arange(rings + 1) / rings * np.pi
     b = np.arange(2 * rings) / rings * np.pi
     r = np.sin(a)
@@ -222,7 +224,7 @@ def speed(count):
         "libigl fast": (with_fast_libigl, 20_000, 2),
         "Open3D": (with_open3d, count, 3),
     }
-    print("| mesh | triangles | open edges |", " | ".join(contenders), "| beside libigl exact, fast, Open3D |")
+    print("| mesh | triangles | open edges |", " | ".join(contenders), "| ratio to each of the others |")
     print("| --- " * (4 + len(contenders)) + "|")
     for name, triangles in (
         ("globe", globe(100, 2)),

@@ -1,12 +1,13 @@
-"""Closest hits of rays in a zarr array, on a cluster. A script to copy and adapt.
+"""Finds the closest hits of rays in a zarr array on a cluster. Copy and adapt this script.
 
     python cluster.py mesh.npz rays.zarr hits.zarr                       two processes on this machine
     python cluster.py mesh.npz rays.zarr hits.zarr --scheduler tcp://head:8786
 
-On a real cluster, pass the scheduler's address, and paths that every worker can reach, such as a shared file system or
-"s3://bucket/rays.zarr". Start workers with `dask worker tcp://head:8786 --nworkers N --nthreads T`, where N times T is the
-number of cores of the machine; each block is answered by one thread. Blocks of about a million rays keep the scheduler
-idle. Every worker must have the same version of intertri installed.
+On a real cluster, pass the scheduler's address, and paths that every worker can reach, such as a
+shared file system or "s3://bucket/rays.zarr". Start workers with `dask worker tcp://head:8786
+--nworkers N --nthreads T`, where N times T is the number of cores of the machine. Each block is
+processed by one thread. With blocks of about a million rays, the scheduler has little to do. Every
+worker must have the same version of intertri installed.
 """
 
 import argparse

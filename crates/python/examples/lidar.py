@@ -1,4 +1,6 @@
-"""A lidar scans a house behind a tree and records every return of each pulse: python lidar.py [picture.png]
+"""A lidar scans a house behind a tree and records every return of each pulse.
+
+    python lidar.py [picture.png]
 
 Coordinates are UTM, as in survey data: float32 would move them by up to a quarter of a metre.
 """
@@ -28,7 +30,7 @@ def scene():
 
 
 def pulses(rows, columns):
-    """(rows, columns, 3): directions of one turn past the front, top row first."""
+    """The directions (rows, columns, 3) of one sweep past the front, top row first."""
     up, around = np.meshgrid(np.linspace(0.55, -0.45, rows), np.linspace(-1.1, 1.1, columns), indexing="ij")
     return np.stack([np.cos(up) * np.sin(around), np.cos(up) * np.cos(around), np.sin(up)], axis=-1)
 
@@ -46,7 +48,8 @@ def main():
         print(f"  {(returns == n).sum():6} pulses with {n} returns")
     print(f"  {(returns > 3).sum():6} pulses with more, at most {returns.max()}")
 
-    # The last return of a pulse sees through leaves. Where it is on the ground, its height should be the ground's.
+    # The last return of a pulse comes from behind the leaves. If it is on the ground, its height
+    # should be that of the ground.
     last = lists.hits[lists.offsets[1:][returns > 0] - 1]
     height = mesh.hit_points(last[last["triangle"] < 2])[:, 2] - ORIGIN[2]
     print(f"ground: {len(height)} last returns, off by at most {np.abs(height).max():.1e} m")

@@ -1,6 +1,9 @@
-"""How much of the sky and of each house is visible from the ground of a town: python sky_view.py [picture.png]
+"""Computes how much of the sky and of each house is visible from the ground in a town.
 
-The town stands in UTM coordinates, millions of metres from their origin, where float32 steps by half a metre.
+    python sky_view.py [picture.png]
+
+The town is in UTM coordinates, millions of metres from the origin, where adjacent float32 numbers
+are half a metre apart.
 """
 
 import sys
@@ -19,7 +22,8 @@ def box(low, high):
 
 
 def directions(count):
-    """Upward directions, distributed by their cosine, so that a share of them is a view factor."""
+    """Upward directions with a density proportional to their cosine, so that shares are view
+    factors."""
     i = np.arange(count)
     radius, angle = np.sqrt((i + 0.5) / count), i * np.pi * (3 - np.sqrt(5))
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - radius**2)], axis=-1)
@@ -39,7 +43,8 @@ def town():
 
 
 def view_factors(mesh, house, points, rays):
-    """The share of the hemisphere that house 0, house 1, ... and, last, the sky fill: they add up to one."""
+    """The shares of the hemisphere that house 0, house 1, ..., and finally the sky fill. They add
+    up to one."""
     triangle = mesh.closest_triangle(points[:, None], rays)
     seen = np.where(triangle < 0, house.max() + 1, house[triangle])
     return np.stack([np.bincount(row, minlength=house.max() + 2) for row in seen]) / len(rays)
@@ -48,8 +53,8 @@ def view_factors(mesh, house, points, rays):
 def main():
     rays = directions(2000)
 
-    # A long street, 20 m wide, between walls 15 m high. Seen from its middle, the sky view factor is the cosine of the
-    # angle of the walls above the horizon.
+    # A long street, 20 m wide, between walls 15 m high. In its middle, the sky view factor is the
+    # cosine of the walls' angle above the horizon.
     walls = [box(ORIGIN + [x, -1e5, 0], ORIGIN + [x + 1, 1e5, 15]) for x in (-11, 10)]
     street = intertri.Mesh(np.concatenate([walls[0][0], walls[1][0]]), np.concatenate([walls[0][1], walls[1][1] + 8]))
     middle = view_factors(street, np.repeat([0, 1], 10), ORIGIN[None], rays)[0]

@@ -1,8 +1,8 @@
-"""Voxels of a mesh as a picture of slices: white outside, blue inside, red for centres exactly on the surface.
+"""Draws slices of a mesh's voxels: white outside, blue inside, red if the centre is on the surface.
 
     python slices.py slices.png [model.obj]
 
-Without a model it draws a hollow ball on a block whose faces pass through centres of voxels.
+Without a model, the script draws a hollow ball on a block whose faces pass through voxel centres.
 """
 
 import struct

@@ -1,5 +1,5 @@
-//! Batches of rays: threads take them in chunks, gather each chunk from numpy's arrays into the cache, and trace it
-//! there.
+//! Batches of rays: threads take them in chunks, gather each chunk from numpy's arrays into the
+//! cache, and trace it there.
 
 use intertri::RayOf;
 use pyo3::prelude::*;
@@ -11,10 +11,10 @@ use crate::scalar::Scalar;
 use crate::skip::Skip;
 use crate::source::Source;
 
-/// Rays that a thread takes at a time.
+/// The number of rays that a thread takes at a time.
 const CHUNK: usize = 8192;
 
-/// Runs a query with one answer for each ray; `none` is any initial value.
+/// Runs a query with one answer per ray. `none` is an arbitrary initial value.
 pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
     py: Python<'_>,
     workers: &Workers,

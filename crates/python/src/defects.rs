@@ -1,4 +1,4 @@
-//! The defects of a mesh, as Python lists them, and the faces to turn.
+//! The defects of a mesh, as lists for Python, and the faces to turn.
 
 use intertri::TriangleOf;
 use intertri_trace::{BvhScalar, MeshReport, Solid};
@@ -9,8 +9,9 @@ use crate::scalar::no_memory;
 
 pub(crate) type Numbers<'py> = Bound<'py, PyArray1<i64>>;
 
-/// Describes the defects of triangles, and lists them: edges that are open, turned or uneven, each as a face and the corner
-/// where the edge starts, and faces that are doubled or opposed, each with the earlier one.
+/// Describes and lists the defects of triangles. Open, turned, and uneven edges are listed as a
+/// face and the corner where the edge starts. Doubled and opposed faces are listed with the earlier
+/// face that they repeat.
 pub(crate) fn defects<S: BvhScalar>(
     triangles: &[TriangleOf<S>],
 ) -> PyResult<(String, [Vec<i64>; 5])> {

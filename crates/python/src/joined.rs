@@ -1,4 +1,4 @@
-//! Joins the parts that threads make, in order.
+//! Joins the parts that threads produce, in order.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -11,23 +11,24 @@ use crate::part::Part;
 pub(crate) struct Joined<'a, A>(Mutex<State<'a, A>>);
 
 struct State<'a, A> {
-    /// The unfilled memory: where the answers of each ray end, and the answers as words.
+    /// The unfilled part of the output: where the answers of each ray end, and the answers as
+    /// words.
     offsets: &'a mut [i64],
     words: &'a mut [u64],
-    /// How many parts and answers have a position already.
+    /// The numbers of parts and answers that already have a position.
     parts: usize,
     answers: usize,
     /// Parts that wait for earlier ones.
     waiting: BTreeMap<usize, Part<A>>,
     /// Parts that did not fit.
     more: Vec<Part<A>>,
-    /// Parts whose memory is reused.
+    /// Cleared parts whose memory can be reused.
     idle: Vec<Part<A>>,
 }
 
 /// The position of a part.
 struct PartTarget<'a> {
-    /// How many answers come before it.
+    /// The number of answers before this part.
     before: i64,
     offsets: &'a mut [i64],
     words: &'a mut [u64],
@@ -50,15 +51,16 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A part to be filled.
+    /// Returns an empty part to fill.
     pub(crate) fn part(&self) -> Part<A> {
         self.lock().idle.pop().unwrap_or_else(Part::new)
     }
 
-    /// Puts the part with this number into its place, and those that waited for it.
+    /// Puts a part and the parts that waited for it into their places.
     pub(crate) fn put(&self, number: usize, part: Part<A>) {
         self.lock().waiting.insert(number, part);
-        // The thread that finds out where a part belongs copies it there, in parallel with other threads.
+        // The thread that determines where a part belongs also copies it there, in parallel with
+        // other threads.
         while let Some((mut part, place)) = self.next() {
             place.words.copy_from_slice(bytemuck::cast_slice(&part.answers));
             put_ends(place.offsets, place.before, &part);
@@ -67,12 +69,12 @@ impl<'a, A: Pod> Joined<'a, A> {
         }
     }
 
-    /// The next finished part that has a position. The lock is released afterwards.
+    /// Returns the next finished part that has a position, and releases the lock.
     fn next(&self) -> Option<(Part<A>, PartTarget<'a>)> {
         self.lock().next()
     }
 
-    /// How many answers are in the array, and the parts that did not fit.
+    /// Returns the number of answers in the array, and the parts that did not fit.
     pub(crate) fn finish(self) -> (usize, Vec<Part<A>>) {
         let state = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         let left: usize = state.more.iter().map(|part| part.answers.len()).sum();
@@ -81,7 +83,8 @@ impl<'a, A: Pod> Joined<'a, A> {
 }
 
 impl<'a, A: Pod> State<'a, A> {
-    /// The next part that has arrived and has room in the output; parts without room go to `more`.
+    /// Returns the next part that has arrived and fits in the output. Parts that do not fit go to
+    /// `more`.
     fn next(&mut self) -> Option<(Part<A>, PartTarget<'a>)> {
         loop {
             let part = self.waiting.remove(&self.parts)?;

@@ -1,5 +1,5 @@
-//! The native part of the Python package `intertri`: it reads numpy's arrays, releases the interpreter's lock, and
-//! calls `intertri-trace` on all threads.
+//! The native module of the Python package `intertri`. It reads numpy arrays, releases the
+//! interpreter's lock, and calls `intertri-trace` on all threads.
 
 mod batch;
 mod defects;
@@ -24,7 +24,7 @@ mod tree;
 
 use pyo3::prelude::*;
 
-/// What `intertri/_triangles.py` builds on; not part of the public interface.
+/// The module that the Python files build on. It is not part of the public interface.
 #[pymodule]
 mod _intertri {
     use numpy::PyReadonlyArray1;
@@ -39,7 +39,7 @@ mod _intertri {
     #[pymodule_export]
     use crate::tree::{Tree32, Tree64};
 
-    /// The XXH64 of a contiguous array of bytes. It detects damage, not malice.
+    /// The XXH64 checksum of a contiguous array of bytes. It detects damage, but not tampering.
     #[pyfunction]
     fn checksum(py: Python<'_>, bytes: PyReadonlyArray1<'_, u8>) -> PyResult<u64> {
         let bytes = bytes.as_slice()?;

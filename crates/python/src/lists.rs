@@ -1,11 +1,12 @@
-//! Lists of answers: any number for each ray.
+//! Lists of answers, with any number of answers per ray.
 //!
-//! Threads take bands of rays in their order, and put the answers where those of the bands before end:
+//! Threads take bands of rays in order, and put the answers of each band after those of the
+//! previous bands:
 //!
 //! ```text
-//!   bands of rays      0  1  2  3  4  5           a thread takes the next
-//!   answers of bands   0  1     3                 3 waits for 2: where it goes, is known then
-//!   one array          0000011                    written by threads, each its own band
+//!   bands of rays      0  1  2  3  4  5           each thread takes the next band
+//!   answers of bands   0  1     3                 3 waits until 2 determines where it goes
+//!   one array          0000011                    each thread writes its own band
 //! ```
 
 use std::ops::Range;
@@ -28,13 +29,13 @@ use crate::scalar::Scalar;
 use crate::skip::Skip;
 use crate::source::Source;
 
-/// Rays that a thread takes at a time.
+/// The number of rays that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Where the answers of each ray start, and where the last end; and the answers as words.
+/// The offsets where each ray's answers start and the last ones end, and the answers as words.
 pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64>>);
 
-/// A query with a list for each ray.
+/// Runs a query that returns a list for each ray.
 pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     py: Python<'py>,
     workers: &Workers,
@@ -42,7 +43,8 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     width: usize,
     ask: impl Fn(&[RayOf<S>], Skip<'_>) -> PyResult<Part<A>> + Sync,
 ) -> PyResult<Lists<'py>> {
-    // Space for one answer per ray, if there is enough memory: pages that are not needed are never touched.
+    // Reserve space for one answer per ray, if there is enough memory. Pages that are not needed
+    // are never touched.
     let words_of = |answers: usize| answers * size_of::<A>() / size_of::<u64>();
     let offsets = zeros::<i64>(py, rays.count + 1)?;
     let words = zeros::<u64>(py, words_of(rays.count)).or_else(|_| zeros(py, 0))?;
@@ -61,7 +63,7 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
         return Ok((offsets, words));
     }
 
-    // Some did not fit: copy everything into one array.
+    // Some answers did not fit, so copy everything into one array.
     let all = put + more.iter().map(|part| part.answers.len()).sum::<usize>();
     let together = zeros::<u64>(py, words_of(all))?;
     {
@@ -131,7 +133,7 @@ where
         rayon::broadcast(|_| token.run(work)).into_iter().collect()
     }
 
-    /// Appends the lists of the rays of a range, however long they are.
+    /// Appends the lists of the rays in a range, however long the lists are.
     fn range(
         &self,
         range: Range<usize>,
@@ -177,8 +179,8 @@ where
     }
 }
 
-/// An array of zeros that the system provides without writing them. If there is too little memory this returns an
-/// error, whereas the function of the crate `numpy` panics.
+/// An array of zeros that the system provides without writing them. If there is not enough memory,
+/// this returns an error, whereas the function of the `numpy` crate panics.
 fn zeros<T: Element>(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<T>>> {
     let made = py.import("numpy")?.call_method1("zeros", (count, T::get_dtype(py)))?;
     Ok(made.cast_into()?)

@@ -18,13 +18,13 @@ use crate::scalar::{Scalar, no_memory, wrong};
 use crate::source::Arrays;
 use crate::tree::{gather, small_or};
 
-/// The number of the outside.
+/// The medium number that means outside.
 const OUTSIDE: i32 = -1;
 
 /// The vertices and faces of a mesh.
 type Arrays32<'py, S> = (PyReadonlyArray1<'py, S>, PyReadonlyArray1<'py, u32>);
 
-/// A segment, as a row of numpy's array.
+/// A segment, as a row of a numpy array.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct SegmentRow {
@@ -38,7 +38,7 @@ struct SegmentRow {
     padding: u32,
 }
 
-/// A crossing into another medium, as a row of numpy's array.
+/// A crossing into another medium, as a row of a numpy array.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct CrossingRow {
@@ -71,7 +71,7 @@ fn number(medium: Option<u32>) -> i32 {
     medium.map_or(OUTSIDE, |medium| medium as i32)
 }
 
-/// Builds media from meshes and the numbers of what fills them.
+/// Builds media from meshes and the numbers of the media that fill them.
 fn media<S: Scalar>(meshes: &[Vec<TriangleOf<S>>], filled: &[u32]) -> PyResult<Media<S>> {
     let meshes: Vec<_> = filled.iter().copied().zip(meshes.iter().map(Vec::as_slice)).collect();
     Media::new(&meshes).map_err(|error| match error {
@@ -82,7 +82,7 @@ fn media<S: Scalar>(meshes: &[Vec<TriangleOf<S>>], filled: &[u32]) -> PyResult<M
     })
 }
 
-/// Defines a class for one scalar, because a generic type cannot be a Python class.
+/// Defines a class for one scalar type, because a generic type cannot be a Python class.
 macro_rules! media_class {
     ($name:ident, $scalar:ty) => {
         /// Closed meshes, each filled with a medium.
@@ -113,7 +113,7 @@ macro_rules! media_class {
                 Ok(Self { media })
             }
 
-            /// Fills `out` with the media at points, -1 outside.
+            /// Fills `out` with the media at points, or -1 for outside.
             fn medium_at(
                 &self,
                 py: Python<'_>,
@@ -125,7 +125,7 @@ macro_rules! media_class {
                 let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
                 let workers = Workers::new(threads, points.len() < FEW)?;
                 of_points(py, &workers, points, (out, OUTSIDE), |points, out| {
-                    // One by one, if there is too little memory for lists.
+                    // If there is not enough memory for lists, answer one by one.
                     match on_this_thread(|| self.media.medium_at_batch(points)) {
                         Ok(found) => {
                             out.iter_mut()
@@ -165,7 +165,7 @@ macro_rules! media_class {
                 })
             }
 
-            /// The segments of each ray.
+            /// Returns the segments of each ray.
             fn segments<'py>(
                 &self,
                 py: Python<'py>,

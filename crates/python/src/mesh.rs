@@ -18,7 +18,7 @@ pub(crate) struct Mesh<S: Scalar> {
     soup: OnceLock<Solid<S>>,
 }
 
-/// A crossing, as a row of numpy's array.
+/// A crossing, as a row of a numpy array.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct CrossingRow {
@@ -35,19 +35,19 @@ impl<S: Scalar> Mesh<S> {
         Self { solid: Solid::assume_closed_bvh(bvh), soup: OnceLock::new() }
     }
 
-    /// The mesh taken as closed, or with its boundary.
+    /// The solid, either assumed to be closed or with its boundary.
     pub(crate) fn solid(&self, assume_closed: bool) -> PyResult<&Solid<S>> {
         if assume_closed {
             return Ok(&self.solid);
         }
         if self.soup.get().is_none() {
-            // Another thread may have found it meanwhile, with the same result.
+            // Another thread may have found the boundary in the meantime, with the same result.
             _ = self.soup.set(self.solid.with_boundary().map_err(no_memory)?);
         }
         Ok(self.soup.get().unwrap_or(&self.solid))
     }
 
-    /// The hierarchy from saved bytes, over this many triangles.
+    /// Loads a hierarchy over this many triangles from saved bytes.
     pub(crate) fn from_bytes(bytes: &[u8], triangles: usize) -> PyResult<Self> {
         let mut bvh = Bvh::from_bytes(bytes).map_err(|error| match error {
             LoadError::OutOfMemory => no_memory(error),
@@ -68,8 +68,9 @@ impl<S: Scalar> Mesh<S> {
         Ok(Self::of(self.solid.bvh().try_clone()?))
     }
 
-    /// The mesh with its triangles moved, and how worn the tree is: 1 if nothing has moved. If there was too little
-    /// memory, it holds no triangles any more.
+    /// Moves the triangles, and returns the mesh and how much longer rays take than in a new tree,
+    /// as a factor: 1 if nothing has moved. If there is not enough memory, the returned mesh
+    /// contains no triangles.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
         // Drop the other solid, so that the hierarchy is not shared.
         drop(self.soup);
@@ -78,7 +79,7 @@ impl<S: Scalar> Mesh<S> {
         (Self::of(bvh), refit.map(|refit| refit.ratio()))
     }
 
-    /// The crossings of rays, by t.
+    /// The crossings of rays, in order of t.
     pub(crate) fn crossings(
         &self,
         rays: &[RayOf<S>],

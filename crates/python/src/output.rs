@@ -1,4 +1,4 @@
-//! What queries are given beside their points or rays: threads, and memory for the answers.
+//! The arguments of queries other than points and rays: threads, and memory for the answers.
 
 use std::num::NonZeroUsize;
 
@@ -9,13 +9,13 @@ use pyo3::prelude::*;
 pub(crate) type Threads = Option<NonZeroUsize>;
 pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 
-/// For up to this many rays or triangles, one thread finishes before others would wake up.
+/// For up to this many rays or triangles, one thread finishes before other threads would wake up.
 pub(crate) const SMALL: usize = 4096;
 
-/// [`SMALL`] for the coordinates of points.
+/// The same limit for the coordinates of points.
 pub(crate) const FEW: usize = 3 * 32;
 
-/// The answers stored in bytes.
+/// Casts bytes to answers.
 pub(crate) fn rows<'a, A: bytemuck::Pod>(
     bytes: &'a mut Bytes<'_>,
     count: usize,
@@ -29,6 +29,6 @@ pub(crate) fn rows<'a, A: bytemuck::Pod>(
     if rows.len() == count {
         Ok(rows)
     } else {
-        Err(PyValueError::new_err("out has another length"))
+        Err(PyValueError::new_err("out has the wrong length"))
     }
 }

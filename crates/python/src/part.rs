@@ -3,25 +3,25 @@
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
-/// The lists of some rays, one after another.
+/// The lists of answers of some rays, one after another.
 pub(crate) struct Part<A> {
-    /// Where the answers of each ray start, and where the last end.
+    /// Where the answers of each ray start, and where the last ones end.
     pub(crate) offsets: Vec<i64>,
     pub(crate) answers: Vec<A>,
 }
 
 impl<A: Copy> Part<A> {
-    /// The lists of no rays.
+    /// Creates a part without rays.
     pub(crate) fn new() -> Self {
         Self { offsets: vec![0], answers: Vec::new() }
     }
 
-    /// How many rays there are.
+    /// The number of rays.
     pub(crate) fn rays(&self) -> usize {
         self.offsets.len() - 1
     }
 
-    /// Removes everything.
+    /// Removes all rays and answers.
     pub(crate) fn clear(&mut self) {
         self.offsets.truncate(1);
         self.answers.clear();
@@ -44,7 +44,7 @@ impl<A: Copy> Part<A> {
     }
 }
 
-/// Memory ran out for the answers.
+/// The error if there is not enough memory for the answers.
 fn too_many(answers: usize) -> PyErr {
     PyMemoryError::new_err(format!("{answers} answers need more memory than is available"))
 }

@@ -1,4 +1,5 @@
-//! Pictures in numpy's arrays: gathers rows of pixels tile by tile, as the library does with rays in memory.
+//! Pictures in numpy arrays: gathers rows of pixels tile by tile, as the library does with rays in
+//! memory.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use crate::pool::workers;
 use crate::scalar::Scalar;
 use crate::source::Source;
 
-/// With fewer rays, there is no picture.
+/// Fewer rays are not treated as a picture.
 const PICTURE: usize = 4 * TILE * TILE;
 
 /// Consecutive rays that a thread takes at a time.
@@ -20,8 +21,9 @@ pub(crate) struct Piece {
     pub(crate) band: Option<Arc<Band>>,
 }
 
-/// Splits rays into pieces of `size`, and pictures into bands for the threads of this pool. `width` is the number of
-/// pixels in a row by the caller's shape, if it has rows.
+/// Splits rays into pieces of `size`, and pictures into bands for the threads of this pool.
+///
+/// `width` is the length of the last dimension of the caller's array, which may be a picture.
 pub(crate) fn pieces<S: Scalar>(rays: &Source<'_, S>, width: usize, size: usize) -> Vec<Piece> {
     let mut pieces = Vec::new();
     for Run { rays, width } in pictures(rays, width) {
@@ -36,14 +38,14 @@ pub(crate) fn pieces<S: Scalar>(rays: &Source<'_, S>, width: usize, size: usize)
     pieces
 }
 
-/// Splits rays into pictures and others.
+/// Finds the runs of rays that are pictures.
 fn pictures<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Vec<Run> {
     let all = 0..rays.count;
-    // Tiles hold only rays, nothing to skip.
+    // Tiles contain only rays, without triangles to skip.
     if rays.count < PICTURE || rays.skips() {
         return vec![Run { rays: all, width: None }];
     }
-    // A panorama's rows have no visible ends, but the caller's shape has.
+    // Trust the caller's shape first: the rows of a panorama have no ends that `runs` could find.
     let [origin, _] = rays.line(0);
     let shares = |i: usize| rays.line(i)[0] == origin;
     let is_picture = width >= TILE
@@ -55,7 +57,7 @@ fn pictures<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Vec<Run> {
     runs(rays.count, |i| rays.line(i))
 }
 
-/// Gathers the rays of a block in a band that begins with a ray.
+/// Gathers the rays of a block in the band that begins with the ray `first`.
 pub(crate) fn gather<S: Scalar>(
     block: &Block<'_>,
     (rays, first): (&Source<'_, S>, usize),

@@ -1,4 +1,5 @@
-//! Queries for many points, in the order of a space-filling curve, so that neighbours follow each other.
+//! Queries for many points, in the order of a space-filling curve, so that neighbours follow each
+//! other.
 
 use std::collections::TryReserveError;
 
@@ -14,22 +15,23 @@ use crate::pool::{Workers, chunks, is_caller};
 use crate::run::{Stop, pieces, run};
 use crate::scalar::{Scalar, no_memory, wrong};
 
-/// Points that a thread takes at a time.
+/// The number of points that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Points of a slab.
+/// The number of points in a slab.
 const SLAB: usize = 1 << 20;
 
 /// Fewer points are queried in the given order.
 const FEW: usize = 512;
 
-/// Points that are sorted together.
+/// The number of points that are sorted together.
 const MANY: usize = 1 << 22;
 
 /// The winding number that marks a point on the mesh.
 pub(crate) const SURFACE: i32 = i32::MIN;
 
-/// Runs a query with one answer for each point; `none` is any initial value. No answer depends on the order.
+/// Runs a query with one answer per point. `none` is an arbitrary initial value. Answers do not
+/// depend on the order of the points.
 pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
     py: Python<'_>,
     workers: &Workers,
@@ -45,7 +47,7 @@ pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
     })
 }
 
-/// Answers points together. If there is too little memory for all, it answers each half separately.
+/// Answers all points together. If there is not enough memory, answers each half separately.
 fn by_halves<S: Scalar, A: Copy + Send + Sync>(
     points: &[[S; 3]],
     (answers, none): (&mut [A], A),
@@ -84,7 +86,8 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
     Ok(())
 }
 
-/// Answers points by a function that orders them itself, in slabs small enough that Ctrl-C does not wait long.
+/// Answers points with a function that orders them itself, in slabs small enough that Ctrl-C does
+/// not have to wait long.
 fn by_slabs<S: Scalar, A: Send>(
     py: Python<'_>,
     workers: &Workers,
@@ -123,7 +126,7 @@ fn answer<S: Scalar, A: Clone, O>(
     }
 }
 
-/// Fills `out` with the converted answers of a mesh as a solid.
+/// Fills `out` with converted answers of a mesh that is queried as a solid.
 pub(crate) fn of_solid<S: Scalar, A: Clone + Send + Sync, O: Pod + Send>(
     py: Python<'_>,
     (mesh, assume_closed): (&Mesh<S>, bool),
@@ -144,7 +147,7 @@ pub(crate) fn of_solid<S: Scalar, A: Clone + Send + Sync, O: Pod + Send>(
     })
 }
 
-/// How a mesh winds around a point; `SURFACE` on the mesh.
+/// The winding number of a mesh around a point, or `SURFACE` on the mesh.
 pub(crate) fn winding(containment: Containment) -> i32 {
     match containment {
         Containment::Outside => 0,
@@ -153,10 +156,11 @@ pub(crate) fn winding(containment: Containment) -> i32 {
     }
 }
 
-/// Points of a grid that are classified at a time.
+/// The number of grid points that are classified at a time.
 const CELLS: usize = 1 << 24;
 
-/// Classifies the points of a grid: 0 outside, 1 inside, 2 on the mesh. Points along the last axis are contiguous.
+/// Classifies the points of a grid as 0 (outside), 1 (inside), or 2 (on the mesh). Points along the
+/// last axis are contiguous.
 pub(crate) fn grid<S: Scalar>(
     solid: &Solid<S>,
     [x, y, z]: [&[S]; 3],
@@ -164,7 +168,7 @@ pub(crate) fn grid<S: Scalar>(
 ) -> PyResult<()> {
     let count = x.len().checked_mul(y.len()).and_then(|count| count.checked_mul(z.len()));
     if count != Some(out.len()) {
-        return Err(wrong("out has another length"));
+        return Err(wrong("out has the wrong length"));
     }
     if out.is_empty() {
         return Ok(());
@@ -190,7 +194,7 @@ pub(crate) fn grid<S: Scalar>(
     Ok(())
 }
 
-/// The indices of points with their positions on the curve, in order of the latter.
+/// The positions of points on the curve and their indices, sorted by position.
 fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveError> {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
@@ -201,7 +205,7 @@ fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveErro
             }
         }
     }
-    // Ten bits for each axis; points that are not finite come first.
+    // Use ten bits per axis. Coordinates that are not finite become 0 or the largest number.
     let steps = [0, 1, 2].map(|k| 1023.0 / (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
     let place = |(i, point): (usize, &[S; 3])| {
         let along = |k: usize| {
@@ -228,7 +232,7 @@ fn room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     Ok(vector)
 }
 
-/// Ten bits, with two zeros between neighbours.
+/// Spreads ten bits, with two zeros between neighbours.
 fn spread(x: u32) -> u32 {
     let x = x.min(1023);
     let x = (x | x << 16) & 0x0300_00ff;

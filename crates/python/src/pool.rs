@@ -1,4 +1,4 @@
-//! The threads that trace: the caller's, or a pool for each number of threads.
+//! The threads that trace: the calling thread, or a pool for each number of threads.
 
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
@@ -11,9 +11,9 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The pools of a process by their number of threads. A forked process has none of its parent's threads, so it
-/// starts with no pools. A thread that holds this lock also holds the interpreter's, so no fork can catch it
-/// locked.
+/// The pools of a process, by their number of threads. A forked process has none of its parent's
+/// threads, so it starts with no pools. A thread that holds this lock also holds the interpreter's
+/// lock, so no fork can happen while it is locked.
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 struct Pools {
@@ -23,21 +23,22 @@ struct Pools {
 
 /// The threads that do the work of a call.
 pub(crate) enum Workers {
-    /// The calling thread, so that a small call wakes no other thread, and calls of one thread each run in parallel.
+    /// The calling thread, so that a small call wakes no other thread, and calls with one thread
+    /// each can run in parallel.
     Caller,
     /// The threads of a pool.
     Pool(Arc<ThreadPool>),
 }
 
 impl Workers {
-    /// Uses this many threads or, without a number, all that the process may use. Small jobs run on the calling
-    /// thread.
+    /// Uses the given number of threads or, without a number, all threads that the process may use.
+    /// Small jobs run on the calling thread.
     pub(crate) fn new(threads: Option<NonZeroUsize>, is_small: bool) -> PyResult<Self> {
         let one = NonZeroUsize::MIN;
         if is_small || threads == Some(one) {
             return Ok(Self::Caller);
         }
-        // More threads than the process may run at a time would only take turns.
+        // More threads than the process can run at a time would only take turns.
         let most = available_parallelism().unwrap_or(one);
         match threads.map_or(most, |threads| threads.min(most)) {
             threads if threads == one => Ok(Self::Caller),
@@ -59,12 +60,13 @@ pub(crate) fn is_caller() -> bool {
     rayon::current_thread_index().is_none()
 }
 
-/// How many threads work.
+/// The number of threads that do the work.
 pub(crate) fn workers() -> usize {
     if is_caller() { 1 } else { rayon::current_num_threads() }
 }
 
-/// Computes the answers in chunks on all workers, each with its own state. `each` receives the chunk's number.
+/// Computes the answers in chunks on all workers, each with its own state. `each` receives the
+/// chunk's number.
 pub(crate) fn chunks<A: Send, T>(
     answers: &mut [A],
     size: usize,

@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use crate::run::run_apart;
 use crate::scalar::{no_memory, wrong};
 
-/// Vertices and faces, flat, and a message for each kind of thing that was left out, repaired or guessed.
+/// Vertices and faces, flat, and a message for each kind of item that was omitted, repaired, or
+/// guessed.
 type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<String>);
 
 /// Reads a model in f64.
@@ -17,7 +18,7 @@ type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<Str
 pub(crate) fn read_model(py: Python<'_>, path: PathBuf) -> PyResult<Model<'_>> {
     let loaded = run_apart(py, move || load_model::<f64>(&path))?;
     let LoadedModel { mesh, notes, .. } = loaded.map_err(|error| {
-        // The loaders report it only in words.
+        // The loaders report a lack of memory only in words.
         if error.cause.contains("more memory than is available") {
             no_memory(error)
         } else {

@@ -1,4 +1,4 @@
-//! Runs jobs without the interpreter's lock, but lets Ctrl-C end them.
+//! Runs jobs without the interpreter's lock, while Ctrl-C can still end them.
 
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 
 use crate::pool::Workers;
 
-/// How often to ask the interpreter for signals.
+/// How often to check for signals.
 const INTERVAL: Duration = Duration::from_millis(20);
 
 /// Whether the job should end early.
@@ -54,8 +54,9 @@ impl Stop {
     }
 }
 
-/// Runs a job on some threads. If the handler of a signal raises an exception, such as `KeyboardInterrupt` for
-/// Ctrl-C, that is the error, and the job stops early, wherever in `intertri-trace` it is.
+/// Runs a job on some threads. If a signal handler raises an exception, such as `KeyboardInterrupt`
+/// for Ctrl-C, the job stops early, wherever in `intertri-trace` it is, and the exception is
+/// returned.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
     workers: &Workers,
@@ -75,7 +76,7 @@ pub(crate) fn run<T: Send>(
             let mut result = None;
             pool.in_place_scope(|scope| {
                 scope.spawn(|_| {
-                    // Dropped however the job ends.
+                    // This is dropped however the job ends.
                     let _done = done;
                     result = Some(work());
                 });
@@ -91,19 +92,19 @@ pub(crate) fn run<T: Send>(
         (_, Some(Err(panic))) if !panic.is::<Stopped>() => resume_unwind(panic),
         (Some(error), _) => Err(error),
         (None, Some(Ok(result))) => Ok(result),
-        (None, _) => unreachable!("work ends by itself, or by what a signal raised"),
+        (None, _) => unreachable!("work stops early only after a signal handler raised"),
     }
 }
 
-/// Runs a job that cannot stop early on a separate thread. If the handler of a signal raises an exception, that is
-/// the error at once; the thread runs to its end, and its result is dropped.
+/// Runs a job that cannot stop early on a separate thread. If a signal handler raises an exception,
+/// it is returned at once. The thread then runs to its end, and its result is dropped.
 pub(crate) fn run_apart<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
     let (done, mut result) = channel();
     let worker = Builder::new().name("intertri".into()).spawn(move || {
-        // Fails if the caller no longer waits.
+        // This fails if the caller no longer waits.
         _ = done.send(work());
     });
     let worker = worker
@@ -115,14 +116,14 @@ pub(crate) fn run_apart<T: Send + 'static>(
             Err(RecvTimeoutError::Timeout) => py.check_signals()?,
             Err(RecvTimeoutError::Disconnected) => match worker.join() {
                 Err(panic) => resume_unwind(panic),
-                Ok(()) => unreachable!("the thread sends what it made"),
+                Ok(()) => unreachable!("the thread sends its result before it ends"),
             },
         }
     }
 }
 
-/// Processes many items piece by piece until it should stop. The size of the pieces adapts so that each takes a few
-/// milliseconds.
+/// Processes many items piece by piece, until all are done or the job should stop. The size of the
+/// pieces adapts so that each takes a few milliseconds.
 pub(crate) fn pieces(count: usize, stop: &Stop, mut each: impl FnMut(Range<usize>)) {
     let (mut done, mut size) = (0, 8);
     while done < count && !stop.is_set() {

@@ -1,4 +1,4 @@
-//! The scalar types of coordinates, and queries in a mode given by its Python name.
+//! The scalar types of coordinates, and queries in a mode that is given by its Python name.
 
 use intertri::{Hit, Mode, RayOf};
 use intertri_trace::{BvhScalar, MeshTriangle, Query};
@@ -10,10 +10,10 @@ use crate::part::Part;
 
 /// f32 or f64.
 pub(crate) trait Scalar: Element + BvhScalar {
-    /// Whether it has the mode `certified`.
+    /// Whether the type has the mode `certified`.
     const HAS_CERTIFIED: bool;
 
-    /// The query in a mode that [`named`] accepts.
+    /// Sets a query's mode to one that [`named`] accepts.
     fn in_mode(query: Query<'_, Self>, mode: Mode) -> Query<'_, Self>;
 }
 
@@ -33,7 +33,7 @@ impl Scalar for f64 {
     }
 }
 
-/// The mode of this name, if the scalar type has it.
+/// The mode with this name, if the scalar type has it.
 pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     match name {
         "exact" => Ok(Mode::exact()),
@@ -47,7 +47,7 @@ pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     }
 }
 
-/// The closest hits. A single ray needs none of the preparation of a batch.
+/// Finds the closest hits. A single ray needs none of the preparation of a batch.
 pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hits: &mut [Hit]) {
     if let ([ray], [to]) = (rays, &mut *hits) {
         *to = query.closest(ray).unwrap_or(Hit::MISS);
@@ -56,16 +56,16 @@ pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hi
     }
 }
 
-/// Triangles copied at a time: few enough to stay in the cache.
+/// The number of triangles copied at a time, which is small enough for them to stay in the cache.
 const SOME: usize = 1 << 12;
 
-/// The triangles of the closest hits in one mesh; `u32::MAX` for none.
+/// Finds the triangles of the closest hits in one mesh, or `u32::MAX` for none.
 pub(crate) fn triangles<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], to: &mut [u32]) {
     if let ([ray], [to]) = (rays, &mut *to) {
         *to = query.closest_triangle(ray).unwrap_or(MeshTriangle::MISS).triangle;
         return;
     }
-    // In parts on this thread: the caller shares the rays among threads.
+    // Work in parts on this thread, because the caller distributes the rays among threads.
     let mut some = vec![MeshTriangle::MISS; rays.len().min(SOME)];
     for (rays, to) in rays.chunks(SOME).zip(to.chunks_mut(SOME)) {
         let some = &mut some[..rays.len()];
@@ -74,7 +74,7 @@ pub(crate) fn triangles<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], 
     }
 }
 
-/// Whether anything is hit.
+/// Checks whether each ray hits anything.
 pub(crate) fn any<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], any: &mut [bool]) {
     if let ([ray], [to]) = (rays, &mut *any) {
         *to = query.any(ray);
@@ -83,7 +83,7 @@ pub(crate) fn any<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], any: &
     }
 }
 
-/// Every hit.
+/// Finds every hit of each ray.
 pub(crate) fn all<S: Scalar>(
     query: &Query<'_, S>,
     rays: &[RayOf<S>],

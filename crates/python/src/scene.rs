@@ -23,7 +23,7 @@ use crate::scalar::no_memory;
 use crate::source::{Arrays, Source};
 use crate::tree::{Tree32, Tree64, small_or};
 
-/// A hit, as a row of numpy's array.
+/// A hit, as a row of a numpy array.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct SceneRow {
@@ -38,7 +38,7 @@ impl From<SceneHit> for SceneRow {
     }
 }
 
-/// A closest point, as a row of numpy's array.
+/// A closest point, as a row of a numpy array.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct PointRow {
@@ -53,7 +53,8 @@ impl From<SceneClosestPoint> for PointRow {
     }
 }
 
-/// The scene being edited, and the last committed one. A query keeps the one that it started with.
+/// The scene being edited, and the last committed snapshot. A query keeps the snapshot with which
+/// it started.
 struct State {
     scene: Scene,
     snapshot: SceneSnapshot,
@@ -66,18 +67,19 @@ pub(crate) struct NativeScene {
 }
 
 impl NativeScene {
-    /// The lock is only held for moments, and never while waiting for the interpreter's lock.
+    /// Locks the state. The lock is held only briefly, and never while waiting for the
+    /// interpreter's lock.
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The scene as it was committed last, of which a query sees what shares a bit with its mask.
+    /// The last committed snapshot, restricted to instances that share a bit with the mask.
     fn snapshot(&self, mask: u32) -> SceneSnapshot {
         self.state().snapshot.clone().mask(mask)
     }
 }
 
-/// Converts the error of an instance or a matrix into a Python exception.
+/// Converts an error about an instance or a matrix to a Python exception.
 fn refused(error: SceneError) -> PyErr {
     match error {
         SceneError::NoInstance(_) => PyIndexError::new_err(error.to_string()),
@@ -112,7 +114,7 @@ impl NativeScene {
         Ok(id.index())
     }
 
-    /// Places instances: all of them, or none if one is refused.
+    /// Places all instances, or none if one of them does not exist.
     fn place(
         &self,
         instances: PyReadonlyArray1<'_, u32>,
@@ -172,7 +174,7 @@ impl NativeScene {
         })
     }
 
-    /// Fills `out` with whether anything is hit.
+    /// Fills `out` with whether each ray hits anything.
     fn any(
         &self,
         py: Python<'_>,
@@ -183,7 +185,7 @@ impl NativeScene {
     ) -> PyResult<()> {
         let (rays, out) = (rays.source()?, out.as_slice_mut()?);
         if out.len() != rays.count {
-            return Err(PyValueError::new_err("out has another length"));
+            return Err(PyValueError::new_err("out has the wrong length"));
         }
         let (scene, workers) = (self.snapshot(mask), small_or(threads, &rays)?);
         answers(py, &workers, &rays, 0, (out, false), |rays, _, any| {
@@ -191,7 +193,7 @@ impl NativeScene {
         })
     }
 
-    /// Every hit of each ray.
+    /// Returns every hit of each ray.
     fn all<'py>(
         &self,
         py: Python<'py>,
@@ -203,7 +205,7 @@ impl NativeScene {
         listed(py, &rays.source()?, threads, |ray| scene.all(ray))
     }
 
-    /// Every crossing of each ray.
+    /// Returns every crossing of each ray.
     fn crossings<'py>(
         &self,
         py: Python<'py>,
@@ -236,7 +238,7 @@ impl NativeScene {
         })
     }
 
-    /// Fills `out` with how often instances wind around points, `SURFACE` on an instance.
+    /// Fills `out` with the winding numbers of points, or `SURFACE` for points on an instance.
     fn winding(
         &self,
         py: Python<'_>,
@@ -257,7 +259,7 @@ impl NativeScene {
     }
 }
 
-/// The lists of each ray.
+/// Runs a query that returns a list of hits for each ray.
 fn listed<'py>(
     py: Python<'py>,
     rays: &Source<'_, f64>,

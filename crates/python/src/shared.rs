@@ -11,8 +11,8 @@ use crate::pool::Workers;
 use crate::run::{Stop, run};
 use crate::scalar::{Scalar, no_memory, wrong};
 
-/// A mesh with its hierarchy, or `None` if it was lost for lack of memory. A query keeps the one that it started
-/// with.
+/// A mesh with its hierarchy, or `None` if it was lost in a failed refit. A query keeps the mesh
+/// with which it started.
 pub(crate) struct Shared<S: Scalar>(Mutex<Option<Arc<Mesh<S>>>>);
 
 impl<S: Scalar> Shared<S> {
@@ -24,9 +24,10 @@ impl<S: Scalar> Shared<S> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The current mesh. Waits for a running refit.
+    /// Returns the current mesh. Waits for a running refit.
     pub(crate) fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
-        // If the thread need not wait, it keeps the interpreter's lock, so that no fork catches this one locked.
+        // If the thread need not wait, it keeps the interpreter's lock, so that no fork can happen
+        // while this one is locked.
         let mesh = match self.0.try_lock() {
             Ok(mesh) => mesh.clone(),
             Err(_) => py.detach(|| self.lock().clone()),
@@ -34,8 +35,9 @@ impl<S: Scalar> Shared<S> {
         mesh.ok_or_else(lost)
     }
 
-    /// Moves the triangles, and returns how worn the tree is. Queries that started earlier continue with the old
-    /// mesh. If a signal ends the refit, the mesh is lost.
+    /// Moves the triangles, and returns how much longer rays take than in a new tree, as a factor.
+    /// Queries that started earlier continue with the old mesh. If a signal ends the refit, the
+    /// mesh is lost.
     pub(crate) fn refit(
         &self,
         py: Python<'_>,
@@ -43,19 +45,21 @@ impl<S: Scalar> Shared<S> {
         triangles: impl FnOnce(&Stop) -> PyResult<Vec<TriangleOf<S>>> + Send,
     ) -> PyResult<f64> {
         let triangles = run(py, workers, triangles)??;
-        // Taken on this thread: a pool thread that waits for others might be handed another refit meanwhile.
+        // Take the lock on this thread: a pool thread that waits for others might be given another
+        // refit in the meantime.
         let mut place = loop {
             match self.0.try_lock() {
                 Ok(place) => break place,
                 Err(TryLockError::Poisoned(place)) => break place.into_inner(),
-                // The thread that holds it may need the interpreter's lock to release it.
+                // The thread that holds the lock may need the interpreter's lock to release it.
                 Err(TryLockError::WouldBlock) => py.detach(|| drop(self.lock())),
             }
         };
         let mesh = place.as_ref().ok_or_else(lost)?;
         let copy = match Arc::strong_count(mesh) {
             1 => None,
-            // A query still uses it. If there is too little memory for a copy, the mesh stays as it was.
+            // A query still uses the mesh. If there is not enough memory for a copy, the mesh stays
+            // as it was.
             _ => Some(run(py, workers, |_| mesh.try_clone())?.map_err(no_memory)?),
         };
         let mesh = place.take().and_then(Arc::into_inner).or(copy).ok_or_else(lost)?;
@@ -70,7 +74,7 @@ impl<S: Scalar> Shared<S> {
     }
 }
 
-/// The error of a query on a mesh that a refit has lost.
+/// The error for a query on a mesh that was lost in a refit.
 fn lost() -> PyErr {
-    no_memory("a refit was interrupted or had too little memory; ask again")
+    no_memory("a refit was interrupted or ran out of memory; repeat the query")
 }

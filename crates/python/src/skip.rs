@@ -5,7 +5,7 @@ use intertri_trace::{Bvh, Query};
 
 use crate::scalar::Scalar;
 
-/// The triangles that rays skip: the same number of them for each ray, -1 for none.
+/// The triangles that rays skip. Every ray has the same number of entries, where -1 means none.
 #[derive(Clone, Copy)]
 pub(crate) struct Skip<'a> {
     pub(crate) numbers: &'a [i32],
@@ -17,7 +17,7 @@ impl Skip<'_> {
     pub(crate) const NONE: Self = Self { numbers: &[], each: 0 };
 }
 
-/// A query that leaves out the triangles that rays skip.
+/// Runs a query that ignores the triangles that rays skip.
 pub(crate) fn without<S: Scalar, A>(
     bvh: &Bvh<S>,
     mode: Mode,

@@ -11,9 +11,9 @@ use pyo3::prelude::*;
 use crate::scalar::Scalar;
 use crate::skip::Skip;
 
-/// Borrowed arrays of rays, flat and contiguous: `origins` holds 3 numbers for each ray, or 3 for all, and so does
-/// `directions`; `t_min` and `t_max` hold 1 for each ray, or 1 for all. Without `directions`, `origins` holds whole
-/// rays of 6 or 8 numbers.
+/// Borrowed arrays of rays, flat and contiguous. `origins` and `directions` contain 3 numbers for
+/// each ray, or 3 for all rays; `t_min` and `t_max` contain 1 for each ray, or 1 for all rays.
+/// Without `directions`, `origins` contains whole rays of 6 or 8 numbers.
 #[derive(FromPyObject)]
 pub(crate) struct Arrays<'py, S: Element> {
     count: usize,
@@ -25,7 +25,7 @@ pub(crate) struct Arrays<'py, S: Element> {
     skip: Option<PyReadonlyArray1<'py, i32>>,
 }
 
-/// A row for each ray, or one row for all, stored four times.
+/// A row for each ray, or one row for all rays, stored four times.
 struct Rows<'a, T> {
     rows: &'a [T],
     one: Option<[T; 4]>,
@@ -51,7 +51,7 @@ impl<'a, T: Copy> Rows<'a, T> {
         match (&self.one, self.rows.get(first..).and_then(|rows| rows.first_chunk())) {
             (Some(one), _) => one,
             (None, Some(four)) => four,
-            (None, None) => unreachable!("four rays are there"),
+            (None, None) => unreachable!("there are fewer than four rays"),
         }
     }
 
@@ -82,7 +82,7 @@ struct Ends<'a, S> {
 }
 
 impl<S: Scalar> Ends<'_, S> {
-    /// Writes four rays along these lines.
+    /// Writes four rays, whose lines `line` returns.
     #[inline]
     fn put(&self, first: usize, to: &mut [RayOf<S>], line: impl Fn(usize) -> ([S; 3], [S; 3])) {
         let (t_min, t_max) = (self.t_min.four(first), self.t_max.four(first));
@@ -109,12 +109,12 @@ impl<S: Scalar> Arrays<'_, S> {
             },
             (None, 6) => Layout::Six { rays: Rows::new(first.as_chunks().0, count)?, ends },
             (None, 8) => Layout::Eight { rays: Rows::new(first.as_chunks().0, count)? },
-            _ => return Err(PyValueError::new_err("rays have 3, 6 or 8 columns")),
+            _ => return Err(PyValueError::new_err("rays have 3, 6, or 8 columns")),
         };
         let numbers = self.skip.as_ref().map_or(Ok(&[][..]), |skip| skip.as_slice())?;
         let each = numbers.len() / count.max(1);
         if numbers.len() != each * count {
-            return Err(PyValueError::new_err("skip has another length"));
+            return Err(PyValueError::new_err("skip has the wrong length"));
         }
         Ok(Source { count, layout, skip: Skip { numbers, each } })
     }
@@ -138,7 +138,8 @@ impl<S: Scalar> Source<'_, S> {
         Skip { numbers: &numbers[each * range.start..each * range.end], each }
     }
 
-    /// Writes rays four at a time, starting at the first; the callback gets the index of each group of four.
+    /// Writes `count` rays, beginning with the ray `first`, in groups of four. `begins` yields the
+    /// index in `to` where each group begins.
     #[inline]
     pub(crate) fn put(
         &self,
@@ -189,12 +190,13 @@ impl<S: Scalar> Source<'_, S> {
                 dirs.prefetch(range);
             }
             Layout::Six { rays, .. } => rays.prefetch(range),
-            // No prefetch: it would be slower, because rows whose size is a power of two share cache sets.
+            // Prefetching would be slower here, because rows whose size is a power of two share
+            // cache sets.
             Layout::Eight { .. } => {}
         }
     }
 
-    /// The rays of a range: borrowed if the array holds whole rays, else gathered.
+    /// The rays of a range, borrowed if the array contains whole rays, and gathered otherwise.
     pub(crate) fn rays<'s>(
         &'s self,
         range: Range<usize>,

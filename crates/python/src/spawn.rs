@@ -8,11 +8,11 @@ use crate::pool::{Workers, chunks};
 use crate::run::run;
 use crate::scalar::Scalar;
 
-/// Hits that a thread takes at a time.
+/// The number of hits that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Fills `out` with rays, origin and direction, that start at hits on faces and never hit the same faces. The
-/// origins of misses are NaN.
+/// Fills `out` with the origins and directions of rays that start at hits on faces and never hit
+/// the same faces. The origins are NaN for misses.
 pub(crate) fn spawn_rays<S: Scalar>(
     py: Python<'_>,
     workers: &Workers,
@@ -23,7 +23,7 @@ pub(crate) fn spawn_rays<S: Scalar>(
     let (vertices, faces): (&[[S; 3]], &[[u32; 3]]) = (vertices.as_chunks().0, faces.as_chunks().0);
     let (directions, out) = (directions.as_chunks::<3>().0, out.as_chunks_mut::<6>().0);
     if out.len() != hits.len() || directions.len() != hits.len() {
-        return Err(PyValueError::new_err("out has another length"));
+        return Err(PyValueError::new_err("out has the wrong length"));
     }
     let origin = |hit: &Hit, dir: [S; 3]| {
         let face = faces.get(hit.triangle as usize)?;

@@ -1,6 +1,7 @@
 //! The classes behind Python's `Mesh`: a hierarchy over f32 or f64, queried with flat arrays.
 //!
-//! `intertri/_arrays.py` checks the arguments of users. Only what memory safety depends on is checked again here.
+//! `intertri/_arrays.py` checks users' arguments. This module checks again only what memory safety
+//! depends on.
 
 use std::time::Instant;
 
@@ -26,15 +27,15 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-/// The threads that trace these rays.
+/// The threads that trace these rays. A small number of rays is traced by the calling thread alone.
 pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
 }
 
-/// Faces gathered between two checks for signals.
+/// The number of faces gathered between two checks for signals.
 const STEP: usize = 1 << 16;
 
-/// Gathers the triangles of faces. Can be stopped.
+/// Gathers the triangles of faces, and ends early if `stop` is set.
 pub(crate) fn gather<S: Scalar>(
     vertices: &[S],
     faces: &[u32],
@@ -61,7 +62,7 @@ pub(crate) fn gather<S: Scalar>(
     Ok(triangles)
 }
 
-/// Defines a class for one scalar, because a generic type cannot be a Python class.
+/// Defines a class for one scalar type, because a generic type cannot be a Python class.
 macro_rules! tree {
     ($name:ident, $scalar:ty) => {
         /// A hierarchy over triangles.
@@ -173,7 +174,7 @@ macro_rules! tree {
                 })
             }
 
-            /// Fills `out` with whether anything is hit.
+            /// Fills `out` with whether each ray hits anything.
             fn any(
                 &self,
                 py: Python<'_>,
@@ -186,7 +187,7 @@ macro_rules! tree {
                 let (mode, rays) = (named::<$scalar>(mode)?, rays.source()?);
                 let out = out.as_slice_mut()?;
                 if out.len() != rays.count {
-                    return Err(PyValueError::new_err("out has another length"));
+                    return Err(PyValueError::new_err("out has the wrong length"));
                 }
                 let mesh = self.mesh.get(py)?;
                 answers(
@@ -201,8 +202,9 @@ macro_rules! tree {
                 )
             }
 
-            /// Fills `out` with whether segments hit nothing on the way. Their ends come in place of origins and
-            /// directions, and were rounded to `bits` bits after the first.
+            /// Fills `out` with whether segments hit nothing between their ends. The ends are
+            /// passed in place of origins and directions, and were rounded to `bits` bits after the
+            /// first bit.
             fn visible(
                 &self,
                 py: Python<'_>,
@@ -214,7 +216,7 @@ macro_rules! tree {
             ) -> PyResult<()> {
                 let (segments, out) = (segments.source()?, out.as_slice_mut()?);
                 if out.len() != segments.count {
-                    return Err(PyValueError::new_err("out has another length"));
+                    return Err(PyValueError::new_err("out has the wrong length"));
                 }
                 let (workers, mesh) = (small_or(threads, &segments)?, self.mesh.get(py)?);
                 answers(py, &workers, &segments, width, (out, false), |rays, skip, visible| {
@@ -226,7 +228,7 @@ macro_rules! tree {
                 })
             }
 
-            /// Fills `out` with rays that start where others hit, and never hit the same triangles.
+            /// Fills `out` with rays that start at hits and never hit the same triangles.
             #[staticmethod]
             fn spawn_rays(
                 py: Python<'_>,
@@ -243,7 +245,7 @@ macro_rules! tree {
                 spawn_rays(py, &workers, mesh, (hits, directions.as_slice()?), out)
             }
 
-            /// All hits of each ray.
+            /// Returns all hits of each ray.
             fn all<'py>(
                 &self,
                 py: Python<'py>,
@@ -260,7 +262,7 @@ macro_rules! tree {
                 })
             }
 
-            /// All crossings of each ray.
+            /// Returns all crossings of each ray.
             fn crossings<'py>(
                 &self,
                 py: Python<'py>,
@@ -275,7 +277,7 @@ macro_rules! tree {
                 })
             }
 
-            /// Fills `out` with how often each ray crosses: signed and unsigned.
+            /// Fills `out` with the signed and unsigned numbers of crossings of each ray.
             fn count_crossings(
                 &self,
                 py: Python<'_>,
@@ -305,7 +307,7 @@ macro_rules! tree {
                 )
             }
 
-            /// Fills `out` with 1 for points inside the mesh or on it, and 0 for others.
+            /// Fills `out` with 1 for points inside the mesh or on it, and 0 for all others.
             fn contains(
                 &self,
                 py: Python<'_>,
@@ -319,7 +321,7 @@ macro_rules! tree {
                 of_solid(py, (&mesh, assume_closed), threads, at, false, ask, meaning)
             }
 
-            /// Fills `out` with the winding numbers of points as whole numbers, `SURFACE` on the mesh.
+            /// Fills `out` with the integer winding numbers of points, or `SURFACE` on the mesh.
             fn winding(
                 &self,
                 py: Python<'_>,
@@ -341,7 +343,7 @@ macro_rules! tree {
                 )
             }
 
-            /// Fills `out` with the winding numbers of points, NaN on the mesh.
+            /// Fills `out` with the winding numbers of points, or NaN on the mesh.
             fn winding_number(
                 &self,
                 py: Python<'_>,
@@ -356,7 +358,7 @@ macro_rules! tree {
                 of_solid(py, (&mesh, false), threads, at, None, ask, meaning)
             }
 
-            /// Fills `out` with the positions of the grid's points: outside, inside or on the mesh.
+            /// Fills `out` with whether each point of the grid is outside, inside, or on the mesh.
             fn voxels(
                 &self,
                 py: Python<'_>,
@@ -414,7 +416,8 @@ macro_rules! tree {
                 })
             }
 
-            /// Moves the triangles, and returns how worn the tree is.
+            /// Moves the triangles, and returns how much longer rays take than in a new tree, as a
+            /// factor.
             fn refit(
                 &self,
                 py: Python<'_>,
@@ -427,7 +430,7 @@ macro_rules! tree {
                 self.mesh.refit(py, &workers, |stop| gather::<$scalar>(vertices, faces, stop))
             }
 
-            /// The hierarchy as bytes.
+            /// Saves the hierarchy as bytes.
             fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
                 let mesh = self.mesh.get(py)?;
                 let bvh = mesh.solid.bvh();
@@ -439,7 +442,7 @@ macro_rules! tree {
                 })
             }
 
-            /// The hierarchy from saved bytes, over `triangles` triangles.
+            /// Loads a hierarchy over `triangles` triangles from saved bytes.
             #[staticmethod]
             fn from_bytes(py: Python<'_>, bytes: &[u8], triangles: usize) -> PyResult<Self> {
                 let read = |_: &_| Mesh::from_bytes(bytes, triangles);
@@ -447,8 +450,9 @@ macro_rules! tree {
                 Ok(Self { mesh: Shared::new(mesh) })
             }
 
-            /// How many seconds the call in Rust takes for these rays and their closest hits: as they come, and in
-            /// the order of tiles if they are a square picture. For benchmarks.
+            /// Measures how many seconds the call in Rust takes to find the closest hits of these
+            /// rays, in the given order and in the order of tiles of a square picture. For
+            /// benchmarks.
             fn seconds(
                 &self,
                 py: Python<'_>,

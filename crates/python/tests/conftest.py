@@ -36,7 +36,7 @@ def box(low=(-1, -1, -1), high=(1, 1, 1)):
 
 
 def camera(size, eye, target=(0, 0, 0), spread=0.6):
-    """The rays of a picture in rows, each of unit length: an eye (3,), directions (size, size, 3)."""
+    """The rays of a picture in rows: an eye (3,), and unit directions (size, size, 3)."""
     eye = np.array(eye, float)
     ahead = np.array(target, float) - eye
     ahead /= np.linalg.norm(ahead)

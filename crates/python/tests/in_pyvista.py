@@ -14,4 +14,4 @@ pyvista.DataSetFilters.select_interior_points = intertri.pyvista.select_interior
 
 
 def pytest_report_header():
-    return f"pyvista {pyvista.__version__} from {pyvista.__path__[0]}, its ray traces and interior points by intertri"
+    return f"pyvista {pyvista.__version__} from {pyvista.__path__[0]}, with ray traces and interior points by intertri"

@@ -3,8 +3,8 @@
     git clone https://github.com/mikedh/trimesh && cd trimesh
     PYTHONPATH=.../crates/python/tests:. python -m pytest -p in_trimesh tests/test_ray.py tests/test_ray_upstream.py
 
-With INTERTRI_EVERYWHERE=1 it also replaces the engine in Python, and the closest points and signed distances of
-trimesh.proximity.
+With INTERTRI_EVERYWHERE=1, it also replaces trimesh's engine in Python, and the closest points and
+signed distances of trimesh.proximity.
 """
 
 import os
@@ -26,4 +26,4 @@ if os.environ.get("INTERTRI_EVERYWHERE"):
 
 
 def pytest_report_header():
-    return f"trimesh {trimesh.__version__} from {trimesh.__path__[0]}, its rays by intertri"
+    return f"trimesh {trimesh.__version__} from {trimesh.__path__[0]}, with rays by intertri"

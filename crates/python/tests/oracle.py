@@ -1,4 +1,5 @@
-"""The right answers, by a plain loop in rationals. It follows the definition and uses nothing of the package."""
+"""Computes the right answers with a plain loop in rationals. It follows the definition and uses
+nothing from the package."""
 
 from fractions import Fraction
 from math import inf, isfinite
@@ -36,7 +37,7 @@ def _in(t, t_min, t_max):
 
 
 def hit(triangle, origin, direction, t_min=0.0, t_max=inf):
-    """(t, u, v) of the closed triangle, or None."""
+    """(t, u, v) of the hit on the closed triangle, or None."""
     origin, direction = _exact(origin), _exact(direction)
     _, (u, v, w), t = _volumes(triangle, origin, direction)
     d = u + v + w
@@ -47,7 +48,8 @@ def hit(triangle, origin, direction, t_min=0.0, t_max=inf):
 
 
 def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):
-    """(t, side) if each edge and corner belongs to one triangle only, or None. A side of 1 leaves."""
+    """(t, side) of the crossing, or None. An edge or corner counts for only one of its triangles. A
+    side of 1 means that the ray leaves."""
     origin, direction = _exact(origin), _exact(direction)
     normals, volumes, t = _volumes(triangle, origin, direction)
     side = _sign(t)
@@ -62,7 +64,7 @@ def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):
 
 
 def all_hits(triangles, origin, direction, t_min=0.0, t_max=inf):
-    """[(t, u, v, triangle)] in order of t, then of the triangle."""
+    """[(t, u, v, triangle)] sorted by t, then by triangle."""
     hits = []
     for number, triangle in enumerate(triangles):
         found = hit(triangle, origin, direction, t_min, t_max)
@@ -77,7 +79,7 @@ def closest(triangles, origin, direction, t_min=0.0, t_max=inf):
 
 
 def crossings(triangles, origin, direction, t_min=0.0, t_max=inf):
-    """[(t, triangle, side)] in order of t, then of the triangle."""
+    """[(t, triangle, side)] sorted by t, then by triangle."""
     found = []
     for number, triangle in enumerate(triangles):
         one = crossing(triangle, origin, direction, t_min, t_max)
@@ -94,7 +96,7 @@ def squared_distance(triangle, point):
     n = _cross(ab, ac)
     best = None
     if any(n):
-        # Where the foot of the perpendicular lies.
+        # The weights of the foot of the perpendicular show whether it is inside.
         ap = _minus(p, a)
         v = _dot(_cross(ap, ac), n) / _dot(n, n)
         w = _dot(_cross(ab, ap), n) / _dot(n, n)

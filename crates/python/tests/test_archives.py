@@ -1,4 +1,4 @@
-"""Files and pickles answer for the mesh that they hold, or are refused."""
+"""Tests that files and pickles restore the mesh that they contain, or are rejected."""
 
 import copy
 import io
@@ -33,14 +33,15 @@ def archive_of(members):
 
 
 def answers(mesh):
-    """The answers of a mesh to rays from all sides, and those of a new mesh with its vertices and faces."""
+    """The answers of a mesh for random rays, and those of a new mesh with the same vertices and
+    faces."""
     rays = np.random.default_rng(5).uniform(-2, 2, (200, 6)).astype(mesh.dtype)
     new = intertri.Mesh(mesh.vertices, mesh.faces)
     return mesh.closest(rays), new.closest(rays)
 
 
 def load_or_refuse(path, content):
-    """Either a mesh that answers for the arrays it holds, or an error in one line."""
+    """Loads a mesh whose answers match its arrays, or returns None after a one-line error."""
     path.write_bytes(content)
     try:
         mesh = intertri.load(path)
@@ -58,7 +59,7 @@ def test_members_of_two_archives_do_not_mix(dtype, tmp_path):
     for choice in range(2 ** len(one)):
         mixed = {name: (one, other)[choice >> k & 1][name] for k, name in enumerate(one)}
         mesh = load_or_refuse(tmp_path / "mixed.npz", archive_of(mixed))
-        # Both have the same faces.
+        # Both archives have the same faces.
         distinct = {mixed[name] == one[name] for name in one if one[name] != other[name]}
         assert (mesh is None) == (len(distinct) > 1)
 
@@ -105,7 +106,8 @@ def test_other_vertices_of_the_same_number_are_refused(dtype, tmp_path):
 
 
 def test_damaged_archives_are_value_errors(dtype, tmp_path):
-    """Cut off anywhere, with any byte of its structure changed, or something else entirely."""
+    """The file is cut off anywhere, has any byte of its structure changed, or is something else
+    entirely."""
     mesh, path = sphere(dtype, steps=0), tmp_path / "mesh.npz"
     mesh.save(path)
     whole = path.read_bytes()
@@ -160,7 +162,7 @@ def test_pickles_of_other_vertices_are_refused(dtype):
             continue
         with pytest.raises(ValueError, match="belong together"):
             restore(cls, *mixed)
-    # Any byte of a pickle's arrays and tree.
+    # Change bytes of a pickle's arrays and tree.
     whole = pickle.dumps(one, 5)
     for part in (one.vertices.tobytes(), one.faces.tobytes(), parts[2]):
         begin = whole.index(part)

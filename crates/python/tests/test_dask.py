@@ -1,4 +1,4 @@
-"""A cluster on this machine: answers are equal for any chunks, any number of workers, and after workers are lost."""
+"""Tests a cluster on this machine: answers do not depend on chunks, workers, or lost workers."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Wrong arguments raise an error that says what is wrong, and nothing crashes."""
+"""Tests that wrong arguments raise an error that states what is wrong, and that nothing crashes."""
 
 import math
 

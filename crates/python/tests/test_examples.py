@@ -1,4 +1,4 @@
-"""The examples that need nothing but numpy, as a user runs them."""
+"""Runs the examples that need only numpy, as a user would."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Pickles, threads, signals, forks, documentation and types."""
+"""Tests of pickles, threads, signals, forks, documentation, and types."""
 
 import copy
 import doctest
@@ -37,7 +37,7 @@ def test_copies_answer_alike(mesh):
 
 
 def _whatever_has_threads(vertices, faces, rays):
-    """A digest of the answers of every call that uses several threads."""
+    """A digest of the answers from all calls that use several threads."""
     mesh = intertri.Mesh(vertices, faces)
     mesh.refit(vertices * vertices.dtype.type(1.5))
     mesh = pickle.loads(pickle.dumps(mesh))
@@ -68,7 +68,7 @@ def test_a_forked_process_has_threads_of_its_own(dtype):
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity") or len(os.sched_getaffinity(0)) < 2, reason="one CPU")
 def test_calls_of_one_thread_run_side_by_side(mesh):
-    """Two Python threads that use one thread each run in parallel: each is in its call while the other is."""
+    """Two Python threads that use one thread each run in parallel: their calls overlap."""
     rays = np.random.default_rng(1).uniform(-1, 1, (1_000_000, 6)).astype(mesh.dtype)
     spans = []
 
@@ -80,7 +80,7 @@ def test_calls_of_one_thread_run_side_by_side(mesh):
     threads = [threading.Thread(target=ask) for _ in range(2)]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
-    # The calling threads do the work: none waits for another's pool.
+    # The calling threads do the work, so neither waits for the other's pool.
     assert min(spans) > 0.02
 
 
@@ -153,7 +153,7 @@ else:
 """
 
 
-# Calls that take seconds, each after its setup.
+# Calls that take seconds, each preceded by its setup.
 SLOW = {
     "rays": "mesh.closest(rays, threads=THREADS)",
     "lists": "mesh.all(rays, threads=THREADS)",
@@ -185,7 +185,7 @@ def test_ctrl_c_ends_a_query(call, threads):
     script = INTERRUPTED.format(tests=str(Path(__file__).parent), prepare=prepare, ask=ask, steps=steps)
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
     assert out.stdout.startswith("ended"), out
-    # 0.2 s, with slack for a busy machine.
+    # This takes about 0.2 s; the limit has slack for a busy machine.
     assert float(out.stdout.split()[1]) < 1
 
 
@@ -229,13 +229,14 @@ lists: intertri.HitLists = mesh.all([[0, 0, 0]], [0, 0, 1])
 import intertri
 intertri.Mesh([[0, 0, 0]], [[0, 0, 0]]).any([0, 0, 0], [0, 0, 1], mode="fast")
 """)
-    # It needs no types of the packages that intertri builds on, which are less well typed.
+    # Check the package itself without the types of the packages on which it builds, which are less
+    # well typed.
     where = ["--pythonpath", sys.executable] if checker == ["pyright"] else []
     run = lambda *files: subprocess.run([sys.executable, "-m", *checker, *(where if files else []), *map(str, files)],
                                         capture_output=True, text=True, cwd=PROJECT)
     ours = run()
     if "npm" in ours.stderr or "nodeenv" in ours.stderr:
-        pytest.skip("pyright cannot be had here")
+        pytest.skip("pyright is not available here")
     assert ours.returncode == 0, ours.stdout + ours.stderr
     assert run(use).returncode == 0, run(use).stdout
     assert run(wrong).returncode != 0 and "mode" in run(wrong).stdout

@@ -1,4 +1,4 @@
-//! One lane: plain numbers, for pairs that are resolved one by one.
+//! A single lane: plain f32 and f64 numbers, for pairs that are resolved one at a time.
 
 use super::lanes::{Lanes, Mask, mul_error};
 
@@ -48,13 +48,14 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Two to the power of half the digits, rounded up, plus one.
+                // Two to the power of half the mantissa digits (rounded up), plus one.
                 const SPLIT: $t = ((1 << <$t>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $t;
                 mul_error(self, b, product, SPLIT)
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
-                // Like the CPU's instruction: if one is NaN, the second. `f32::max` would return the number.
+                // Like the CPU's instruction, this returns the second operand if either is NaN.
+                // `f32::max` would return the number.
                 if self > other { self } else { other }
             }
             #[inline(always)]
@@ -71,7 +72,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn flip(self, of: Self) -> Self {
-                // Not with a condition, which would be a branch in WebAssembly.
+                // A condition here would become a branch in WebAssembly.
                 let sign = of.to_bits() & (-0.0 as $t).to_bits();
                 Self::from_bits(self.to_bits() ^ sign)
             }

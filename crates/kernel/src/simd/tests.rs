@@ -21,7 +21,7 @@ const NUMBERS: [f64; 16] = [
     -1e-42,
 ];
 
-/// Checks the lanes of one type of number. Every pair of numbers meets in some lane.
+/// Checks the lanes of one scalar type. Every pair of `NUMBERS` meets in some lane.
 macro_rules! check {
     ($name:ident, $scalar:ty) => {
         mod $name {
@@ -71,7 +71,7 @@ macro_rules! check {
                 same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
                 let signs = la.or_sign(lb).negative().bits();
                 for i in 0..L::N {
-                    // For zeros and NaNs either result is right.
+                    // For zeros and NaNs, either result is right.
                     let (x, y) = (a[i], b[i]);
                     if !x.is_nan() && !y.is_nan() && x != 0.0 && y != 0.0 {
                         let (is, want) = (signs >> i & 1 != 0, x < 0.0 || y < 0.0);
@@ -102,7 +102,7 @@ macro_rules! check {
                 assert_eq!(la.ge(lb).bits(), bits(&|x, y| x >= y), "{level:?}");
             }
 
-            /// Bits and back, and their algebra.
+            /// Checks the conversions between bits and masks, and the operators on masks.
             fn masks<L: Lanes<Scalar = $scalar>>(level: Level, turn: u32) {
                 let all = (1u32 << L::N) - 1;
                 let (m, n) = (0b0110_1001_0011_0101 & all, (turn * 0x1357) & all);
@@ -116,7 +116,7 @@ macro_rules! check {
             }
 
             fn products<L: Lanes<Scalar = $scalar>>(level: Level, a: &Sixteen, b: &Sixteen) {
-                // A multiply-add is between both roundings.
+                // A multiply-add may round once or twice.
                 let (la, lb) = (L::load(a), L::load(b));
                 let out = stored(la.mul_add(lb, L::splat(0.25)));
                 for i in 0..L::N {
@@ -125,7 +125,7 @@ macro_rules! check {
                     assert!(equal(once) || equal(twice), "{level:?}");
                 }
 
-                // The error of a product, if nothing is too large or too small.
+                // `mul_error` is exact unless an operand is too large or too small.
                 let out = stored(la.mul_error(lb, la * lb));
                 for i in 0..L::N {
                     let lacks = a[i].mul_add(b[i], -(a[i] * b[i]));
@@ -150,7 +150,7 @@ macro_rules! check {
 check!(check_f32, f32);
 check!(check_f64, f64);
 
-/// Integer lanes against wrapping i64.
+/// Compares integer lanes with wrapping i64 arithmetic.
 fn check_i64<L: Ints>(level: Level) {
     let narrow: [i64; 16] = [
         0,
@@ -249,7 +249,7 @@ impl WithSimd for Check {
             assert_eq!(numbers[..lanes], rows.map(|row| row[k])[..lanes], "{:?}", S::LEVEL);
         }
 
-        // Orders of arbitrary bytes, of which only the lowest three bits matter.
+        // Permute by arbitrary bytes; only the lowest three bits of each matter.
         let from: [f32; 8] = core::array::from_fn(|i| NUMBERS[i] as f32);
         for turn in 0..1000_u64 {
             let order = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(turn as u32);

@@ -1,4 +1,4 @@
-//! Three lanes form N points or directions.
+//! N points or directions, with one lane value per component.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -9,7 +9,7 @@ use super::lanes::Lanes;
 /// ```
 /// use intertri::simd::{Lanes, Vec3};
 ///
-/// // The normals of N triangles; one f64 is a lane, too.
+/// // The normals of N triangles. A single f64 also counts as a lane.
 /// fn normals<L: Lanes>([a, b, c]: [Vec3<L>; 3]) -> Vec3<L> {
 ///     (b - a).cross(c - a)
 /// }
@@ -18,7 +18,7 @@ use super::lanes::Lanes;
 /// assert_eq!((normal.x, normal.y, normal.z), (0.0, 0.0, 4.0));
 /// assert_eq!((normal.dot(normal), normal.norm1(), (normal * -1.0).abs().z), (16.0, 4.0, 4.0));
 ///
-/// // Under a bound, fused.
+/// // Fused versions, for use with an error bound.
 /// assert_eq!(normal.dot_fused(normal), 16.0);
 /// assert_eq!(normal.cross_fused(normal).norm1(), 0.0);
 ///
@@ -46,7 +46,7 @@ impl<L: Lanes> Vec3<L> {
         Self { x: L::splat(x), y: L::splat(y), z: L::splat(z) }
     }
 
-    /// The first N vectors of three arrays.
+    /// Loads the first N vectors from three arrays.
     #[inline(always)]
     pub fn load<const N: usize>([x, y, z]: &[[L::Scalar; N]; 3]) -> Self {
         Self { x: L::load(x), y: L::load(y), z: L::load(z) }
@@ -60,7 +60,7 @@ impl<L: Lanes> Vec3<L> {
         self.z.store(z);
     }
 
-    /// The first N vectors of three f32 arrays, converted.
+    /// Loads the first N vectors from three f32 arrays and converts them.
     #[inline(always)]
     pub fn load_f32<const N: usize>([x, y, z]: &[[f32; N]; 3]) -> Self {
         Self { x: L::load_f32(x), y: L::load_f32(y), z: L::load_f32(z) }
@@ -110,8 +110,8 @@ impl<L: Lanes> Vec3<L> {
         Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
     }
 
-    /// The cross product with `+` in place of `-`: for vectors of absolute values, the magnitude that
-    /// rounding errors are relative to.
+    /// The cross product with `+` in place of `-`. For vectors of absolute values, rounding errors
+    /// are relative to this magnitude.
     #[inline(always)]
     pub(crate) fn permanents(self, b: Self) -> Self {
         Self {

@@ -1,10 +1,10 @@
-//! The possible numbers of lanes in a packet.
+//! The possible packet widths.
 
 use super::lanes::Lanes;
 use super::level_lanes::Simd;
 use super::pair::Pair;
 
-/// The widths that a packet may have, as the marker `Lane<N>`.
+/// The lane types for a packet width, implemented by the marker [`Lane<N>`](Lane).
 ///
 /// ```
 /// use intertri::simd::{Lane, Width};
@@ -24,7 +24,7 @@ pub trait Width {
     type D<S: Simd>: Lanes<Scalar = f64>;
 }
 
-/// A width of N lanes.
+/// Marks a packet width of N lanes.
 ///
 /// ```
 /// use intertri::simd::{Lane, Lanes, Simd, Width, WithSimd, dispatch};

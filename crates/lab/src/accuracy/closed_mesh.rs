@@ -1,4 +1,4 @@
-//! Leaks and double counts of rays that leave a closed convex mesh.
+//! Counts the leaks and double hits of rays that leave a closed convex mesh.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle, TriangleOf};
@@ -9,7 +9,7 @@ use super::error_counts::ErrorCounts;
 use crate::methods::{METHODS, on_grid};
 use crate::test_batch::TestBatch;
 
-/// Whether a point lies within a closed convex mesh: on the same side of all triangles.
+/// Whether a point is inside a closed convex mesh, that is, on the inner side of every triangle.
 pub(crate) fn is_within(triangles: &[Triangle], point: [f32; 3]) -> bool {
     let coord = |[x, y, z]: [f32; 3]| Coord3D { x, y, z };
     triangles.iter().all(|TriangleOf(corners)| {
@@ -18,8 +18,8 @@ pub(crate) fn is_within(triangles: &[Triangle], point: [f32; 3]) -> bool {
     })
 }
 
-/// Leaks and double counts of rays that leave a mesh in one point. There is one count per method, with
-/// optionally one more for [`ON_GRID`].
+/// Counts the leaks and double hits of rays that leave a mesh at one point. `error_counts` has one
+/// entry per method, and optionally one more for [`ON_GRID`]. Returns the number of rays.
 pub(crate) fn leaks_and_doubles(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u64 {
     let rays = batch.rays.len() as u64;
     let reference = |batch: &TestBatch| -> Vec<u32> {

@@ -1,4 +1,4 @@
-//! Errors of closest hits.
+//! Errors in closest hits.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -10,7 +10,7 @@ use crate::methods::{METHODS, Method, on_grid, reference_closest};
 use crate::oracle;
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// Counts errors of closest hits.
+/// Counts errors in closest hits, and returns the number of rays.
 pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u64 {
     let rays = batch.rays.len() as u64;
     let layout = Layout { form: Form::Packets, lanes: 8 };
@@ -55,7 +55,7 @@ fn one(batch: &TestBatch) -> &[TestBatch] {
     std::slice::from_ref(batch)
 }
 
-/// For each ray, the triangles that are exactly closest; none for a miss.
+/// The exactly closest triangles of each ray, or none for a miss.
 struct RightAnswers(Vec<Vec<u32>>);
 
 impl RightAnswers {
@@ -66,7 +66,7 @@ impl RightAnswers {
                 .filter(|(_, triangle)| oracle::answer(triangle, ray).is_hit())
                 .map(|(k, triangle)| (t(triangle, ray), k))
                 .collect();
-            // Two triangles that share the edge that is hit have the same t, except for rounding.
+            // If the ray hits a shared edge, both triangles have the same t, except for rounding.
             let least = hits.iter().fold(f64::INFINITY, |least, hit| least.min(hit.0));
             let is_least = |hit: &&(f64, u32)| hit.0 <= least * (1.0 + 1e-9);
             hits.iter().filter(is_least).map(|hit| hit.1).collect()

@@ -9,17 +9,18 @@ pub struct ErrorCounts {
     pub workload: &'static str,
     /// The method; [`ON_GRID`] is the mode `fixed` on inputs that snapping does not change.
     pub method: &'static str,
-    /// Rays, or pairs of the mix.
+    /// The number of rays, or of pairs for `mix`.
     pub trials: u64,
-    /// Answers that differ from the exact one. For `camera` and `secondary`: a different closest triangle, a
-    /// false hit, a false miss. For `edges`: see the next two fields. For `mix`: hit or miss.
+    /// Answers that differ from the exact one. For `camera` and `secondary`, these are wrong
+    /// closest triangles, false hits, and false misses. For `edges`, this is the sum of the next
+    /// two fields. For `mix`, these are false hits and false misses.
     pub wrong: u64,
-    /// In `edges`: rays that leave the closed mesh without hitting it.
+    /// For `edges`, rays that leave the closed mesh without hitting it.
     pub leaks: u64,
-    /// In `edges`: rays that leave it once and hit two or more triangles.
+    /// For `edges`, rays that leave the mesh once but hit two or more triangles.
     pub doubles: u64,
-    /// Answers that differ from the scalar f64 reference's: a different closest triangle, number of hits, or
-    /// hit or miss.
+    /// Answers that differ from those of the scalar f64 reference in the closest triangle, in the
+    /// number of hits, or in hit or miss.
     pub not_reference: u64,
 }
 

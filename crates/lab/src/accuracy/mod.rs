@@ -1,4 +1,5 @@
-//! Counts how often the methods are wrong on a workload, compared with the oracle and with the reference.
+//! Counts how often the methods are wrong on a workload, compared with the oracle and with the
+//! reference.
 
 mod closed_mesh;
 mod closest;

@@ -11,7 +11,7 @@ use crate::oracle::{self, LinePosition};
 use crate::rng::Rng;
 use crate::test_batch::{Answer, TestBatch};
 
-/// Counts errors in hit or miss on pairs of the adversarial mix.
+/// Counts errors in hit or miss on one pair of the adversarial mix, and returns 1.
 pub(super) fn pairs(rng: &mut Rng, error_counts: &mut [ErrorCounts]) -> u64 {
     let case = adversarial(rng);
     let (triangles, rays) = ([case.triangle], [case.ray]);
@@ -33,8 +33,8 @@ pub(super) fn pairs(rng: &mut Rng, error_counts: &mut [ErrorCounts]) -> u64 {
     if let (Some(snapped), Some(errors), Some(fixed)) =
         (on_grid(&batch), error_counts.last_mut(), METHODS.last())
     {
-        // On an edge or a corner the tie rule assigns the hit to one of its triangles; both answers are
-        // right.
+        // On an edge or a corner, the tie rule assigns the hit to one of the adjacent triangles, so
+        // both answers are right.
         let exact = oracle::answer(&snapped.triangles[0], &snapped.rays[0]);
         let tie = matches!(exact.place, LinePosition::Edge(_) | LinePosition::Vertex(_));
         let mut to = [Answer::default()];

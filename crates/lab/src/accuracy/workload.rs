@@ -10,11 +10,12 @@ use crate::methods::METHODS;
 use crate::rng::Rng;
 use crate::workloads::{Model, Workload};
 
-/// Rays in one unit of work; each unit has its own seed.
+/// The number of rays in one unit of work. Each unit has its own seed.
 const PIECE: u64 = 256;
 
-/// Counts the errors of every method that supports such rays, on at least `rays` rays. Calls `step` with the
-/// number of rays just done. The counts depend only on the seed, the number of rays and the model.
+/// Counts the errors of every method that supports the workload, over at least `rays` rays. Calls
+/// `step` with the number of rays just completed. The counts depend only on the seed, the number of
+/// rays, and the model.
 pub fn count_errors(
     workload: Workload,
     model: &Model,

@@ -1,20 +1,20 @@
-//! The arithmetics to compare, and how far snapping to a grid moves points.
+//! The kinds of arithmetic to compare, and how far snapping to a grid moves points.
 
-/// An arithmetic.
+/// A kind of arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arithmetic {
-    /// The reference's f64, with a threshold.
+    /// f64 as in the reference, with a threshold.
     Double {
         /// Document A's `Threshold`.
         threshold: f64,
     },
-    /// Möller and Trumbore's test in f32, without fused products or an epsilon.
+    /// The Möller–Trumbore test in f32, without fused products or an epsilon.
     Single,
-    /// Integers.
+    /// Integers on a grid.
     Grid {
         /// The distance between neighbouring grid points.
         step: f64,
-        /// The bits of a direction.
+        /// The number of bits per component of a direction.
         q: u32,
     },
 }

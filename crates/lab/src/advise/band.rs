@@ -99,7 +99,7 @@ impl<'a> Band<'a> {
 
     /// The columns of a row in which all edge values may appear to have the same sign in f32.
     fn strip(&self, facet: &Facet, y: u32) -> Range<u32> {
-        // Along a row the direction is linear in the column, and so are the edge values.
+        // Along a row, the direction is linear in the column, and so are the edge values.
         let camera = self.input.camera;
         let (width, height) = camera.size;
         let (pixel, [right, up, forward]) = (camera.pixel(), camera.axes.map(Vec3d::splat));
@@ -107,7 +107,7 @@ impl<'a> Band<'a> {
         let across = -0.5 * f64::from(width) + 0.5;
         let first = forward + up * (above * pixel) + right * (across * pixel);
         let farthest = 1.0 + camera.half_height * (1.0 + f64::from(width) / f64::from(height));
-        // The directions of the rays were rounded to f32.
+        // The ray directions have been rounded to f32.
         let round = 1e-6 * pixel.min(1.0) + 2.0_f64.powi(-23);
         let mut columns = [f64::INFINITY, f64::NEG_INFINITY];
         for sign in [1.0, -1.0] {

@@ -5,18 +5,20 @@ use intertri::{Triangle, TriangleOf};
 use super::pixel_ray::PixelRay;
 use super::vector::{Vec3d, distance, length, vector};
 
-/// The corners relative to the eye, and values derived from them.
+/// A triangle's corners relative to the eye, and values derived from them.
 pub(super) struct Facet {
     pub(super) corners: [Vec3d; 3],
     pub(super) normal: Vec3d,
-    /// `B × C`, `C × A`, `A × B`, the normals of the planes through the eye and a side; and their lengths.
+    /// `B × C`, `C × A`, and `A × B`, the normals of the planes through the eye and a side, and
+    /// their lengths.
     pub(super) planes: [Vec3d; 3],
     pub(super) lengths: [f64; 3],
-    /// The distance of the farther end of each side.
+    /// The distance from the eye to the farther end of each side.
     pub(super) reaches: [f64; 3],
-    /// A lower bound on the distance of all sides.
+    /// A lower bound on the distance from the eye to any side.
     pub(super) near: f64,
-    /// The first corner's distance, the longest side, the normal's length.
+    /// The distance to the first corner, the length of the longest side, and the length of the
+    /// normal.
     pub(super) first: f64,
     pub(super) side: f64,
     pub(super) area: f64,
@@ -26,16 +28,17 @@ pub(super) struct Facet {
     pub(super) depth: (f64, f64),
     /// `A · n`
     pub(super) height: f64,
-    /// The distance of the eye from the origin of the axes.
+    /// The distance of the eye from the coordinate origin.
     pub(super) off: f64,
 }
 
-/// A facet at a pixel: its edge values, all positive inside, and where the ray meets its plane.
+/// A facet at a pixel: its edge values, which are all positive inside, and where the ray meets its
+/// plane.
 pub(super) struct PlaneHit {
     pub(super) edges: [f64; 3],
     pub(super) slope: f64,
     pub(super) t: f64,
-    /// A lower bound on how far inside the nearest side the ray passes; negative outside.
+    /// A lower bound on how far the ray passes inside the nearest side; negative outside.
     pub(super) margin: f64,
     /// The ray's distance from each side, computed only if the margin does not decide.
     pub(super) sides: Option<[f64; 3]>,
@@ -72,17 +75,17 @@ impl Facet {
         }
     }
 
-    /// Whether everything is finite.
+    /// Whether all corners are finite.
     pub(super) fn is_finite(&self) -> bool {
         self.corners.iter().all(|c| c.dot(*c).is_finite())
     }
 
-    /// The distance of the farthest corner.
+    /// The distance to the farthest corner.
     pub(super) fn reach(&self) -> f64 {
         self.reaches[0].max(self.reaches[1])
     }
 
-    /// How a pixel's ray passes the triangle.
+    /// Computes where a pixel's ray meets the triangle's plane.
     pub(super) fn plane_hit(&self, pixel_ray: &PixelRay) -> PlaneHit {
         let slope = self.normal.dot(pixel_ray.dir);
         let sign = if slope < 0.0 { -1.0 } else { 1.0 };
@@ -95,7 +98,7 @@ impl Facet {
         PlaneHit { edges, slope, t: self.height / slope, margin: margin * self.near, sides: None }
     }
 
-    /// Whether the ray certainly passes outside, even for an exact test of these edge values.
+    /// Whether the ray certainly passes outside, even allowing for rounding in these edge values.
     pub(super) fn is_outside(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay) -> bool {
         let own = 1e-10 * self.reach() * self.reach() * pixel_ray.length;
         let most = plane_hit.edges.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
@@ -119,14 +122,14 @@ impl Facet {
         if t.is_nan() { f64::INFINITY } else { t }
     }
 
-    /// Whether the ray certainly meets the plane after this t.
+    /// Whether the ray certainly meets the plane beyond `t`.
     pub(super) fn is_behind(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay, t: f64) -> bool {
         plane_hit.t - self.t_error_bound(plane_hit, pixel_ray) > t
     }
 
     /// The distance of the ray's line from each side.
     pub(super) fn sides(&self, pixel_ray: &PixelRay) -> [f64; 3] {
-        // Projected along the ray, its line is a point.
+        // Projected along the ray, the ray's line becomes a point.
         let unit = pixel_ray.dir * (1.0 / pixel_ray.length);
         let [a, b, c] = self.corners.map(|p| p - unit * p.dot(unit));
         [(b, c), (c, a), (a, b)].map(|(p, q)| distance(p, q) * (1.0 - 1e-9))

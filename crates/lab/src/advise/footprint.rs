@@ -1,6 +1,6 @@
 //! The part of the picture where a triangle may matter.
 
-#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
+#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ pub(super) struct ScanInput<'a> {
 pub(super) struct Footprint {
     pub(super) columns: Range<u32>,
     pub(super) rows: Range<u32>,
-    /// It is seen so nearly edge-on that f32 may report hits outside it.
+    /// Whether the triangle is seen so nearly edge-on that f32 may report hits outside it.
     pub(super) strip: bool,
 }
 
@@ -51,7 +51,8 @@ impl ScanInput<'_> {
             moves += 2.0 * spill * facet.side;
         }
 
-        // Too close for a box, so it covers everything.
+        // The triangle is too close to the eye to have a box, so its footprint is the whole
+        // picture.
         let nearest = facet.depth.0;
         if !(moves < nearest / 4.0) {
             return Footprint { columns: 0..width, rows: 0..height, strip };

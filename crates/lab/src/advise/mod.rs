@@ -1,14 +1,17 @@
-//! The precision that a frame needs: the most pixels that an arithmetic can get wrong, and the number that it
-//! does.
+//! The precision that a frame needs: how many pixels an arithmetic can get wrong at most, and how
+//! many it actually gets wrong.
 //!
-//! Compares three arithmetics: the reference's f64 (whose answers `certified` returns), a plain f32 test, and
-//! integers on a grid. For each pixel the exact answer is known to be the answer if
+//! Compares three kinds of arithmetic: f64 as in the reference (whose answers `certified` returns),
+//! a plain f32 test, and integers on a grid. At a pixel, an arithmetic certainly finds the exact
+//! answer if
 //!
-//! - rounding or snapping cannot move the ray across a side of any triangle in front of the visible one, and
+//! - rounding or snapping cannot move the ray across a side of any triangle in front of the visible
+//!   one, and
 //! - no two triangles at the pixel are closer to each other than their errors in depth.
 //!
-//! All other pixels are doubtful: only they can be wrong. That is a prediction; it is checked against the
-//! exact answer on a sample of the pixels, as is every engine. `docs/advise.md` derives the bounds.
+//! All other pixels are doubtful, and only doubtful pixels can be wrong. This prediction and every
+//! engine are checked against the exact answer on a sample of the pixels. `docs/advise.md` derives
+//! the bounds.
 
 mod arithmetic;
 mod band;

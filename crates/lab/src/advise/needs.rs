@@ -1,4 +1,4 @@
-//! Properties of the scene, for this camera.
+//! The properties of a scene as seen by a camera.
 
 use intertri::{Hit, Triangle, TriangleOf};
 use serde::Serialize;
@@ -6,7 +6,8 @@ use serde::Serialize;
 use super::camera::PinholeCamera;
 use super::vector::{Vec3d, length, vector};
 
-/// Lengths are in units of the scene. A number is 0 if it could not be measured.
+/// The measured properties of a scene. Lengths are in scene units. A number is 0 if it could not be
+/// measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Needs {
     /// The number of triangles, and how many of them have no area or are not finite.
@@ -25,27 +26,27 @@ pub struct Needs {
     pub pixels: u64,
     /// See [`Self::pixels`].
     pub hits: u64,
-    /// The distance of the nearest and the farthest visible surface.
+    /// The distances of the nearest and the farthest visible surface.
     pub nearest: f64,
     /// See [`Self::nearest`].
     pub farthest: f64,
     /// The width of a pixel at the nearest surface.
     pub pixel: f64,
-    /// The share of hits at which ray and surface meet at less than six degrees.
+    /// The share of hits where the ray meets the surface at less than six degrees.
     pub grazing: f64,
-    /// The smallest `|nrm · dir|` and the smallest t of a hit: `Threshold` must be below both.
+    /// The smallest `|nrm · dir|` and the smallest t of any hit. `Threshold` must be below both.
     pub smallest_slope: f64,
     /// See [`Self::smallest_slope`].
     pub smallest_t: f64,
     /// How many hits the default `Threshold` loses.
     pub lost: u64,
-    /// A `Threshold` that loses none: the default, or the power of ten that is a thousand times below
-    /// the smallest slope and t, or 0.
+    /// A `Threshold` that loses no hits: the default, or a power of ten at least a thousand times
+    /// smaller than the smallest slope and t, or 0.
     pub threshold: f64,
 }
 
-/// Measures a scene. `seen` is what the pixels show, row by row, with a threshold of 0; `threshold` is the
-/// default one.
+/// Measures a scene. `seen` contains the hits of the pixels, row by row, computed with a threshold
+/// of 0; `threshold` is the default threshold.
 ///
 /// # Panics
 /// Panics if `seen` is larger than the picture.
@@ -112,7 +113,7 @@ fn measure_model(needs: &mut Needs, triangles: &[Triangle]) {
     }
 }
 
-/// The exact hits of the pixels.
+/// Measures the exact hits of the pixels.
 fn measure_picture(
     needs: &mut Needs,
     triangles: &[Triangle],
@@ -142,7 +143,7 @@ fn measure_picture(
     }
 }
 
-/// The threshold to use if no slope and no t of a hit is smaller than this.
+/// The threshold to use if no hit has a slope or a t below `smallest`.
 fn threshold_below(smallest: f64, default: f64) -> f64 {
     match smallest / 1000.0 {
         most if most >= default => default,

@@ -1,12 +1,13 @@
-//! How far each arithmetic can be from the exact answer for a facet, and the outcomes that this allows.
+//! How far each arithmetic can deviate from the exact answer for a facet, and the outcomes that are
+//! therefore possible.
 
-#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
+#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
 use super::arithmetic::{Arithmetic, snap, snap_of_one, turn};
 use super::facet::{Facet, PlaneHit};
 use super::pixel_ray::PixelRay;
 
-/// The rounding unit of f32 and of f64.
+/// The unit roundoffs of f32 and f64.
 const U: f64 = 1.0 / (1_u64 << 24) as f64;
 const W: f64 = 1.0 / (1_u64 << 53) as f64;
 
@@ -31,10 +32,10 @@ impl Facet {
         U * self.side * (22.6 * self.first + 28.0 * self.side)
     }
 
-    /// A bound on the reference's error in an edge value, for directions of unit length, if the ray meets the
-    /// plane at this `rho = h4 h5 |d| / |n · d|`.
+    /// A bound on the reference's error in an edge value, for directions of unit length and the
+    /// given `rho = h4 h5 |d| / |n · d|`.
     fn double_bound(&self, rho: f64) -> f64 {
-        // Above this, the roundings in the derivation are no longer small.
+        // Above this, the rounding errors in the derivation are no longer small.
         if rho > 2.0_f64.powi(40) {
             return f64::INFINITY;
         }
@@ -42,14 +43,15 @@ impl Facet {
         2.0 * W * side * ((30.0 * kappa + 68.0 * rho) * first + off + 34.0 * kappa * side)
     }
 
-    /// How far rounding can put hits beside a triangle whose plane is seen edge-on, in lengths of its side.
+    /// How far rounding can move a hit outside a triangle that is seen edge-on, as a multiple of
+    /// its longest side.
     pub(super) fn spill(&self) -> f64 {
         let slope = self.height.abs() / self.reach();
         let rho = self.side * self.side / slope;
         8.0 * (self.single_bound() + self.double_bound(rho)) / slope
     }
 
-    /// The possible outcomes of an arithmetic.
+    /// The possible outcomes of an arithmetic for this facet.
     pub(super) fn outcome(
         &self,
         arithmetic: Arithmetic,
@@ -88,7 +90,7 @@ impl Facet {
                 }
             }
         };
-        // Facets that begin at the eye or behind it.
+        // The facet may begin at the eye or behind it.
         match outcome {
             Outcome::Hit(_, hi) | Outcome::Doubtful(_, hi) if hi < 0.0 => Outcome::Miss,
             Outcome::Hit(lo, hi) if lo <= 0.0 => Outcome::Doubtful(lo, hi),
@@ -96,7 +98,8 @@ impl Facet {
         }
     }
 
-    /// Edge values with errors up to `bound`, for a direction of unit length, and t with errors up to `off`.
+    /// The possible outcomes if edge values have errors up to `bound`, for a direction of unit
+    /// length, and t has errors up to `off`.
     fn by_edges(
         &self,
         bound: f64,
@@ -120,8 +123,8 @@ impl Facet {
         }
     }
 
-    /// Corners and ray moved by snapping. As long as no side crosses the ray during the move, the ray stays
-    /// inside or outside.
+    /// The possible outcomes if snapping moves the corners and the ray. As long as no side crosses
+    /// the ray during the move, the ray stays inside or outside.
     fn on_grid(
         &self,
         step: f64,
@@ -132,7 +135,7 @@ impl Facet {
         let (snap, turn) = (snap(step), turn(q));
         let most = snap + turn * self.reach();
 
-        // Distances in the view direction stay in the triangle's range.
+        // Distances in the view direction stay within the triangle's range.
         let (front, back) = (self.depth.0 - snap, self.depth.1 + snap);
         let off = turn * pixel_ray.length;
         let lo = front / (pixel_ray.depth + if front > 0.0 { off } else { -off });
@@ -154,7 +157,7 @@ impl Facet {
             }
         }
 
-        // Inside: the point moves with the corners, and the plane tilts.
+        // The ray is inside. The hit point moves with the corners, and the plane tilts.
         let apart = 2.0 * snap_of_one(step);
         let tilt = apart * (2.0 * self.side + apart) / self.area;
         let cosine = plane_hit.slope.abs() / (self.area * pixel_ray.length);

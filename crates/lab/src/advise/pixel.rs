@@ -1,6 +1,6 @@
 //! A pixel, and the triangles that may be visible there.
 
-#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
+#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
 use intertri::Ray;
 
@@ -60,7 +60,7 @@ impl Pixel {
         if !self.sampled {
             return;
         }
-        // The answer of f32.
+        // Run the f32 test.
         let ray = PlainRay {
             origin: intertri::simd::Vec3::<f32>::splat(self.ray.origin),
             dir: intertri::simd::Vec3::splat(self.ray.dir),
@@ -69,7 +69,7 @@ impl Pixel {
         if hit && t < self.single.0 {
             self.single = (t, Some(index));
         }
-        // The answer of the oracle.
+        // Run the oracle's exact test.
         if facet.is_outside(&plane_hit, &self.pixel_ray)
             || facet.is_behind(&plane_hit, &self.pixel_ray, self.closest.0)
         {
@@ -93,7 +93,7 @@ impl Pixel {
         }
     }
 
-    /// Whether a triangle has exactly the t of the visible one.
+    /// Whether a triangle has exactly the same t as the visible one.
     fn is_tied(&self, index: u32, t: f64, input: &ScanInput<'_>) -> bool {
         let Some(seen) = self.seen else { return false };
         let other = input.facet(seen as usize).plane_hit(&self.pixel_ray).t;

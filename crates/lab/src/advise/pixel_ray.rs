@@ -7,6 +7,6 @@ use super::vector::Vec3d;
 pub(super) struct PixelRay {
     pub(super) dir: Vec3d,
     pub(super) length: f64,
-    /// The component of the direction into the picture.
+    /// The component of the direction along the camera's forward axis.
     pub(super) depth: f64,
 }

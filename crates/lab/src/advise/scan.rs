@@ -1,7 +1,8 @@
 //! Scans all pixels of a picture and all triangles that may matter there.
 //!
-//! Works in bands of rows, on all threads. A band visits the triangles whose footprint in the picture,
-//! widened by the largest error, reaches it, and of these only the pixels that the footprint covers.
+//! The scan works in bands of rows, on all threads. A band visits the triangles whose footprint in
+//! the picture, widened by the largest error, overlaps it, and tests each triangle only at the
+//! pixels that its footprint covers.
 
 use intertri::{Hit, Triangle};
 use rayon::prelude::*;
@@ -18,11 +19,13 @@ const BAND: u32 = 16;
 
 /// Finds the doubtful pixels of a picture, and the exact answers for every `every`-th pixel.
 ///
-/// `seen` is what the pixels show, row by row, by the reference's arithmetic with a threshold of 0; if
-/// several answers are possible, any will do. There are at most 32 arithmetics.
+/// `seen` contains the hits of the pixels, row by row, computed in the reference's arithmetic with
+/// a threshold of 0. If a pixel has several possible answers, any of them will do. At most 32
+/// arithmetics can be compared.
 ///
 /// # Panics
-/// Panics if there are more, if `seen` does not have the size of the picture, or if `every` is 0.
+/// Panics if there are more than 32 arithmetics, if `seen` does not have the size of the picture,
+/// or if `every` is 0.
 pub fn scan(
     triangles: &[Triangle],
     camera: &PinholeCamera<'_>,

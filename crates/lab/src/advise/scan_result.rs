@@ -13,10 +13,10 @@ pub struct ScanResult {
     pub sample: Vec<SampledPixel>,
 }
 
-/// The exact answer at a pixel of the sample, and that of f32.
+/// The exact answer and the f32 answer at a pixel of the sample.
 #[derive(Clone, Debug)]
 pub struct SampledPixel {
-    /// Its column and row.
+    /// The column and row of the pixel.
     pub pixel: (u32, u32),
     /// The closest triangle, or several if they have exactly the same t; none for a miss.
     pub triangles: Vec<u32>,
@@ -25,7 +25,7 @@ pub struct SampledPixel {
 }
 
 impl SampledPixel {
-    /// Whether an answer is among the right ones.
+    /// Whether an answer is right.
     pub fn allows(&self, triangle: Option<u32>) -> bool {
         match triangle {
             None => self.triangles.is_empty(),

@@ -2,7 +2,7 @@
 
 use intertri::simd::Vec3;
 
-/// A vector of one lane.
+/// A vector with one lane.
 pub(super) type Vec3d = Vec3<f64>;
 
 /// Converts an f32 vector to f64.

@@ -20,7 +20,7 @@ impl Log {
         self.places[0] + share * (self.places[1] - self.places[0])
     }
 
-    /// The powers of ten on the axis, at a fixed stride.
+    /// The powers of ten on the axis, as exponents that are multiples of `every`.
     pub fn decades(&self, every: i32) -> Vec<i32> {
         let (lo, hi) = (self.from.min(self.to), self.from.max(self.to));
         let (lo, hi) = ((lo - 1e-9).ceil() as i32, (hi + 1e-9).floor() as i32);
@@ -41,7 +41,7 @@ pub fn power(k: i32) -> String {
     }
 }
 
-/// An integer as an exponent.
+/// Formats an integer in superscript digits.
 pub(super) fn superscript(k: i32) -> String {
     let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let sign = if k < 0 { "⁻" } else { "" };

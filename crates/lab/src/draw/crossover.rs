@@ -1,4 +1,4 @@
-//! Two ways to the same picture: rays, and the z-buffer with shadow volumes.
+//! Compares two approaches to the same picture: rays, and the z-buffer with shadow volumes.
 
 use serde::Serialize;
 
@@ -6,10 +6,10 @@ use super::axis::{Log, power};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg, width};
 use crate::tables::grouped;
 
-/// The times of both ways for one scene at one size.
+/// The times of both approaches, for one scene and one picture size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Race {
-    /// Their task: one of [`Race::TASKS`].
+    /// The task, one of [`Race::TASKS`].
     pub task: &'static str,
     /// The number of triangles.
     pub triangles: usize,
@@ -24,7 +24,7 @@ pub struct Race {
 }
 
 impl Race {
-    /// `seen` finds the hit at each pixel, `lit` whether it is lit.
+    /// `seen` finds the hit at each pixel, and `lit` finds whether that hit is lit.
     pub const TASKS: [&str; 2] = ["seen", "lit"];
 }
 
@@ -34,13 +34,14 @@ const LEFT: f64 = 66.0;
 const RIGHT: f64 = 545.0;
 const TOP: f64 = 40.0;
 const BOTTOM: f64 = 372.0;
-/// The colours of the picture sizes, chosen to be distinct for the colour-blind.
+/// The colours of the picture sizes, which colour-blind people can tell apart.
 const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const RASTER: &str = "6 4";
 
-/// Two panels, for `seen` and `lit`: milliseconds per picture over the number of triangles, solid for rays
-/// and dashed for the other way, one colour for each picture size, and a ring where the lines cross.
-/// `caption` is printed below.
+/// Draws two panels, for `seen` and `lit`, which plot the milliseconds per picture over the number
+/// of triangles. Lines are solid for rays and dashed for the z-buffer and the shadow volumes. Each
+/// picture size has its own colour, and a ring marks where its two lines cross. `caption` is
+/// printed below.
 pub fn crossover(races: &[Race], caption: &str) -> Svg {
     let [w, h] = PANEL;
     let mut svg = Svg::new(2.0 * w + 24.0, h + 130.0);
@@ -94,7 +95,7 @@ fn legend(svg: &mut Svg, [x, y]: [f64; 2], sizes: &[[u32; 2]]) {
             svg.path(&[[at, y - 4.0], [at + 32.0, y - 4.0]], INK, 2.0, dashes);
         });
     }
-    entry("they cross", &mut |svg, at| svg.circle([at + 26.0, y - 4.0], 6.0, "none", INK));
+    entry("crossing", &mut |svg, at| svg.circle([at + 26.0, y - 4.0], 6.0, "none", INK));
     for ([width, height], colour) in sizes.iter().zip(COLOURS.iter().cycle()) {
         entry(&format!("{width} × {height}"), &mut |svg, at| {
             svg.rect([at + 18.0, y - 10.0], [14.0, 12.0], colour);
@@ -106,7 +107,7 @@ fn axes(svg: &mut Svg, [ox, oy]: [f64; 2], panel: usize, x: &Log, y: &Log) {
     let (left, right, top, bottom) = (ox + LEFT, ox + RIGHT, oy + TOP, oy + BOTTOM);
     let heading = [
         "What each pixel shows: primary rays, z-buffer",
-        "Whether that is lit: shadow rays, shadow volumes",
+        "Whether it is lit: shadow rays, shadow volumes",
     ][panel];
     svg.text([left, oy + 28.0], heading, Font::new(14.0, Anchor::Start).bold());
     for k in x.decades(1) {
@@ -128,7 +129,7 @@ fn axes(svg: &mut Svg, [ox, oy]: [f64; 2], panel: usize, x: &Log, y: &Log) {
     svg.line([left, top], [left, bottom], INK, 1.2);
 }
 
-/// The points where two lines over the same positions cross.
+/// The points where two polylines with the same x coordinates cross.
 fn crossings(one: &[[f64; 2]], other: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut found = Vec::new();
     for (a, b) in one.windows(2).zip(other.windows(2)) {

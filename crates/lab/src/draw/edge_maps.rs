@@ -1,5 +1,5 @@
-//! Edge maps: rays in single steps of f32 around a shared edge and around a shared vertex, coloured by the
-//! triangles that they hit.
+//! Edge maps: rays in single f32 steps around a shared edge and around a shared vertex, coloured by
+//! the triangles that they hit.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -12,13 +12,13 @@ use crate::oracle;
 use crate::rng::step;
 use crate::test_batch::{Answer, TestBatch};
 
-/// Steps on either side.
+/// The number of steps to either side of the centre.
 const REACH: i32 = 16;
 const PIXEL: f64 = 4.0;
 const COLUMNS: usize = 9;
 
-/// Two triangles that share an edge, or six around a vertex, and a square of rays from one origin:
-/// their directions differ by single f32 steps in x and in y.
+/// Two triangles that share an edge, or six around a vertex, and a square of rays from one origin,
+/// whose directions differ by single steps in x and in y.
 struct Square {
     triangles: Vec<Triangle>,
     rays: Vec<Ray>,
@@ -27,15 +27,16 @@ struct Square {
 /// The distance between neighbouring rays of a square.
 #[derive(Clone, Copy)]
 enum Step {
-    /// One step of f32.
+    /// One f32 step.
     Single,
-    /// One step of the directions on the grid of the mode `fixed`.
+    /// One grid step of directions in the mode `fixed`.
     Grid,
 }
 
 impl Square {
     fn new(by: Step, triangles: Vec<Triangle>, target: [f32; 3]) -> Self {
-        // An origin without special bits; the direction is as long as the distance.
+        // The origin has no special bit pattern. The direction is as long as the distance to the
+        // target.
         let origin = [0.137_f32, -0.291, -2.713];
         let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
         let moved = |x: f32, steps: i32| match by {
@@ -72,7 +73,7 @@ impl Square {
         Self::new(by, (0..6).map(triangle).collect(), middle)
     }
 
-    /// For each ray, the set of triangles that it hits according to the oracle, as bits.
+    /// For each ray, the set of triangles that it hits according to the oracle, as a bit mask.
     fn by_oracle(&self) -> Vec<u32> {
         let hit = |ray: &Ray| {
             let bit = |(k, t): (usize, &Triangle)| u32::from(oracle::answer(t, ray).is_hit()) << k;
@@ -81,8 +82,8 @@ impl Square {
         self.rays.iter().map(hit).collect()
     }
 
-    /// For each ray, the set of triangles that it hits according to a method. `fixed` snaps everything to one
-    /// grid.
+    /// For each ray, the set of triangles that it hits according to a method, as a bit mask. For
+    /// `fixed`, everything is snapped to one grid.
     fn by(&self, method: &Method) -> Vec<u32> {
         let mut sets = vec![0; self.rays.len()];
         for (k, triangle) in self.triangles.iter().enumerate() {
@@ -90,7 +91,8 @@ impl Square {
                 let batch =
                     TestBatch { rays: self.rays.clone(), triangles: self.triangles.clone() };
                 let on_grid = crate::methods::on_grid(&batch).unwrap_or(batch);
-                // A single pair snapped to its finest grid gives the same answer as on the common one.
+                // The method snaps each pair to its finest grid, which gives the same answer as the
+                // common grid.
                 let to = ask(method, on_grid.triangles[k], &on_grid.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
             } else {
@@ -108,7 +110,8 @@ fn ask(method: &Method, triangle: Triangle, rays: &[Ray]) -> Vec<Answer> {
     to
 }
 
-/// The colour of a set of triangles: alternating pale colours for one, others for none and for two or more.
+/// The colour of a set of triangles: alternating pale colours for a single triangle, black for
+/// none, and orange for two or more.
 fn colour(set: u32) -> &'static str {
     match set.count_ones() {
         0 => "#000000",
@@ -125,7 +128,7 @@ pub fn edge_maps(caption: &str) -> Svg {
     for method in in_order() {
         columns.push((method.name, edge.by(method), vertex.by(method)));
         if method.name == "fixed" {
-            // On the grid, the rays above would all be the same.
+            // On the grid, the rays above would all coincide.
             let (edge, vertex) = (Square::edge(Step::Grid), Square::vertex(Step::Grid));
             columns.push(("fixed, in grid steps", edge.by(method), vertex.by(method)));
         }
@@ -171,7 +174,7 @@ pub fn edge_maps(caption: &str) -> Svg {
     svg
 }
 
-/// Draws the square; neighbours of one colour form one rectangle.
+/// Draws the square. Neighbours of the same colour in a row form one rectangle.
 fn picture(svg: &mut Svg, [x, y]: [f64; 2], sets: &[u32]) {
     let side = (2 * REACH + 1) as usize;
     for (j, row) in sets.chunks(side).enumerate() {

@@ -8,15 +8,16 @@ const CELL: [f64; 2] = [64.0, 25.0];
 const LEFT: f64 = 186.0;
 const TOP: f64 = 236.0;
 
-/// For each method and sweep, the parameter at which one answer in 1,000 is first wrong, darker if sooner, or
-/// `none`. `caption` is printed below.
+/// Draws a table that shows, for each method and sweep, the parameter at which one answer in 1,000
+/// is first wrong, or `none`. A cell is darker if the method fails sooner. `caption` is printed
+/// below.
 pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     let [w, h] = CELL;
     let methods = in_order();
     let (columns, rows) = (SWEEPS.len() as f64, methods.len() as f64);
     let mut svg = Svg::new(LEFT + columns * w + 16.0, TOP + rows * h + 60.0);
     let title =
-        "Where one answer in 1,000 is first wrong: rows are methods, columns what is varied";
+        "Where one answer in 1,000 is first wrong: rows are methods, columns are parameters";
     svg.text([16.0, 28.0], title, Font::new(18.0, Anchor::Start).bold());
     legend(&mut svg, [16.0, 52.0]);
 
@@ -38,20 +39,21 @@ pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     svg
 }
 
-/// The legend of the colours.
+/// Draws the legend of the colours.
 fn legend(svg: &mut Svg, [x, y]: [f64; 2]) {
     let font = Font::new(12.0, Anchor::Start).fill(GREY);
-    let before = "in each field the first bad value; its colour: at the harmless end of the range";
+    let before =
+        "each cell shows the first bad value; its colour runs from the harmless end of the range";
     svg.text([x, y], before, font);
     let mut at = x + width(before, 12.0) + 8.0;
     for k in 0..12 {
         svg.rect([at, y - 11.0], [10.0, 14.0], &shade(f64::from(k) / 11.0).0);
         at += 10.0;
     }
-    svg.text([at + 8.0, y], "at the other; none: not within the range", font);
+    svg.text([at + 8.0, y], "to the other end; none: not within the range", font);
 }
 
-/// The label of a column, its unit, and the range of its numbers.
+/// Draws the label of a column, its unit, and the range of its numbers.
 fn heading(svg: &mut Svg, x: f64, sweep: &Sweep) {
     let range = format!("from {} to {}", number(sweep.from), number(sweep.to));
     let font = Font::new(11.0, Anchor::Start).upright();
@@ -77,8 +79,9 @@ fn cell(svg: &mut Svg, at: [f64; 2], sweep: &Sweep, method: &str, onsets: &[Onse
     svg.text([at[0] + CELL[0] / 2.0, at[1] + 16.5], &text, font);
 }
 
-/// A field's colour, from dark red (0) to pale yellow (1), and the text colour that is legible on it. Medium
-/// orange is left out, because no text is legible on it in both light and inverted dark mode.
+/// A cell's colour, from dark red (0) to pale yellow (1), and a text colour that is legible on it.
+/// Medium orange is skipped, because no text is legible on it in both light mode and inverted dark
+/// mode.
 fn shade(share: f64) -> (String, &'static str) {
     let share = share.clamp(0.0, 1.0);
     let (from, to, place, ink) = if share < 0.45 {

@@ -1,5 +1,6 @@
-//! Places labels next to their points. Each label is tried all around its point, nearer positions first,
-//! until overlaps are as small as possible. A label that had to move further away gets a line to its point.
+//! Places labels next to their points. Each label tries positions all around its point, nearer ones
+//! first, until overlaps are as small as possible. A label that has to move farther away gets a
+//! leader line to its point.
 
 use super::svg::width;
 
@@ -11,14 +12,14 @@ pub(super) struct Wanted {
     pub(super) bold: bool,
 }
 
-/// A placed label: the left end of its base line, and the start of its line, if it needs one.
+/// A placed label: the left end of its baseline, and the end of its leader line, if it needs one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
     pub(super) left: [f64; 2],
     pub(super) leader: Option<[f64; 2]>,
 }
 
-/// A rectangle: two corners.
+/// A rectangle, given by two corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Area {
     pub(super) lo: [f64; 2],
@@ -36,7 +37,7 @@ impl Area {
         side(0).max(0.0) * side(1).max(0.0)
     }
 
-    /// The area outside another rectangle.
+    /// How far this rectangle extends beyond another one, summed over both axes.
     fn outside(&self, of: &Self) -> f64 {
         let side = |k: usize| (of.lo[k] - self.lo[k]).max(0.0) + (self.hi[k] - of.hi[k]).max(0.0);
         side(0) + side(1)
@@ -47,7 +48,7 @@ impl Area {
     }
 }
 
-/// Places labels of a font size within bounds. `obstacles` are points that no label should cover.
+/// Places labels in one font size within bounds. `obstacles` are points that no label should cover.
 pub(super) fn place(
     wanted: &[Wanted],
     size: f64,
@@ -98,7 +99,7 @@ pub(super) fn place(
     wanted.iter().enumerate().map(placed).collect()
 }
 
-/// The positions of a label around its point.
+/// The candidate positions of a label around its point.
 fn around(label: &Wanted, size: f64) -> Vec<Area> {
     let (w, h) =
         (width(&label.text, size) * if label.bold { 1.08 } else { 1.0 } + 3.0, 1.12 * size);
@@ -108,7 +109,8 @@ fn around(label: &Wanted, size: f64) -> Vec<Area> {
         for step in 0..24 {
             let angle = f64::from(step) * std::f64::consts::TAU / 24.0;
             let (cx, cy) = (x + reach * angle.cos(), y + reach * angle.sin());
-            // The end of the label that faces the point, or its middle if it is above or below.
+            // A label beside the point faces it with its nearer end; a label above or below is
+            // centred.
             let left = match step {
                 0..=4 | 20.. => cx,
                 8..=16 => cx - w,
@@ -134,7 +136,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// The share of a line that lies in an area, in eighths.
+/// The share of a line that is inside an area, in eighths.
 fn along(a: [f64; 2], b: [f64; 2], area: &Area) -> f64 {
     let at = |k: i32| [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * f64::from(k) / 8.0);
     (0..=8).filter(|&k| area.holds(at(k))).count() as f64 / 8.0

@@ -3,8 +3,8 @@
 use super::svg::Svg;
 use crate::methods::{METHODS, Method};
 
-/// The colours of methods, by M. Okabe and K. Ito: colour-blind people can tell them apart, and they differ
-/// in brightness when printed in grey.
+/// The colours of methods, from the palette of M. Okabe and K. Ito. Colour-blind people can tell
+/// them apart, and they differ in brightness when printed in grey.
 mod colour {
     pub(super) const KERNEL: &str = "#D55E00";
     pub(super) const DOUBLE: &str = "#009E73";
@@ -18,7 +18,7 @@ mod pale {
     pub(super) const SINGLE: &str = "#CCE3F2";
 }
 
-/// The methods in the order of a picture's rows: the kernel's modes, then the published.
+/// The methods in the order of a picture's rows: the kernel's modes, then the published methods.
 pub(super) fn in_order() -> Vec<&'static Method> {
     let (mut modes, published): (Vec<_>, Vec<_>) =
         METHODS.iter().partition(|method| is_kernel(method.name));
@@ -53,7 +53,8 @@ pub(super) fn pale_of(method: &str) -> &'static str {
     }
 }
 
-/// One shape for each of the three kinds: diamond, square, disc; hollow if no error was seen.
+/// Draws a method's mark: a diamond for the kernel's modes, a square for f64, and a disc for f32.
+/// The mark is hollow if no error was seen.
 pub(super) fn mark(svg: &mut Svg, method: &str, [x, y]: [f64; 2], r: f64, hollow: bool) {
     let colour = colour_of(method);
     let fill = if hollow { "#ffffff" } else { colour };

@@ -1,4 +1,4 @@
-//! Walls moved away from zero: one row for each method and precision of its input.
+//! Walls far from zero: one row for each method and input precision.
 
 use super::axis::{Log, power};
 use super::marks::{colour_of, is_kernel, pale_of};
@@ -14,12 +14,12 @@ const ROW: f64 = 46.0;
 const GAP: f64 = 9.0;
 /// The space above a group of rows, for its heading.
 const HEADING: f64 = 34.0;
-/// A UTM northing in metres: that of the house in the program. The quoted shares are those at the nearest
-/// distance.
+/// The UTM northing, in metres, of the built-in house scene. The quoted shares are those at the
+/// measured distance nearest to it.
 const NORTHING: f64 = 528_980.0;
 
-/// For each method of [`ASKED`], the share of wrong answers against the distance of a wall from zero.
-/// `caption` is printed below.
+/// Plots the share of wrong answers against a wall's distance from zero, for each method in
+/// [`ASKED`]. `caption` is printed below.
 pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     let rows = ASKED.len() as f64;
     let bottom = TOP + 2.0 * HEADING + rows * ROW;
@@ -29,15 +29,15 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     let trials = errors.iter().map(|errors| errors.trials).max().unwrap_or(1).max(10);
     let least = (0.7 / trials as f64).log10().floor().max(-5.0);
     let first = format!(
-        "upward: the share of wrong answers, from {} to all of them; none: not one was wrong. Rays start 1 nm \
-         to 10 cm",
+        "vertical axis: the share of wrong answers, from {} to all; none: no answer was wrong. Rays \
+         start 1 nm to 10 cm",
         power(least as i32)
     );
     let notes = [
         &*first,
-        "from a wall of 4 by 3 m, and go to it or away; a quarter passes the diagonal where its two triangles \
-         meet.",
-        "Rationals decide what is true for the coordinates in f64.",
+        "from a wall of 4 m by 3 m, toward it or away; a quarter pass through the diagonal between its \
+         triangles.",
+        "Rational arithmetic decides the true answers for the f64 coordinates.",
     ];
     for (k, note) in notes.into_iter().enumerate() {
         let font = Font::new(12.0, Anchor::Start).fill(GREY);
@@ -56,7 +56,7 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
             y += HEADING;
             let heading = match given {
                 InputPrecision::AsGiven => "f64, as given",
-                InputPrecision::Rounded => "rounded to f32 first, as tracers in f32 do",
+                InputPrecision::Rounded => "rounded to f32 first, as f32 ray tracers do",
             };
             svg.text([16.0, y - 10.0], heading, Font::new(12.5, Anchor::Start).bold());
         }
@@ -76,7 +76,7 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     for k in x.decades(1) {
         svg.text([x.at(10_f64.powi(k)), y + 16.0], &power(k), font);
     }
-    let axis = "how far the wall stands from zero, in metres";
+    let axis = "distance of the wall from zero, in metres";
     svg.text([LEFT + WIDE / 2.0, y + 34.0], axis, Font::new(12.0, Anchor::Middle));
     let font = Font::new(11.0, Anchor::Start).fill(GREY);
     for (k, line) in caption.lines().enumerate() {
@@ -85,7 +85,8 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     svg
 }
 
-/// A method's curve above its shaded area, and its share of wrong answers at the distance `near`.
+/// Draws a method's curve above its shaded area, and prints its share of wrong answers at the
+/// distance `near`.
 fn row(
     svg: &mut Svg,
     method: &str,

@@ -1,4 +1,5 @@
-//! Onset curves as small multiples: one row per method, one column per sweep, so that no curve hides another.
+//! Onset curves as small multiples: one row per method, one column per sweep, so that no curve
+//! hides another.
 
 use super::axis::{Log, power, superscript};
 use super::marks::{colour_of, in_order, is_kernel, pale_of};
@@ -11,15 +12,15 @@ const COLUMNS: usize = 9;
 const CELL: [f64; 2] = [140.0, 38.0];
 const GAP: [f64; 2] = [28.0, 7.0];
 const LEFT: f64 = 188.0;
-/// The heights above the first band, above a band's cells, and below them.
+/// The space above the first band, above a band's cells, and below them.
 const TOP: f64 = 74.0;
 const HEADING: f64 = 56.0;
 const FOOT: f64 = 52.0;
 /// The gap between the kernel's modes and the published methods.
 const BETWEEN: f64 = 12.0;
 
-/// For each method and sweep, the share of wrong answers against the parameter, harmless values on the left.
-/// `caption` is printed below.
+/// Plots the share of wrong answers against the parameter, for each method and sweep, with harmless
+/// values on the left. `caption` is printed below.
 pub fn onsets(onsets: &[Onset], caption: &str) -> Svg {
     let [w, h] = CELL;
     let methods = in_order();
@@ -27,14 +28,13 @@ pub fn onsets(onsets: &[Onset], caption: &str) -> Svg {
     let bands = SWEEPS.len().div_ceil(COLUMNS);
     let bottom = TOP + bands as f64 * band;
     let mut svg = Svg::new(LEFT + COLUMNS as f64 * w + 4.0, bottom + 40.0);
-    let title =
-        "Where methods begin to fail: a row for each method, a column for each thing varied";
+    let title = "Where methods begin to fail: a row for each method, a column for each parameter";
     svg.text([16.0, 30.0], title, Font::new(19.0, Anchor::Start).bold());
     let trials = onsets.iter().map(|onset| onset.trials).max().unwrap_or(1).max(10);
     let least = (0.7 / trials as f64).log10().floor().max(-5.0);
     let note = format!(
-        "upward: the share of wrong answers, from {} to all of them; none: not one was wrong. Rays \
-         pass clear of all sides by a hundredth of the way across, but in the last column.",
+        "vertical axis: the share of wrong answers, from {} to all; none: no answer was wrong. Rays \
+         avoid all sides by a hundredth of the triangle's size, except in the last column.",
         power(least as i32)
     );
     svg.text([16.0, 52.0], &note, Font::new(12.0, Anchor::Start).fill(GREY));
@@ -61,7 +61,7 @@ pub fn onsets(onsets: &[Onset], caption: &str) -> Svg {
     svg
 }
 
-/// The axis of shares in a row, from 1 at the top down to the smallest.
+/// The vertical axis of a row, for shares from 1 at the top down to the smallest.
 fn scale(top: f64, row: usize, least: f64) -> Log {
     let modes = in_order().iter().filter(|method| is_kernel(method.name)).count();
     let between = if row < modes { 0.0 } else { BETWEEN };
@@ -69,7 +69,7 @@ fn scale(top: f64, row: usize, least: f64) -> Log {
     Log::new(1.0, 10_f64.powf(least), [bottom - CELL[1] + GAP[1], bottom])
 }
 
-/// The methods' names, and the ends of their axes.
+/// Draws the methods' names, and the numbers at the ends of their axes.
 fn names(svg: &mut Svg, top: f64, least: f64) {
     for (row, method) in in_order().into_iter().map(|method| method.name).enumerate() {
         let y = scale(top, row, least);
@@ -83,7 +83,7 @@ fn names(svg: &mut Svg, top: f64, least: f64) {
     }
 }
 
-/// A column's title, and the numbers above and below it.
+/// Draws a column's title, and the numbers above and below its cells.
 fn headings(svg: &mut Svg, top: f64, left: f64, sweep: &Sweep, x: &Log) {
     svg.text([left, top + 16.0], sweep.name, Font::new(10.5, Anchor::Start).bold());
     svg.text([left, top + 31.0], sweep.axis, Font::new(11.0, Anchor::Start));
@@ -105,7 +105,7 @@ fn ticks(sweep: &Sweep, x: &Log) -> Vec<i32> {
     x.decades(every.unwrap_or(20))
 }
 
-/// A method's curve in a sweep above its shaded area, or `none`.
+/// Draws a method's curve in a sweep above its shaded area, or `none`.
 fn cell(
     svg: &mut Svg,
     method: &str,

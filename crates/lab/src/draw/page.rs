@@ -1,12 +1,14 @@
-//! Pictures and text on one self-contained page of HTML: no script, font or file is loaded.
+//! Pictures and text on one self-contained HTML page, which loads no scripts, fonts, or other
+//! files.
 
 use std::fmt::Write as _;
 
 use super::svg::Svg;
 use crate::methods::METHODS;
 
-/// Background and text colours for light and dark mode. The pictures are drawn on white; in dark mode their
-/// lightness is inverted, and their colours stay. On a narrow screen they keep their size and scroll.
+/// Background and text colours for light and dark mode. The pictures are drawn on white; in dark
+/// mode, their lightness is inverted but their hues stay. On a narrow screen, they keep their size
+/// and scroll.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #222222; --faint: #dddddd }
 @media (prefers-color-scheme: dark) {
@@ -34,7 +36,7 @@ pub struct Section<'a> {
     pub picture: &'a Svg,
 }
 
-/// A page: title, pictures, and the table of the methods.
+/// Builds a page with a title, pictures, and the table of methods.
 pub fn page(title: &str, caption: &str, sections: &[Section<'_>]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -1,4 +1,4 @@
-//! One panel of the chart: a workload, and all methods on it.
+//! One panel of the chart, which shows all methods on one workload.
 
 use super::axis::{Log, power};
 use super::labels::{Area, Wanted, place};
@@ -8,7 +8,8 @@ use crate::methods::Method;
 use crate::tables::grouped;
 use crate::workloads::Workload;
 
-/// Positions within a panel: where the axes cross, where they end, and where the axis of errors breaks.
+/// Positions within a panel: where the axes cross, where they end, and where the axis of errors
+/// breaks.
 const LEFT: f64 = 72.0;
 const RIGHT: f64 = 692.0;
 const TOP: f64 = 46.0;
@@ -24,7 +25,7 @@ const SIZE: f64 = 11.5;
 pub(super) struct Point {
     pub(super) name: String,
     pub(super) faster: [f64; 3],
-    /// The share of errors; 0 where none were seen.
+    /// The share of errors, or 0 if none were seen.
     pub(super) share: f64,
     /// The share of double counts, if they are counted.
     pub(super) doubles: Option<f64>,
@@ -54,19 +55,20 @@ fn title(workload: Workload) -> (&'static str, &'static str) {
         }
         Workload::Edges => (
             "Rays exactly at shared edges and vertices",
-            "rays that leak out of a closed mesh; the dash above: that hit two or more triangles",
+            "rays that leak out of a closed mesh; dash: rays that hit two or more triangles",
         ),
-        Workload::Mix => ("The adversarial mix", "pairs with hit or miss wrong"),
+        Workload::Mix => ("The adversarial mix", "pairs with a wrong hit or miss"),
     }
 }
 
-/// The positions of a panel's axes, and the points on them.
+/// The positions and scales of a panel's axes.
 struct Axes<'a> {
     left: f64,
     right: f64,
     top: f64,
     bottom: f64,
-    /// Below this, no errors were seen: one row per method, the fastest first.
+    /// Below this position are the methods without observed errors, one row per method, the fastest
+    /// first.
     broken: f64,
     rows: Vec<&'a str>,
     x: Log,
@@ -98,7 +100,7 @@ impl<'a> Axes<'a> {
     }
 }
 
-/// A panel with its upper left corner at a point, and space for `rows` rows.
+/// Draws a panel with its upper left corner at a point, and with space for `rows` rows.
 pub(super) fn panel(
     svg: &mut Svg,
     [ox, oy]: [f64; 2],
@@ -127,7 +129,7 @@ pub(super) fn panel(
     names_of_rows(svg, &axes, points, is_bold);
 }
 
-/// The ticks and their lines.
+/// Draws the ticks and the grid lines.
 fn grid(svg: &mut Svg, axes: &Axes<'_>) {
     let &Axes { left, right, top, bottom, x, y, .. } = axes;
     for tick in [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0] {
@@ -147,7 +149,7 @@ fn grid(svg: &mut Svg, axes: &Axes<'_>) {
     svg.line([x.at(1.0), top], [x.at(1.0), bottom], INK, 1.2);
 }
 
-/// The axis of errors with its break; below it, no errors were seen.
+/// Draws the axis of errors with its break. Methods without observed errors go below the break.
 fn broken_axis(svg: &mut Svg, axes: &Axes<'_>, trials: u64) {
     let &Axes { left, right, top, bottom, broken, .. } = axes;
     svg.rect([left, broken], [right - left, bottom - broken], "#f4f4f4");
@@ -210,7 +212,7 @@ fn marks(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
     }
 }
 
-/// The names of the methods with errors, clear of the marks and of the front.
+/// Draws the names of the methods with errors, clear of the marks and of the Pareto front.
 fn labels(
     svg: &mut Svg,
     axes: &Axes<'_>,
@@ -241,8 +243,8 @@ fn labels(
     }
 }
 
-/// The names of the methods without errors, each in its row to the right of its spread. Lines drawn upward
-/// from lower rows are further left.
+/// Draws the names of the methods without errors, each in its row to the right of its spread. Lower
+/// rows are slower, so lines drawn upward from them pass to the left of the names.
 fn names_of_rows(
     svg: &mut Svg,
     axes: &Axes<'_>,
@@ -257,7 +259,7 @@ fn names_of_rows(
     }
 }
 
-/// The name of a method in the table, from its label.
+/// Converts a label to the method's name in the table.
 fn label_of(text: &str) -> String {
     if is_kernel(text) || text.ends_with("f64") { text.to_owned() } else { format!("{text} f32") }
 }

@@ -13,12 +13,13 @@ const SCALE: f32 = 2.0;
 /// Renders the picture as a PNG file.
 ///
 /// # Errors
-/// A one-line error if the system has no fonts, or the picture's size is impossible for a PNG.
+/// Returns a one-line message if the system has no fonts, or if the picture's size is invalid for a
+/// PNG.
 pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     let mut fonts = fontdb::Database::new();
     fonts.load_system_fonts();
     if fonts.is_empty() {
-        return Err("no fonts are installed: a PNG would lack its text; use the SVG".into());
+        return Err("no fonts are installed, so a PNG would have no text; use the SVG".into());
     }
     // If the picture's fonts are missing, use any installed sans serif.
     let any = ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "Liberation Sans", "Noto Sans"];
@@ -36,7 +37,7 @@ pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     let size = tree.size();
     let (width, height) = ((size.width() * SCALE) as u32, (size.height() * SCALE) as u32);
     let mut pixels = Pixmap::new(width, height)
-        .ok_or_else(|| format!("a picture of {width} by {height} pixels cannot be made"))?;
+        .ok_or_else(|| format!("cannot make a picture of {width} by {height} pixels"))?;
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
     pixels.encode_png().map_err(|error| error.to_string())
 }

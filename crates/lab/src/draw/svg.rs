@@ -1,12 +1,12 @@
-//! A picture as SVG: a few shapes and text, in drawing order.
+//! An SVG picture: a few kinds of shapes, and text, in drawing order.
 
 use std::fmt::{self, Write as _};
 
-/// The ink of text and axes.
+/// The colour of text and axes.
 pub(super) const INK: &str = "#222222";
-/// Background lines.
+/// The colour of background lines.
 pub(super) const FAINT: &str = "#dddddd";
-/// Background text.
+/// The colour of background text.
 pub(super) const GREY: &str = "#666666";
 
 /// A picture that is being drawn; y grows downward.
@@ -17,7 +17,7 @@ pub struct Svg {
     body: String,
 }
 
-/// The anchor of a text.
+/// Where a text is anchored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
     /// At its left end.
@@ -42,7 +42,7 @@ pub struct Font<'a> {
 }
 
 impl<'a> Font<'a> {
-    /// Text of a size, in ink.
+    /// Dark text in the given size.
     pub fn new(size: f64, anchor: Anchor) -> Self {
         Self { size, anchor, bold: false, fill: INK, upright: false, halo: false }
     }
@@ -79,7 +79,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 }
 
 impl Svg {
-    /// A white picture of a size in units.
+    /// A blank white picture of the given size.
     pub fn new(width: f64, height: f64) -> Self {
         let mut svg = Self { width, height, body: String::new() };
         svg.rect([0.0, 0.0], [width, height], "#ffffff");
@@ -91,7 +91,7 @@ impl Svg {
         let _ = writeln!(self.body, "{element}");
     }
 
-    /// A filled rectangle: its upper left corner and its size.
+    /// Draws a filled rectangle, given its upper left corner and its size.
     pub fn rect(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], fill: &str) {
         self.push(format_args!(
             r#"<rect x="{x:.2}" y="{y:.2}" width="{w:.2}" height="{h:.2}" fill="{fill}"/>"#
@@ -104,7 +104,7 @@ impl Svg {
         ));
     }
 
-    /// A straight line.
+    /// Draws a straight line.
     pub fn line(&mut self, a: [f64; 2], b: [f64; 2], stroke: &str, wide: f64) {
         let ([x1, y1], [x2, y2]) = (a, b);
         self.push(format_args!(
@@ -112,7 +112,7 @@ impl Svg {
         ));
     }
 
-    /// An open line through points, solid or with a dash pattern such as `6 3`.
+    /// Draws an open line through points, solid or with a dash pattern such as `6 3`.
     pub fn path(&mut self, points: &[[f64; 2]], stroke: &str, wide: f64, dashes: &str) {
         let points: Vec<_> = points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
         let points = points.join(" ");
@@ -131,14 +131,14 @@ impl Svg {
         self.push(format_args!(r#"<polygon points="{points}" fill="{fill}" stroke="{stroke}"/>"#));
     }
 
-    /// A filled circle with its border.
+    /// Draws a filled circle with a border.
     pub fn circle(&mut self, [x, y]: [f64; 2], r: f64, fill: &str, stroke: &str) {
         self.push(format_args!(
             r#"<circle cx="{x:.2}" cy="{y:.2}" r="{r}" fill="{fill}" stroke="{stroke}"/>"#
         ));
     }
 
-    /// Text whose base line runs through a point.
+    /// Draws text whose baseline runs through a point.
     pub fn text(&mut self, [x, y]: [f64; 2], text: &str, font: Font<'_>) {
         let Font { size, anchor, bold, fill, upright, halo } = font;
         let anchor = match anchor {

@@ -1,5 +1,5 @@
-//! Properties of every picture: its texts do not overlap, they stay inside the picture, and each method is
-//! named.
+//! Checks that the texts of every picture do not overlap and stay inside the picture, and that each
+//! method is named.
 
 use super::marks::is_kernel;
 use super::svg::width;
@@ -10,7 +10,7 @@ use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEP
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// A text of a picture, and two corners of the area that it covers.
+/// A text in a picture, and two corners of the area that it covers.
 struct Text {
     text: String,
     lo: [f64; 2],
@@ -47,7 +47,7 @@ impl Text {
     }
 }
 
-/// The texts of a picture, which must not overlap and must stay inside.
+/// Returns the texts of a picture, after checking that they do not overlap and stay inside.
 fn texts(name: &str, svg: &Svg) -> Vec<String> {
     let svg = svg.to_string();
     let (_, size) = svg.split_once("viewBox=\"0 0 ").unwrap();
@@ -64,8 +64,8 @@ fn texts(name: &str, svg: &Svg) -> Vec<String> {
     texts.into_iter().map(|text| text.text).collect()
 }
 
-/// Made-up results of a run: fast methods in f32 with errors, the others without; or, if `crowded`, all
-/// without errors at nearly the same speed.
+/// Made-up results of a run, in which the f32 methods are fast but make errors and the others make
+/// none. If `crowded`, no method makes errors, and all have nearly the same speed.
 fn run(crowded: bool) -> (Vec<Time>, Vec<ErrorCounts>) {
     let (mut times, mut counts) = (Vec::new(), Vec::new());
     for workload in Workload::ALL.map(|workload| (workload.name(), workload.form().name())) {
@@ -170,6 +170,6 @@ fn walls_far_from_zero_have_a_row_for_each_method_and_what_it_was_given() {
         let rows = ASKED.iter().filter(|(name, _)| *name == method).count();
         assert_eq!(count(method), rows, "{method}");
     }
-    // Next to the curve and at the northing, and the share at that distance, 500 km.
+    // "none" appears at the curve and at the northing; 17.5 % is the share at 500 km.
     assert_eq!((count("none"), count("17.5 %")), (4, 6));
 }

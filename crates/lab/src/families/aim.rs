@@ -6,7 +6,7 @@ use intertri_reference::inter_tri::THRESHOLD;
 use super::scene::Scene;
 use crate::rng::{Rng, step};
 
-/// A point or direction under construction; rounded to f32 at the end.
+/// A point or direction under construction, which is rounded to f32 at the end.
 pub(super) type Point = [f64; 3];
 
 pub(super) fn add(a: Point, b: Point, scale: f64) -> Point {
@@ -36,7 +36,8 @@ impl Turn {
     }
 }
 
-/// The longest side of the box around a triangle, or its largest coordinate, or 1; never 0.
+/// The longest side of the box around a triangle. If all corners coincide, the largest absolute
+/// coordinate, but at least 1e-30.
 pub(super) fn size(triangle: &Triangle) -> f64 {
     let [a, b, c] = triangle.0.map(wide);
     let mut size = 0.0_f64;
@@ -46,21 +47,22 @@ pub(super) fn size(triangle: &Triangle) -> f64 {
     if size > 0.0 { size } else { a.iter().fold(0.0, |m: f64, x| m.max(x.abs())).max(1e-30) }
 }
 
-/// The point of a triangle's plane with these barycentric weights.
+/// The point in a triangle's plane with the given barycentric weights.
 pub(super) fn weigh(triangle: &Triangle, weights: Point) -> Point {
     let [a, b, c] = triangle.0.map(wide);
     [0, 1, 2].map(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2])
 }
 
-/// Weights of a random point well inside the triangle.
+/// The weights of a random point inside the triangle.
 pub(super) fn inside(rng: &mut Rng) -> Point {
     let (u, v) = (rng.unit(), rng.unit());
     let (u, v) = if u + v <= 1.0 { (u, v) } else { (1.0 - u, 1.0 - v) };
     [1.0 - u - v, u, v]
 }
 
-/// Weights of a point of the triangle's plane. Of 16 points, eight are on an edge, three at a vertex, three
-/// inside, one within 1e-9 to 1 of an edge on either side, and one anywhere.
+/// The weights of a random point in the triangle's plane. On average, of every 16 points, eight are
+/// on an edge, three at a vertex, three inside, one near an edge on either side (at a weight of
+/// 1e-9 to 1), and one anywhere.
 pub(super) fn target(rng: &mut Rng) -> Point {
     let mut weights = match rng.below(16) {
         0..=7 => {
@@ -82,8 +84,8 @@ pub(super) fn target(rng: &mut Rng) -> Point {
     weights
 }
 
-/// A direction moved by a few f32 steps, mostly up to 3 in each component, sometimes up to 1000, so that the
-/// edge values cover every size that an error bound could have.
+/// Moves a direction by a few f32 steps, mostly up to 3 in each component and sometimes up to about
+/// 1000, so that the edge values cover every size that an error bound could have.
 pub(super) fn nudge(rng: &mut Rng, dir: [f32; 3]) -> [f32; 3] {
     let steps = match rng.below(8) {
         0 => 0,
@@ -93,7 +95,8 @@ pub(super) fn nudge(rng: &mut Rng, dir: [f32; 3]) -> [f32; 3] {
     dir.map(|x| step(x, rng.within(steps)))
 }
 
-/// The ray from one point to another, nudged; its direction is about as long as the distance, or about 1.
+/// The ray from one point toward another, nudged. Its direction is about as long as the distance,
+/// or about 1.
 pub(super) fn shoot(rng: &mut Rng, origin: [f32; 3], to: Point) -> Ray {
     let way = add(to, wide(origin), -1.0);
     let longest = way.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -107,15 +110,15 @@ pub(super) fn around(rng: &mut Rng, target: Point, size: f64) -> [f32; 3] {
     round(add(target, away, size * rng.log(0.25, 16.0)))
 }
 
-/// A ray toward one of the points of [`target`], from a random side.
+/// A ray toward a point chosen by [`target`], from a random side.
 pub(super) fn aim(rng: &mut Rng, triangle: &Triangle) -> Ray {
     let to = weigh(triangle, target(rng));
     let origin = around(rng, to, size(triangle));
     shoot(rng, origin, to)
 }
 
-/// A scene of `triangles`, built around points of a growing cube (the first one around 0), and of rays, each
-/// built for one of them.
+/// A scene of triangles and rays. The triangles are built around random points of a cube that grows
+/// with their number (the first one around 0), and each ray is built for one of the triangles.
 pub(super) fn soup(
     rng: &mut Rng,
     triangles: usize,
@@ -143,7 +146,7 @@ pub(super) fn soup(
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A soup with rays aimed by [`aim`]; in a quarter of the scenes they share their origin.
+/// A soup with rays from [`aim`]. In a quarter of the scenes, the rays share their origin.
 pub(super) fn aimed(
     rng: &mut Rng,
     triangles: usize,

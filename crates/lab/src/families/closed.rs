@@ -1,4 +1,5 @@
-//! Families of closed meshes: every edge is shared by two triangles, every vertex by several.
+//! Families of closed meshes, in which every edge is shared by two triangles and every vertex by
+//! several.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::THRESHOLD;
@@ -8,7 +9,8 @@ use super::scene::Scene;
 use crate::meshes::Mesh;
 use crate::rng::Rng;
 
-/// The number of grid steps for which a sum of four vertices minus four origins still fits 24 bits.
+/// The number of grid steps per unit. A sum of four vertices minus four origins still fits in 24
+/// bits.
 const GRID: f64 = 262_144.0;
 
 /// The largest icosphere with at most this many faces, or the smallest one.
@@ -16,8 +18,8 @@ fn largest_icosphere(triangles: usize) -> Mesh {
     Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
 }
 
-/// The largest torus with at most this many faces, with about twice as many around as across, or the smallest
-/// one.
+/// The largest torus with at most this many faces and about twice as many quads around as across,
+/// or the smallest one.
 fn largest_torus(triangles: usize) -> Mesh {
     let mut across = 3;
     while 4 * (across + 1) * (across + 1) <= triangles {
@@ -35,7 +37,7 @@ fn largest_cube(triangles: usize) -> Mesh {
     Mesh::cube(n)
 }
 
-/// The triangles of a mesh, or some adjacent ones if fewer are requested.
+/// The triangles of a mesh, or only some adjacent ones if fewer are requested.
 fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     let mut all = mesh.triangles();
     if triangles < all.len() {
@@ -46,8 +48,8 @@ fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     all
 }
 
-/// A mesh that is moved, rotated by permuting its axes, and scaled, so that no coordinate is special; with
-/// rays from inside and outside that nearly meet its edges and vertices.
+/// A mesh that is sheared, scaled, and moved so that no coordinate is special, and whose axes are
+/// permuted. The rays come from inside and outside and nearly meet its edges and vertices.
 fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     let (centre, size) = (rng.cube(), rng.log(0.1, 10.0));
     let mesh = mesh.map(|[x, y, z]| add(centre, [y + 0.1 * x, z - 0.2 * y, x + 0.3 * z], size));
@@ -71,9 +73,9 @@ fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A mesh on a grid, and rays from grid points inside and outside that meet a vertex, a quarter point of an
-/// edge or a point of a face *exactly*: origin, direction and target are free of rounding. `origin` is in
-/// steps of the grid, and `unit` is one step.
+/// A mesh on a grid, and rays from grid points inside and outside that *exactly* meet a vertex, a
+/// quarter point of an edge, or a point of a face: origin, direction, and target are free of
+/// rounding. `origin` returns a point in grid steps, and `unit` is the size of one step.
 fn exact(
     rng: &mut Rng,
     triangles: Vec<Triangle>,
@@ -103,7 +105,7 @@ fn exact(
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A mesh of radius 1 snapped to the grid, with origins inside it or up to 8 away.
+/// A mesh of radius 1 snapped to the grid, with origins inside it or up to 8 units away.
 fn exact_on_grid(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     let mesh = mesh.map(|p| p.map(|x| (x * GRID) as i32 as f64 / GRID));
     let triangles = part(rng, &mesh, triangles);

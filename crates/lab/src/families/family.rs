@@ -1,4 +1,4 @@
-//! The type of a family.
+//! [`Family`], a named generator of scenes.
 
 use super::scene::{Case, Scene};
 use crate::rng::Rng;
@@ -8,7 +8,7 @@ use crate::rng::Rng;
 pub struct Family {
     /// A short name in lowercase letters and dashes.
     pub name: &'static str,
-    /// A description, in one line.
+    /// A one-line description.
     pub what: &'static str,
     /// The parameter of the family, if it has one.
     pub param: Option<Param>,
@@ -47,8 +47,9 @@ impl Family {
 
     /// A scene with a given parameter (ignored if the family has none).
     ///
-    /// It has the requested number of rays (none for 0 triangles) and of triangles, except that a closed mesh
-    /// has the largest possible number that is not above the requested one, if there is one.
+    /// The scene has the requested number of rays, or none if no triangles are requested. It has
+    /// the requested number of triangles, except that a closed mesh has the largest possible number
+    /// that does not exceed the request, if there is one.
     pub fn scene_at(&self, rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
         (self.make)(rng, x, triangles, rays)
     }

@@ -1,4 +1,4 @@
-//! Families at the limits: `Threshold` and the interval of `t`, met to the last bit.
+//! Families whose rays meet the limits, `Threshold` and the interval of `t`, to the last bit.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::{Ray as F64Ray, Scene as F64Scene, THRESHOLD, Vector};
@@ -8,12 +8,12 @@ use super::scene::Scene;
 use super::shapes::{random, triangle};
 use crate::rng::{Rng, step, step64};
 
-/// Document A's unit normal of a triangle.
+/// The unit normal of a triangle, as document A computes it.
 fn normal(triangle: &Triangle) -> Point {
     F64Scene::from_triangles([triangle.0]).trian[0].nrm.into()
 }
 
-/// `|vd|` and `t` of a ray and a triangle, NaN if undefined.
+/// `|vd|` and `t` of a ray and a triangle, or NaN if undefined.
 fn vd_and_t(triangle: &Triangle, ray: &Ray) -> (f64, f64) {
     let scene = F64Scene::from_triangles([triangle.0]).with_threshold(0.0);
     let vd = scene.trian[0].nrm & Vector::from(ray.dir);
@@ -35,8 +35,9 @@ fn longest(n: Point) -> usize {
     }
 }
 
-/// A direction with `nrm & dir` within a few f64 steps of `vd`: its component along the normal's longest axis
-/// determines the first 24 bits, a second one the next, the third the last.
+/// A direction with `nrm & dir` within a few f64 steps of `vd`. Its component along the normal's
+/// longest axis determines the first 24 bits, the second component the next bits, and the third the
+/// last.
 fn solve(n: Point, vd: f64) -> [f32; 3] {
     let mut dir = [0.0_f32; 3];
     let mut rest = vd;
@@ -52,7 +53,7 @@ fn solve(n: Point, vd: f64) -> [f32; 3] {
 }
 
 pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // In a coordinate plane vd is exactly a component of dir; the threshold is then rounded to f32.
+    // In a coordinate plane, vd is exactly a component of dir, so the threshold is rounded to f32.
     let flat = rng.one_in(2);
     let threshold = if flat { f64::from(x as f32) } else { x };
     let turn = Turn::random(rng);
@@ -80,8 +81,8 @@ pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize)
 
 pub(super) fn threshold_t(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
     let mut scene = soup(rng, triangles, rays, triangle, |rng, triangle| {
-        // The ray starts at some distance along the normal's longest axis; its direction is solved for the
-        // `vd` with which t equals the threshold.
+        // The ray starts at some distance along the normal's longest axis. Its direction is solved
+        // for the `vd` that makes t equal to the threshold.
         let n = normal(triangle);
         let axis = longest(n);
         let mut origin = weigh(triangle, inside(rng));
@@ -124,8 +125,8 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
 }
 
 pub(super) fn interval(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
-    // In half of the scenes, heights and distances are integers, so that many t are exact in f32; with full
-    // mantissas hardly any are.
+    // In half of the scenes, heights and distances are small round numbers, so that many values of
+    // t are exact in f32. With full mantissas, hardly any are.
     let whole = rng.one_in(2);
     let turn = Turn::random(rng);
     let shape = |rng: &mut Rng, place| {

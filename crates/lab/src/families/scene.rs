@@ -2,7 +2,7 @@
 
 use intertri::{Ray, Triangle};
 
-/// Triangles and rays; most rays hit a triangle or nearly do.
+/// Triangles and rays. Most rays hit a triangle or narrowly miss one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The triangles.

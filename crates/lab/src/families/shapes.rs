@@ -9,14 +9,15 @@ use super::aim::{
 use super::scene::Scene;
 use crate::rng::{Rng, step};
 
-/// Three points in a cube with side 2.
+/// A triangle with random corners in a cube with side 2 around `place`.
 pub(super) fn triangle(rng: &mut Rng, place: Point) -> Triangle {
     Triangle([0; 3].map(|_| round(add(rng.cube(), place, 1.0))))
 }
 
 pub(super) fn uniform(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     soup(rng, triangles, rays, triangle, |rng, triangle| {
-        // From the neighbourhood of a triangle in any direction, toward it or near it.
+        // The ray starts near a triangle, on any side, and goes toward a point on the triangle or
+        // near it.
         let to = weigh(triangle, inside(rng));
         let origin = around(rng, to, 1.0);
         let off = if rng.one_in(2) { 4.0 } else { 0.5 };
@@ -42,8 +43,9 @@ pub(super) fn edge_steps(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -
     })
 }
 
-/// A triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of these triangles are rotated
-/// and moved; half stay in a coordinate plane at the origin, where any ratio survives rounding.
+/// A triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of these triangles are
+/// rotated and moved; half stay in a coordinate plane at the origin, where any ratio survives
+/// rounding.
 fn flat(rng: &mut Rng, place: Point, x: f64, y: f64) -> Triangle {
     let mut corners = if rng.one_in(2) {
         let turn = Turn::random(rng);
@@ -83,14 +85,15 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
         let p = round(add(rng.cube(), place, 1.0));
         let q = round(add(rng.cube(), place, 1.0));
         let mut corners = match rng.below(6) {
-            // All three equal, possibly at zero.
+            // All three corners coincide, possibly at zero.
             0 => [p; 3],
             1 => [[0.0; 3]; 3],
-            // Two equal.
+            // Two corners coincide.
             2 => [p, p, q],
             // Collinear up to rounding.
             3 => [p, q, round(add(wide(p), add(wide(q), wide(p), -1.0), 2.0 * rng.signed()))],
-            // Exactly collinear with full mantissas: through zero, in ratios of powers of 2.
+            // Exactly collinear with full mantissas, on a line through zero, in ratios of powers of
+            // 2.
             4 => [p, p.map(|x| -2.0 * x), p.map(|x| 0.5 * x)],
             // Exactly collinear small integers.
             _ => {
@@ -105,7 +108,8 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
     })
 }
 
-/// The two edges from a triangle's first corner, as vectors, and its unit normal, zeros if it has none.
+/// The two edge vectors from a triangle's first corner, and its unit normal, or zeros if it has
+/// none.
 fn frame(triangle: &Triangle) -> [Point; 3] {
     let [a, b, c] = triangle.0.map(wide);
     let (p, q) = (add(b, a, -1.0), add(c, a, -1.0));
@@ -121,7 +125,7 @@ fn in_plane(rng: &mut Rng) -> Triangle {
 }
 
 pub(super) fn grazing(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // Half of the triangles lie in a coordinate plane, where any angle survives rounding.
+    // Half of the triangles are in a coordinate plane, where any angle survives rounding.
     let shape = |rng: &mut Rng, place| {
         if rng.one_in(2) { in_plane(rng) } else { triangle(rng, place) }
     };
@@ -182,7 +186,7 @@ pub(super) fn stack(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Sce
     let bottom = triangle(rng, [0.0; 3]);
     let steps = rng.pick(&[0, 1, 2, 1000]);
     let shape = |rng: &mut Rng, _| {
-        // The same corners moved a few steps, in another order.
+        // The same corners in another order, mostly moved by a few steps.
         let mut corners = bottom.0;
         if !rng.one_in(3) {
             corners = corners.map(|p| p.map(|x| step(x, rng.within(steps))));
@@ -198,7 +202,8 @@ pub(super) fn stack(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Sce
 
 pub(super) fn axis(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     let shape = |rng: &mut Rng, place: Point| {
-        // Often in a coordinate plane, where the bounding box has no thickness.
+        // Half of the triangles are perpendicular to an axis, so their bounding box has no
+        // thickness.
         let thin = rng.below(6);
         let level = rng.within(4);
         let integer = |rng: &mut Rng, axis| {
@@ -208,7 +213,8 @@ pub(super) fn axis(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scen
         Triangle([0; 3].map(|_| [0, 1, 2].map(|axis| integer(rng, axis))))
     };
     soup(rng, triangles, rays, shape, |rng, triangle| {
-        // Through a corner or halfway between two, from an integer distance.
+        // The ray passes through a corner or halfway between two, and starts an integer multiple of
+        // its direction away.
         let (p, q) = (rng.pick(&triangle.0), rng.pick(&triangle.0));
         let to = [0, 1, 2].map(|k| f32::midpoint(p[k], q[k]));
         let mut dir = [0; 3].map(|_| rng.pick(&[-2.0, -1.0, 0.0, 0.0, 0.0, -0.0, 1.0]));

@@ -1,4 +1,4 @@
-//! The table of all families, and the adversarial mix of them.
+//! The table of all families, and their adversarial mix.
 
 use super::family::{Family, Param};
 use super::scene::Case;
@@ -10,8 +10,8 @@ pub fn find(name: &str) -> Option<&'static Family> {
     FAMILIES.iter().find(|family| family.name == name)
 }
 
-/// The adversarial mix: half of the cases are sensitive to rounding but otherwise harmless; the others come
-/// from all families equally.
+/// A case of the adversarial mix. Half of the cases are sensitive to rounding but otherwise
+/// harmless; the others come from all families equally.
 pub fn adversarial(rng: &mut Rng) -> Case {
     if rng.one_in(2) {
         let scene = shapes::random(rng, 1.0, 1, 1);
@@ -29,13 +29,13 @@ pub fn adversarial(rng: &mut Rng) -> Case {
 pub const FAMILIES: &[Family] = &[
     Family {
         name: "uniform",
-        what: "random triangles, random rays: nothing aimed",
+        what: "random triangles and random rays, none of them aimed",
         param: None,
         make: shapes::uniform,
     },
     Family {
         name: "random",
-        what: "random triangles with full mantissas, rays at edges, vertices and insides",
+        what: "random triangles with full mantissas, rays at edges, vertices, and interiors",
         param: None,
         make: shapes::random,
     },
@@ -71,13 +71,13 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "cube-exact",
-        what: "a cube of integers, rays exactly at its edges and vertices, many along an axis",
+        what: "a cube with integer vertices, rays exactly at its edges and vertices, many along an axis",
         param: None,
         make: closed::cube_exact,
     },
     Family {
         name: "needle",
-        what: "two long sides, one short",
+        what: "two long sides and a short one",
         param: Some(Param { name: "ratio", from: 1.0, to: 1e-12 }),
         make: shapes::needle,
     },
@@ -95,7 +95,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "zero-area",
-        what: "collinear corners, two or three corners the same",
+        what: "collinear corners, or two or three corners that coincide",
         param: None,
         make: shapes::zero_area,
     },
@@ -125,7 +125,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "on-triangle",
-        what: "rays that start on the triangle: inside, on an edge, at a vertex, or near",
+        what: "rays that start on the triangle: inside, on an edge, at a vertex, or nearby",
         param: None,
         make: shapes::on_triangle,
     },
@@ -137,7 +137,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "axis",
-        what: "rays along axes and in coordinate planes, through faces of boxes, small integers",
+        what: "rays along axes and in coordinate planes, through box faces, in small integers",
         param: None,
         make: shapes::axis,
     },
@@ -161,19 +161,19 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "threshold-met",
-        what: "random rays, the threshold within two f64 steps of |nrm & dir| or t",
+        what: "random rays, with the threshold within two f64 steps of |nrm & dir| or t",
         param: None,
         make: limits::threshold_met,
     },
     Family {
         name: "interval",
-        what: "t_min and t_max at t and an f32 step around it, empty, reversed, NaN, infinite",
+        what: "t_min and t_max at t or an f32 step away; empty, reversed, NaN, and infinite ones",
         param: None,
         make: limits::interval,
     },
     Family {
         name: "scale",
-        what: "everything but the direction scaled",
+        what: "everything scaled except the direction",
         param: Some(Param { name: "scale", from: 1e-30, to: 1e30 }),
         make: ranges::scale,
     },
@@ -185,7 +185,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "offset-large",
-        what: "everything moved away, triangles as large as a ten-thousandth of the offset",
+        what: "everything moved away, triangles of a ten-thousandth of the offset",
         param: Some(Param { name: "offset", from: 1.0, to: 1e9 }),
         make: ranges::offset_large,
     },
@@ -213,7 +213,7 @@ pub const FAMILIES: &[Family] = &[
         param: None,
         make: ranges::zeros,
     },
-    Family { name: "bits", what: "any finite f32 as any input", param: None, make: ranges::bits },
+    Family { name: "bits", what: "arbitrary finite f32 inputs", param: None, make: ranges::bits },
     Family {
         name: "not-finite",
         what: "NaN and infinities in one to three of the 15 inputs, or in the interval",

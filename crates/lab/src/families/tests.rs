@@ -6,7 +6,7 @@ use intertri_reference::{Ray as F64Ray, Scene as F64Scene, Vector};
 use super::{FAMILIES, Family, Scene, adversarial, find};
 use crate::rng::Rng;
 
-/// `nrm & dir` and, unless the ray is parallel, `t`; and whether it is a hit.
+/// Returns `nrm & dir`, `t` (NaN if the ray is parallel), and whether it is a hit.
 fn ask(triangle: &Triangle, ray: &Ray, threshold: f64) -> (f64, f64, bool) {
     let scene = F64Scene::from_triangles([triangle.0]).with_threshold(threshold);
     let mut t = f64::NAN;
@@ -30,8 +30,8 @@ fn names_are_unique_and_found() {
 
 #[test]
 fn a_seed_gives_the_same_bits_everywhere() {
-    // A checksum over everything that a seed generates. It changes when a family changes, and must not depend
-    // on the CPU or the build.
+    // A checksum over everything that a seed generates. It changes when a family changes, and must
+    // not depend on the CPU or the build.
     let mut sum = 0_u64;
     let mut eat = |x: u64| sum = (sum ^ x).wrapping_mul(0x0000_0100_0000_01B3).rotate_left(17);
     for family in FAMILIES {
@@ -68,7 +68,8 @@ fn scenes_have_the_size_asked_for() {
 
 #[test]
 fn rays_come_near_hitting() {
-    // About half of the rays at edges hit; a family with hardly any hits or misses would test nothing.
+    // About half of the rays at edges hit; a family with hardly any hits or misses would test
+    // nothing.
     let rare = [
         "threshold-vd",
         "threshold-t",
@@ -84,7 +85,7 @@ fn rays_come_near_hitting() {
         let (mut hits, n) = (0, 4000);
         let mut rng = Rng::new(5);
         for _ in 0..n {
-            // Without a threshold, because some families are below the default one.
+            // Use no threshold, because some families stay below the default one.
             let case = family.case(&mut rng);
             hits += usize::from(ask(&case.triangle, &case.ray, 0.0).2);
         }
@@ -94,7 +95,7 @@ fn rays_come_near_hitting() {
 
 #[test]
 fn f32_decides_many_a_random_case_wrongly() {
-    // Rounding sensitive means that the test in f32 and the test in f64 differ in many cases.
+    // If rays are sensitive to rounding, the f32 test and the f64 test differ in many cases.
     let differ = count("random", 10_000, |family, rng| {
         let case = family.case(rng);
         let [c1, c2, c3] = case.triangle.0;
@@ -152,7 +153,7 @@ fn intervals_end_at_t() {
 
 #[test]
 fn exact_families_are_exact() {
-    // A ray at a vertex or an edge of a grid has an edge value of exactly 0, in integers.
+    // A ray that meets a vertex or an edge on the grid has an edge value of exactly 0 in integers.
     for (name, grid) in
         [("icosphere-exact", 262_144.0), ("torus-exact", 262_144.0), ("cube-exact", 1.0)]
     {

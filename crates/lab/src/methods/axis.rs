@@ -1,17 +1,17 @@
-//! The longest axis of a vector, and permuting vectors so that it comes last.
+//! Finds the longest axis of a vector, and permutes vectors so that it comes last.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
 
 /// The axis of each lane's largest component.
 ///
-/// One ray against many triangles, or one triangle against many rays, has the same axis in all lanes; then a
-/// permutation costs nothing. Otherwise it costs six selections.
+/// If one ray is tested against many triangles, or one triangle against many rays, the axis is the
+/// same in all lanes and a permutation costs nothing. Otherwise, it costs six selections.
 #[derive(Clone, Copy)]
 pub(super) enum Axis<M> {
     /// The same in every lane.
     Same(usize),
-    /// x in some lanes, y in others, else z.
+    /// x in the lanes of the first mask, y in those of the second, and z in the others.
     Mixed(M, M),
 }
 
@@ -31,7 +31,7 @@ impl<M: Mask> Axis<M> {
         }
     }
 
-    /// The axis of one lane in all lanes of another kind.
+    /// Copies the axis of a single lane to all lanes of another type.
     #[inline(always)]
     pub(super) fn spread<N: Mask>(self) -> Axis<N> {
         let all = |mask: M| N::from_bits(if mask.any() { u32::MAX } else { 0 });

@@ -1,8 +1,10 @@
-//! D. Badouel, "An efficient ray-polygon intersection", Graphics Gems, 1990: the plane first, then two
-//! weights in the coordinate plane in which the triangle is largest.
+//! D. Badouel, "An efficient ray-polygon intersection", Graphics Gems, 1990. The test first
+//! intersects the plane, then computes two weights in the coordinate plane in which the triangle is
+//! largest.
 //!
-//! The precomputed variant of I. Wald ("Realtime ray tracing and interactive global illumination", thesis,
-//! Saarland University, 2004) has the arithmetic of [`baldwin_weber`](super::baldwin_weber).
+//! I. Wald's precomputed variant ("Realtime ray tracing and interactive global illumination",
+//! thesis, Saarland University, 2004) has the same arithmetic as
+//! [`baldwin_weber`](super::baldwin_weber).
 
 use intertri::simd::Lanes;
 use intertri::simd::Vec3;
@@ -11,7 +13,7 @@ use super::axis::Axis;
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method.
+/// Badouel's test.
 #[derive(Clone, Copy, Debug)]
 pub struct Badouel;
 
@@ -89,7 +91,8 @@ mod tests {
 
     #[test]
     fn the_projection_by_hand() {
-        // In the plane y = 2, projected along y: z to the right, x up, twice the area is 6.
+        // The triangle is in the plane y = 2. Projected along y, with z to the right and x up,
+        // twice its area is 6.
         let corners = [[1.0, 2.0, 1.0], [3.0, 2.0, 1.0], [1.0, 2.0, 4.0]];
         let triangle = Badouel.triangle(corners.map(|[x, y, z]: [f64; 3]| Vec3 { x, y, z }));
         assert!(matches!(triangle.axis, Axis::Same(1)));

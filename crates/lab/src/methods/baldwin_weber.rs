@@ -1,9 +1,10 @@
-//! D. Baldwin and M. Weber, "Fast ray-triangle intersections by coordinate transformation", Journal of
-//! Computer Graphics Techniques 5(3), 2016: an affine map that takes the triangle to the corners
-//! (0,0), (1,0), (0,1) of the plane z = 0.
+//! D. Baldwin and M. Weber, "Fast ray-triangle intersections by coordinate transformation", Journal
+//! of Computer Graphics Techniques 5(3), 2016. The method uses an affine map that takes the
+//! triangle's corners to (0,0), (1,0), and (0,1) in the plane z = 0.
 //!
-//! Its third column is free, and is chosen so that the map never divides by a small number: with `k` the
-//! longest axis of the normal, `i, j` the next two and `f` the sides,
+//! One column of the map is free, and is chosen so that the map never divides by a small number.
+//! With `k` the longest axis of the normal, `i` and `j` the next two axes, and `f1` and `f2` the
+//! sides, the rows are
 //!
 //! ```text
 //!   row 1   f2_j / n_k   at i    -f2_i / n_k   at j    0   at k     (v2 × v0)_k / n_k
@@ -17,11 +18,11 @@ use super::axis::Axis;
 use super::intersector::{Intersector, PlainRay, splat3};
 use super::real::Real;
 
-/// The method, with the full 3 by 4 matrix and so without a branch on the axis in the test.
+/// The method. It stores the full 3 by 4 matrix, so the test needs no branch on the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct BaldwinWeber;
 
-/// The map: three rows and their constants.
+/// The affine map, as three rows and their constants.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle<L> {
     rows: [Vec3<L>; 3],
@@ -44,7 +45,8 @@ impl Intersector for BaldwinWeber {
         let axis = Axis::longest(n);
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The rows in permuted axes, permuted back: three cyclic permutations are the identity.
+        // Compute the rows in permuted axes and permute them back. Three cyclic permutations are
+        // the identity, so two more undo the first.
         let back = |x: L, y: L, z: L| axis.turn(axis.turn(Vec3 { x, y, z }));
         let (turned, f1, f2) = (axis.turn(n), axis.turn(e1), axis.turn(e2));
         let k = turned.z;
@@ -90,7 +92,7 @@ mod tests {
 
     #[test]
     fn the_map_takes_the_corners_where_the_paper_wants_them() {
-        // Permuted so that each axis is the longest of the normal once.
+        // In each turn, a different axis is the longest axis of the normal.
         for turn in 0..3 {
             let corners = [[2.0, 3.0, 4.0], [6.0, 3.0, 5.0], [4.0, 9.0, 4.0]];
             let corners: [Vec3<f64>; 3] = corners.map(|p: [f64; 3]| {

@@ -1,9 +1,10 @@
-//! The closest hits of batches according to an intersector: N rays against one triangle after another
-//! (packets), or one ray after another against N triangles (blocks).
+//! Finds the closest hits of batches with an intersector. Tests either N rays against one triangle
+//! after another (packets), or one ray after another against N triangles (blocks).
 //!
-//! Values computed once per triangle are prepared before the timed part, and stored as one number per field
-//! (packets) or as N (blocks); values computed once per ray are timed. Both forms keep the closest hit of
-//! each ray without a branch.
+//! Values that are computed once per triangle are prepared before the timed part, and stored as one
+//! number per field (packets) or N numbers per field (blocks). Values that are computed once per
+//! ray are part of the measured time. Both forms update the closest hit of each ray without a
+//! branch.
 
 use std::time::Instant;
 
@@ -16,8 +17,8 @@ use super::real::{Number, Real};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// A request for the closest hits of batches in some layout. `nearest` receives one entry per ray, batch by
-/// batch.
+/// A request for the closest hits of batches in some layout. `nearest` receives one entry per ray,
+/// batch by batch.
 pub(super) struct Closest<'a, M> {
     pub(super) intersector: M,
     pub(super) batches: &'a [TestBatch],
@@ -25,14 +26,14 @@ pub(super) struct Closest<'a, M> {
     pub(super) nearest: &'a mut Vec<ClosestHit>,
 }
 
-/// The seconds of the timed part.
+/// The duration of the timed part in seconds.
 pub(super) type Seconds = f64;
 
 /// [`Closest`] in f32 or f64, with four lanes or more.
 struct Run<'a, M, const DOUBLE: bool>(Closest<'a, M>);
 
 impl<M: Intersector> Closest<'_, M> {
-    /// Runs it in f32 or f64. `None` for 16 lanes that do not fit one register.
+    /// Finds the hits in f32 or f64. Returns `None` for 16 lanes that do not fit in one register.
     pub(super) fn run<const DOUBLE: bool>(self, level: Level) -> Option<Seconds> {
         match (self.layout.lanes, self.layout.form, DOUBLE) {
             (1, Form::Packets, false) => Some(packets::<M, f32, 1>(self)),
@@ -44,8 +45,8 @@ impl<M: Intersector> Closest<'_, M> {
     }
 }
 
-/// Whether sixteen f32 fit one register at a level, aligned as such. Where they do not, no code is generated
-/// for them.
+/// Whether sixteen f32 fit in one register at a level, judging by their alignment. If they do not
+/// fit, no code is generated for them.
 pub(super) const fn one_register<S: Simd>() -> bool {
     align_of::<S::F32x16>() == 16 * size_of::<f32>()
 }
@@ -99,8 +100,9 @@ impl<L: Real> Best<L> {
         self.triangle = L::select(nearer, triangle, self.triangle);
     }
 
-    /// Converts lane by lane; lanes beyond the last triangle repeat it. (Plain loops here and below limit
-    /// compile time, because this is compiled for each method, layout and level.)
+    /// Converts lane by lane. Lanes beyond the last triangle repeat that triangle. Plain loops here
+    /// and below limit the compile time, because this code is compiled for each method, layout, and
+    /// level.
     #[inline(always)]
     fn lanes<const N: usize>(self, triangles: usize) -> [ClosestHit; N] {
         let zero = L::Scalar::nearest(0.0);
@@ -137,7 +139,7 @@ pub(super) fn packets_of<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<RayPa
     batches.iter().map(|batch| batch.rays.chunks(N).map(RayPacket::new).collect()).collect()
 }
 
-/// The triangles of each batch. Compiled once for all instruction levels.
+/// Prepares the triangles of each batch. This function is compiled once for all instruction levels.
 #[inline(never)]
 fn triangles_of<M: Intersector, T: Number>(
     intersector: M,
@@ -155,14 +157,14 @@ fn triangles_of<M: Intersector, T: Number>(
     prepared
 }
 
-/// A point in every lane.
+/// Copies a point to every lane.
 #[inline(always)]
 fn splat<L: Real>([x, y, z]: [f32; 3]) -> Vec3<L> {
     let [x, y, z] = [f64::from(x), f64::from(y), f64::from(z)];
     Vec3::splat([L::Scalar::nearest(x), L::Scalar::nearest(y), L::Scalar::nearest(z)])
 }
 
-/// N rays against one triangle after another.
+/// Tests N rays against one triangle after another.
 #[inline(always)]
 fn packets<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Seconds {
     let Closest { intersector, batches, nearest, .. } = work;
@@ -190,7 +192,7 @@ fn packets<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Sec
     start.elapsed().as_secs_f64()
 }
 
-/// One ray after another against N triangles at a time.
+/// Tests one ray after another against N triangles at a time.
 #[inline(always)]
 fn blocks<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Seconds {
     let Closest { intersector, batches, nearest, .. } = work;

@@ -1,20 +1,20 @@
 //! Cramer's rule with coefficient vectors (document D).
 //!
-//! `u AB + v AC - t PN = AP`; `T = AB × AC` and `D = -T` depend on the triangle, `U` and `V` also on the
-//! origin. The document's test is one-sided and leaves the edge `u + v = 1` open; as a method it is two-sided
-//! and closed like all others. The document's sign for `t` is corrected: the numerator must have the sign of
-//! the determinant.
+//! The equation is `u AB + v AC - t PN = AP`. `T = AB × AC` and `D = -T` depend only on the
+//! triangle, and `U` and `V` also depend on the origin. The document's test is one-sided and leaves
+//! the edge `u + v = 1` open; here it is two-sided and closed, like all other methods. The
+//! document's sign for `t` is corrected: the numerator must have the same sign as the determinant.
 
 use intertri::simd::Vec3;
 
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method.
+/// The test by Cramer's rule.
 #[derive(Clone, Copy, Debug)]
 pub struct Cramer;
 
-/// A corner, two sides from it and their product.
+/// A corner, the two sides from it, and their cross product.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle<L> {
     a: Vec3<L>,
@@ -53,8 +53,8 @@ impl Intersector for Cramer {
         let ap = ray.origin - a;
         let (u, v, t_ap) = (ac.cross(ap), ap.cross(ab), t.dot(ap));
 
-        // Three products, negated where necessary so that the determinant is positive; no division until
-        // there is a hit.
+        // The three products are negated where necessary so that the determinant is positive. The
+        // hit test then needs no division.
         let det = -t.dot(ray.dir);
         let (d, u, v) = (det.abs(), u.dot(ray.dir).flip(det), v.dot(ray.dir).flip(det));
         let hit = u.ge(zero) & v.ge(zero) & (u + v).le(d) & t_ap.flip(det).gt(zero) & d.gt(zero);

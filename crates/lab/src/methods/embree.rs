@@ -1,5 +1,6 @@
-//! The two tests of Embree (I. Wald, S. Woop, C. Benthin, G. S. Johnson, M. Ernst, "Embree: a kernel
-//! framework for efficient CPU ray tracing", ACM Transactions on Graphics 33(4), 2014; here as in version 4).
+//! Embree's two tests (I. Wald, S. Woop, C. Benthin, G. S. Johnson, M. Ernst, "Embree: a kernel
+//! framework for efficient CPU ray tracing", ACM Transactions on Graphics 33(4), 2014), as in
+//! version 4.
 
 use intertri::simd::Lanes;
 use intertri::simd::Vec3;
@@ -7,12 +8,12 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, PlainRay, splat, splat3};
 use super::real::{Number, Real};
 
-/// The fast form: the ray's moment about the first corner against two edges, the third value by
-/// subtraction from the determinant.
+/// The fast form. It multiplies the ray's moment about the first corner by two edges, and derives
+/// the third value by subtraction from the determinant.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeForm;
 
-/// The first corner, two edges and their product.
+/// The first corner, two edges, and their cross product.
 #[derive(Clone, Copy, Debug)]
 pub struct Edges<L> {
     v0: Vec3<L>,
@@ -56,9 +57,10 @@ impl Intersector for EdgeForm {
     }
 }
 
-/// The robust form: each side's value is computed from its edge and the sum of its ends, so that both
-/// neighbours compute the same number with opposite signs, and has a slack of one rounding unit of their sum.
-/// It loses nothing at an edge, but counts many hits there twice.
+/// The robust form. Each side's value is computed from its edge and the sum of its ends, so that
+/// two adjacent triangles compute the same number with opposite signs. The test allows a slack of
+/// one rounding unit of the three values' sum. It loses no hits at an edge, but counts many of them
+/// twice.
 #[derive(Clone, Copy, Debug)]
 pub struct Robust;
 
@@ -101,7 +103,8 @@ impl Intersector for Robust {
     }
 }
 
-/// The normal from two of three products of edges: for each component, the one with the smaller terms.
+/// Computes the normal from two cross products of edges, choosing for each component the product
+/// with the smaller terms.
 #[inline(always)]
 fn stable_normal<L: Lanes>(a: Vec3<L>, b: Vec3<L>, c: Vec3<L>) -> Vec3<L> {
     let (ab, bc) = (a.cross(b), b.cross(c));

@@ -11,7 +11,8 @@ use super::closest::Seconds;
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// The mode `fixed` on pairs, each on the finest grid that holds it; a miss if there is none.
+/// Tests pairs in the mode `fixed`, each on the finest grid that contains it. A pair that fits no
+/// grid is a miss.
 pub(super) fn pairs(level: Level, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);
@@ -26,8 +27,8 @@ pub(super) fn pairs(level: Level, triangles: &[Triangle], rays: &[Ray], to: &mut
     }
 }
 
-/// The closest hits of batches according to the mode `fixed`, each batch on its own grid. All are misses if
-/// something does not fit a grid. `None` except for 4 and 8 lanes.
+/// Finds the closest hits of batches in the mode `fixed`, each batch on its own grid. All rays of a
+/// batch that does not fit a grid are misses. Returns `None` unless there are 4 or 8 lanes.
 pub(super) fn closest(
     level: Level,
     batches: &[TestBatch],
@@ -39,8 +40,8 @@ pub(super) fn closest(
     matches!(layout.lanes, 4 | 8).then(|| level.run(FixedClosest { batches, layout, nearest }))
 }
 
-/// How many triangles of its batch each ray crosses, according to the mode `fixed`; none if something does
-/// not fit a grid.
+/// Counts how many triangles of its batch each ray crosses in the mode `fixed`, or 0 if the batch
+/// does not fit a grid.
 pub(super) fn counts(level: Level, batch: &TestBatch) -> Vec<u32> {
     let Some(Snapped { rays, triangles, .. }) = Snapped::new(batch) else {
         return vec![0; batch.rays.len()];
@@ -54,7 +55,8 @@ pub(super) fn counts(level: Level, batch: &TestBatch) -> Vec<u32> {
 struct Snapped {
     rays: Vec<fixed::Ray>,
     triangles: Vec<fixed::Triangle>,
-    /// The number of rays if something did not fit the grid, all of which count as misses; else 0.
+    /// The number of rays if the batch does not fit a grid, in which case all rays count as misses;
+    /// otherwise 0.
     misses: usize,
 }
 
@@ -66,20 +68,21 @@ impl Snapped {
         Some(Self { rays: rays.ok()?, triangles: triangles.ok()?, misses: 0 })
     }
 
-    /// A batch without hits.
+    /// A batch in which every ray misses.
     fn none(batch: &TestBatch) -> Self {
         Self { rays: Vec::new(), triangles: Vec::new(), misses: batch.rays.len() }
     }
 }
 
-/// The finest grid that holds a batch.
+/// The finest grid that contains a batch.
 fn grid(batch: &TestBatch) -> Option<Grid> {
     let origins = batch.rays.iter().map(|ray| ray.origin);
     Grid::around(batch.triangles.iter().flat_map(|t| t.0).chain(origins), Bits::FINE).ok()
 }
 
-/// The batch as the mode `fixed` sees it: snapped and converted back to f32, which is exact. On this batch
-/// `fixed` is exact. `None` if it does not fit a grid.
+/// Returns the batch as the mode `fixed` sees it, snapped to a grid and converted back to f32,
+/// which is exact. On the returned batch, `fixed` is exact. Returns `None` if the batch does not
+/// fit a grid.
 pub fn on_grid(batch: &TestBatch) -> Option<TestBatch> {
     let grid = grid(batch)?;
     let back = |p| Some(grid.unsnap(grid.snap(p).ok()?).map(|x| x as f32));
@@ -193,7 +196,7 @@ where
     start.elapsed().as_secs_f64()
 }
 
-/// Converts a hit to the type of the batches.
+/// Converts a hit to the type that batches use.
 #[inline(always)]
 fn closest_hit(hit: Option<Hit>) -> ClosestHit {
     hit.map_or(ClosestHit::MISS, |hit| ClosestHit { t: hit.t, triangle: hit.triangle })

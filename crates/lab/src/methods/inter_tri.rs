@@ -5,14 +5,14 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// Document A with its threshold, for the parallel test and for `t`.
+/// The method, with document A's threshold for the parallel test and for `t`.
 #[derive(Clone, Copy, Debug)]
 pub struct InterTri {
     /// The document's `Threshold`.
     pub threshold: f64,
 }
 
-/// The document's triangle.
+/// A triangle with the values that document A precomputes.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle<L> {
     c1: Vec3<L>,
@@ -54,12 +54,12 @@ impl Intersector for InterTri {
         let &Triangle { c1, c2, h4, h5, h6, nrm } = triangle;
         let threshold = L::of(self.threshold);
 
-        // The plane.
+        // Intersect the plane.
         let vd = nrm.dot(ray.dir);
         let parallel = vd.gt(-threshold) & vd.lt(threshold);
         let t = nrm.dot(c1 - ray.origin) / vd;
 
-        // The point in the plane, and the three sides.
+        // Test on which side of each edge the point in the plane is.
         let h1 = ray.origin + ray.dir * t;
         let (h2, h3) = (h1 - c1, h1 - c2);
         let zero = L::of(0.0);

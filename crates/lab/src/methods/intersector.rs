@@ -24,14 +24,15 @@ pub trait Intersector: Copy {
     fn test<L: Real>(self, triangle: &Self::Triangle<L>, ray: &Self::Ray<L>) -> (L::Mask, L);
 }
 
-/// One vector in all lanes.
+/// Copies one vector to all lanes.
 #[inline(always)]
 pub(super) fn splat<L: Real>(v: Vec3<L::Scalar>) -> Vec3<L> {
     Vec3::splat([v.x, v.y, v.z])
 }
 
-/// Three vectors in all lanes. (An array's `map` is not always inlined, and a function that is called is
-/// compiled without the level's instructions; so it is written out here and in the tests.)
+/// Copies three vectors to all lanes. An array's `map` is not always inlined, and a function that
+/// is not inlined is compiled without the level's instructions, so the calls are written out here
+/// and in the tests.
 #[inline(always)]
 pub(super) fn splat3<L: Real>([a, b, c]: [Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
     [splat(a), splat(b), splat(c)]

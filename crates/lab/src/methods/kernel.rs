@@ -13,7 +13,7 @@ use super::closest::{Seconds, one_register, packets_of, rays_of};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// A mode of the kernel on pairs: each ray is a packet.
+/// Tests pairs in one of the kernel's modes, with each ray as a packet.
 pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);
@@ -22,8 +22,9 @@ pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [
     }
 }
 
-/// The closest hits of batches according to a mode. `None` for one lane, which is left to the reference, and
-/// for 16 lanes that are not packets or do not fit one register.
+/// Finds the closest hits of batches in one of the kernel's modes. Returns `None` for one lane,
+/// which is left to the reference, and for 16 lanes unless they are packets that fit in one
+/// register.
 pub(super) fn closest(
     mode: Mode,
     level: Level,
@@ -63,7 +64,8 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// N rays against one triangle after another. `t` is only enclosed in f32 on the way, and exact at the end.
+/// Tests N rays against one triangle after another. During the loop, `t` is only enclosed in f32;
+/// the final `t` is computed at the end.
 #[inline(always)]
 fn packets<S: Simd, const N: usize>(
     filter: Filter<'_>,
@@ -90,7 +92,7 @@ where
     start.elapsed().as_secs_f64()
 }
 
-/// The triangles of each batch, prepared.
+/// Prepares the triangles of each batch.
 #[inline(never)]
 fn triangles_of(batches: &[TestBatch]) -> Vec<Vec<PreparedTriangle>> {
     batches
@@ -99,7 +101,7 @@ fn triangles_of(batches: &[TestBatch]) -> Vec<Vec<PreparedTriangle>> {
         .collect()
 }
 
-/// One ray after another against eight triangles at a time.
+/// Tests one ray after another against eight triangles at a time.
 #[inline(always)]
 fn blocks_of_8<S: Simd>(
     filter: Filter<'_>,
@@ -139,8 +141,8 @@ fn blocks_of_8<S: Simd>(
     start.elapsed().as_secs_f64()
 }
 
-/// Hits of single rays that wait until eight of them can be computed together, as in the ray streams of a
-/// hierarchy.
+/// Hits of single rays that wait until eight of them can be computed together, as in the ray
+/// streams of a hierarchy.
 struct Waiting {
     pairs: Pairs,
     numbers: [usize; 8],
@@ -152,7 +154,7 @@ impl Waiting {
         Self { pairs: Pairs::new(), numbers: [0; 8], len: 0 }
     }
 
-    /// Adds a ray's hit of a triangle. It becomes the answer of the ray, in place of an earlier one.
+    /// Adds the latest ray's hit with a triangle, which will replace that ray's entry in `nearest`.
     #[inline(always)]
     fn add<S: Simd>(
         &mut self,
@@ -168,7 +170,7 @@ impl Waiting {
         }
     }
 
-    /// Answers all waiting hits.
+    /// Computes all waiting hits.
     #[inline(always)]
     fn answer<S: Simd>(&mut self, filter: &Filter<'_>, nearest: &mut [ClosestHit]) {
         // Only original f64 coordinates need the pairs' ids, and there are none here.
@@ -181,7 +183,7 @@ impl Waiting {
     }
 }
 
-/// One ray after another against four triangles at a time.
+/// Tests one ray after another against four triangles at a time.
 #[inline(always)]
 fn blocks_of_4<S: Simd>(
     filter: Filter<'_>,
@@ -209,7 +211,7 @@ fn blocks<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<TriangleBlock<N>>> {
     batches.iter().map(|b| b.triangles.chunks(N).map(TriangleBlock::new).collect()).collect()
 }
 
-/// The answers of a packet, with all t computed together.
+/// Stores the closest hits of a packet, computing all t together.
 #[inline(always)]
 pub(super) fn answers<S: Simd, const N: usize>(
     filter: &Filter<'_>,

@@ -1,4 +1,4 @@
-//! The laboratory's interface to every method, whether published or the kernel's.
+//! The laboratory's interface to every method, whether published or part of the kernel.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -22,10 +22,10 @@ pub struct Method {
 }
 
 impl Method {
-    /// Tests ray `i` against triangle `i`, eight pairs at a time, in the lanes of a level.
+    /// Tests ray `i` against triangle `i`, eight pairs at a time, with a level's instructions.
     ///
-    /// `threshold` is that of document A, finite and at least 0; methods without a threshold ignore it. The
-    /// rays' intervals are ignored.
+    /// `threshold` is document A's threshold, which must be finite and at least 0. Methods without
+    /// a threshold ignore it. The rays' intervals are ignored.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -41,13 +41,15 @@ impl Method {
         (self.pairs)(level, threshold, triangles, rays, to);
     }
 
-    /// Finds the closest hit of each ray in its batch, batch by batch. Returns the seconds that it took, not
-    /// counting the values computed once per triangle. Returns `None`, and leaves `nearest` unchanged or
-    /// empty, if the method does not support the layout: one lane for the kernel's modes, because that is the
-    /// reference; rays without a common origin for the form that needs one; and 16 lanes for f64, or where
-    /// they do not fit one register.
+    /// Finds the closest hit of each ray in its batch, batch by batch. Returns the time in seconds,
+    /// not counting the values computed once per triangle.
     ///
-    /// `t_min` is 0 and `t_max` infinite for every ray.
+    /// Returns `None`, and leaves `nearest` unchanged or empty, if the method does not support the
+    /// layout. The kernel's modes do not support one lane, because the reference already covers it,
+    /// and their forms for one origin only support rays that share an origin. Published methods in
+    /// f64 do not support 16 lanes, and no method does where 16 f32 do not fit in one register.
+    ///
+    /// For every ray, `t_min` is 0 and `t_max` is infinite.
     pub fn closest(
         &self,
         level: Level,
@@ -58,7 +60,7 @@ impl Method {
         (self.closest)(level, batches, layout, nearest)
     }
 
-    /// How many triangles of its batch each ray hits; the rays' intervals are ignored.
+    /// Counts how many triangles of its batch each ray hits, ignoring the rays' intervals.
     pub fn counts(&self, level: Level, batch: &TestBatch) -> Vec<u32> {
         (self.counts)(level, batch)
     }

@@ -1,13 +1,13 @@
-//! The known tests of a ray against a triangle, one file each, written once for any number of lanes of f32 or
-//! f64.
+//! The known ray/triangle tests, one file each, written once for any number of f32 or f64 lanes.
 //!
-//! All are two-sided and closed: a point on an edge or vertex is inside if the method's own arithmetic puts
-//! it there. All require `t > 0`, or their source's epsilon. All accept with `>=` and `>`, so that a NaN is a
-//! miss. Each has its own types for the values it computes once per triangle or ray, so that no test has to
-//! recompute them. As in the sources, no product is fused.
+//! All tests are two-sided and closed: a point on an edge or vertex is inside if the method's own
+//! arithmetic puts it there. All require `t > 0`, or `t` above the threshold of their source. All
+//! accept a hit with `>=` and `>`, so that a NaN is a miss. Each method has its own types for the
+//! values that it computes once per triangle or ray, so that its test does not recompute them. As
+//! in the sources, no product is fused.
 //!
-//! To add a method, write a file with an implementation of [`Intersector`] and add a row to the table
-//! [`METHODS`].
+//! To add a method, write a file with an implementation of [`Intersector`] and add a row to the
+//! table [`METHODS`].
 
 mod axis;
 pub mod badouel;

@@ -1,15 +1,16 @@
-//! T. Möller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", Journal of Graphics
-//! Tools 2(1), 1997: Cramer's rule on two edges, the two-sided variant.
+//! T. Möller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", Journal of
+//! Graphics Tools 2(1), 1997: Cramer's rule on two edges, in the two-sided variant.
 
 use intertri::simd::Vec3;
 
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method; a smaller determinant than `epsilon` counts as parallel.
+/// The method. A ray counts as parallel if the determinant is not larger than `epsilon`.
 #[derive(Clone, Copy, Debug)]
 pub struct MollerTrumbore {
-    /// 0 rejects only a determinant of 0. The paper's listing has 1e-6, and much code has kept it.
+    /// The bound on the determinant. 0 rejects only a determinant of 0. The paper's listing uses
+    /// 1e-6, which much code has kept.
     pub epsilon: f64,
 }
 

@@ -1,15 +1,16 @@
-//! The modes `certified` and `exact` for rays that share an origin, as camera rays and hard shadow rays do, after
-//! document D.
+//! The modes `certified` and `exact` for rays that share an origin, as camera rays and hard shadow
+//! rays do, based on document D.
 //!
 //! ```text
-//!   with A = c1 - o, once a triangle:     V = (h5 × A)    W = (A × h4)    U = n - V - W
-//!   a ray:                                V·d, W·d, U·d: three products
+//!   with A = c1 - o, once per triangle:   V = (h5 × A)    W = (A × h4)    U = n - V - W
+//!   per ray:                              V·d, W·d, U·d: three products
 //! ```
 //!
-//! The forms are computed in f64, negated where T is negative so that a hit in front has all of them
-//! positive, and scaled by their common bound, which thus becomes |d|. They rule out most rays; the kernel's
-//! filter tests the others. `docs/numerics/certified.md`, section 7, has bounds and proof. The forms are
-//! computed before the timed part, like all constants of a triangle, because the rays of a picture share
+//! The forms are computed in f64, and negated where T is negative, so that all of them are positive
+//! for a hit in front. They are scaled by their common error bound, which thus becomes |d|. The
+//! forms rule out most rays, and the kernel's filter tests the others. Section 7 of
+//! `docs/numerics/certified.md` contains the bounds and their proof. Like all constants of a
+//! triangle, the forms are computed before the timed part, because the rays of a picture share
 //! them.
 
 use std::time::Instant;
@@ -28,22 +29,22 @@ use crate::test_batch::{Answer, ClosestHit, TestBatch};
 /// Half an ulp of 1 in f32.
 const U: f64 = 1.0 / (1 << 24) as f64;
 
-/// A form, rounded to f32, is within `FORM |form|₂ |d|₂`.
+/// The error of a form that is rounded to f32, relative to `|form|₂ |d|₂`.
 const FORM: f64 = 4.25 * U;
 
 /// The reference's noise, relative to `|d|₂ h (|A|₂ + h)`.
 const NOISE: f64 = 0.25 * U;
 
-/// The share of the origin's rounding, relative to `|d|₂ h |o|₁`.
+/// The error due to the origin's rounding, relative to `|d|₂ h |o|₁`.
 const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
 
-/// D must exceed this share of `|d|₂ h²` for a sign to decide.
+/// The sign of a form is decisive only if D exceeds this share of `|d|₂ h²`.
 const GRAZING: f64 = 24.0 * U;
 
-/// The shortest edge length that is assumed: 2^-48.
+/// The shortest edge length that is assumed, 2^-48.
 const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// The factor that rounds the square root of a sum of squares up, and 2^-49, which is added because of
+/// A factor that rounds the square root of a sum of squares up, and 2^-49, which is added to cover
 /// underflow.
 const NORM_UP: f32 = 1.0 + 16.0 * U as f32;
 const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
@@ -51,9 +52,9 @@ const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
 /// A triangle relative to one origin.
 #[derive(Clone, Copy)]
 struct SeenTriangle {
-    /// U, V and W.
+    /// U, V, and W.
     forms: [Vec3<f32>; 3],
-    /// Within `|d|` times this, the sum of U, V and W has no certain sign.
+    /// If the sum of U, V, and W is within `|d|` times this number, its sign is uncertain.
     doubtful: f32,
     triangle: PreparedTriangle,
 }
@@ -67,13 +68,13 @@ impl SeenTriangle {
         let (n, v, w) = (h4.cross(h5), h5.cross(a), a.cross(h4));
         let (u, t) = (n - v - w, n.dot(a));
 
-        // The bound of the forms, of the reference's noise, and of the origin's rounding.
+        // Covers the errors of the forms, the reference's noise, and the origin's rounding.
         let length = |x: Vec3<f64>| x.dot(x).sqrt();
         let longest = |x, y, z| length(x).max(length(y)).max(length(z));
         let (h, away) = (longest(h4, h5, h6).max(SHORTEST), length(a));
         let bound = FORM * longest(u, v, w) + NOISE * h * (away + h) + ORIGIN * h * eye.norm1();
 
-        // Whether the triangle is in front or behind, T has the sign of D wherever it is hit.
+        // T has the same sign as D wherever the triangle is hit in front of the origin.
         let sure = t.abs() > NOISE * h * h * away;
         let turn = if sure { 1.0_f64.copysign(t) / bound } else { f64::NAN };
         let form = |f: Vec3<f64>| Vec3 {
@@ -88,10 +89,10 @@ impl SeenTriangle {
         }
     }
 
-    /// The rays that may hit it, from their directions and lengths.
+    /// Returns the rays that may hit the triangle, given their directions and lengths.
     #[inline(always)]
     fn maybe<F: Lanes<Scalar = f32>>(&self, dir: Vec3<F>, len: F) -> u32 {
-        // Each form's bound is |d|: a value below it makes a certain miss.
+        // Each form's error bound is |d|, so a value below -|d| is a certain miss.
         let [u, v, w] = &self.forms;
         let u = dir.dot_fused(Vec3::splat([u.x, u.y, u.z]));
         let v = dir.dot_fused(Vec3::splat([v.x, v.y, v.z]));
@@ -134,12 +135,13 @@ fn offer_all<S: Simd, const N: usize>(
     }
 }
 
-/// Pairs: each ray shares its origin with itself.
+/// Tests pairs. Each ray is the only one with its origin.
 pub(super) fn pairs(filter: Filter<'_>, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     filter.level().run(Pairs { filter, triangles, rays, to });
 }
 
-/// The closest hits of batches; `None` except for packets of rays that share their batch's origin.
+/// Finds the closest hits of batches. Returns `None` unless the layout is packets and the rays of
+/// each batch share one origin.
 pub(super) fn closest(
     filter: Filter<'_>,
     batches: &[TestBatch],
@@ -203,7 +205,7 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// N rays from one origin against one triangle after another.
+/// Tests N rays from one origin against one triangle after another.
 #[inline(always)]
 fn packets<S: Simd, const N: usize>(
     filter: Filter<'_>,
@@ -228,7 +230,7 @@ where
     start.elapsed().as_secs_f64()
 }
 
-/// The triangles of each batch relative to its origin.
+/// The triangles of each batch, relative to the origin of its rays.
 #[inline(never)]
 fn triangles_of(batches: &[TestBatch]) -> Vec<Vec<SeenTriangle>> {
     let seen = |batch: &TestBatch| {

@@ -8,7 +8,7 @@ use super::intersector::Intersector;
 use super::real::{Number, Real};
 use crate::test_batch::Answer;
 
-/// The pairs, to be tested in f32 or f64.
+/// Pairs to test in f32 or f64.
 pub(super) struct Pairs<'a, M, const DOUBLE: bool> {
     pub(super) intersector: M,
     pub(super) triangles: &'a [Triangle],

@@ -1,16 +1,16 @@
-//! Plücker coordinates: R. Jones, "Intersecting a ray and a triangle with Plücker coordinates", Ray Tracing
-//! News 13(1), 2000. A line through `p` and `q` is the pair `(q - p, p × q)`; the sign of the permuted
-//! product of two lines shows on which side one passes the other.
+//! Plücker coordinates: R. Jones, "Intersecting a ray and a triangle with Plücker coordinates", Ray
+//! Tracing News 13(1), 2000. A line through `p` and `q` is the pair `(q - p, p × q)`. The sign of
+//! the permuted product of two lines shows on which side one line passes the other.
 //!
-//! The sides' coordinates are computed once, in the axes of the scene. Nothing is translated to the origin of
-//! the ray, which makes it fast and costs accuracy.
+//! The sides' Plücker coordinates are computed once, in scene coordinates. Nothing is translated to
+//! the ray's origin, which makes the test fast but less accurate.
 
 use intertri::simd::Vec3;
 
 use super::intersector::{Intersector, splat, splat3};
 use super::real::Real;
 
-/// The method.
+/// The test with Plücker coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct Pluecker;
 
@@ -37,7 +37,7 @@ impl Intersector for Pluecker {
 
     #[inline(always)]
     fn ray<L: Real>(self, origin: Vec3<L>, dir: Vec3<L>) -> Ray<L> {
-        // p × q of the points origin and origin + dir.
+        // The moment is p × q for the points origin and origin + dir.
         Ray { origin, dir, moment: origin.cross(dir) }
     }
 

@@ -1,4 +1,4 @@
-//! The numbers that a method computes with: f32 or f64, in any lanes.
+//! The numbers that a method computes with: f32 or f64, in any number of lanes.
 
 use intertri::simd::Lanes;
 

@@ -1,4 +1,4 @@
-//! The scalar f64 reference; all times are relative to its time.
+//! The scalar f64 reference. All other times are relative to its time.
 
 use std::time::Instant;
 
@@ -7,8 +7,8 @@ use intertri_reference as reference;
 use super::closest::Seconds;
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// The closest hits of batches, found by the plain loop over the scalar reference, and the seconds it took.
-/// All times are relative to this one.
+/// Finds the closest hits of batches with a plain loop over the scalar reference. Returns the time
+/// in seconds.
 pub fn reference_closest(batches: &[TestBatch], nearest: &mut Vec<ClosestHit>) -> Seconds {
     let scenes: Vec<_> = batches
         .iter()

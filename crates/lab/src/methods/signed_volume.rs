@@ -1,13 +1,14 @@
-//! Signed volumes: R. J. Segura and F. R. Feito, "Algorithms to test ray-triangle intersection. Comparative
-//! study", WSCG 2001. The sign of the volume of side, origin and direction shows on which side the ray passes
-//! each side of the triangle: `d · (B × C)` for corners relative to the origin.
+//! Signed volumes: R. J. Segura and F. R. Feito, "Algorithms to test ray-triangle intersection.
+//! Comparative study", WSCG 2001. With corners relative to the origin, `d · (B × C)` is a signed
+//! volume, whose sign shows on which side of the edge BC the ray passes, and likewise for the other
+//! edges.
 
 use intertri::simd::Vec3;
 
 use super::intersector::{Intersector, PlainRay, splat3};
 use super::real::Real;
 
-/// The method.
+/// The test by signed volumes.
 #[derive(Clone, Copy, Debug)]
 pub struct SignedVolume;
 

@@ -81,8 +81,8 @@ macro_rules! mode {
     };
 }
 
-/// A row for a mode of the kernel on rays from one origin. `$filter` creates its filter from a threshold and
-/// a level.
+/// A row for a mode of the kernel on rays from one origin. `$filter` creates its filter from a
+/// threshold and a level.
 macro_rules! one_origin {
     ($name:literal, $filter:expr) => {
         Method {
@@ -107,16 +107,16 @@ macro_rules! one_origin {
     };
 }
 
-/// The methods that promise the scalar f64 reference's answers, bit for bit.
+/// The methods that guarantee the scalar f64 reference's answers, bit for bit.
 pub const OF_THE_REFERENCE: [&str; 3] = ["InterTri f64", "certified", "certified, one origin"];
 
-/// The methods that are right for the coordinates as given.
+/// The methods whose answers are right for the coordinates as given.
 pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 
 /// Every method. All comparisons iterate over this table.
 ///
-/// Document D's own test is one-sided and leaves one edge open; here it is two-sided and closed, like all
-/// others.
+/// Document D's own test is one-sided and leaves one edge open; here it is two-sided and closed,
+/// like all others.
 pub static METHODS: &[Method] = &[
     method!("InterTri f64", "document A", |threshold| InterTri { threshold }, f64),
     method!("InterTri f32", "document A", |threshold| InterTri { threshold }, f32),

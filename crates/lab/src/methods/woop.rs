@@ -1,7 +1,7 @@
-//! S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection", Journal of Computer Graphics
-//! Techniques 2(1), 2013: the scene is sheared so that the ray runs along the longest axis of its direction,
-//! and the sides are tested in the plane perpendicular to it. A value of exactly 0 in f32 is recomputed in
-//! f64.
+//! S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection", Journal of Computer
+//! Graphics Techniques 2(1), 2013. The test shears the scene so that the ray runs along the longest
+//! axis of its direction, and tests the sides in the plane perpendicular to that axis. A value of
+//! exactly 0 in f32 is recomputed in f64.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
@@ -10,14 +10,14 @@ use super::axis::Axis;
 use super::intersector::{Intersector, splat3};
 use super::real::{Number, Real};
 
-/// The method with its fallback; with `fall_back` off, the bare f32 test that some code keeps.
+/// The method. Without `fall_back`, it is the bare f32 test that some implementations use.
 #[derive(Clone, Copy, Debug)]
 pub struct Woop {
     /// Whether a value of 0 is recomputed in f64.
     pub fall_back: bool,
 }
 
-/// The shear.
+/// The ray's origin, and the shear.
 #[derive(Clone, Copy)]
 pub struct Ray<L: Lanes> {
     origin: Vec3<L>,
@@ -26,7 +26,7 @@ pub struct Ray<L: Lanes> {
 }
 
 impl<L: Lanes> Ray<L> {
-    /// A corner relative to the origin, the ray's axis last.
+    /// A corner relative to the origin, with the ray's axis last.
     #[inline(always)]
     fn see(&self, corner: Vec3<L>) -> Vec3<L> {
         self.axis.turn(corner - self.origin)
@@ -39,8 +39,8 @@ impl Intersector for Woop {
 
     #[inline(always)]
     fn ray<L: Real>(self, origin: Vec3<L>, dir: Vec3<L>) -> Ray<L> {
-        // The paper also swaps x and y if the axis is negative, to preserve the winding; a two-sided test
-        // does not need this.
+        // The paper also swaps x and y if the axis is negative, to preserve the winding; a
+        // two-sided test does not need this.
         let axis = Axis::longest(dir);
         let d = axis.turn(dir);
         Ray { origin, axis, shear: Vec3 { x: d.x / d.z, y: d.y / d.z, z: L::of(1.0) / d.z } }
@@ -85,7 +85,7 @@ impl Intersector for Woop {
     }
 }
 
-/// The value of a side in f64, lane by lane, rounded back as in the paper.
+/// Computes the value of a side in f64, lane by lane, and rounds it back as in the paper.
 #[inline(always)]
 fn side_f64<L: Real>(p: [L; 2], q: [L; 2]) -> L {
     let zero = [L::Scalar::nearest(0.0); 16];
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn the_shear_by_hand() {
-        // Along its longest axis the direction becomes (0, 0, 1).
+        // With its longest axis last, the shear turns the direction into (0, 0, 1).
         let woop = Woop { fall_back: true };
         let dirs = [[4.0, 1.0, 2.0], [2.0, 4.0, 1.0], [1.0, 2.0, 4.0]];
         for (axis, [x, y, z]) in dirs.into_iter().enumerate() {

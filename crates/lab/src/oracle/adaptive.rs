@@ -1,11 +1,12 @@
 //! The oracle's answer, computed with adaptive predicates.
 //!
-//! Only signs and one quotient are needed. Each sign is computed by an adaptive predicate (J. R. Shewchuk,
-//! "Adaptive precision floating-point arithmetic and fast robust geometric predicates", Discrete &
-//! Computational Geometry 18, 1997; here the crate `robust`), which is exact if its inputs are. A difference
-//! of two f32 is exact in f64 unless they are about 2^29 apart; in that case the sign is computed in
-//! rationals. Products of f32 stay far from the limits of f64's range, so neither underflow nor overflow
-//! affects the predicates. Where products of f64 might not, [`rational`](super::rational) answers.
+//! Only signs and one quotient are needed. Each sign is computed by an adaptive predicate (J. R.
+//! Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
+//! Discrete & Computational Geometry 18, 1997; here the crate `robust`), which is exact if its
+//! inputs are. The difference of two f32 numbers is exact in f64 unless one is about 2^29 times the
+//! other; in that case, the sign is computed in rationals. Products of f32 numbers stay far from
+//! the limits of f64's range, so neither underflow nor overflow affects the predicates. If products
+//! of f64 numbers might exceed that range, [`rational`](super::rational) computes the answer.
 
 use std::cmp::Ordering;
 
@@ -37,7 +38,8 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     }
     let [c1, c2, c3] = triangle.0;
 
-    // Does it have an area? Not if the area vanishes in all three coordinate planes.
+    // Does the triangle have an area? It has none if its projections to all three coordinate planes
+    // have none.
     let flat = |x: usize, y: usize| {
         let point = |p: [S; 3]| Coord::<f64> { x: p[x].into(), y: p[y].into() };
         orient2d(point(c1), point(c2), point(c3)) == 0.0
@@ -46,7 +48,7 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
         return OracleAnswer::without_t(LinePosition::Degenerate);
     }
 
-    // Does the line meet the plane in one point?
+    // Does the line meet the plane at one point?
     let rise = sign(orient3d(point(c1), point(c2), point(c3), point(ray.origin)));
     let slope = slope(triangle, ray.dir);
     if slope.is_eq() {
@@ -62,7 +64,8 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     OracleAnswer::classify(edges, if slope.is_lt() { rise.reverse() } else { rise })
 }
 
-/// Whether products of three differences, and their parts, stay within f64's range; those of f32 always do.
+/// Whether products of three differences, and their parts, stay within f64's range. For f32 inputs,
+/// they always do.
 fn is_tame<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|&x| {
@@ -71,7 +74,7 @@ fn is_tame<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     })
 }
 
-/// The sign of `n · d`, `n = (c2 - c1) × (c3 - c1)`.
+/// The sign of `n · d`, with `n = (c2 - c1) × (c3 - c1)`.
 fn slope<S: Scalar>(triangle: &TriangleOf<S>, d: [S; 3]) -> Ordering {
     let [c1, c2, c3] = triangle.0;
     match (exact_difference(c2, c1), exact_difference(c3, c1)) {
@@ -106,7 +109,8 @@ fn point<S: Scalar>(p: [S; 3]) -> Coord3D<f64> {
     point64(p.map(Into::into))
 }
 
-/// `a - b` if it is exact in f64: if the tail of the difference (D. E. Knuth's `TwoDiff`) is 0.
+/// Returns `a - b` if it is exact in f64, that is, if the tail of the difference (D. E. Knuth's
+/// `TwoDiff`) is 0.
 pub(super) fn exact_difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> Option<Coord3D<f64>> {
     let mut difference = [0.0; 3];
     for k in 0..3 {
@@ -123,6 +127,6 @@ pub(super) fn exact_difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> Option<Coord3
 }
 
 fn sign(x: f64) -> Ordering {
-    // Both zeros equal 0; the predicates of finite numbers are never NaN.
+    // Both zeros equal 0, and the predicates are never NaN for finite numbers.
     x.partial_cmp(&0.0).unwrap_or(Ordering::Equal)
 }

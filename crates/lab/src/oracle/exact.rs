@@ -11,7 +11,7 @@ pub type Rational = Relaxed;
 /// Three exact numbers.
 pub(super) type Vector = [Rational; 3];
 
-/// An exact vector; 0 for components that are not finite.
+/// An exact vector, with 0 for components that are not finite.
 pub(super) fn vector<S: Scalar>(a: [S; 3]) -> Vector {
     a.map(|x| Rational::try_from(Into::<f64>::into(x)).unwrap_or_default())
 }
@@ -41,14 +41,15 @@ pub(super) fn sign(x: &Rational) -> Ordering {
     x.cmp(&Rational::ZERO)
 }
 
-/// Whether a ray and a triangle are free of NaN and infinities; the interval may contain them.
+/// Whether a ray and a triangle are free of NaN and infinities. The ray's interval may contain
+/// them.
 pub fn is_finite<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|x| x.is_finite())
 }
 
-/// The exact `t` at which the line of a ray meets the plane of a triangle; none if the line is parallel, the
-/// triangle has no area, or an input is not finite.
+/// The exact `t` at which the line of a ray meets the plane of a triangle. Returns `None` if the
+/// line is parallel, the triangle has no area, or an input is not finite.
 ///
 /// ```
 /// use intertri::{Ray, Triangle};

@@ -1,18 +1,19 @@
-//! The exact oracle: where the line of a ray meets a triangle, for f32 or f64 inputs, without rounding.
+//! The exact oracle: where the line of a ray meets a triangle, for f32 or f64 inputs, without
+//! rounding.
 //!
 //! With `A, B, C` the corners relative to the origin and `d` the direction,
 //!
 //! ```text
-//!   U = d · (B × C)                    C                   the line passes every side on the same
-//!   V = d · (C × A)                   /  \                 hand: inside. A value of 0: on that
-//!   W = d · (A × B)              V=0 /  +  \  U=0          side. Two of them: at the corner
-//!   t = A · (B × C) / (U + V + W)   A ------ B             between.
+//!   U = d · (B × C)                    C                   All of U, V, W have the same sign: the
+//!   V = d · (C × A)                   /  \                 line passes inside. One is 0: through
+//!   W = d · (A × B)              V=0 /  +  \  U=0          that side. Two are 0: through the
+//!   t = A · (B × C) / (U + V + W)   A ------ B             corner that they share.
 //!                                      W=0
 //! ```
 //!
-//! Only the signs of these values and one quotient are needed. [`answer()`] computes them with adaptive
-//! predicates, [`rational`] with another formula in rationals; the two are tested against each other on every
-//! family.
+//! Only the signs of these values and one quotient are needed. [`answer()`] computes them with
+//! adaptive predicates, and [`rational`] with another formula in rational arithmetic. The two are
+//! tested against each other on every family.
 
 mod adaptive;
 mod exact;

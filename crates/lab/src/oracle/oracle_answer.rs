@@ -2,14 +2,16 @@
 
 use std::cmp::Ordering;
 
-/// Where the *line* of a ray meets a triangle. If several apply, the first in this list.
+/// Where the *line* of a ray meets a triangle. If several variants apply, it is the first of them
+/// in this list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LinePosition {
     /// Undefined, because an input is NaN or infinite.
     NotFinite,
     /// Nowhere: the triangle has no area.
     Degenerate,
-    /// The line lies in the plane of the triangle, or the direction is 0 and the origin lies in it.
+    /// The line lies in the plane of the triangle, or the direction is 0 and the origin lies in
+    /// that plane.
     Coplanar,
     /// The line is parallel to the plane, or the direction is 0.
     Parallel,
@@ -23,20 +25,20 @@ pub enum LinePosition {
     Inside,
 }
 
-/// The exact answer for a ray and a triangle; the interval of the ray does not matter.
+/// The exact answer for a ray and a triangle, regardless of the ray's interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OracleAnswer {
     /// Where the line meets the triangle.
     pub place: LinePosition,
-    /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. Also `Equal` if the
-    /// position has no `t`.
+    /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. Also
+    /// `Equal` if the position has no `t`.
     pub t: Ordering,
 }
 
 impl OracleAnswer {
     /// Whether the open half-line `t > 0` meets the closed triangle.
     ///
-    /// A ray in the triangle's plane does not; the document's parallel test means this.
+    /// A ray in the triangle's plane is not a hit, as the document's parallel test intends.
     pub fn is_hit(self) -> bool {
         self.t == Ordering::Greater
             && matches!(
@@ -45,7 +47,8 @@ impl OracleAnswer {
             )
     }
 
-    /// The position for the signs of three edge values, `U` first, if the line meets the plane in one point.
+    /// The answer for the signs of the three edge values, `U` first, if the line meets the plane at
+    /// one point.
     pub(super) fn classify(signs: [Ordering; 3], t: Ordering) -> Self {
         let count = |sign| signs.iter().filter(|&&s| s == sign).count();
         let position = |zero: bool| signs.iter().position(|s| (s.is_eq()) == zero);
@@ -54,9 +57,9 @@ impl OracleAnswer {
         } else {
             match count(Ordering::Equal) {
                 0 => LinePosition::Inside,
-                // One value is 0: on that side.
+                // One value is 0, so the point is on that side.
                 1 => LinePosition::Edge(position(true).unwrap_or(0) as u8),
-                // Only one value is not 0: at that corner.
+                // Only one value is not 0, so the point is at that corner.
                 _ => LinePosition::Vertex(position(false).unwrap_or(0) as u8),
             }
         };

@@ -2,8 +2,8 @@
 
 use super::exact::Rational;
 
-/// The error of a computed `t` relative to the exact one; `|t|` if that is 0. Infinite for an infinite `t`,
-/// NaN for NaN.
+/// The error of a computed `t` relative to the exact `t`, or `|t|` if the exact `t` is 0. It is
+/// infinite for an infinite `t`, and NaN for NaN.
 pub fn t_error(t: f64, exact: &Rational) -> f64 {
     let Ok(t) = Rational::try_from(t) else { return t.abs() };
     let off = (t - exact).to_f64().value().abs();
@@ -11,8 +11,9 @@ pub fn t_error(t: f64, exact: &Rational) -> f64 {
     if size == 0.0 { off } else { off / size }
 }
 
-/// The error of a computed `t` in units of the last place of the f64 nearest to the exact one. Infinite for
-/// an infinite `t`, NaN for NaN. The exact `t` of f32 inputs is always in f64's normal range.
+/// The error of a computed `t` in ulps (units in the last place) of the f64 nearest to the exact
+/// `t`. It is infinite for an infinite `t`, and NaN for NaN. The exact `t` of f32 inputs is always
+/// in f64's normal range.
 ///
 /// ```
 /// use intertri_lab::oracle::{Rational, t_error_ulps};
@@ -25,7 +26,7 @@ pub fn t_error_ulps(t: f64, exact: &Rational) -> f64 {
     in_steps(t, exact, near.next_up() - near)
 }
 
-/// The error in units of the last place of the f32 nearest to the exact `t`; infinite if that f32 is.
+/// The error in ulps of the f32 nearest to the exact `t`, or infinity if that f32 is infinite.
 pub fn t_error_ulps_f32(t: f32, exact: &Rational) -> f64 {
     let near = (exact.to_f64().value() as f32).abs();
     if near.is_infinite() {

@@ -22,7 +22,7 @@ fn renamed(answer: OracleAnswer, order: [usize; 3]) -> OracleAnswer {
 
 #[test]
 fn two_routes_agree_on_every_family() {
-    // Counts inputs whose differences fit f64, inputs whose differences do not, and every position.
+    // Count the inputs whose differences fit in f64, the other inputs, and every position.
     let (mut adaptive, mut fallback) = (0, 0);
     let mut places = [0_u32; 8];
     for family in FAMILIES {
@@ -158,7 +158,7 @@ fn t_lies_in_its_f64_interval() {
             if den.1 > den.0.abs() / 2.0 {
                 continue;
             }
-            // |t - num / den| <= (error of num + |t| error of den) / |den|, twice that for safety.
+            // |t - num / den| <= (error of num + |t| error of den) / |den|, doubled for safety.
             let off = (num.0 / den.0 - t.to_f64().value()).abs();
             let bound = 2.0 * (num.1 + (num.0 / den.0).abs() * den.1) / den.0.abs();
             assert!(off <= bound * 1.01, "{}: {off:e} {bound:e}", family.name);
@@ -170,7 +170,8 @@ fn t_lies_in_its_f64_interval() {
 
 #[test]
 fn the_reference_is_nearly_right() {
-    // In ordinary cases f64 decides f32 inputs correctly, except where rays meet a side or a corner exactly.
+    // In ordinary cases, f64 decides f32 inputs correctly, except where rays meet a side or a
+    // corner exactly.
     let mut rng = Rng::new(35);
     let (mut differ, mut worst, mut hits) = (0, 0.0_f64, 0);
     let family = find("random").unwrap();
@@ -235,7 +236,7 @@ fn errors_of_t_are_measured_exactly() {
     assert_eq!(t_error(0.25, &Rational::from(0)), 0.25);
     assert_eq!(t_error(f64::INFINITY, &two_thirds), f64::INFINITY);
     assert!(t_error_ulps(f64::NAN, &two_thirds).is_nan());
-    // Too large for f32: the error of an f32 answer is infinite.
+    // The exact t is too large for f32, so the error of an f32 answer is infinite.
     let huge = Rational::try_from(1e200).unwrap();
     assert_eq!(t_error_ulps_f32(f32::INFINITY, &huge), f64::INFINITY);
     assert!(t_error_ulps(1e200, &huge) == 0.0);

@@ -1,10 +1,10 @@
-//! Walls moved away from zero: the share of wrong answers for coordinates rounded to f32, and for coordinates
-//! as given.
+//! Walls far from zero: the share of wrong answers for coordinates as given, and for coordinates
+//! rounded to f32.
 //!
 //! ```text
 //!   f64 ──┬──► as given ─────────► exact, Möller–Trumbore f64
 //!         ├──► rounded to f32 ───► exact, Möller–Trumbore f64, f32, Embree's forms
-//!         └──► rationals ────────► what is true
+//!         └──► rationals ────────► the true answers
 //! ```
 
 use intertri::simd::{Level, Mask, Vec3};
@@ -54,7 +54,7 @@ pub struct OffsetErrors {
     pub trials: u64,
     /// Rays that hit the wall, reported as misses.
     pub false_misses: u64,
-    /// Rays that miss it, reported as hits.
+    /// Rays that miss the wall, reported as hits.
     pub false_hits: u64,
 }
 
@@ -68,7 +68,7 @@ impl OffsetErrors {
 /// The nearest and the farthest wall, in metres.
 pub const DISTANCES: [f64; 2] = [1.0, 1e9];
 
-/// Rays per wall.
+/// The number of rays per wall.
 const RAYS: u64 = 200;
 
 /// A wall of two triangles, and rays that start close to it.
@@ -77,12 +77,13 @@ struct Wall {
     rays: Vec<Ray64>,
 }
 
-/// Tests the methods of [`ASKED`] on walls of 4 by 3 m at any angle, at `points` distances from zero on a
-/// logarithmic scale: `cases` rays each, which start 1 nm to 10 cm from the wall on either side and go toward
-/// it or away from it. A quarter of them pass the diagonal where its halves meet.
+/// Tests the methods in [`ASKED`] on walls of 4 m by 3 m at any angle, at `points` distances from
+/// zero on a logarithmic scale. At each distance, `cases` rays start 1 nm to 10 cm from a wall on
+/// either side, and go toward it or away from it. A quarter of them pass through the diagonal where
+/// the wall's halves meet.
 ///
-/// `exact` decides whether each ray hits the wall; the truth comes from rationals. The counts depend only on
-/// the seed and these numbers.
+/// `exact` returns whether each ray hits the wall according to the mode `exact`; the true answers
+/// come from rationals. The counts depend only on the seed, `points`, and `cases`.
 pub fn sweep_offsets(
     seed: u64,
     points: usize,
@@ -91,7 +92,7 @@ pub fn sweep_offsets(
 ) -> Vec<OffsetErrors> {
     let at = |k: usize| {
         let share = k as f64 / (points - 1).max(1) as f64;
-        // Only roots, so that it has the same bits everywhere.
+        // This uses only roots, so that the distance has the same bits everywhere.
         let distance = super::sweeps::between(DISTANCES[0], DISTANCES[1], share);
         let mut rng = Rng::new(seed ^ (k as u64) << 32);
         let mut errors = ASKED.map(|(method, given)| OffsetErrors {
@@ -124,7 +125,7 @@ pub fn sweep_offsets(
     (0..points).into_par_iter().flat_map_iter(at).collect()
 }
 
-/// A wall at this distance from zero.
+/// A random wall at a distance from zero.
 fn wall(rng: &mut Rng, distance: f64) -> Wall {
     let along = |p: [f64; 3], v: [f64; 3], by: f64| [0, 1, 2].map(|k| p[k] + by * v[k]);
     let cross =
@@ -147,7 +148,7 @@ fn wall(rng: &mut Rng, distance: f64) -> Wall {
         let off = side * rng.log(1e-9, 0.1);
         let slant = along([0.0; 3], right, rng.signed());
         let dir = along(along(slant, up, rng.signed()), normal, way);
-        // The point where it meets the wall's plane.
+        // Start from the point where the ray meets the wall's plane.
         let origin = along(at(4.0 * x, 3.0 * y), dir, off * way);
         Ray64::new(origin, dir)
     };
@@ -155,12 +156,12 @@ fn wall(rng: &mut Rng, distance: f64) -> Wall {
     Wall { halves: [Triangle64([a, b, c]), Triangle64([a, c, d])], rays }
 }
 
-/// Whether a ray hits a wall, in rationals.
+/// Whether a ray hits a wall, computed in rationals.
 fn is_hit(wall: &Wall, ray: &Ray64) -> bool {
     wall.halves.iter().any(|half| rational::answer(half, ray).is_hit())
 }
 
-/// Möller and Trumbore's test in f64 on the coordinates as given.
+/// Runs the Möller–Trumbore test in f64 on the coordinates as given.
 fn in_f64(wall: &Wall) -> Vec<bool> {
     let method = MollerTrumbore { epsilon: 0.0 };
     let halves = wall.halves.map(|half| method.triangle::<f64>(half.0.map(Vec3::splat)));
@@ -171,7 +172,7 @@ fn in_f64(wall: &Wall) -> Vec<bool> {
     wall.rays.iter().map(hits).collect()
 }
 
-/// A method of the table on coordinates rounded to f32.
+/// Runs a method from the table on coordinates rounded to f32.
 fn rounded(wall: &Wall, name: &str) -> Vec<bool> {
     let single = |p: [f64; 3]| p.map(|x| x as f32);
     let rays: Vec<Ray> =
@@ -210,7 +211,8 @@ mod tests {
         for errors in of("exact", InputPrecision::AsGiven) {
             assert_eq!((errors.share(), errors.trials), (0.0, 2000));
         }
-        // From a metre to a million kilometres, where half of the answers are chance.
+        // The distances range from a metre to a million kilometres, where half of the answers are
+        // pure chance.
         for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");
@@ -219,7 +221,7 @@ mod tests {
         assert!(
             of("Möller–Trumbore f64", InputPrecision::AsGiven).any(|errors| errors.share() > 0.0)
         );
-        // Both kinds of rays occur.
+        // Both false misses and false hits occur.
         let told: Vec<_> = of("Embree robust f32", InputPrecision::Rounded).collect();
         assert!(told[3].false_misses > 100 && told[2].false_hits > 100, "{told:?}");
     }

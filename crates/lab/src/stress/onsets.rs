@@ -13,13 +13,14 @@ use crate::rng::Rng;
 /// A method's results at one value of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Onset {
-    /// The parameter of the sweep.
+    /// The name of the sweep.
     pub sweep: &'static str,
     /// The value of the parameter.
     pub parameter: f64,
     /// The method.
     pub method: &'static str,
-    /// Cases that counted; may be fewer than requested if few of the family's cases are clear.
+    /// The number of cases, which may be smaller than requested if few of the family's cases are
+    /// clear.
     pub trials: u64,
     /// True hits reported as misses.
     pub false_misses: u64,
@@ -39,8 +40,8 @@ impl Onset {
 /// A value of the parameter is kept only if at least this many cases are clear.
 const ENOUGH: u64 = 100;
 
-/// Runs all sweeps: `points` values on a logarithmic scale, about `cases` cases each. The counts depend only
-/// on the seed and these numbers. Calls `step` after each value.
+/// Runs all sweeps, with `points` values on a logarithmic scale and about `cases` cases for each.
+/// The counts depend only on the seed, `points`, and `cases`. Calls `step` after each value.
 pub fn sweep_all(seed: u64, points: usize, cases: u64, step: &(impl Fn() + Sync)) -> Vec<Onset> {
     let jobs: Vec<_> =
         SWEEPS.iter().flat_map(|sweep| (0..points).map(move |k| (sweep, k))).collect();
@@ -94,7 +95,7 @@ fn value(sweep: &'static Sweep, parameter: f64, seed: u64, cases: u64) -> Vec<On
 }
 
 /// The first value, from the harmless end, at which at least one in 1,000 answers of a method is
-/// wrong; `None` if there is none.
+/// wrong, or `None` if there is no such value.
 pub fn first(onsets: &[Onset], sweep: &str, method: &str) -> Option<f64> {
     let mut own = onsets.iter().filter(|onset| onset.sweep == sweep && onset.method == method);
     own.find(|onset| onset.share() >= 1e-3).map(|onset| onset.parameter)
@@ -109,16 +110,16 @@ mod tests {
         let onsets = sweep_all(8, 7, 600, &|| ());
         assert_eq!(onsets, sweep_all(8, 7, 600, &|| ()));
         let at = |sweep, method| first(&onsets, sweep, method);
-        // A fixed epsilon suits only one scale. Products in f32 underflow and overflow. A threshold on t
-        // rejects hits of rays with long directions.
+        // A fixed epsilon suits only one scale. Products in f32 underflow and overflow. A threshold
+        // on t rejects hits of rays with long directions.
         assert!(at("scale, down", "Möller–Trumbore ε f32").unwrap() > 1e-11);
         assert!(at("scale, down", "Möller–Trumbore f32").unwrap() < 1e-11);
         assert!(at("scale, up", "Möller–Trumbore f32").is_some());
         assert_eq!(at("scale, up", "Möller–Trumbore f64"), None);
         assert!(at("|dir|, long", "certified").is_some());
         assert_eq!(at("|dir|, long", "Möller–Trumbore f32"), None);
-        // Constants in scene coordinates lose accuracy far from the origin; differences of coordinates do
-        // not.
+        // Constants in scene coordinates lose accuracy far from the origin; differences of
+        // coordinates do not.
         assert!(at("offset, size 1", "Baldwin–Weber f32").is_some());
         assert_eq!(at("offset, size 1", "Embree fast f32"), None);
         // The kernel fails where the reference fails, and nowhere else.

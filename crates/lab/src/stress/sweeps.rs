@@ -1,6 +1,6 @@
-//! The sweeps: families and the direction of their parameters, from harmless to adversarial.
+//! The sweeps: families, and the ranges of their parameters from harmless to adversarial.
 
-/// A family and the direction of its parameter, starting from the harmless end.
+/// A family, and the range of its parameter, starting at the harmless end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sweep {
     /// The name of the parameter, for a heading.
@@ -13,7 +13,8 @@ pub struct Sweep {
     pub from: f64,
     /// The other end.
     pub to: f64,
-    /// Whether to count only cases that pass clear of the sides. False if closeness is the parameter.
+    /// Whether to count only rays that pass clear of all sides. False if closeness to a side is the
+    /// parameter.
     pub clear: bool,
 }
 
@@ -56,8 +57,8 @@ pub(super) fn parameter(sweep: &Sweep, share: f64) -> f64 {
     between(sweep.from, sweep.to, share)
 }
 
-/// The number at a share of the way between two positive numbers, on a logarithmic scale. Bisects the range
-/// sixteen times by square roots, so that the result has the same bits everywhere.
+/// The number at a share of the way between two positive numbers, on a logarithmic scale. Bisects
+/// the range sixteen times with square roots, so that the result has the same bits everywhere.
 pub(super) fn between(mut from: f64, mut to: f64, share: f64) -> f64 {
     let (mut lo, mut hi) = (0.0, 1.0);
     for _ in 0..16 {

@@ -7,9 +7,10 @@ use crate::meshes::Mesh;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// A convex mesh on a grid of `2^-bits`, and rays from inside it, each exactly toward a vertex or a quarter
-/// point of an edge: origin, direction and target are free of rounding for up to 18 bits, and the grid of the
-/// mode `fixed` preserves them for up to 15. A ray leaves such a mesh in one point.
+/// A convex mesh on a grid of `2^-bits`, and rays from inside it, each aimed exactly at a vertex or
+/// a quarter point of an edge. Origin, direction, and target are free of rounding for up to 18
+/// bits, and the grid of the mode `fixed` preserves them for up to 15 bits. A ray leaves such a
+/// mesh at one point.
 pub fn closed_mesh(rng: &mut Rng, bits: u32, rays: usize) -> TestBatch {
     let steps = f64::from(1_u32 << bits);
     let stretch = [0; 3].map(|_| 0.5 + 0.49 * rng.unit());
@@ -22,7 +23,7 @@ pub fn closed_mesh(rng: &mut Rng, bits: u32, rays: usize) -> TestBatch {
             let face = rng.pick(&mesh.faces);
             let corner = rng.below(3);
             let [a, b] = [face[corner], face[(corner + 1) % 3]].map(|v| mesh.vertices[v]);
-            // Weights of the ends of an edge, in quarters.
+            // The weight of the edge's second end, in quarters.
             let weight = rng.pick(&[0.0, 0.0, 0.0, 1.0, 2.0, 3.0]);
             let dir = [0, 1, 2].map(|k| (4.0 - weight) * a[k] + weight * b[k] - 4.0 * origin[k]);
             Ray::new(round(origin.map(|x| x / steps)), round(dir.map(|x| x / steps)))

@@ -17,7 +17,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// The triangles that are finite; `None` if there are none.
+    /// Creates a model from the triangles that are finite. Returns `None` if there are none.
     pub fn new(triangles: &[Triangle]) -> Option<Self> {
         let finite = |t: &&Triangle| t.0.as_flattened().iter().all(|x| x.abs() < 1e18);
         let triangles: Vec<_> = triangles.iter().filter(finite).copied().collect();
@@ -47,12 +47,12 @@ impl Model {
         self.triangles.len()
     }
 
-    /// Always false: there is at least one triangle.
+    /// Always false, because there is at least one triangle.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
     }
 
-    /// A tile of a camera that sees the model with about 1024 by 1024 pixels.
+    /// A tile of 8 by 8 rays from a camera that sees the model at about 1024 by 1024 pixels.
     pub(super) fn tile(&self, rng: &mut Rng) -> TestBatch {
         let eye = round(add(self.centre, rng.direction(), 3.0 * self.radius)).map(f64::from);
         let (target, _) = rng.pick(&self.balls);
@@ -75,7 +75,7 @@ impl Model {
         TestBatch { rays, triangles: self.nearest(far) }
     }
 
-    /// The neighbourhood of a triangle, and rays that arrive there from anywhere.
+    /// The neighbourhood of a triangle, and rays that arrive there from anywhere on the model.
     pub(super) fn leaf(&self, rng: &mut Rng) -> TestBatch {
         let (target, _) = rng.pick(&self.balls);
         let triangles = self.nearest(|&(centre, radius)| distance(centre, target) - radius);
@@ -103,7 +103,7 @@ impl Model {
     }
 }
 
-/// A random point of a triangle.
+/// A random point on a triangle.
 fn inside(rng: &mut Rng, &TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     let (u, v) = (rng.unit(), rng.unit());
     let (u, v) = if u + v <= 1.0 { (u, v) } else { (1.0 - u, 1.0 - v) };

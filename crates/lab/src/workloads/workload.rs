@@ -7,16 +7,16 @@ use crate::layout::Form;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// A kind of batch; each has its panel in the chart.
+/// A kind of batch. Each has its own panel in the chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workload {
-    /// Tiles of 8 by 8 rays of a camera, and the 32 triangles nearest to the tile's middle ray.
+    /// Tiles of 8 by 8 camera rays, and the 32 triangles nearest to the tile's middle ray.
     Camera,
-    /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32 triangles of that
-    /// neighbourhood, as in a leaf that diffuse rays reach.
+    /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32
+    /// triangles of that neighbourhood, as in a leaf that diffuse rays reach.
     Secondary,
-    /// 64 rays from inside a closed convex mesh, each exactly toward a vertex or a point of an edge, and all
-    /// its triangles.
+    /// 64 rays from inside a closed convex mesh, each aimed exactly at a vertex or a point on an
+    /// edge, and all triangles of the mesh.
     Edges,
     /// The adversarial mix.
     Mix,
@@ -26,7 +26,7 @@ impl Workload {
     /// All workloads, in the order of the panels.
     pub const ALL: [Self; 4] = [Self::Camera, Self::Secondary, Self::Edges, Self::Mix];
 
-    /// `camera`, `secondary`, `edges` or `mix`.
+    /// The name: `camera`, `secondary`, `edges`, or `mix`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
@@ -36,8 +36,8 @@ impl Workload {
         }
     }
 
-    /// The form in which the chart measures it: coherent rays share a triangle, a single ray takes a block of
-    /// triangles.
+    /// The form in which the chart measures the workload: coherent rays share a triangle, and a
+    /// single ray is tested against a block of triangles.
     pub fn form(self) -> Form {
         if self == Self::Secondary { Form::Blocks } else { Form::Packets }
     }

@@ -1,7 +1,7 @@
 """A mesh as arrays in a file or a pickle, tied together by a checksum.
 
-``binding`` is an XXH64 of the other members. It detects damage, and a tree built for other vertices or faces. It does
-not show who wrote the file: sign it if you need authenticity.
+``binding`` is an XXH64 checksum of the other members. It detects damage, and a tree that was built
+for other vertices or faces. It does not show who wrote the file: sign it if you need authenticity.
 """
 
 from __future__ import annotations
@@ -24,11 +24,12 @@ NOT_OURS = "it is damaged, or not a file that Mesh.save wrote"
 MEMBERS = ("vertices", "faces", "tree", "binding")
 
 Saved = tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes, int]
-"""Vertices, faces, the bytes of the hierarchy, and their checksum."""
+"""The vertices, the faces, the bytes of the hierarchy, and their checksum."""
 
 
 def binding(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tree: bytes) -> int:
-    """A checksum of vertices, faces and hierarchy, with their types and shapes, the same on every machine."""
+    """A checksum of vertices, faces, and hierarchy, including types and shapes. It is the same on
+    every machine."""
     little = vertices.dtype.newbyteorder("<")
     parts = [
         np.frombuffer(f"{little.str} {vertices.shape} {faces.shape}".encode(), np.uint8),
@@ -42,7 +43,7 @@ def binding(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tree
 def revive(
     vertices: Any, faces: Any, tree: Any, bound: Any
 ) -> tuple[NDArray[np.floating[Any]], NDArray[np.uint32], Tree32 | Tree64]:
-    """Vertices, faces and hierarchy from their saved state.
+    """Restores vertices, faces, and hierarchy from their saved state.
 
     Raises
     ------
@@ -51,7 +52,7 @@ def revive(
     """
     arrays = isinstance(vertices, np.ndarray) and isinstance(faces, np.ndarray) and isinstance(tree, bytes)
     if not arrays or vertices.dtype.newbyteorder("=") not in (F32, F64) or faces.dtype.newbyteorder("=") != np.uint32:
-        raise ValueError("its members have other types than vertices, faces and tree of a mesh")
+        raise ValueError("its members do not have the types of a mesh's vertices, faces, and tree")
     if binding(vertices, faces, tree) != bound:
         raise ValueError("its vertices, faces and tree do not belong together, or are damaged; save the mesh again")
     try:
@@ -75,7 +76,7 @@ def write(path: str | os.PathLike[str], saved: Saved) -> None:
 
 
 def read(path: str | os.PathLike[str]) -> tuple[Any, ...]:
-    """The state of a mesh from a file, for `revive`."""
+    """Reads the state of a mesh from a file, for `revive`."""
     with open(path, "rb") as file:
         try:
             return _members(file)
@@ -93,13 +94,13 @@ def read(path: str | os.PathLike[str]) -> tuple[Any, ...]:
 
 
 def _members(file: BinaryIO) -> tuple[Any, ...]:
-    """The members of an archive."""
+    """Reads the members of an archive."""
     with zipfile.ZipFile(file) as archive:
         there = set(archive.namelist())
         missing = [name for name in MEMBERS if f"{name}.npy" not in there]
         if missing == ["binding"]:
             raise ValueError(
-                "an older version wrote it, which did not bind its tree to its vertices: "
+                "it was written by an older version, which did not bind its tree to its vertices: "
                 "load both with numpy and call Mesh(vertices, faces).save(path)"
             )
         if missing:
@@ -109,7 +110,8 @@ def _members(file: BinaryIO) -> tuple[Any, ...]:
 
 
 def _array(content: bytes, name: str) -> NDArray[Any]:
-    """The array of a member. numpy's own reader would allocate as much memory as the header claims."""
+    """Parses the array of a member. numpy's own reader would allocate as much memory as the header
+    claims."""
     file = io.BytesIO(content)
     version = np.lib.format.read_magic(file)
     if version != (1, 0):

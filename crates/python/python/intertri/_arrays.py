@@ -1,4 +1,5 @@
-"""Turns users' arguments into what the native part reads: flat, contiguous arrays of one scalar type."""
+"""Converts users' arguments to what the native module reads: flat, contiguous arrays of one scalar
+type."""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ Floats: TypeAlias = NDArray[np.floating[Any]]
 
 @dataclass(slots=True)
 class Rays:
-    """Rays as the native part reads them, and the shape of their answers."""
+    """Rays as the native module reads them, and the shape of their answers."""
 
     count: int
     columns: int
@@ -41,12 +42,12 @@ class Rays:
 
     @property
     def width(self) -> int:
-        """Rays in a row of a picture, or 0 if the shape does not show it."""
+        """The number of rays in a row of a picture, or 0 if the shape does not show it."""
         return self.shape[-1] if len(self.shape) > 1 else 0
 
 
 def floats(values: ArrayLike, name: str) -> Floats:
-    """An array of f32 or f64 with the same values."""
+    """Converts values to float32 or float64 without changing them."""
     array = _inputs.array(values, name)
     native = array.dtype.newbyteorder("=")
     if native in (F32, F64):
@@ -55,7 +56,7 @@ def floats(values: ArrayLike, name: str) -> Floats:
         as_double = array.astype(F64)
         # 2**53 itself may have been rounded from 2**53 + 1.
         if array.dtype.itemsize > 4 and (np.abs(as_double) >= 2.0**53).any():
-            raise ValueError(f"{name} has integers of 2**53 or beyond, which float64 does not keep")
+            raise ValueError(f"{name} has integers of 2**53 or beyond, which float64 may round")
         return as_double
     if array.dtype == np.float16:
         return array.astype(F32)
@@ -65,7 +66,7 @@ def floats(values: ArrayLike, name: str) -> Floats:
 
 
 def fits_f32(array: Floats) -> bool:
-    """Whether float32 holds every value exactly."""
+    """Whether float32 can represent every value exactly."""
     if array.dtype == F32:
         return True
     with np.errstate(over="ignore"):
@@ -73,7 +74,7 @@ def fits_f32(array: Floats) -> bool:
 
 
 def points(values: ArrayLike, name: str = "points") -> Floats:
-    """Points of shape (..., 3)."""
+    """Converts points of shape (..., 3) to floats."""
     array = floats(values, name)
     if array.ndim == 0 or array.shape[-1] != 3:
         if array.size == 0 and array.ndim <= 1:
@@ -83,7 +84,8 @@ def points(values: ArrayLike, name: str = "points") -> Floats:
 
 
 def grid(origin: ArrayLike, spacing: ArrayLike, shape: Any) -> tuple[Floats, Floats, tuple[int, int, int]]:
-    """The first point of a grid, the steps along the axes, and how many points there are, checked."""
+    """Checks a grid. Returns its first point, its steps along the axes, and its numbers of
+    points."""
     first, step = floats(origin, "origin").astype(F64), floats(spacing, "spacing").astype(F64)
     if first.shape != (3,) or step.shape not in ((), (3,)):
         raise ValueError(f"origin and spacing have shapes {first.shape} and {step.shape}; they must be (3,), or one spacing for all axes")
@@ -97,14 +99,14 @@ def grid(origin: ArrayLike, spacing: ArrayLike, shape: Any) -> tuple[Floats, Flo
 
 
 def flat(array: Floats, dtype: np.dtype[Any]) -> Floats:
-    """The same numbers as a flat array, copied only if type, order or alignment require it."""
+    """The same numbers as a flat array, copied only if type, order, or alignment requires it."""
     return np.require(array, dtype, ["C", "A"]).reshape(-1)
 
 
 def vertices_and_faces(
     vertices: ArrayLike, faces: ArrayLike | None
 ) -> tuple[Floats, NDArray[np.uint32]]:
-    """Vertices (n, 3) and faces (m, 3), checked; triangles (m, 3, 3) become three vertices each."""
+    """Checks vertices (n, 3) and faces (m, 3). Triangles (m, 3, 3) become three vertices each."""
     corners = floats(vertices, "vertices")
     if faces is None:
         if corners.size == 0:
@@ -126,7 +128,8 @@ def vertices_and_faces(
 
 
 def check_finite(corners: Floats, rows: NDArray[np.uint32]) -> None:
-    """Refuses faces with a vertex that is not finite. A vertex without a face may be anything."""
+    """Raises an error if a face has a vertex that is not finite. Vertices without a face are
+    ignored."""
     finite: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(corners), axis=1)
     if not finite.all():
         used = rows[~finite[rows].all(axis=1)]
@@ -136,7 +139,7 @@ def check_finite(corners: Floats, rows: NDArray[np.uint32]) -> None:
 
 
 def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
-    """Faces (m, 3), checked against the number of vertices."""
+    """Checks faces (m, 3) against the number of vertices."""
     rows = _inputs.array(faces, "faces")
     if rows.size == 0:
         return np.zeros((0, 3), np.uint32)
@@ -158,7 +161,7 @@ def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
 
 
 def vertex_rows(indices: ArrayLike, moved: Floats, count: int) -> NDArray[np.intp]:
-    """The rows of the vertices that move, one for each new position, checked against the number of vertices."""
+    """Checks the rows of the vertices that move, one for each new position."""
     rows = _inputs.array(indices, "indices")
     if rows.size == 0:
         rows = rows.astype(np.intp)
@@ -180,8 +183,8 @@ def broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tup
 
 
 def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats, bool]:
-    """The limits of rays, one number for all or one for each ray, and whether it is a plain Python number, which takes
-    the dtype of the rays."""
+    """The limits of rays, as one number for all rays or one per ray, and whether the value is a
+    plain Python number, which takes the dtype of the rays."""
     is_weak = isinstance(value, (int, float)) and not isinstance(value, np.generic)
     array = floats(value, name)
     if array.ndim:
@@ -195,7 +198,8 @@ def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats
 def _plain_rays(
     origins: ArrayLike, directions: ArrayLike | None, t_min: ArrayLike, t_max: ArrayLike, mesh: np.dtype[Any]
 ) -> Rays | None:
-    """A fast path for rays that need no conversion: arrays as the native part reads them, in the dtype of the mesh."""
+    """A fast path for arrays that the native module can read without conversion, in the dtype of
+    the mesh."""
     low, high = _plain_end(t_min, mesh), _plain_end(t_max, mesh)
     if low is None or high is None or not _is_plain(origins, mesh):
         return None
@@ -209,7 +213,7 @@ def _plain_rays(
         return None
     assert isinstance(directions, np.ndarray)
     if shape != directions.shape:
-        # One for all.
+        # One origin or one direction serves all rays.
         if len(shape) == 1:
             shape = directions.shape
         elif directions.ndim != 1:
@@ -244,7 +248,8 @@ def rays(
     mesh: np.dtype[Any],
     names: tuple[str, str] = ("origins", "directions"),
 ) -> Rays:
-    """Rays for a mesh over a scalar: f32 where that loses nothing and the mesh is f32, else f64."""
+    """Rays for a mesh of a scalar type: float32 if the mesh is float32 and nothing is lost,
+    otherwise float64."""
     plain = _plain_rays(origins, directions, t_min, t_max, mesh)
     if plain is not None:
         return plain
@@ -271,7 +276,7 @@ def rays(
     count = math.prod(shape)
 
     def numbers(array: Floats, row: tuple[int, ...]) -> Floats:
-        """All rows, or the one that serves all rays."""
+        """All rows, or the single row that serves all rays."""
         if array.size == math.prod(row):
             return flat(array, dtype)
         return flat(np.broadcast_to(array, shape + row), dtype)
@@ -288,7 +293,7 @@ def rays(
 
 
 def numbers_of_faces(skip: ArrayLike, name: str, shape: tuple[int, ...], faces: int) -> NDArray[np.int32]:
-    """The triangles that rays of this shape skip: one number for all, or one for each ray."""
+    """The triangles that rays of this shape skip, as one number for all rays or one per ray."""
     numbers = _inputs.array(skip, name)
     if numbers.dtype.kind not in "iu" and numbers.size:
         raise TypeError(f"{name} has dtype {numbers.dtype}; it must be integer, such as hits['triangle']")
@@ -306,7 +311,7 @@ def numbers_of_faces(skip: ArrayLike, name: str, shape: tuple[int, ...], faces: 
 def answers(
     shape: tuple[int, ...], dtype: np.dtype[Any], out: NDArray[Any] | None, *asked: NDArray[Any] | None
 ) -> NDArray[Any]:
-    """An array for answers: `out` if it is one, else a new one."""
+    """The array for the answers: `out` if it is given, otherwise a new array."""
     if out is None:
         return _memory.empty(shape, dtype)
     if not isinstance(out, np.ndarray):
@@ -330,12 +335,12 @@ def mark_misses(found: NDArray[np.void], distance: str) -> None:
 
 
 def as_bytes(array: NDArray[Any]) -> NDArray[np.uint8]:
-    """The memory of a contiguous array."""
+    """The memory of a contiguous array, as bytes."""
     return array.reshape(-1).view(np.uint8)
 
 
 def threads_of(threads: int | None) -> int | None:
-    """A number of threads, or `None` for all."""
+    """Checks a number of threads, where `None` means all."""
     if threads is None:
         return None
     if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool):

@@ -1,4 +1,4 @@
-"""The layouts of answers."""
+"""The numpy dtypes of the answers."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 HIT = np.dtype([("t", "<f8"), ("u", "<f8"), ("v", "<f8"), ("triangle", "<i4"), ("geometry", "<u4")])
 """A hit, 32 bytes.
 
-``t``: the distance along the ray in multiples of the length of its direction, infinity for a miss.
-``u``, ``v``: the weights of the second and third corner; the point is (1 - u - v) a + u b + v c.
-``triangle``: the row of ``Mesh.faces``, -1 for a miss. ``geometry``: the number of the mesh, 0.
+``t``: the distance along the ray in multiples of the length of its direction, or infinity for a
+miss. ``u``, ``v``: the weights of the second and third corner. The point is
+``(1 - u - v) a + u b + v c``. ``triangle``: the row of ``Mesh.faces``, or -1 for a miss.
+``geometry``: the number of the mesh, which is 0.
 """
 
 CROSSING = np.dtype(
@@ -23,7 +24,8 @@ CROSSING = np.dtype(
         "itemsize": 40,
     }
 )
-"""A crossing, 40 bytes: a hit, and whether the ray runs with the normal (``leaves``)."""
+"""A crossing, 40 bytes: a hit, and whether the ray runs in the direction of the normal
+(``leaves``)."""
 
 SCENE_HIT = np.dtype(
     {
@@ -33,18 +35,20 @@ SCENE_HIT = np.dtype(
         "itemsize": 40,
     }
 )
-"""A hit of a scene, 40 bytes: a hit, the instance (-1 for a miss), and whether the ray runs with the normal."""
+"""A hit in a scene, 40 bytes: a hit, the instance (-1 for a miss), and whether the ray runs in the
+direction of the normal (``leaves``)."""
 
 CROSSINGS = np.dtype([("signed", "<i8"), ("unsigned", "<i8")])
-"""How often a ray crosses: leaving minus entering (``signed``), and in total (``unsigned``)."""
+"""The number of crossings of a ray: leaving minus entering (``signed``), and in total
+(``unsigned``)."""
 
 
 NEAREST = np.dtype(
     [(name, "<f8") for name in ("distance", "x", "y", "z", "u", "v")] + [("triangle", "<i4"), ("geometry", "<u4")]
 )
-"""The point of a mesh nearest to another, 56 bytes: its distance, its position, its weights as in `HIT`, and its
-triangle. If there is none, the triangle is -1, the distance is infinite, and x, y and z are NaN. ``mesh.hit_points``
-has the points as rows (..., 3)."""
+"""The point of a mesh that is nearest to a given point, 56 bytes: its distance, its position, its
+weights as in `HIT`, and its triangle. If there is no such point, the triangle is -1, the distance
+is infinite, and x, y, and z are NaN. ``mesh.hit_points`` returns the points as rows (..., 3)."""
 
 SCENE_NEAREST = np.dtype(
     {
@@ -54,7 +58,8 @@ SCENE_NEAREST = np.dtype(
         "itemsize": 64,
     }
 )
-"""The point of a scene nearest to another, 64 bytes: as `NEAREST`, and the instance, -1 where there is none."""
+"""The point of a scene that is nearest to a given point, 64 bytes: the fields of `NEAREST`, and the
+instance, or -1 if there is no such point."""
 
 SEGMENT = np.dtype(
     {
@@ -65,35 +70,40 @@ SEGMENT = np.dtype(
 )
 """A part of a ray in one medium, 48 bytes.
 
-``start``, ``end``: the t where it starts and ends, in multiples of the length of the direction. ``medium``: -1 outside.
-``triangle``, ``geometry``, ``u``, ``v``: the wall at its end, a face of the mesh with the number ``geometry``, as in
-`HIT`; -1 where the ray ends.
+``start``, ``end``: the t where it starts and ends, in multiples of the length of the direction.
+``medium``: the number of the medium, or -1 outside. ``triangle``, ``geometry``, ``u``, ``v``: the
+wall at the end of the segment, a face of the mesh with the number ``geometry``, as in `HIT`. The
+triangle is -1 if the ray ends there.
 """
 
 MEDIUM_CROSSING = np.dtype([*((name, HIT[name]) for name in HIT.names or ()), ("left", "<i4"), ("entered", "<i4")])
-"""Where a ray goes from one medium into another, 40 bytes: a hit, whose ``geometry`` is the number of the mesh, the medium
-that the ray leaves and the one that it enters, -1 outside. A ray that changes no medium has the triangle -1."""
+"""Where a ray passes from one medium into another, 40 bytes: a hit, whose ``geometry`` is the
+number of the mesh, the medium that the ray leaves, and the medium that it enters, with -1 for
+outside. If a ray does not change its medium, the triangle is -1."""
 
 
 class HitLists(NamedTuple):
-    """Any number of hits for each ray: those of ray ``i`` are ``hits[offsets[i]:offsets[i + 1]]``, in order of t."""
+    """Lists of hits, one list per ray. Ray ``i`` has ``hits[offsets[i]:offsets[i + 1]]``, in order
+    of t."""
 
     offsets: NDArray[np.int64]
-    """Shape (n + 1,), from 0."""
+    """The bounds of the lists: shape (n + 1,), starting at 0."""
     hits: NDArray[np.void]
     """Rows of `HIT`, or of `CROSSING`."""
 
     @property
     def rays(self) -> NDArray[np.int64]:
-        """The ray of each hit: ``pandas.DataFrame(lists.hits, index=lists.rays)`` makes one table of it all."""
+        """The ray of each hit. ``pandas.DataFrame(lists.hits, index=lists.rays)`` makes one
+        table."""
         return _rays_of(self.offsets)
 
 
 class SegmentLists(NamedTuple):
-    """The segments of rays: those of ray ``i`` are ``segments[offsets[i]:offsets[i + 1]]``, in order of t."""
+    """Lists of segments, one list per ray. Ray ``i`` has ``segments[offsets[i]:offsets[i + 1]]``,
+    in order of t."""
 
     offsets: NDArray[np.int64]
-    """Shape (n + 1,), from 0."""
+    """The bounds of the lists: shape (n + 1,), starting at 0."""
     segments: NDArray[np.void]
     """Rows of `SEGMENT`."""
 

@@ -1,4 +1,4 @@
-"""Arrays and meshes of other packages, converted to numpy arrays."""
+"""Converts arrays and meshes of other packages to numpy arrays."""
 
 from __future__ import annotations
 
@@ -12,15 +12,17 @@ READ_IT = "to read a model, call Mesh.read(path)"
 
 
 def array(values: Any, name: str) -> NDArray[Any]:
-    """A numpy array of anything that holds numbers: sequences, and arrays or tensors of other packages."""
+    """Converts anything that contains numbers to a numpy array, including tensors of other
+    packages."""
     if type(values) is np.ndarray:
         return values
     if isinstance(values, (str, bytes, os.PathLike)):
         raise TypeError(f"{name} is {values!r:.60}; it must be an array of numbers")
     if np.ma.is_masked(values):
-        raise ValueError(f"{name} has masked entries; fill them, or leave out their rows")
+        raise ValueError(f"{name} has masked entries; fill them, or remove their rows")
     if not isinstance(values, (np.ndarray, np.generic)):
-        # Try the object's own conversion to numpy first: by DLPack, Open3D's tensors take seconds.
+        # Try the object's own conversion to numpy first. Through DLPack, Open3D's tensors take
+        # seconds.
         why = None
         if callable(getattr(values, "numpy", None)):
             try:
@@ -41,7 +43,8 @@ def array(values: Any, name: str) -> NDArray[Any]:
 
 
 def mesh_arrays(mesh: Any) -> tuple[Any, Any] | None:
-    """Vertices and faces of a mesh of intertri, trimesh, Open3D, pyvista or meshio; `None` for anything else."""
+    """The vertices and faces of a mesh from intertri, trimesh, Open3D, pyvista, or meshio, or
+    `None` for anything else."""
     if isinstance(mesh, (np.ndarray, list, tuple)):
         return None
     if isinstance(mesh, (str, bytes, os.PathLike)):
@@ -65,9 +68,9 @@ def mesh_arrays(mesh: Any) -> tuple[Any, Any] | None:
 
 
 def _meshio_faces(cells: dict[str, Any]) -> Any:
-    """The triangles among the cells of meshio."""
+    """The triangles among meshio's cells."""
     flat = {"vertex", "line", "triangle"}
     others = sorted(set(cells) - flat)
     if others:
-        raise ValueError(f"the mesh has cells that are not triangles ({', '.join(others)}); pass its triangles alone")
+        raise ValueError(f"the mesh has cells that are not triangles ({', '.join(others)}); pass only its triangles")
     return cells.get("triangle", np.zeros((0, 3), np.int64))

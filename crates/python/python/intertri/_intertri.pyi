@@ -1,4 +1,4 @@
-"""The native part. `intertri.Mesh` is the interface."""
+"""The native module. Use it through `intertri.Mesh`."""
 
 import os
 from typing import Any, final

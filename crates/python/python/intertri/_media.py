@@ -1,4 +1,4 @@
-"""Media: closed meshes that are filled with something."""
+"""Media: closed meshes that are each filled with a medium."""
 
 from __future__ import annotations
 
@@ -19,24 +19,26 @@ from ._mesh import Mesh
 class Media:
     """Closed meshes, each filled with a medium that rays pass through.
 
-    Meshes may be nested, touch and overlap. If a point is inside several of them, the last one decides, so list them from
-    the outside in. A point in none of them has the medium -1: outside. Crossings at the same t are taken together, so there
-    is no gap between solids that touch. Always exact.
+    Meshes may be nested, touch, or overlap. If a point is inside several of them, the last one
+    decides, so list them from the outside in. A point outside all of them has the medium -1.
+    Crossings at the same t are processed together, so there is no gap between solids that touch.
+    Answers are always exact.
 
     Parameters
     ----------
     meshes : sequence
-        Each is a `Mesh`, or anything that `Mesh` takes. If all are float32, so are the media; otherwise float64.
+        Each is a `Mesh`, or anything that `Mesh` accepts. The media are float32 if all meshes are
+        float32, and float64 otherwise.
     media : (n,) integer, optional
-        The number of the medium that fills each mesh, 0 or above. Meshes with the same number are one medium. By default
-        each mesh is its own medium, numbered by its position in ``meshes``.
+        The number of the medium that fills each mesh, 0 or above. Meshes with the same number form
+        one medium. By default, each mesh is its own medium, numbered by its position in ``meshes``.
     threads : int, optional
-        Number of threads for the build, all by default.
+        The number of threads for the build; all by default.
 
     Raises
     ------
     ValueError
-        If a mesh is not closed; the message says which one, and where.
+        If a mesh is not closed; the message states which mesh, and where it is open.
 
     Examples
     --------
@@ -61,7 +63,7 @@ class Media:
         self, meshes: Sequence[Any], media: ArrayLike | None = None, *, threads: int | None = None
     ) -> None:
         if isinstance(meshes, Mesh):
-            raise TypeError("meshes must be a sequence of meshes; for one pass [mesh]")
+            raise TypeError("meshes must be a sequence of meshes; for a single mesh, pass [mesh]")
         self._meshes = tuple(mesh if isinstance(mesh, Mesh) else Mesh(mesh) for mesh in meshes)
         count = len(self._meshes)
         numbers = np.arange(count) if media is None else np.asarray(media)
@@ -106,7 +108,8 @@ class Media:
     def medium_at(self, points: ArrayLike, *, threads: int | None = None) -> NDArray[np.int32]:
         """The media at points of shape (..., 3): (...) int32, -1 outside.
 
-        A point on a wall belongs to one of its sides: the one that a small step along (0.53721, 0.35137, 0.76691) reaches.
+        A point on a wall belongs to the side that a small step along (0.53721, 0.35137, 0.76691)
+        reaches.
         """
         at = _arrays.points(points)
         at = at.astype(self.dtype if self.dtype != F32 or _arrays.fits_f32(at) else F64, copy=False)
@@ -126,7 +129,8 @@ class Media:
     ) -> NDArray[np.void]:
         """Where each ray first enters another medium: (...) `MEDIUM_CROSSING`.
 
-        Rays are given as for ``Mesh.closest``. A ray that starts on a wall starts in the medium that it goes into.
+        Pass rays as for ``Mesh.closest``. A ray that starts on a wall starts in the medium toward
+        which it goes.
         """
         rays = self._rays(origins, directions, t_min, t_max)
         found = _memory.empty(rays.shape, MEDIUM_CROSSING)
@@ -143,10 +147,11 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> SegmentLists:
-        """Rays cut into segments where the medium changes.
+        """Cuts rays into segments where the medium changes.
 
-        The segments of a ray cover it from ``t_min`` to ``t_max``: each starts where the one before ends. A segment whose
-        ends round to the same t is left out. Rays of more than one dimension are numbered in C order.
+        The segments of a ray cover it from ``t_min`` to ``t_max``: each starts where the previous
+        one ends. A segment whose ends round to the same t is omitted. If the rays have more than
+        one dimension, they are numbered in C order.
 
         >>> import numpy as np, intertri
         >>> corners = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]])
@@ -170,10 +175,12 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> NDArray[np.float64]:
-        """The length of each ray in each medium: (..., m) float64, with a column for each of ``np.unique(media.media)``.
+        """The length of each ray in each medium: (..., m) float64.
 
-        Lengths are in units of the coordinates, whatever the length of the direction. For a segment from a to b, pass
-        ``origins=a, directions=b - a, t_max=1``.
+        The columns are in the order of ``np.unique(media.media)``.
+
+        Lengths are in coordinate units, regardless of the length of the direction. For a segment
+        from a to b, pass ``origins=a, directions=b - a, t_max=1``.
 
         >>> import numpy as np, intertri
         >>> corners = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]])

@@ -1,4 +1,4 @@
-"""The mesh that users create, save and load."""
+"""The mesh that users create, save, and load."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class Mesh(PointQueries):
     Parameters
     ----------
     vertices : (n, 3) float32 or float64
-        Corners: float32 stays float32, float64 stays float64, and integers become float64.
-        Without ``faces``, triangles of shape (m, 3, 3), or a mesh of trimesh, Open3D, pyvista or meshio.
+        Corners: float32 stays float32, float64 stays float64, and integers become float64. Without
+        ``faces``, triangles of shape (m, 3, 3), or a mesh from trimesh, Open3D, pyvista, or meshio.
         Arrays and tensors of other packages work too, through DLPack if they support it.
     faces : (m, 3) integer, optional
         Rows of ``vertices``. Both sides of a face can be hit.
     threads : int, optional
-        Number of threads for the build, all by default.
+        The number of threads for the build; all by default.
 
     Raises
     ------
@@ -36,22 +36,24 @@ class Mesh(PointQueries):
     TypeError
         If a dtype would lose digits: ``longdouble``, complex, objects.
     IndexError
-        If a face names a vertex that does not exist.
+        If a face refers to a vertex that does not exist.
     MemoryError
-        If there is too little memory.
+        If there is not enough memory.
 
     Answers
     -------
-    Answers do not depend on the order of rays, the number of threads, or the CPU. With ``mode="exact"``, the default, hit
-    or miss and the triangle are right for the coordinates as given, and t, u and v are the true values rounded once. An
-    edge or corner belongs to every triangle that has it, so no ray slips through; at equal t the lowest triangle wins.
-    With ``mode="certified"`` answers are those of a plain loop in float64.
+    Answers do not depend on the order of rays, the number of threads, or the CPU. With
+    ``mode="exact"``, the default, hit or miss and the triangle are right for the coordinates as
+    given, and t, u, and v are the true values, rounded once. An edge or corner belongs to every
+    triangle that shares it, so no ray slips through. If several hits have the same t, the lowest
+    triangle wins. With ``mode="certified"``, answers are the same as those of a plain loop in
+    float64.
 
-    Float64 rays keep their digits: if float32 cannot hold the rays, a float32 mesh builds a second hierarchy, in float64,
-    and answers with that. Pass ``rays.astype(np.float32)`` to avoid it.
+    Float64 rays are not rounded: if float32 cannot represent them, a float32 mesh builds and uses a
+    second hierarchy, in float64. Pass ``rays.astype(np.float32)`` to avoid this.
 
-    Ctrl-C ends a long call with ``KeyboardInterrupt``; too little memory ends it with ``MemoryError``. Other Python threads
-    run during a call.
+    Ctrl-C ends a long call with ``KeyboardInterrupt``, and a lack of memory ends it with
+    ``MemoryError``. Other Python threads can run during a call.
 
     Examples
     --------
@@ -70,29 +72,31 @@ class Mesh(PointQueries):
     def read(
         cls: type[AnyMesh], path: str | os.PathLike[str], *, strict: bool = False, threads: int | None = None
     ) -> AnyMesh:
-        """Reads a model from an OBJ, PLY, STL or glTF file, which may be compressed with gzip.
+        """Reads a model from an OBJ, PLY, STL, or glTF file, which may be compressed with gzip.
 
-        Vertices keep their order and are float64: decimals become the nearest float64; numbers stored as float32 or
-        float64 keep their values. Polygons become triangles.
+        Vertices keep their order and become float64. Decimal numbers are rounded to the nearest
+        float64, and numbers stored as float32 or float64 keep their values. Polygons are split into
+        triangles.
 
         Parameters
         ----------
         path
-            Its extension names the format. With any other extension, the first bytes of the file decide.
+            The extension determines the format. If the extension is unknown, the first bytes of the
+            file determine it.
         strict : bool
-            By default a ``UserWarning`` says what was left out, repaired or guessed, such as faces of fewer than three
-            corners. If true, that is an error.
+            By default, a ``UserWarning`` reports what was omitted, repaired, or guessed, such as
+            faces with fewer than three corners. If true, these cases raise an error.
         threads : int, optional
-            Number of threads for the build, all by default.
+            The number of threads for the build; all by default.
 
         Raises
         ------
         OSError
             If the file cannot be opened.
         ValueError
-            If the file is not such a model or is damaged; the message names the line.
+            If the file is damaged or is not such a model; the message states the line.
         MemoryError
-            If it needs more memory than is available.
+            If the model needs more memory than is available.
 
         Examples
         --------
@@ -130,16 +134,19 @@ class Mesh(PointQueries):
         return vertices, faces, tree, _archive.binding(vertices, faces, tree)
 
     def orient(self: AnyMesh, *, threads: int | None = None) -> AnyMesh:
-        """A copy of the mesh with faces turned so that each connected piece is oriented consistently, and outward.
+        """Returns a copy of the mesh in which each connected piece is oriented consistently and
+        outward.
 
-        Pieces are connected by edges of two faces. Each piece turns outward on its own, even the wall of a cavity. An open
-        piece turns outward as seen from the middle of its bounding box. A piece with one side, such as a Möbius strip,
-        stays as it is: `inspect` still counts ``turned`` edges. To turn a face, its last two corners change places.
+        Two faces are connected if they share an edge that belongs to no other face. Each piece is
+        turned outward on its own, even the wall of a cavity. An open piece is turned outward as
+        seen from the middle of its bounding box. A one-sided piece, such as a Möbius strip, stays
+        as it is, and `inspect` still counts ``turned`` edges. A face is turned by swapping its last
+        two corners.
 
         Parameters
         ----------
         threads : int, optional
-            Number of threads for the build, all by default.
+            The number of threads for the build; all by default.
 
         Examples
         --------
@@ -158,10 +165,11 @@ class Mesh(PointQueries):
         return mesh
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes vertices, faces and hierarchy to a file for `intertri.load`. The file is the same on every machine.
+        """Writes vertices, faces, and hierarchy to a file for `intertri.load`.
 
-        It is a numpy ``.npz`` file with ``vertices``, ``faces``, ``tree`` (the bytes of the saved hierarchy) and
-        ``binding`` (a checksum of the three).
+        The file is the same on every machine. It is a numpy ``.npz`` file with ``vertices``,
+        ``faces``, ``tree`` (the bytes of the saved hierarchy), and ``binding`` (a checksum of the
+        three).
 
         >>> import intertri, tempfile, os
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -174,7 +182,7 @@ class Mesh(PointQueries):
 
 
 def _revive(cls: type[Mesh], *parts: Any) -> Mesh:
-    """A mesh from its saved state."""
+    """Restores a mesh from its saved state."""
     vertices, faces, tree = _archive.revive(*parts)
     mesh = cls.__new__(cls)
     mesh._keep(vertices, faces)
@@ -183,21 +191,22 @@ def _revive(cls: type[Mesh], *parts: Any) -> Mesh:
 
 
 def _restore(*_: Any) -> Mesh:
-    """Stands in for the function that pickles of older versions name."""
+    """Replaces a function to which pickles from older versions refer."""
     raise ValueError(
-        "an older version pickled this mesh, which did not bind its tree to its vertices: "
+        "this mesh was pickled by an older version, which did not bind its tree to its vertices: "
         "build it again with Mesh(vertices, faces)"
     )
 
 
 def load(path: str | os.PathLike[str]) -> Mesh:
-    """A mesh that `Mesh.save` wrote, with its hierarchy.
+    """Loads a mesh that `Mesh.save` wrote, with its hierarchy.
 
     Raises
     ------
     ValueError
-        If `Mesh.save` did not write the file, if it is damaged or of another version, or if its members do not belong
-        together. Nothing in a file is run as code. A checksum is not a signature: sign the file if you need authenticity.
+        If the file was not written by `Mesh.save`, is damaged, has another version, or has members
+        that do not belong together. Nothing in the file is run as code. A checksum is not a
+        signature: sign the file if you need authenticity.
     OSError
         If the file cannot be read.
     MemoryError

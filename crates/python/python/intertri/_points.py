@@ -1,4 +1,4 @@
-"""Queries for points."""
+"""Point queries."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from ._rays import RayQueries
 
 
 class PointQueries(RayQueries):
-    """Queries for points."""
+    """Point queries."""
 
     __slots__ = ()
 
     def _points(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
-        """Points in a scalar type that loses nothing."""
+        """Converts points to a scalar type without loss."""
         points = _arrays.points(values)
         fits = self.dtype != F32 or _arrays.fits_f32(points)
         return points.astype(self.dtype if fits else F64, copy=False)
 
     def _inside_or_odd(self, points: ArrayLike, threads: int | None = None) -> NDArray[np.bool_]:
-        """Whether points are inside the mesh or on it. If the mesh is open, or its faces are not oriented alike: whether
-        a ray from them crosses an odd number of faces."""
+        """Whether points are inside the mesh or on it. If the mesh is open or not consistently
+        oriented, returns whether a ray from each point crosses an odd number of faces."""
         return self.contains(points, parity=not self.is_closed, threads=threads)
 
     def _winding(self, points: ArrayLike, threads: int | None, assume_closed: bool = True) -> NDArray[np.int32]:
-        """Winding numbers as whole numbers, `SURFACE` on the mesh."""
+        """Integer winding numbers, or `SURFACE` for points on the mesh."""
         at = self._points(points)
         numbers = _memory.empty(at.shape[:-1], np.int32)
         tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
@@ -44,20 +44,22 @@ class PointQueries(RayQueries):
     ) -> NDArray[np.bool_]:
         """Whether points are inside the mesh or on it: (...) bool for points of shape (..., 3).
 
-        A point is inside if the mesh winds around it: parts may overlap, and a part that is turned inside out within
-        another is a cavity. That is exact for a closed mesh. In a mesh with holes, flipped faces or duplicate faces, a
-        point is inside if its `winding_number` is nearer to 1 than to 0 (or to -1, if the whole mesh is inside out).
+        A point is inside if the mesh winds around it: parts may overlap, and a part that is inside
+        out within another part is a cavity. This is exact for a closed mesh. In a mesh with holes,
+        flipped faces, or duplicate faces, a point is inside if its `winding_number` is nearer to 1
+        than to 0 (or to -1, if the whole mesh is inside out).
 
         Parameters
         ----------
         points : (..., 3)
             A point that is not finite is outside.
         assume_closed : bool
-            If true, the mesh is not checked but taken to be closed: crossings along one direction decide.
+            If true, the mesh is assumed to be closed without a check, and crossings along one
+            direction decide.
         parity : bool
-            If true, a point is inside if a ray from it crosses an odd number of faces, whichever way they face. Right for
-            meshes without holes whose faces are oriented at random; if faces are missing or duplicated, the answer depends
-            on the ray.
+            If true, a point is inside if a ray from it crosses an odd number of faces, regardless
+            of their orientation. This is right for meshes without holes whose faces are oriented at
+            random. If faces are missing or duplicated, the answer depends on the ray.
 
         Examples
         --------
@@ -84,13 +86,13 @@ class PointQueries(RayQueries):
     def winding_number(
         self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
     ) -> NDArray[np.int32] | NDArray[np.float64]:
-        """How often the mesh winds around points: (...) for points of shape (..., 3).
+        """The winding number of the mesh around points: (...) for points of shape (..., 3).
 
-        For a closed mesh, or if ``assume_closed`` is true, the numbers are int32, exact, and 0 on the mesh itself. For any
-        other mesh they are float64, the sum of the solid angles of the faces over 4 pi to about 14 digits, and NaN on
-        the mesh.
+        For a closed mesh, or if ``assume_closed`` is true, the numbers are int32, exact, and 0 on
+        the mesh itself. For any other mesh, they are float64: the sum of the faces' solid angles
+        divided by 4 pi, to about 14 digits, or NaN on the mesh.
 
-        Parameters are those of `contains`.
+        The parameters are the same as for `contains`.
 
         >>> import intertri
         >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
@@ -129,13 +131,13 @@ class PointQueries(RayQueries):
         assume_closed: bool = False,
         threads: int | None = None,
     ) -> NDArray[np.uint8]:
-        """Which voxels of a regular grid are inside the mesh: uint8 of this shape, 0 outside, 1 inside, 2 if the centre is
-        exactly on the mesh.
+        """Which voxels of a regular grid are inside the mesh: a uint8 array of this shape, with 0
+        outside, 1 inside, and 2 if the centre is exactly on the mesh.
 
-        The centre of a voxel decides: ``voxels(...) != 0`` is what `contains` returns for the centres. A voxel that the
-        surface cuts without touching its centre is simply inside or outside. In a closed mesh, one ray classifies a whole
-        column of voxels along the last axis, which is many times faster; in any other mesh, each centre is classified
-        on its own.
+        Each voxel is classified by its centre: ``voxels(...) != 0`` equals what `contains` returns
+        for the centres. A voxel that the surface cuts without touching its centre is either inside
+        or outside. In a closed mesh, one ray classifies a whole column of voxels along the last
+        axis, which is many times faster; in any other mesh, each centre is classified on its own.
 
         Parameters
         ----------
@@ -182,18 +184,20 @@ class PointQueries(RayQueries):
         ----------
         points : (..., 3)
         radius : float
-            How far to look: a point farther from the mesh than this has no nearest point.
+            The search radius. A point farther from the mesh than this has no nearest point.
         nan_misses : bool
-            Whether distance, u and v are NaN if there is no nearest point, instead of infinity and 0.
+            Whether distance, u, and v are NaN if there is no nearest point, instead of infinity and
+            0.
         threads, out
             As for `closest`; ``out`` is of dtype `NEAREST`.
 
         Returns
         -------
         (...) `NEAREST`
-            Fields distance, x, y, z, u, v, triangle (-1 for none) and geometry. The triangle is the true nearest; if
-            several are equally near, it is the lowest of them. A point that is not finite has none. `hit_points` returns
-            the nearest points as rows, `hit_normals` the normals of their triangles.
+            The fields are distance, x, y, z, u, v, triangle (-1 if there is no nearest point), and
+            geometry. The triangle is the truly nearest one, or the lowest of several equally near
+            ones. A point that is not finite has no nearest point. `hit_points` returns the nearest
+            points as rows, and `hit_normals` returns the normals of their triangles.
 
         Examples
         --------
@@ -220,9 +224,10 @@ class PointQueries(RayQueries):
     ) -> NDArray[np.float64]:
         """Distances of points to the mesh, **negative inside**: (...) float64 for points of shape (..., 3).
 
-        `contains` decides the sign; the distance is 0 on the mesh. Distances are those of `closest_point`, or NaN for a
-        point that is not finite. Parameters are those of `contains`. ``intertri.trimesh.signed_distance`` has trimesh's
-        sign, positive inside.
+        `contains` determines the sign, and the distance is 0 on the mesh. Distances are the same as
+        for `closest_point`, or NaN for a point that is not finite. The parameters are the same as
+        for `contains`. ``intertri.trimesh.signed_distance`` uses trimesh's sign, which is positive
+        inside.
 
         >>> import intertri
         >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]

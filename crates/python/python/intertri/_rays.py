@@ -1,4 +1,4 @@
-"""Queries for rays."""
+"""Ray queries."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Mode: TypeAlias = Literal["exact", "certified"]
 
 
 class RayQueries(Triangles):
-    """Queries for rays."""
+    """Ray queries."""
 
     __slots__ = ()
 
@@ -52,27 +52,28 @@ class RayQueries(Triangles):
         Parameters
         ----------
         origins, directions : (..., 3)
-            Where rays start and where they go, in shapes that broadcast: one origin may serve all rays. A direction
-            need not have unit length. Without ``directions``, whole rays of shape (..., 6): origin, direction; or
-            (..., 8): origin, t_min, direction, t_max. A contiguous (n, 8) float32 array is read in place.
+            The origins and directions of rays, in shapes that broadcast, so one origin can serve
+            all rays. A direction need not have unit length. Without ``directions``, ``origins``
+            contains whole rays of shape (..., 6): origin, direction; or (..., 8): origin, t_min,
+            direction, t_max. A contiguous (n, 8) float32 array is read in place.
         t_min, t_max : float or (...)
             A hit counts if t > 0 and t_min <= t < t_max, in multiples of the direction's length. A plain Python number
             takes the dtype of the rays; numpy scalars and arrays keep theirs.
         skip : integer or (...), optional
-            A triangle that each ray ignores, such as the one that it starts on; -1 for none.
+            The triangle that each ray ignores, such as the one that it starts on, or -1 for none.
         nan_misses : bool
-            Whether t, u and v of misses are NaN, for plots and means, instead of infinity and 0.
+            Whether t, u, and v of misses are NaN instead of infinity and 0, for plots and means.
         mode : "exact" or "certified"
         threads : int, optional
-            Number of threads, all by default.
+            The number of threads; all by default.
         out : (...) `HIT`, optional
             A contiguous array for the answers; reusing one saves an allocation.
 
         Returns
         -------
         (...) `HIT`
-            Fields t, u, v, triangle (-1 for a miss, where t is infinite) and geometry. Rays with a NaN or an
-            infinity miss.
+            The fields are t, u, v, triangle, and geometry. For a miss, the triangle is -1 and t is
+            infinite. A ray misses if its origin or direction contains a NaN or an infinity.
 
         Raises
         ------
@@ -109,9 +110,9 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.int32] | None = None,
     ) -> NDArray[np.int32]:
-        """Only the triangles of `closest`, which is faster: (...) int32, -1 for a miss.
+        """Only the triangles of `closest`, which takes less time: (...) int32, -1 for a miss.
 
-        Parameters are those of `closest`.
+        The parameters are the same as for `closest`.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -138,8 +139,9 @@ class RayQueries(Triangles):
     ) -> NDArray[np.bool_]:
         """Whether each ray hits anything: (...) bool.
 
-        Parameters are those of `closest`. To find out whether a point is in shadow, use `visible`: a ray that starts on a
-        surface may hit it, because the point is rounded.
+        The parameters are the same as for `closest`. To check whether a point is in shadow, use
+        `visible`: a ray that starts on a surface may hit that surface, because its origin is
+        rounded.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -162,20 +164,23 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
-        """Whether points see each other: (...) bool. The surfaces on which they lie do not hide them. Always exact.
+        """Whether points see each other: (...) bool. Always exact.
 
-        A point lies on a triangle if it is no farther from it than 16 units of rounding. One unit is ``2**-52`` times the
-        largest coordinate of both points and the triangle, or ``2**-23`` times for float32 points. So no surface shades
-        itself because a point was rounded, not even beside an edge. Any other triangle hides ``b`` if the ray from ``a`` in
-        direction ``b - a`` hits it at 0 < t < 1.
+        The surfaces on which the points lie do not hide them. A point lies on a triangle if it is
+        at most 16 rounding units away from it. One unit is ``2**-52`` times the largest coordinate
+        of both points and the triangle, or ``2**-23`` times that coordinate for float32 points.
+        Therefore, no surface shadows itself because a point was rounded, not even next to an edge.
+        Any other triangle hides ``b`` if the ray from ``a`` in direction ``b - a`` hits it with t
+        strictly between 0 and 1.
 
         Parameters
         ----------
         a, b : (..., 3)
-            Points in shapes that broadcast: one light may serve all. It is fastest if all ``a`` or all ``b`` are the
-            same. Points that are not finite see nothing.
+            Points in shapes that broadcast, so one light can serve all points. The query is fastest
+            if all ``a`` or all ``b`` are the same. Points that are not finite see nothing.
         skip_a, skip_b : integer or (...), optional
-            The triangles on which the points lie, -1 for none. Pass them if you know them and the points are less accurate.
+            The triangles on which the points lie, or -1 for none. Pass them if you know them and
+            the points are less accurate than that.
         threads, out
             As for `any`.
 
@@ -207,21 +212,21 @@ class RayQueries(Triangles):
     ) -> NDArray[np.floating[Any]]:
         """Rays that start at hits of the mesh: (..., 6), origin and direction, in the dtype of the mesh.
 
-        A ray starts at the rounded hit, or a few units in the last place away on the side to which it goes. In the mode
-        "exact" it never hits the triangle that it starts on; near an edge it may hit the neighbour. To find out whether a
-        point sees a light, use `visible`.
+        A ray starts at the rounded hit, or a few units in the last place away on the side to which
+        it goes. In the mode "exact", it never hits the triangle that it starts on, but near an edge
+        it may hit an adjacent triangle. To find out whether a point sees a light, use `visible`.
 
         Parameters
         ----------
-        hits : (...) `HIT`, `CROSSING` or `NEAREST`
-            What `closest`, `all`, `crossings` or `closest_point` of this mesh returned.
+        hits : (...) `HIT`, `CROSSING`, or `NEAREST`
+            The result of `closest`, `all`, `crossings`, or `closest_point` for this mesh.
         directions : (..., 3)
-            Where the rays go, rounded to the dtype of the mesh.
+            The directions of the rays, which are rounded to the dtype of the mesh.
 
         Returns
         -------
         (..., 6)
-            The origins of misses are NaN, so their rays miss, too.
+            The origins are NaN for misses, so these rays miss too.
 
         Examples
         --------
@@ -250,20 +255,21 @@ class RayQueries(Triangles):
         return rays
 
     def thickness(self, hits: NDArray[np.void], *, threads: int | None = None) -> NDArray[np.float64]:
-        """How thick a solid is where it is hit: the distance from the hit to the next triangle, straight into the solid.
+        """The thickness of a solid at each hit: the distance to the next triangle, straight into
+        the solid.
 
-        The way into the solid is against the normal (see `hit_normals`), so corners must run counter-clockwise as seen
-        from outside. The triangle of the hit does not count.
+        The direction into the solid is opposite to the normal (see `hit_normals`), so corners must
+        run counter-clockwise as seen from outside. The triangle that was hit is ignored.
 
         Parameters
         ----------
-        hits : (...) `HIT`, `CROSSING` or `NEAREST`
-            What `closest`, `all`, `crossings` or `closest_point` of this mesh returned.
+        hits : (...) `HIT`, `CROSSING`, or `NEAREST`
+            The result of `closest`, `all`, `crossings`, or `closest_point` for this mesh.
 
         Returns
         -------
         (...) float64
-            Infinity if there is nothing behind the hit, NaN for misses.
+            The thickness, or infinity if there is nothing behind the hit, or NaN for misses.
 
         Examples
         --------
@@ -290,22 +296,24 @@ class RayQueries(Triangles):
         mode: Mode = "exact",
         threads: int | None = None,
     ) -> HitLists:
-        """Every hit of each ray, in order of t; at equal t, in order of the triangle.
+        """Every hit of each ray, in order of t. Hits with the same t are in order of the triangle.
 
-        A hit on an edge is a hit of each triangle that shares the edge. To count surfaces, use `crossings`.
+        A hit on an edge counts for every triangle that shares the edge. To count surfaces, use
+        `crossings`.
 
         Parameters
         ----------
         origins, directions, t_min, t_max, mode, threads
-            As for `closest`; rays of more than one dimension are numbered in C order.
+            As for `closest`. If the rays have more than one dimension, they are numbered in C
+            order.
         limit : int, optional
-            The largest number of hits for each ray; the nearest are kept.
+            The maximum number of hits per ray. The nearest hits are kept.
 
         Returns
         -------
         HitLists
-            ``offsets`` (n + 1,) int64 and ``hits`` (m,) `HIT`: those of ray i are
-            ``hits[offsets[i]:offsets[i + 1]]``. ``lists.rays`` names the ray of each hit.
+            ``offsets`` (n + 1,) int64 and ``hits`` (m,) `HIT`: ray i has
+            ``hits[offsets[i]:offsets[i + 1]]``. ``lists.rays`` contains the ray of each hit.
 
         Examples
         --------
@@ -333,16 +341,18 @@ class RayQueries(Triangles):
         skip: ArrayLike | None = None,
         threads: int | None = None,
     ) -> HitLists:
-        """Where each ray crosses the mesh, in order of t; an edge or corner counts once. Always exact.
+        """Every crossing of each ray with the mesh, in order of t. Always exact.
 
-        If the surface continues behind an edge, the ray crosses one of the two triangles. If the ray only touches the
-        silhouette there, it crosses an even number of triangles or none.
+        An edge or corner counts once. If the surface continues behind an edge, the ray crosses one
+        of the two triangles. If the ray only touches the silhouette there, it crosses an even
+        number of triangles or none.
 
         Returns
         -------
         HitLists
-            As for `all`, with `CROSSING` for the hits: ``leaves`` says whether the ray runs with the normal, that is, out
-            of a mesh whose corners run counter-clockwise as seen from outside.
+            As for `all`, with `CROSSING` for the hits: ``leaves`` is true if the ray runs in the
+            direction of the normal, that is, out of a mesh whose corners run counter-clockwise as
+            seen from outside.
 
         Examples
         --------
@@ -368,10 +378,11 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """How often each ray crosses the mesh; an edge or corner counts once: (...) `CROSSINGS`.
+        """The number of times that each ray crosses the mesh: (...) `CROSSINGS`.
 
-        ``signed`` is leaving minus entering. For a closed mesh and a ray without limits it is the winding number of the
-        origin, whatever the direction. ``unsigned`` is the number of `crossings`.
+        An edge or corner counts once. ``signed`` is leaving minus entering. For a closed mesh and a
+        ray without limits, it is the winding number of the origin, regardless of the direction.
+        ``unsigned`` is the number of `crossings`.
 
         >>> import intertri
         >>> square = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5], [1, 1, 5]], [[0, 1, 2], [3, 2, 1]])
@@ -386,8 +397,8 @@ class RayQueries(Triangles):
         return counts if rays.shape or out is not None else counts[()]
 
     def hit_points(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
-        """Where hits are: (..., 3) float64, computed from the weights u and v; NaN for misses. For answers of
-        `closest_point`, their own x, y and z.
+        """The positions of hits: (..., 3) float64, computed from the weights u and v, or NaN for
+        misses. For answers of `closest_point`, returns their x, y, and z.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -404,8 +415,8 @@ class RayQueries(Triangles):
         return points
 
     def hit_normals(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
-        """The unit normals of the triangles that are hit: (..., 3) float64, NaN for misses. They point to the side from
-        which the corners run counter-clockwise.
+        """The unit normals of the triangles that were hit: (..., 3) float64, or NaN for misses.
+        They point to the side from which the corners run counter-clockwise.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -418,16 +429,16 @@ class RayQueries(Triangles):
         return unit
 
     def _hits(self, hits: NDArray[np.void]) -> NDArray[np.void]:
-        """Hits of this mesh, checked."""
+        """Checks hits of this mesh."""
         found = np.asarray(hits)
         if not {"u", "v", "triangle"} <= set(found.dtype.names or ()):
             raise TypeError(f"hits has dtype {found.dtype}; pass what closest, closest_point, all or crossings returned")
         if found.size and found["triangle"].max() >= len(self):
-            raise IndexError(f"hits name triangle {found['triangle'].max()}, but there are {len(self)} faces")
+            raise IndexError(f"hits refer to triangle {found['triangle'].max()}, but there are {len(self)} faces")
         return found
 
     def _corners(self, hits: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.float64]]:
-        """Hits, and the corners of their triangles (..., 3, 3) in float64, NaN for misses."""
+        """Hits, and the corners of their triangles (..., 3, 3) in float64, or NaN for misses."""
         found = self._hits(hits)
         numbers = np.asarray(found["triangle"])
         is_hit = numbers >= 0
@@ -437,7 +448,7 @@ class RayQueries(Triangles):
 
 
 def _limit_of(limit: int | None) -> int | None:
-    """The limit of hits for each ray."""
+    """Checks the limit of hits per ray."""
     if limit is None:
         return None
     if not isinstance(limit, (int, np.integer)) or isinstance(limit, bool):

@@ -15,18 +15,19 @@ from ._intertri import SURFACE, NativeScene
 from ._mesh import Mesh
 
 ALL = 0xFFFFFFFF
-"""The mask of all bits."""
+"""The mask with all bits set."""
 
 
 class Scene:
-    """Instances of meshes, each placed by a matrix, that may move between queries.
+    """Instances of meshes, each placed by a matrix, which can move between queries.
 
-    A vertex (x, y, z) is at ``((m[0, 0] * x + m[0, 1] * y) + m[0, 2] * z) + m[0, 3]`` along the first axis, and so on,
-    in float64. Answers are those of a single mesh of all these triangles, bit for bit. Instances share the hierarchy of
-    their mesh, so a thousand placements take little more memory than one. A scene keeps a mesh as it was when it was
-    added: a later ``refit`` of the mesh does not move its instances.
+    A vertex (x, y, z) is at ``((m[0, 0] * x + m[0, 1] * y) + m[0, 2] * z) + m[0, 3]`` along the
+    first axis, and so on, in float64. Answers are the same as for a single mesh of all these
+    triangles, bit for bit. Instances share the hierarchy of their mesh, so a thousand placements
+    take little more memory than one. A scene keeps a mesh as it was when it was added: a later
+    ``refit`` of the mesh does not move its instances.
 
-    Changes take effect when you commit them. A query answers for the last commit before it started.
+    Changes take effect when you commit them. A query uses the last commit before it started.
 
     Parameters
     ----------
@@ -73,7 +74,8 @@ class Scene:
         ----------
         mesh : Mesh
         matrix : (4, 4) or (3, 4), optional
-            Where to place it: any finite numbers; a fourth row must be 0, 0, 0, 1. By default the mesh stays where it is.
+            The placement, with any finite numbers. A fourth row must be 0, 0, 0, 1. By default, the
+            mesh stays where it is.
         """
         if not isinstance(mesh, Mesh):
             raise TypeError(f"mesh must be an intertri.Mesh, not {type(mesh).__name__}")
@@ -86,7 +88,7 @@ class Scene:
         Raises
         ------
         IndexError, ValueError
-            If there is no such instance, or a number is not finite. Nothing changes then.
+            If there is no such instance, or a number is not finite. In that case, nothing changes.
         """
         numbers = _inputs.array(instance, "instance")
         if numbers.dtype.kind not in "iu" and numbers.size:
@@ -103,7 +105,8 @@ class Scene:
         self._native.remove(_number(instance))
 
     def show(self, instance: int, visible: bool = True) -> None:
-        """Shows an instance to all queries, or hides it: sets its mask to all bits, or to 0."""
+        """Shows an instance to all queries, or hides it, by setting its mask to all bits or to
+        0."""
         self.set_mask(instance, ALL if visible else 0)
 
     def hide(self, instance: int) -> None:
@@ -111,7 +114,9 @@ class Scene:
         self.show(instance, False)
 
     def set_mask(self, instance: int, mask: int) -> None:
-        """Sets the mask of an instance, 32 bits, all set at first: a query sees it if their masks share a bit.
+        """Sets the 32-bit mask of an instance, whose bits are all set at first.
+
+        A query sees an instance if their masks share a bit.
 
         >>> import numpy as np, intertri
         >>> pane, at = intertri.Mesh([[0, 0, 3], [1, 0, 3], [0, 1, 3]], [[0, 1, 2]]), np.eye(4)
@@ -126,7 +131,7 @@ class Scene:
         self._native.set_mask(_number(instance), _mask(mask))
 
     def commit(self, *, threads: int | None = None) -> None:
-        """Makes all changes take effect for the queries that start from now on."""
+        """Makes all changes take effect for queries that start from now on."""
         self._native.commit(_arrays.threads_of(threads))
 
     def closest(
@@ -140,17 +145,16 @@ class Scene:
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """The closest hit of each ray. Arguments are those of `Mesh.closest`.
+        """The closest hit of each ray. The arguments are as for `Mesh.closest`.
 
-        Only instances whose masks share a bit with ``mask`` are seen.
-
-        At equal t the lower instance wins, then the lower triangle.
+        Only instances whose masks share a bit with ``mask`` are seen. If several hits have the same
+        t, the lowest instance wins, then the lowest triangle.
 
         Returns
         -------
         (...) `SCENE_HIT`
-            Fields t, u, v, triangle and instance (-1 for a miss), geometry, and leaves: whether the ray runs with the
-            normal of the triangle.
+            The fields are t, u, v, triangle and instance (both -1 for a miss), geometry, and
+            leaves, which is true if the ray runs in the direction of the triangle's normal.
         """
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         hits = _arrays.answers(rays.shape, SCENE_HIT, out, *rays.parts)
@@ -199,7 +203,8 @@ class Scene:
         mask: int = ALL,
         threads: int | None = None,
     ) -> HitLists:
-        """Where each ray crosses a mesh, in order of t, as for `Mesh.crossings`: `HitLists` of `SCENE_HIT`."""
+        """Every crossing of each ray, in order of t, as for `Mesh.crossings`: `HitLists` of
+        `SCENE_HIT`."""
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         offsets, hits = self._native.crossings(rays, _mask(mask), _arrays.threads_of(threads))
         return HitLists(offsets, hits.view(SCENE_HIT))
@@ -213,14 +218,16 @@ class Scene:
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """The point of all instances that is nearest to each point. Arguments are those of `Mesh.closest_point`.
+        """The point on any instance that is nearest to each point.
 
-        If several triangles are equally near, the lower instance wins, then the lower triangle.
+        The arguments are as for `Mesh.closest_point`.
+
+        If several triangles are equally near, the lowest instance wins, then the lowest triangle.
 
         Returns
         -------
         (...) `SCENE_NEAREST`
-            The fields of `NEAREST`, and instance, -1 where there is none.
+            The fields of `NEAREST`, and instance, which is -1 if there is no nearest point.
 
         Examples
         --------
@@ -247,8 +254,10 @@ class Scene:
     def winding_number(
         self, points: ArrayLike, *, mask: int = ALL, threads: int | None = None
     ) -> NDArray[np.int32]:
-        """How often all instances together wind around points, as if each were closed: (...) int32 for points of shape
-        (..., 3), 0 on an instance.
+        """The winding number of all instances together around points: (...) int32 for points of
+        shape (..., 3).
+
+        Every instance is assumed to be closed. The number is 0 on an instance.
 
         Two instances that overlap count twice, and a mirrored one counts as -1.
         """
@@ -256,13 +265,13 @@ class Scene:
         return np.where(numbers == SURFACE, np.int32(0), numbers)[()]
 
     def contains(self, points: ArrayLike, *, mask: int = ALL, threads: int | None = None) -> NDArray[np.bool_]:
-        """Whether points are on an instance, or where the `winding_number` is not 0: (...) bool for points of shape
-        (..., 3)."""
+        """Whether points are on an instance or have a `winding_number` other than 0: (...) bool for
+        points of shape (..., 3)."""
         inside: NDArray[np.bool_] = self._winding(points, mask, threads) != 0
         return inside
 
     def _winding(self, points: ArrayLike, mask: int, threads: int | None) -> NDArray[np.int32]:
-        """Winding numbers, `SURFACE` on an instance."""
+        """Winding numbers, or `SURFACE` for points on an instance."""
         at = _arrays.points(points).astype(F64)
         numbers = _memory.empty(at.shape[:-1], np.int32)
         threads = _arrays.threads_of(threads)
@@ -271,7 +280,7 @@ class Scene:
 
 
 def _mask(mask: int) -> int:
-    """The 32 bits of a mask."""
+    """Checks a mask of 32 bits."""
     if not isinstance(mask, (int, np.integer)) or isinstance(mask, bool):
         raise TypeError(f"mask must be an integer, not {type(mask).__name__}")
     if not 0 <= mask <= ALL:
@@ -280,7 +289,7 @@ def _mask(mask: int) -> int:
 
 
 def _number(instance: int) -> int:
-    """The number of an instance."""
+    """Checks the number of an instance."""
     if not isinstance(instance, (int, np.integer)) or isinstance(instance, bool):
         raise TypeError(f"instance must be an integer, not {type(instance).__name__}")
     if not 0 <= instance < 1 << 31:
@@ -289,7 +298,7 @@ def _number(instance: int) -> int:
 
 
 def _matrices(matrix: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Matrices as rows of twelve numbers."""
+    """Converts matrices to rows of twelve numbers."""
     numbers = _arrays.floats(matrix, "matrix").astype(F64)
     if numbers.ndim == 2:
         numbers = numbers[np.newaxis]

@@ -15,14 +15,15 @@ from ._arrays import F32
 from ._intertri import Tree32, Tree64
 
 
-# How many bytes to hash at a time.
+# The number of bytes to hash at a time.
 _PIECE = 1 << 24
 
 
 @dataclass(slots=True)
 class Position:
-    """Where the vertices are, and everything derived from that. When vertices move, they get a new `Position`, so a
-    thread that still works on the old one cannot leave stale data in the new."""
+    """The positions of the vertices, and everything derived from them. When vertices move, the mesh
+    gets a new `Position`, so a thread that still works on the old one cannot leave stale data in
+    the new one."""
 
     vertices: NDArray[np.floating[Any]]
     trees: dict[np.dtype[Any], Tree32 | Tree64] = field(default_factory=dict)
@@ -70,13 +71,13 @@ class Triangles:
         return tree
 
     def _saved(self) -> tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes]:
-        """Vertices, faces and the hierarchy over them, all for the same position."""
+        """Vertices, faces, and the hierarchy over them, all for the same position."""
         with self._moving:
             return self._at.vertices, self._faces, self._tree(self.dtype, None).to_bytes()
 
     @property
     def vertices(self) -> NDArray[np.floating[Any]]:
-        """Corners, (n, 3), read-only."""
+        """The vertices, (n, 3), read-only."""
         return self._at.vertices
 
     @property
@@ -91,12 +92,13 @@ class Triangles:
 
     @property
     def triangles(self) -> NDArray[np.floating[Any]]:
-        """Corners of the faces, (m, 3, 3), a new array."""
+        """The corners of the faces, (m, 3, 3), as a new array."""
         return self._at.vertices[self._faces]
 
     @property
     def bounds(self) -> NDArray[np.floating[Any]] | None:
-        """The lowest and highest corner of the box around the faces, (2, 3); ``None`` without faces."""
+        """The lowest and highest corner of the box around the faces, (2, 3), or ``None`` without
+        faces."""
         if not len(self._faces):
             return None
         is_used = np.zeros(len(self._at.vertices), bool)
@@ -106,7 +108,7 @@ class Triangles:
 
     @property
     def digest(self) -> str:
-        """A hash of dtype, vertices and faces. Equal meshes have equal hashes on every machine.
+        """A hash of dtype, vertices, and faces. Equal meshes have equal hashes on every machine.
 
         >>> import intertri
         >>> intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]]).digest[:8]
@@ -117,7 +119,7 @@ class Triangles:
             little = at.vertices.dtype.newbyteorder("<")
             state = hashlib.sha256(f"{little.str} {at.vertices.shape} {self._faces.shape}".encode())
             for part in (np.ascontiguousarray(at.vertices, little), np.ascontiguousarray(self._faces, "<u4")):
-                # In pieces, so that signals are handled in between.
+                # Hash in pieces, so that signals are handled in between.
                 content = _arrays.as_bytes(part)
                 for start in range(0, len(content), _PIECE):
                     state.update(content[start : start + _PIECE].data)
@@ -135,34 +137,38 @@ class Triangles:
     def refit(
         self, vertices: ArrayLike, *, indices: ArrayLike | None = None, threads: int | None = None
     ) -> float:
-        """Moves the vertices: new positions (n, 3) of the same faces, or (m, 3, 3) of a mesh made of triangles. With
-        ``indices``, moves only these rows of `vertices`.
+        """Moves the vertices to new positions.
 
-        This is many times faster than building a new mesh. The answers are the same as a new mesh's, but the more the
-        faces move relative to each other, the longer queries take. A query that runs in another thread meanwhile
-        answers for either the old positions or the new ones.
+        Positions are (n, 3) for the same faces, or (m, 3, 3) for a mesh made of triangles. With
+        ``indices``, only these rows of `vertices` move.
+
+        This is many times faster than building a new mesh. The answers are the same as a new
+        mesh's, but the more the faces move relative to each other, the longer queries take. A query
+        that runs in another thread at the same time uses either the old positions or the new ones.
 
         Parameters
         ----------
         vertices : (n, 3)
-            New positions: of all vertices, or of those in ``indices``.
+            The new positions of all vertices, or of those in ``indices``.
         indices : (n,) integer, optional
             Rows of `vertices`. If a row occurs twice, its last position counts.
         threads : int, optional
-            Number of threads that refit the hierarchy, all by default.
+            The number of threads that refit the hierarchy; all by default.
 
         Returns
         -------
         float
-            Roughly how much longer rays take than in a freshly built tree, as a factor. Above 1.5 it is time for a new
-            mesh.
+            An estimate of how much longer rays take than with a freshly built tree, as a factor.
+            Above 1.5, build a new mesh.
 
         Raises
         ------
         ValueError
-            If the number of vertices differs, or a vertex of a face is not finite. The mesh is unchanged then.
+            If the number of vertices differs, or a vertex of a face is not finite. In that case,
+            the mesh is unchanged.
         IndexError
-            If ``indices`` name a vertex that does not exist. The mesh is unchanged then.
+            If ``indices`` contains a vertex that does not exist. In that case, the mesh is
+            unchanged.
         MemoryError, KeyboardInterrupt
             The vertices keep their old positions, and the next query rebuilds the hierarchy.
 
@@ -197,7 +203,7 @@ class Triangles:
             try:
                 ratio = tree.refit(corners.reshape(-1), self._faces.reshape(-1), _arrays.threads_of(threads))
             except BaseException:
-                # The tree is half refitted: drop it.
+                # The tree is only partly refitted, so drop it.
                 self._at = Position(self._at.vertices)
                 raise
             self._at = Position(corners, {self.dtype: tree})
@@ -213,18 +219,19 @@ class Triangles:
         return at.is_closed
 
     def inspect(self) -> dict[str, int | str]:
-        """Why the mesh is not closed, and which faces occur more than once.
+        """Reports why the mesh is not closed, and which faces occur more than once.
 
         Edges and faces are the same if their corners have the same coordinates.
 
         Returns
         -------
         dict
-            ``open``: edges of a single face. ``turned``: edges that both of their faces run along in the same direction,
-            so that one of the faces is flipped. ``uneven``: edges of three or more faces that do not pair up.
-            ``doubled``: faces that repeat another with the same orientation. ``opposed``: faces that repeat another with
-            the opposite orientation, so that the two cancel. ``text``: all of it in words, with the first edge or face of
-            each kind.
+            ``open``: edges of a single face. ``turned``: edges along which both faces run in the
+            same direction, so that one of the faces is flipped. ``uneven``: edges of three or more
+            faces that do not pair up. ``doubled``: faces that repeat another with the same
+            orientation. ``opposed``: faces that repeat another with the opposite orientation, so
+            that the two cancel. ``text``: a report in words, with the first edge or face of each
+            kind.
 
         Examples
         --------
@@ -243,8 +250,9 @@ class Triangles:
         Returns
         -------
         dict
-            ``open``, ``turned`` and ``uneven``: edges as rows of two vertices, (n, 2), in the direction of the first face
-            that has them. ``doubled`` and ``opposed``: rows of a face and the earlier one that it repeats, (n, 2).
+            ``open``, ``turned``, and ``uneven``: edges as rows of two vertices, (n, 2), in the
+            direction of the first face at the edge. ``doubled`` and ``opposed``: rows of a face and
+            the earlier face that it repeats, (n, 2).
 
         Examples
         --------

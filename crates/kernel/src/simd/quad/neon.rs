@@ -1,8 +1,8 @@
-//! The registers of NEON, which every 64-bit ARM has, under the names that [`super`] uses.
+//! NEON registers, under the names that [`super`] uses. Every 64-bit ARM CPU has NEON.
 //!
-//! This file is compiled only if the build's target has NEON, so every CPU that runs it has the instructions.
-//! That is the `SAFETY` of every call below; loads and stores also access only the N numbers of an array,
-//! with any alignment.
+//! This file is compiled only if the target has NEON, so every CPU that runs it has the
+//! instructions. This is the `SAFETY` argument for every call below. Loads and stores also access
+//! only the N numbers of an array, and work with any alignment.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::aarch64::*;
@@ -10,7 +10,7 @@ use core::arch::aarch64::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = true;
 
-/// Common operations of f32 and f64 registers.
+/// The operations that f32 and f64 registers have in common.
 macro_rules! float {
     (
         $scalar:ty, $n:literal, $reg:ty, $mask:ty,
@@ -78,14 +78,15 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
-            // The bits of infinity are exactly those of the exponent, so this clears sign and fraction and
-            // leaves a power of two.
+            // Infinity has exactly the exponent bits set, so this clears the sign and the fraction,
+            // which leaves a power of two.
             cpu!($from_bits($and($to_bits(a), $dup_bits(<$scalar>::INFINITY.to_bits()))))
         }
         #[inline(always)]
         pub(crate) fn flip(a: Reg, of: Reg) -> Reg {
             cpu!({
-                // -0 has only the sign bit set. Toggling it works for zeros and NaN, unlike a comparison.
+                // -0 has only the sign bit set. Toggling it works for zeros and NaN, unlike a
+                // comparison.
                 let sign = $and($to_bits(of), $dup_bits((-0.0 as $scalar).to_bits()));
                 $from_bits($xor($to_bits(a), sign))
             })
@@ -96,7 +97,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn negative(a: Reg) -> Mask {
-            // Compared as integers, which are negative if the sign bit is set, even for -0 and NaN.
+            // Compare as integers, which are negative if the sign bit is set, even for -0 and NaN.
             cpu!($below_zero($to_signed(a)))
         }
         #[inline(always)]
@@ -151,18 +152,18 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn bits(mask: Mask) -> u32 {
         cpu!({
-            // NEON cannot convert a mask to a number. Each lane keeps its own bit, and their sum is the
-            // number.
+            // NEON has no instruction that converts a mask to an integer, so each lane keeps its
+            // own bit and the lanes are summed.
             let lane = vld1q_u32([1, 2, 4, 8].as_ptr());
             vaddvq_u32(vandq_u32(mask, lane))
         })
     }
-    /// Two masks at once, narrowed to 16 bits per lane.
+    /// The bits of two masks at once, with each lane narrowed to 16 bits.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(bits_of_eight(vuzp1q_u16(vreinterpretq_u16_u32(first), vreinterpretq_u16_u32(last))))
     }
-    /// Eight masks of 16 bits each.
+    /// The bits of a mask with eight 16-bit lanes.
     #[inline(always)]
     pub(crate) fn bits_of_eight(mask: uint16x8_t) -> u32 {
         cpu!({
@@ -181,7 +182,8 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
         cpu!({
-            // Two rounds of interleaving: rows 0 with 2 and 1 with 3, then the results with each other.
+            // Interleave in two rounds: rows 0 with 2 and 1 with 3, then the results with each
+            // other.
             let (ac, ac_high) = (vzip1q_f32(a, c), vzip2q_f32(a, c));
             let (bd, bd_high) = (vzip1q_f32(b, d), vzip2q_f32(b, d));
             [
@@ -192,12 +194,13 @@ pub(super) mod singles {
             ]
         })
     }
-    /// Permutes eight lanes by the lowest three bits of each byte: a byte lookup, four bytes per lane.
+    /// Permutes eight lanes by the lowest three bits of each byte of `order`, with a byte lookup
+    /// that moves four bytes per lane.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         cpu!({
-            // NEON has no shuffle of f32 with a variable order, only one of bytes: lane i becomes bytes 4i to
-            // 4i + 3.
+            // NEON can only shuffle bytes, not f32 lanes, in a variable order, so lane i becomes
+            // bytes 4i to 4i + 3.
             let lanes = vand_u8(vcreate_u8(order), vdup_n_u8(7));
             let first_byte = vshl_n_u8::<2>(lanes);
             let pairs =
@@ -209,16 +212,16 @@ pub(super) mod singles {
             [of(vzip1q_u8(pairs, pairs)), of(vzip2q_u8(pairs, pairs))]
         })
     }
-    /// The minimum over the lanes of a mask, as bits with the lane in the last three.
+    /// Returns the index of the smallest number among the lanes in the masks.
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         cpu!({
             let (first, last) =
                 (vld1q_u32([0, 1, 2, 3].as_ptr()), vld1q_u32([4, 5, 6, 7].as_ptr()));
             let high = vdupq_n_u32(!7);
-            // The f32's bits with the lane number in place of the last three: one minimum finds both, because
-            // positive floats have the order of their bits. Lanes outside the mask become all ones, the
-            // largest key.
+            // Each key is the f32's bits with the lane number in place of the last three. Positive
+            // floats sort like their bits, so one minimum finds both the number and its lane. Lanes
+            // outside the mask become all ones, the largest key.
             let key =
                 |x, lane, mask| vornq_u32(vbslq_u32(high, vreinterpretq_u32_f32(x), lane), mask);
             (vminvq_u32(vminq_u32(key(a, first, in_a), key(b, last, in_b))) & 7) as usize
@@ -238,7 +241,7 @@ pub(super) mod doubles {
 
     #[inline(always)]
     pub(crate) fn not(a: Mask) -> Mask {
-        // There is no 64-bit NOT; the 32-bit one does the same to every bit.
+        // NEON has no 64-bit NOT, but the 32-bit one inverts the same bits.
         cpu!(vreinterpretq_u64_u32(vmvnq_u32(vreinterpretq_u32_u64(a))))
     }
     #[inline(always)]
@@ -260,7 +263,7 @@ pub(super) mod doubles {
             vaddvq_u64(vandq_u64(mask, lane)) as u32
         })
     }
-    /// Two masks at once, as one with 32 bits per lane.
+    /// The bits of two masks at once, with each lane narrowed to 32 bits.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(singles::bits(vuzp1q_u32(vreinterpretq_u32_u64(first), vreinterpretq_u32_u64(last))))
@@ -272,17 +275,17 @@ pub(super) mod doubles {
             vtstq_u64(vdupq_n_u64(bits.into()), lane)
         })
     }
-    /// The first lanes of both, and the last.
+    /// Returns a register with the first lanes of `a` and `b`, and one with their last lanes.
     #[inline(always)]
     pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
         cpu!([vzip1q_f64(a, b), vzip2q_f64(a, b)])
     }
-    /// The first of one, the last of the other.
+    /// The first lane of `a` and the last lane of `b`.
     #[inline(always)]
     pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
         cpu!(vcopyq_laneq_f64::<1, 1>(a, b))
     }
-    /// The last lane in both lanes.
+    /// Copies the last lane to both lanes.
     #[inline(always)]
     pub(crate) fn last(a: Reg) -> Reg {
         cpu!(vdupq_laneq_f64::<1>(a))
@@ -325,12 +328,13 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
     }
-    /// Low halves. (Truncation, not a shuffle: truncating something that was just widened costs nothing.)
+    /// The low halves. This truncates instead of shuffling, because truncating a number that was
+    /// just widened costs nothing.
     #[inline(always)]
     fn low(x: Regs) -> int32x4_t {
         cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))
     }
-    /// High halves.
+    /// The high halves.
     #[inline(always)]
     fn high(x: Regs) -> int32x4_t {
         cpu!(vuzp2q_s32(vreinterpretq_s32_s64(x[0]), vreinterpretq_s32_s64(x[1])))
@@ -347,8 +351,9 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Each component of b is low + 2^32 * high with a signed low half. Products with the high halves only
-    /// need their low 32 bits, so one multiplication handles all four lanes.
+    /// Splits each component of b into `low + 2^32 * high` with a signed low half. Only the low 32
+    /// bits of the products with the high halves matter, so one multiplication handles all four
+    /// lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -358,17 +363,17 @@ pub(super) mod integers {
         let sum = plus_product(product(a[0], lows[0]), a[1], lows[1]);
         let sum = plus_product(sum, a[2], lows[2]);
         cpu!({
-            // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each
-            // matter.
+            // The products with the high halves are multiplied by 2^32, so only the low 32 bits of
+            // each matter.
             let high = vmlaq_s32(vmulq_s32(a[0], highs[0]), a[1], highs[1]);
             let high = vmlaq_s32(high, a[2], highs[2]);
             let of = |half| vreinterpretq_s64_s32(half);
             let none = vdupq_n_s32(0);
-            // Zeros below the products multiply them by 2^32.
+            // Interleaving zeros below the products multiplies them by 2^32.
             add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
         })
     }
-    /// The high half for a signed low one: one more if that is negative.
+    /// The high half that goes with a signed low half: one more if the low half is negative.
     #[inline(always)]
     fn above(low: int32x4_t, high: int32x4_t) -> int32x4_t {
         cpu!(vreinterpretq_s32_u32(vsraq_n_u32::<31>(
@@ -385,12 +390,12 @@ pub(super) mod integers {
         let halves = [high(first), high(last)];
         cpu!({
             let of = |half| vreinterpretq_s16_s32(half);
-            // The sign of an i64 is in its upper 16 bits, so eight lanes fit one register.
+            // The sign of an i64 is in its upper 16 bits, so eight lanes fit in one register.
             let signs = vcltzq_s16(vuzp2q_s16(of(halves[0]), of(halves[1])));
             singles::bits_of_eight(signs)
         })
     }
-    /// Masks with 32 bits per lane, set where lanes are 0.
+    /// A mask with 32 bits per lane, set where the lane is 0.
     #[inline(always)]
     fn zeros(x: Regs) -> uint32x4_t {
         cpu!({

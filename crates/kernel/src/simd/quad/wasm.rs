@@ -1,7 +1,8 @@
-//! The registers of WebAssembly's simd128, under the names that [`super`] uses.
+//! WebAssembly simd128 registers, under the names that [`super`] uses.
 //!
-//! The instructions are those of the build's target, so their intrinsics are safe to call; `SAFETY` is only
-//! about memory. Nothing is fused: relaxed SIMD could do that, but not every browser supports it.
+//! The build target has these instructions, so their intrinsics are safe to call, and `SAFETY`
+//! comments concern only memory. Multiply-adds are not fused: relaxed SIMD could fuse them, but not
+//! every browser supports it.
 #![allow(clippy::wildcard_imports)]
 
 use core::arch::wasm32::*;
@@ -9,7 +10,7 @@ use core::arch::wasm32::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = false;
 
-/// Common operations of f32 and f64 registers.
+/// The operations that f32 and f64 registers have in common.
 macro_rules! float {
     (
         $scalar:ty, $n:literal,
@@ -28,13 +29,13 @@ macro_rules! float {
         #[allow(unsafe_code)]
         #[inline(always)]
         pub(crate) fn load(from: &[$scalar; N]) -> Reg {
-            // SAFETY: reads 128 bits of numbers, with any alignment.
+            // SAFETY: reads the 128 bits of the array, with any alignment.
             unsafe { v128_load(from.as_ptr().cast()) }
         }
         #[allow(unsafe_code)]
         #[inline(always)]
         pub(crate) fn store(x: Reg, to: &mut [$scalar; N]) {
-            // SAFETY: writes 128 bits of numbers, with any alignment.
+            // SAFETY: writes the 128 bits of the array, with any alignment.
             unsafe { v128_store(to.as_mut_ptr().cast(), x) }
         }
         #[inline(always)]
@@ -80,8 +81,8 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
-            // The bits of infinity are exactly those of the exponent, so this clears sign and fraction and
-            // leaves a power of two.
+            // Infinity has exactly the exponent bits set, so this clears the sign and the fraction,
+            // which leaves a power of two.
             v128_and(a, $splat(<$scalar>::INFINITY))
         }
         #[inline(always)]
@@ -94,7 +95,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn negative(a: Reg) -> Mask {
-            // Compared as integers, which are negative if the sign bit is set, even for -0 and NaN.
+            // Compare as integers, which are negative if the sign bit is set, even for -0 and NaN.
             $below(a, u64x2_splat(0))
         }
         #[inline(always)]
@@ -165,8 +166,8 @@ pub(super) mod singles {
         let (ac, ac_high, bd, bd_high) = (low(a, c), high(a, c), low(b, d), high(b, d));
         [low(ac, bd), high(ac, bd), low(ac_high, bd_high), high(ac_high, bd_high)]
     }
-    /// Permutes eight lanes by the lowest three bits of each byte: a byte lookup in both halves, which yields
-    /// 0 for an index that is not in that half.
+    /// Permutes eight lanes by the lowest three bits of each byte of `order`, with a byte lookup in
+    /// both halves that yields 0 for an index outside that half.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         let lanes = v128_and(u64x2_splat(order), u8x16_splat(7));
@@ -174,8 +175,8 @@ pub(super) mod singles {
         let offsets = u32x4_splat(0x03_02_01_00);
         let of = |places| {
             let places = u8x16_add(places, offsets);
-            // `swizzle` returns 0 for an index beyond its register. So each half yields the bytes that it
-            // has, and an OR combines them.
+            // `swizzle` returns 0 for an index beyond its register, so each half yields the bytes
+            // that it holds, and an OR combines them.
             let other = u8x16_sub(places, u8x16_splat(16));
             v128_or(u8x16_swizzle(a, places), u8x16_swizzle(b, other))
         };
@@ -188,12 +189,12 @@ pub(super) mod singles {
             )),
         ]
     }
-    /// The minimum over the lanes of a mask, as bits with the lane in the last three.
+    /// Returns the index of the smallest number among the lanes in the masks.
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         let high = u32x4_splat(!7);
-        // The f32's bits with the lane number in place of the last three, and all ones outside the mask, as
-        // in `neon`.
+        // As in `neon`, each key is the f32's bits with the lane number in place of the last three,
+        // or all ones outside the mask.
         let key = |x, lane, mask| v128_or(v128_or(v128_and(x, high), lane), v128_not(mask));
         let (first, last) = (u32x4(0, 1, 2, 3), u32x4(4, 5, 6, 7));
         let four = u32x4_min(key(a, first, in_a), key(b, last, in_b));
@@ -214,13 +215,13 @@ pub(super) mod doubles {
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn load_f32(from: &[f32; N]) -> Reg {
-        // SAFETY: reads 64 bits of numbers, with any alignment.
+        // SAFETY: reads the 64 bits of the array, with any alignment.
         f64x2_promote_low_f32x4(unsafe { v128_load64_zero(from.as_ptr().cast()) })
     }
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn store_f32(x: Reg, to: &mut [f32; N]) {
-        // SAFETY: writes 64 bits of numbers, with any alignment.
+        // SAFETY: writes the 64 bits of the array, with any alignment.
         unsafe { v128_store64_lane::<0>(f32x4_demote_f64x2_zero(x), to.as_mut_ptr().cast()) }
     }
     #[inline(always)]
@@ -228,17 +229,17 @@ pub(super) mod doubles {
         let lane = u64x2(1, 2);
         u64x2_eq(v128_and(u64x2_splat(bits.into()), lane), lane)
     }
-    /// The first lanes of both, and the last.
+    /// Returns a register with the first lanes of `a` and `b`, and one with their last lanes.
     #[inline(always)]
     pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
         [u64x2_shuffle::<0, 2>(a, b), u64x2_shuffle::<1, 3>(a, b)]
     }
-    /// The first of one, the last of the other.
+    /// The first lane of `a` and the last lane of `b`.
     #[inline(always)]
     pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
         u64x2_shuffle::<0, 3>(a, b)
     }
-    /// The last lane in both lanes.
+    /// Copies the last lane to both lanes.
     #[inline(always)]
     pub(crate) fn last(a: Reg) -> Reg {
         u64x2_shuffle::<1, 1>(a, a)
@@ -258,7 +259,7 @@ pub(super) mod integers {
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn load(from: &[i64; 4]) -> Regs {
-        // SAFETY: reads 128 bits of numbers each, with any alignment.
+        // SAFETY: each load reads 128 bits of the array, with any alignment.
         unsafe { [v128_load(from.as_ptr().cast()), v128_load(from[2..].as_ptr().cast())] }
     }
     #[inline(always)]
@@ -269,7 +270,7 @@ pub(super) mod integers {
     #[allow(unsafe_code)]
     #[inline(always)]
     pub(crate) fn store(x: Regs, to: &mut [i64; 4]) {
-        // SAFETY: writes 128 bits of numbers each, with any alignment.
+        // SAFETY: each store writes 128 bits of the array, with any alignment.
         unsafe {
             v128_store(to.as_mut_ptr().cast(), x[0]);
             v128_store(to[2..].as_mut_ptr().cast(), x[1]);
@@ -283,12 +284,12 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         [i64x2_sub(a[0], b[0]), i64x2_sub(a[1], b[1])]
     }
-    /// Low halves.
+    /// The low halves.
     #[inline(always)]
     fn low(x: Regs) -> v128 {
         i32x4_shuffle::<0, 2, 4, 6>(x[0], x[1])
     }
-    /// High halves.
+    /// The high halves.
     #[inline(always)]
     fn high(x: Regs) -> v128 {
         i32x4_shuffle::<1, 3, 5, 7>(x[0], x[1])
@@ -301,8 +302,9 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Each component of b is low + 2^32 * high with a signed low half. Products with the high halves only
-    /// need their low 32 bits, so one multiplication handles all four lanes.
+    /// Splits each component of b into `low + 2^32 * high` with a signed low half. Only the low 32
+    /// bits of the products with the high halves matter, so one multiplication handles all four
+    /// lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -311,7 +313,8 @@ pub(super) mod integers {
             [above(lows[0], high(b[0])), above(lows[1], high(b[1])), above(lows[2], high(b[2]))];
         let sum = add(product(a[0], lows[0]), product(a[1], lows[1]));
         let sum = add(sum, product(a[2], lows[2]));
-        // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each matter.
+        // The products with the high halves are multiplied by 2^32, so only the low 32 bits of each
+        // matter.
         let high = i32x4_add(i32x4_mul(a[0], highs[0]), i32x4_mul(a[1], highs[1]));
         let high = i32x4_add(high, i32x4_mul(a[2], highs[2]));
         let none = i64x2_splat(0);
@@ -319,10 +322,11 @@ pub(super) mod integers {
             [i32x4_shuffle::<0, 4, 1, 5>(none, high), i32x4_shuffle::<0, 6, 1, 7>(none, high)];
         add(sum, above)
     }
-    /// The high half for a signed low one: one more if that is negative.
+    /// The high half that goes with a signed low half: one more if the low half is negative.
     #[inline(always)]
     fn above(low: v128, high: v128) -> v128 {
-        // The arithmetic shift converts a negative low half to -1, and subtracting that adds the carry.
+        // The arithmetic shift turns a negative low half into -1, and subtracting that adds the
+        // carry.
         i32x4_sub(high, i32x4_shr(low, 31))
     }
     #[inline(always)]

@@ -1,6 +1,7 @@
-//! The integer lanes of AVX2 and AVX-512: `pmuldq` multiplies signed 32 bits to 64.
+//! Integer lanes for AVX2 and AVX-512. `pmuldq` multiplies signed 32-bit numbers to 64-bit
+//! products.
 //!
-//! The comment on floating-point registers in [`super::reg`] applies here too, including `SAFETY`.
+//! The comment on registers in [`super::reg`] applies here too, including its `SAFETY` argument.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -72,12 +73,13 @@ ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1
     _mm256_loadu_si256 _mm256_storeu_si256,
     load_f32 |from| _mm256_cvtepi32_epi64(_mm_cvttps_epi32(_mm_loadu_ps(from))),
     {
-        /// Each component of b is low + 2^32 * high with a signed low half, so both halves are factors for
-        /// `pmuldq`; the two sums are combined at the end.
+        /// Splits each component of b into `low + 2^32 * high` with a signed low half, so that
+        /// `pmuldq` can multiply both halves. The two sums are combined at the end.
         #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-            // `pmuldq` reads the low half as signed. If its top bit is set, its value is too small by 2^32,
-            // and adding 2^31 before the shift carries one into the high half to compensate.
+            // `pmuldq` reads the low half as signed. If its top bit is set, its value is too small
+            // by 2^32, and adding 2^31 before the shift carries one into the high half to
+            // compensate.
             let half = Self(cpu!(_mm256_set1_epi64x(1 << 31)));
             let x = Self(cpu!(_mm256_srli_epi64::<32>((b[0] + half).0)));
             let y = Self(cpu!(_mm256_srli_epi64::<32>((b[1] + half).0)));
@@ -96,7 +98,7 @@ ints!(__m512i, 8, _mm512_add_epi64 _mm512_sub_epi64 _mm512_mul_epi32 _mm512_set1
     {
         #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-            // AVX-512 multiplies 64 bits by 64 at once, and keeps the low 64.
+            // AVX-512 multiplies two 64-bit numbers directly and keeps the low 64 bits.
             let x = Self(cpu!(_mm512_mullo_epi64(a[0].0, b[0].0)));
             let y = Self(cpu!(_mm512_mullo_epi64(a[1].0, b[1].0)));
             let z = Self(cpu!(_mm512_mullo_epi64(a[2].0, b[2].0)));

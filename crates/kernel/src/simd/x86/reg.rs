@@ -1,9 +1,10 @@
-//! The registers of AVX2 and AVX-512 behind the trait for lanes.
+//! AVX2 and AVX-512 registers, as implementations of [`Lanes`] and [`Mask`].
 //!
-//! `wide` chooses its instructions at compile time; these types use the CPU's in a plain build. They are
-//! private to this folder: a value exists only inside [`Level::run`](crate::simd::Level::run), which has
-//! detected the instructions on this CPU. That is the `SAFETY` of every call below; loads and stores also
-//! access only N numbers of a slice that was just cut to N.
+//! `wide` chooses its instructions at compile time. These types use the CPU's instructions even in
+//! a build for a generic target. They are private to `simd`: a value exists only inside
+//! [`Level::run`](crate::simd::Level::run), which has detected the instructions on this CPU. This
+//! is the `SAFETY` argument for every call below. Loads and stores also access only N numbers of a
+//! slice that was just cut to N.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -15,7 +16,7 @@ use super::super::lanes::{Lanes, Mask};
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Reg<T>(pub(super) T);
 
-/// A register in which only each lane's sign bit matters, as AVX2 expects it.
+/// A mask register in which only each lane's sign bit matters, as AVX2 expects.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Ones<T>(pub(super) T);
 
@@ -35,7 +36,8 @@ macro_rules! operator {
     };
 }
 
-/// The operations that AVX2 and AVX-512 registers share; comparison, selection and loads are parameters.
+/// The operations that AVX2 and AVX-512 registers share. Comparison, selection, and loads are
+/// parameters.
 macro_rules! lanes {
     (
         $reg:ty, $scalar:ty, $n:literal, mask $mask:ty,
@@ -92,7 +94,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Rounded once, and the error of a product is a number in the same format, so this is exact.
+                // The multiply-add rounds once, and the error of a product fits the same format, so
+                // this is exact.
                 self.mul_add(b, -product)
             }
             #[inline(always)]
@@ -109,8 +112,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // The bits of infinity are exactly those of the exponent, so this clears sign and fraction
-                // and leaves a power of two.
+                // Infinity has exactly the exponent bits set, so this clears the sign and the
+                // fraction, which leaves a power of two.
                 Self(cpu!($and(self.0, $set1(<$scalar>::INFINITY))))
             }
             #[inline(always)]
@@ -131,7 +134,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn lt(self, other: Self) -> $mask {
-                // Ordered: false for NaN. Quiet: raises no exception.
+                // "OQ" means ordered (false for NaN) and quiet (raises no exception).
                 <$mask>::new(cpu!($compare::<_CMP_LT_OQ>(self.0, other.0)))
             }
             #[inline(always)]
@@ -146,7 +149,7 @@ macro_rules! lanes {
     };
 }
 
-/// A mask that fills a register of the numbers' own width.
+/// A mask that is as wide as the register of numbers.
 macro_rules! ones {
     ($reg:ty, $n:literal, $and:ident $or:ident $xor:ident $movemask:ident, $all:expr, $spread:expr) => {
         operator!(Ones<$reg>, BitAnd bitand $and);
@@ -189,12 +192,14 @@ _mm256_castsi256_ps(_mm256_set1_epi32(-1)), spread_8);
 ones!(__m256d, 4, _mm256_and_pd _mm256_or_pd _mm256_xor_pd _mm256_movemask_pd,
 _mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
 
-// Converts bits to masks. Functions, not closures, which may be compiled without the level's instructions.
+// These functions convert bits to masks. Closures might be compiled without the level's
+// instructions.
 
 #[inline]
 #[target_feature(enable = "avx2")]
 fn spread_4(bits: i32) -> __m128 {
-    // Every lane gets all bits and keeps its own; if that is set, the comparison fills the lane.
+    // Every lane gets all bits and keeps its own. If that bit is set, the comparison fills the
+    // lane.
     let bit = _mm_setr_epi32(1, 2, 4, 8);
     _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(bits), bit), bit))
 }
@@ -214,7 +219,7 @@ fn spread_4_wide(bits: i32) -> __m256d {
     _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(bits, bit), bit))
 }
 
-// AVX's blends and `movemask` only use sign bits, so `negative` is the number itself.
+// AVX blends and `movemask` use only the sign bits, so `negative` is the number itself.
 lanes!(__m128, f32, 4, mask Ones<__m128>,
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_fmadd_ps _mm_min_ps _mm_max_ps _mm_sqrt_ps
     _mm_xor_ps _mm_or_ps _mm_and_ps _mm_andnot_ps _mm_set1_ps _mm_loadu_ps _mm_storeu_ps,

@@ -1,6 +1,6 @@
-//! Operations across the lanes of AVX2 and AVX-512: permutations, minima, transpositions.
+//! Operations across AVX2 and AVX-512 lanes: permutations, minima, and transpositions.
 //!
-//! The comment on registers in [`super::reg`] applies here too, including `SAFETY`.
+//! The comment on registers in [`super::reg`] applies here too, including its `SAFETY` argument.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -8,15 +8,15 @@ use core::arch::x86_64::*;
 use super::super::lanes::Lanes;
 use super::reg::Reg;
 
-/// Permutes eight lanes by the bytes of `order`; the instruction takes each modulo 8.
+/// Permutes eight lanes by the bytes of `order`; the instruction uses each byte modulo 8.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
     _mm256_permutevar8x32_ps(lanes, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
 }
 
-/// The lane of the smallest number in a mask. Writes each lane's index over the last three bits of its number
-/// and takes the minimum.
+/// Returns the index of the smallest number among the lanes in the mask. Replaces the last three
+/// bits of each number with its lane index and takes the minimum.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
@@ -32,7 +32,7 @@ pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
     (_mm_cvtsi128_si32(one) & 7) as usize
 }
 
-/// Transposes four rows of four in each 128 bits of registers of any width.
+/// Transposes four rows of four within each 128-bit part of a register of any width.
 macro_rules! columns {
     ($low:ident $high:ident, $a:expr, $b:expr, $c:expr, $d:expr) => {{
         let (a, b, c, d) = ($a, $b, $c, $d);
@@ -48,8 +48,8 @@ pub(super) fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
     cpu!(columns!(_mm_unpacklo_ps _mm_unpackhi_ps, a.0, b.0, c.0, d.0))
 }
 
-/// Transposes eight rows of four: row i next to row i + 4, so that no number has to move between 128-bit
-/// halves.
+/// Transposes eight rows of four. Row i is loaded next to row i + 4, so that no number has to move
+/// between 128-bit halves.
 #[inline(always)]
 pub(super) fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
     macro_rules! beside {
@@ -62,7 +62,7 @@ pub(super) fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<
         beside!(0), beside!(1), beside!(2), beside!(3)))
 }
 
-/// Transposes sixteen rows of four: rows i, i + 4, i + 8 and i + 12 next to each other.
+/// Transposes sixteen rows of four. Rows i, i + 4, i + 8, and i + 12 are loaded next to each other.
 #[inline(always)]
 pub(super) fn sixteen_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m512>; 4] {
     macro_rules! beside {

@@ -1,4 +1,5 @@
-//! Batches, in which all rays are tested against all triangles: on closed meshes, and in every layout.
+//! Tests of batches, in which all rays are tested against all triangles, on closed meshes and in
+//! every layout.
 
 use intertri::Ray;
 use intertri::simd::Level;
@@ -14,8 +15,8 @@ use crate::workloads::{Model, Workload};
 
 #[test]
 fn watertight_methods_hold_water_and_others_leak() {
-    // From inside a closed mesh, exactly at its edges and vertices. (A few rays from far origins are left
-    // out, because the oracle sees two hits.)
+    // The rays start inside a closed mesh and meet its edges and vertices exactly. Rays from
+    // outside the mesh are skipped, because they can hit it twice.
     let scene = find("icosphere-exact").unwrap().scene(&mut Rng::new(44), 320, 2000);
     let inside = |ray: &&Ray| ray.origin.iter().all(|x| x.abs() <= 0.4);
     let rays: Vec<_> = scene.rays.iter().filter(inside).collect();
@@ -45,7 +46,8 @@ fn watertight_methods_hold_water_and_others_leak() {
     }
 }
 
-/// Batches of every workload, some with a number of rays or triangles that does not fill a register.
+/// Batches of every workload, some of which have a number of rays or triangles that does not fill a
+/// register.
 fn batches() -> Vec<TestBatch> {
     let (mut rng, model) = (Rng::new(5), Model::built_in());
     let mut all = Vec::new();
@@ -64,7 +66,7 @@ fn batches() -> Vec<TestBatch> {
 fn every_layout_finds_the_hits_of_the_pairs() {
     for batch in batches() {
         for method in METHODS.iter().filter(|method| method.name != "fixed") {
-            // The closest hit of each ray and the number of hits, pair by pair.
+            // Find the closest hit and the number of hits of each ray, pair by pair.
             let (mut expected, mut counts) = (Vec::new(), Vec::new());
             for ray in &batch.rays {
                 let rays = vec![*ray; batch.triangles.len()];
@@ -79,7 +81,7 @@ fn every_layout_finds_the_hits_of_the_pairs() {
                 expected.push(best);
                 counts.push(to.iter().filter(|answer| answer.hit).count() as u32);
             }
-            // `once` counts one of two triangles that share an edge that is hit.
+            // If a ray hits a shared edge, `once` counts only one of the two triangles.
             if method.name != "exact, once" {
                 assert_eq!(method.counts(Level::best(), &batch), counts);
             }
@@ -114,7 +116,8 @@ fn fixed_on_its_grid_agrees_with_the_oracle() {
             let batches = std::slice::from_ref(&batch);
             assert!(fixed.closest(Level::best(), batches, layout, &mut nearest).is_some());
             for (ray, nearest) in batch.rays.iter().zip(nearest) {
-                // Nothing that is hit inside is nearer, and the reported triangle is hit.
+                // No triangle that is hit in its interior is nearer, and the reported triangle is
+                // hit.
                 for triangle in &batch.triangles {
                     let exact = oracle::answer(triangle, ray);
                     if exact.is_hit() && exact.place == LinePosition::Inside {

@@ -1,4 +1,4 @@
-//! Worked examples: the answers of each method, computed by hand.
+//! Worked examples: compares each method's answers with results computed by hand.
 
 use intertri::simd::Vec3;
 use intertri::{Ray, Triangle};
@@ -15,7 +15,7 @@ use crate::methods::signed_volume::SignedVolume;
 use crate::methods::woop::Woop;
 use crate::oracle;
 
-/// Tests one ray against one triangle, in plain numbers.
+/// Tests one ray against one triangle, with plain numbers in place of lanes.
 fn ask<M: Intersector>(
     intersector: M,
     corners: [[f64; 3]; 3],
@@ -27,13 +27,14 @@ fn ask<M: Intersector>(
         .test(&intersector.triangle(corners.map(vec3)), &intersector.ray(vec3(origin), vec3(dir)))
 }
 
-/// A slanted triangle with sides that are easy to compute with by hand: `c1 + u (c2 - c1) + v (c3 - c1)`, met
-/// at u = 1/4, v = 1/2, t = 3 from (1, 1, 1).
+/// A slanted triangle whose sides are easy to compute with by hand. The ray from (1, 1, 1) meets
+/// `c1 + u (c2 - c1) + v (c3 - c1)` at u = 1/4, v = 1/2, and t = 3.
 const CORNERS: [[f64; 3]; 3] = [[2.0, 3.0, 4.0], [6.0, 3.0, 8.0], [4.0, 9.0, 4.0]];
 const ORIGIN: [f64; 3] = [1.0, 1.0, 1.0];
 const DIR: [f64; 3] = [1.0, 5.0 / 3.0, 4.0 / 3.0];
 
-/// One worked example for each method: the hit with its t, from both sides, and misses all around.
+/// Runs the worked example for one method: the hit and its t from both sides, and misses all
+/// around.
 fn worked_example<M: Intersector>(intersector: M) {
     let at = |u: f64, v: f64| {
         let point = [0, 1, 2].map(|k| {
@@ -59,7 +60,7 @@ fn worked_example<M: Intersector>(intersector: M) {
             let (hit, t) = ask(intersector, corners, ORIGIN, at(u, v));
             assert!(hit == inside && (!hit || (t - 3.0).abs() < 1e-13), "{u} {v}: {hit} {t}");
         }
-        // Behind, parallel, without area, and NaN.
+        // A triangle behind the ray, a parallel ray, a triangle without area, and a NaN.
         assert!(!ask(intersector, corners, ORIGIN, DIR.map(|x| -x)).0);
         assert!(!ask(intersector, corners, ORIGIN, [4.0, 0.0, 4.0]).0);
         assert!(!ask(intersector, [c1, c2, c1], ORIGIN, DIR).0);
@@ -116,7 +117,8 @@ fn woop_by_hand() {
 
 #[test]
 fn the_epsilon_is_the_papers() {
-    // The determinant is twice the area projected along the direction: here, the second side.
+    // The determinant is twice the area projected along the direction, which here equals the length
+    // of the second side.
     for (side, beyond) in [(1e-6, false), (1.1e-6, true), (-1e-6, false), (-1.1e-6, true)] {
         let corners = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, side, 5.0]];
         let hit = |epsilon| {
@@ -138,8 +140,9 @@ fn the_robust_form_takes_a_unit_of_rounding() {
 
 #[test]
 fn woop_falls_back_where_f32_cannot_tell() {
-    // 8193 * 8191 = 8192 * 8192 - 1, which is the same in f32. So the ray seems to pass exactly through the
-    // side from b to c, and two triangles on either side of it both seem to be hit; f64 distinguishes them.
+    // 8193 * 8191 = 8192 * 8192 - 1, but both products are the same in f32. The ray therefore seems
+    // to pass exactly through the side from b to c, and triangles on either side of it both seem to
+    // be hit. In f64, they can be distinguished.
     let (b, c) = ([8192.0, 8191.0, 1.0], [-8193.0, -8192.0, 1.0]);
     let vec3 = |[x, y, z]: [f32; 3]| Vec3 { x, y, z };
     for (y, is_hit) in [(10.0, true), (-10.0, false)] {

@@ -1,4 +1,4 @@
-//! One ray and one triangle at a time, from the families.
+//! Tests of one ray and one triangle at a time, from the families.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -10,7 +10,7 @@ use crate::oracle::{self, exact_t};
 use crate::rng::Rng;
 use crate::test_batch::Answer;
 
-/// A method's answers to cases of a family.
+/// A method's answers for the cases of a family.
 fn answers(method: &Method, level: Level, cases: &[Case]) -> Vec<Answer> {
     let triangles: Vec<_> = cases.iter().map(|case| case.triangle).collect();
     let rays: Vec<_> = cases.iter().map(|case| case.ray).collect();
@@ -26,7 +26,8 @@ fn cases(name: &str, n: usize) -> Vec<Case> {
 
 #[test]
 fn every_method_answers_ordinary_queries() {
-    // Rays well inside or well outside: every method must be right.
+    // Most rays pass well inside or well outside the triangle, so every method must be right. In
+    // f32, two cases may differ.
     let cases: Vec<_> = cases("uniform", 4000);
     for method in METHODS {
         let (mut differ, mut hits, mut off) = (0, 0, 0.0_f64);
@@ -47,7 +48,8 @@ fn every_method_answers_ordinary_queries() {
 
 #[test]
 fn every_level_gives_the_same_answers() {
-    // Also lane by lane: the answer for a pair does not depend on the other pairs in the register.
+    // This also holds lane by lane: the answer for a pair does not depend on the other pairs in the
+    // register.
     for family in FAMILIES {
         let cases = cases(family.name, 100);
         for method in METHODS {
@@ -72,7 +74,8 @@ fn inter_tri_in_f64_is_the_reference() {
                 let scene = F64Scene::from_triangles([case.triangle.0]);
                 let ray = F64Ray::new(case.ray.origin, case.ray.dir);
                 let mut t = f64::NAN;
-                // The listing reports a hit at t = infinity; the kernel's interval excludes it.
+                // The document's listing reports a hit at t = infinity, which the kernel's interval
+                // excludes.
                 let hit = scene.inter_tri(0, &ray, &mut t) == 1 && (t.is_finite() || got.hit);
                 assert!(hit == got.hit && (!hit || t == got.t), "{} {}", family.name, method.name);
             }
@@ -82,7 +85,8 @@ fn inter_tri_in_f64_is_the_reference() {
 
 #[test]
 fn methods_fail_where_they_are_known_to() {
-    // Shares of false misses among exact hits, to detect a method that is not what it claims to be.
+    // Measures the share of false misses among exact hits, to detect a method that is not what it
+    // claims to be.
     let misses = |name: &str, triangle_of: &dyn Fn(&mut Rng) -> Case| {
         let method = METHODS.iter().find(|s| s.name == name).unwrap();
         let mut rng = Rng::new(43);
@@ -96,13 +100,13 @@ fn methods_fail_where_they_are_known_to() {
     let at =
         |family: &'static str, x: f64| move |rng: &mut Rng| find(family).unwrap().case_at(rng, x);
 
-    // An epsilon on the determinant, at a small scale; nothing else fails there.
+    // An epsilon on the determinant fails at a small scale. The same test without it does not.
     assert!(misses("Möller–Trumbore ε f32", &at("scale", 1e-6)) > 0.99);
     assert!(misses("Möller–Trumbore f32", &at("scale", 1e-6)) < 0.35);
-    // A threshold, with a short direction; the other methods do not fail.
+    // A threshold fails if the direction is short. Other methods do not.
     assert!(misses("InterTri f64", &at("direction", 1e-12)) > 0.99);
     assert!(misses("signed volume f64", &at("direction", 1e-12)) < 0.01);
-    // Methods that do not translate to the ray's origin, far from the origin of the axes.
+    // Methods that do not translate to the ray's origin fail far from the coordinate origin.
     assert!(misses("Baldwin–Weber f32", &at("offset", 1e6)) > 0.5);
     assert!(misses("Plücker f32", &at("offset", 1e6)) > 0.3);
 }

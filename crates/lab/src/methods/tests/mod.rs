@@ -1,4 +1,4 @@
-//! Known properties of the methods, and known failures.
+//! Tests of the methods' known properties and known failures.
 
 mod batches;
 mod by_hand;

@@ -6,9 +6,9 @@
 >>> intertri.dask.closest(mesh, rays).compute()["triangle"]
 array([ 0, -1], dtype=int32)
 
-The mesh goes to each worker once, and each worker process builds the hierarchy once. Each block of rays is one task;
-about a million rays per block is best. Answers do not depend on blocks, workers or CPUs; `digest` hashes them for
-comparison. If a worker dies, dask reruns its tasks.
+The mesh is sent to each worker once, and each worker process builds the hierarchy once. Each block
+of rays is one task; about a million rays per block is best. Answers do not depend on blocks,
+workers, or CPUs; `digest` hashes them for comparison. If a worker dies, dask reruns its tasks.
 """
 
 # dask's type annotations differ from version to version.
@@ -33,11 +33,11 @@ from .._rays import Mode
 __all__ = ["SharedMesh", "any", "closest", "contains", "count_crossings", "digest", "from_parquet", "from_zarr", "share", "to_zarr"]
 
 PROGRAM_HIT = np.dtype([("triangle", "<i8"), ("t", "<f8"), ("u", "<f8"), ("v", "<f8")])
-"""The layout of `intertri trace --raw`, which `digest` hashes."""
+"""The record layout of ``intertri trace --raw``, which `digest` hashes."""
 
 
 class SharedMesh:
-    """A mesh that every worker holds, made by `share`."""
+    """A mesh that every worker has, as returned by `share`."""
 
     def __init__(self, digest: str, payload: Any) -> None:
         self.digest = digest
@@ -45,8 +45,10 @@ class SharedMesh:
 
 
 def share(mesh: Mesh, client: Any = None) -> SharedMesh:
-    """Sends a mesh to every worker of a ``distributed`` client, once. Pass the result to the functions below in place of
-    the mesh. Without ``client``, the current client is used; if there is none, the mesh stays in this process.
+    """Sends a mesh to every worker of a ``distributed`` client, once.
+
+    Pass the result to the functions below in place of the mesh. Without ``client``, the current
+    client is used; if there is none, the mesh stays in this process.
 
     Workers that join later fetch the mesh from the others.
     """
@@ -60,8 +62,8 @@ def share(mesh: Mesh, client: Any = None) -> SharedMesh:
 def closest(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", threads: int = 1) -> da.Array:
     """The closest hits of rays (n, 6) or (n, 8): an array (n,) of `intertri.HIT`, in the blocks of the rays.
 
-    ``threads`` is the number of threads for each block. A worker runs as many blocks at a time as it has threads, so
-    1 is right unless a worker has a single thread for many cores.
+    ``threads`` is the number of threads for each block. A worker runs as many blocks at a time as
+    it has threads, so 1 is right unless workers have a single thread but many cores.
     """
     return _blocks("closest", mesh, rays, HIT, mode=mode, threads=threads)
 
@@ -85,8 +87,9 @@ def contains(
 
 
 def from_parquet(path: Any, columns: list[str] | None = None, **options: Any) -> da.Array:
-    """Rays from parquet, one block for each partition. ``columns`` names six columns, origin and direction, or eight: ox,
-    oy, oz, t_min, dx, dy, dz, t_max. By default all columns of the file are taken, in its order."""
+    """Reads rays from parquet, one block per partition. ``columns`` lists six columns, origin and
+    direction, or eight: ox, oy, oz, t_min, dx, dy, dz, t_max. By default, all columns of the file
+    are used, in their order."""
     import dask.dataframe as dd
 
     frame = dd.read_parquet(path, columns=columns, **options)
@@ -94,14 +97,15 @@ def from_parquet(path: Any, columns: list[str] | None = None, **options: Any) ->
 
 
 def from_zarr(path: Any, **options: Any) -> da.Array:
-    """Closest hits as `to_zarr` wrote them: an array (n,) of `intertri.HIT`."""
+    """Reads closest hits that `to_zarr` wrote: an array (n,) of `intertri.HIT`."""
     fields = {name: da.from_zarr(path, component=name, **options) for name in HIT.names or ()}
     return da.map_blocks(_join, *fields.values(), dtype=HIT, meta=np.empty((0,), HIT))
 
 
 def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
-    """Writes closest hits into a zarr group, one array for each field (t, u, v, triangle, geometry), in the blocks of
-    ``hits``. ``options`` go to ``create_array``, such as ``compressors=None``."""
+    """Writes closest hits into a zarr group, one array for each field (t, u, v, triangle,
+    geometry), in the blocks of ``hits``. ``options``, such as ``compressors=None``, are passed to
+    ``create_array``."""
     import zarr
 
     # No block of hits is empty, so zarr need not check.
@@ -119,8 +123,9 @@ def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
 
 
 def digest(hits: da.Array | NDArray[np.void]) -> str:
-    """The SHA-256 of closest hits in order. It does not depend on the chunks or the number of workers, and equals the hash
-    of what ``intertri trace --raw`` writes. Blocks are fetched one by one.
+    """The SHA-256 hash of closest hits, in order. It does not depend on the chunks or the number of
+    workers, and equals the hash of what ``intertri trace --raw`` writes. Blocks are fetched one at
+    a time.
 
     >>> import numpy as np, intertri, intertri.dask
     >>> intertri.dask.digest(np.zeros(0, intertri.HIT))[:8]
@@ -173,7 +178,7 @@ def _mesh_of(payload: Mesh | _Payload) -> Mesh:
 
 
 def _join(*fields: NDArray[Any]) -> NDArray[np.void]:
-    """Hits from their fields."""
+    """Assembles hits from their fields."""
     hits = np.empty(fields[0].shape, HIT)
     for name, field in zip(HIT.names or (), fields):
         hits[name] = field
@@ -181,7 +186,7 @@ def _join(*fields: NDArray[Any]) -> NDArray[np.void]:
 
 
 def _answer(block: NDArray[Any], payload: Any, query: str, options: dict[str, Any]) -> NDArray[Any]:
-    """The answers of a block, on a worker."""
+    """Computes the answers of a block, on a worker."""
     answers: NDArray[Any] = getattr(_mesh_of(payload), query)(block, **options)
     return answers
 

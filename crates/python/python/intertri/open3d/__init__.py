@@ -1,6 +1,7 @@
 """A scene of several meshes with the interface of ``open3d.t.geometry.RaycastingScene``.
 
-Names, shapes and dtypes of the results are Open3D's, so a script only needs to change an import:
+Names, shapes, and dtypes of the results are the same as in Open3D, so a script only needs to change
+an import:
 
 >>> import numpy as np
 >>> from intertri.open3d import RaycastingScene
@@ -52,19 +53,19 @@ class Tensor(np.ndarray[Any, Any]):
         return self.size
 
     def isfinite(self) -> Tensor:
-        """Where it is finite: a miss has an infinite ``t_hit``."""
+        """Whether each number is finite. A miss has an infinite ``t_hit``."""
         return _tensor(np.isfinite(self))
 
     def isinf(self) -> Tensor:
-        """Where it is infinite."""
+        """Whether each number is infinite."""
         return _tensor(np.isinf(self))
 
     def isnan(self) -> Tensor:
-        """Where it is not a number."""
+        """Whether each number is NaN."""
         return _tensor(np.isnan(self))
 
     def to(self, *args: Any, dtype: Any = None, device: Any = None, copy: bool = False) -> Tensor:
-        """The same numbers in a dtype of numpy or Open3D, or on a device, which must be the CPU."""
+        """The same numbers in a numpy or Open3D dtype, or on a device, which must be the CPU."""
         for value in args:
             if isinstance(value, bool):
                 copy = value
@@ -76,7 +77,7 @@ class Tensor(np.ndarray[Any, Any]):
         return _tensor(self.astype(self.dtype if dtype is None else _numpy_dtype(dtype), copy=copy))
 
     def __getitem__(self, key: Any) -> Any:
-        # One number stays a tensor, as in Open3D.
+        # A single number stays a tensor, as in Open3D.
         return _tensor(super().__getitem__(key))
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
@@ -94,11 +95,11 @@ def _is_device(value: Any) -> bool:
 
 def _check_device(device: Any) -> None:
     if device is not None and not str(device).upper().startswith("CPU"):
-        raise ValueError(f"device is {device}, but answers are computed on the CPU; pass CPU:0, or leave device out")
+        raise ValueError(f"device is {device}, but answers are computed on the CPU; pass CPU:0, or omit device")
 
 
 def _numpy_dtype(dtype: Any) -> np.dtype[Any]:
-    """A numpy dtype, or the one that an Open3D dtype names."""
+    """Converts a numpy or Open3D dtype to a numpy dtype."""
     try:
         named: np.dtype[Any] = np.dtype(dtype)
     except TypeError:
@@ -107,14 +108,16 @@ def _numpy_dtype(dtype: Any) -> np.dtype[Any]:
 
 
 def _wrap_like(asked: Any) -> Callable[[NDArray[Any]], Any]:
-    """The function that turns an array into a result: an Open3D tensor if the query was one, else a `Tensor`."""
+    """The function that converts an array to a result: an Open3D tensor if the query was one,
+    otherwise a `Tensor`."""
     if type(asked).__module__.startswith("open3d"):
         return lambda array: type(asked).from_numpy(np.ascontiguousarray(array))
     return _tensor
 
 
 def _array(value: Any, dtypes: tuple[np.dtype[Any], ...], last: int, name: str) -> NDArray[Any]:
-    """An array (..., last) from an Open3D tensor or a numpy array, which must have one of these dtypes."""
+    """Converts an Open3D tensor or a numpy array, which must have one of these dtypes, to an array
+    (..., last)."""
     array = _inputs.array(value, name)
     if array.dtype not in dtypes:
         raise TypeError(f"{name} has dtype {array.dtype}; it must be {' or '.join(map(str, dtypes))}")
@@ -138,19 +141,20 @@ class _Built(NamedTuple):
 
 
 class RaycastingScene:
-    """Triangle meshes that are queried together; answers are exact.
+    """Triangle meshes that are queried together, with exact answers.
 
-    The hierarchy over all meshes is built by the first query, and again after a mesh is added. A scene is float32, as in
-    Open3D, until you add a mesh with float64 vertices. Then it takes rays and points in either dtype and answers in
-    float64.
+    The hierarchy over all meshes is built by the first query, and again after a mesh is added. A
+    scene is float32, as in Open3D, until you add a mesh with float64 vertices. After that, it
+    accepts rays and points in either dtype and answers in float64.
 
-    Rays and points may be numpy arrays or Open3D tensors. If the query is an Open3D tensor, so are the results. Otherwise
-    they are a `Tensor`: a numpy array with the methods that scripts call on results.
+    Rays and points may be numpy arrays or Open3D tensors. If the query is an Open3D tensor, so are
+    the results. Otherwise, each result is a `Tensor`: a numpy array with the methods that scripts
+    call on results.
 
     Parameters
     ----------
     nthreads : int
-        Number of threads for the build, 0 for all.
+        The number of threads for the build, or 0 for all.
     device
         Anything that names the CPU. Answers are always computed there.
     """
@@ -170,12 +174,14 @@ class RaycastingScene:
         return F64 if any(vertices.dtype == F64 for vertices in self._vertices) else F32
 
     def _query(self, value: Any, last: int, name: str) -> tuple[NDArray[Any], Callable[[NDArray[Any]], Any]]:
-        """Rays or points in a dtype that the scene takes, and what makes results for them."""
+        """Rays or points in a dtype that the scene accepts, and the function that wraps their
+        results."""
         return _array(value, (F32,) if self._dtype == F32 else (F32, F64), last, name), _wrap_like(value)
 
     def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
-        """Adds a mesh: vertices (n, 3) float32 or float64 and triangles (m, 3) uint32, or one object, a mesh of
-        Open3D or of any package that `intertri.Mesh` takes. Returns its geometry ID."""
+        """Adds a mesh, and returns its geometry ID. Pass vertices (n, 3) float32 or float64 and
+        triangles (m, 3) uint32, or a single mesh from Open3D or any package that `intertri.Mesh`
+        accepts."""
         if triangle_indices is None:
             arrays = _inputs.mesh_arrays(vertex_positions)
             if arrays is None:
@@ -185,7 +191,7 @@ class RaycastingScene:
         vertices = _array(vertex_positions, (F32, F64), 3, "vertex_positions")
         faces = _array(triangle_indices, (np.dtype(np.uint32),), 3, "triangle_indices")
         if faces.size and faces.max() >= len(vertices):
-            raise IndexError(f"triangle_indices name vertex {faces.max()}, but there are {len(vertices)}")
+            raise IndexError(f"triangle_indices refer to vertex {faces.max()}, but there are {len(vertices)}")
         self._vertices.append(vertices.reshape(-1, 3).copy())
         self._faces.append(faces.reshape(-1, 3).copy())
         self._built = None
@@ -209,7 +215,8 @@ class RaycastingScene:
         return self._built
 
     def _ids(self, triangles: NDArray[np.int32]) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-        """Geometry and primitive for triangles of the single mesh; a miss, -1, becomes `INVALID_ID`."""
+        """The geometry and primitive for triangles of the single mesh. A miss, -1, becomes
+        `INVALID_ID`."""
         starts = self._scene().starts
         if len(starts) == 2:
             miss = (triangles < 0).astype(np.uint32)
@@ -221,8 +228,9 @@ class RaycastingScene:
     def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
         """The first hits of rays (..., 6), origin and direction.
 
-        Returns t_hit (...), inf for a miss; geometry_ids and primitive_ids (...) uint32, `INVALID_ID` for a miss;
-        primitive_uvs (..., 2) and primitive_normals (..., 3). Numbers are in the dtype of the scene.
+        Returns t_hit (...), infinite for a miss; geometry_ids and primitive_ids (...) uint32,
+        `INVALID_ID` for a miss; primitive_uvs (..., 2); and primitive_normals (..., 3). Numbers are
+        in the dtype of the scene.
         """
         rays, wrap = self._query(rays, 6, "rays")
         mesh, _, normals = self._scene()
@@ -239,21 +247,23 @@ class RaycastingScene:
         }
 
     def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = math.inf, nthreads: int = 0) -> Any:
-        """Whether rays (..., 6) hit anything from tnear to before tfar: (...) bool."""
+        """Whether rays (..., 6) hit anything at tnear <= t < tfar: (...) bool."""
         rays, wrap = self._query(rays, 6, "rays")
         return wrap(self._scene().mesh.any(rays, t_min=tnear, t_max=tfar, threads=_threads(nthreads)))
 
     def count_intersections(self, rays: Any, nthreads: int = 0) -> Any:
-        """How many surfaces rays (..., 6) cross; an edge or corner counts once: (...) int32."""
+        """The number of surfaces that rays (..., 6) cross: (...) int32. An edge or corner counts
+        once."""
         rays, wrap = self._query(rays, 6, "rays")
         counts = self._scene().mesh.count_crossings(rays, threads=_threads(nthreads))
         return wrap(counts["unsigned"].astype(np.int32))
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """All crossings of rays (..., 6), in order along each ray; an edge or corner counts once.
+        """All crossings of rays (..., 6), in order along each ray. An edge or corner counts once.
 
-        Returns ray_splits (n + 1,) and ray_ids (m,) uint32, t_hit (m,), geometry_ids and primitive_ids (m,) uint32,
-        primitive_uvs (m, 2). Those of ray i are from ray_splits[i] to ray_splits[i + 1].
+        Returns ray_splits (n + 1,) and ray_ids (m,) uint32, t_hit (m,), geometry_ids and
+        primitive_ids (m,) uint32, and primitive_uvs (m, 2). The crossings of ray i are those from
+        ray_splits[i] to ray_splits[i + 1].
         """
         rays, wrap = self._query(rays, 6, "rays")
         mesh = self._scene().mesh
@@ -274,8 +284,8 @@ class RaycastingScene:
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
         """The closest points on the scene to points (..., 3).
 
-        Returns points (..., 3), geometry_ids and primitive_ids (...) uint32, primitive_uvs (..., 2) and
-        primitive_normals (..., 3).
+        Returns geometry_ids and primitive_ids (...) uint32, points and primitive_normals (..., 3),
+        and primitive_uvs (..., 2).
         """
         points, wrap = self._query(query_points, 3, "query_points")
         mesh, _, normals = self._scene()
@@ -298,7 +308,8 @@ class RaycastingScene:
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
         """The distances of points (..., 3) to the scene, negative inside: (...).
 
-        Inside is as for `compute_occupancy`. ``nsamples`` must be odd and has no effect: one exact ray decides.
+        `compute_occupancy` determines what is inside. ``nsamples`` must be odd but has no effect,
+        because one exact ray decides.
         """
         _odd(nsamples)
         points, wrap = self._query(query_points, 3, "query_points")
@@ -308,11 +319,12 @@ class RaycastingScene:
         return wrap(np.where(inside, -distance, distance).astype(mesh.dtype))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
-        """1 for points (..., 3) inside the scene or on it, else 0: (...).
+        """1 for points (..., 3) inside the scene or on it, otherwise 0: (...).
 
-        If the meshes together are closed and their faces consistently oriented, a point is inside if they wind around it.
-        So parts may overlap; Open3D counts a point inside an even number of parts as outside. In any other scene a
-        point is inside if a ray from it crosses an odd number of faces, as in Open3D.
+        If the meshes together are closed and their faces consistently oriented, a point is inside
+        if they wind around it. Parts may therefore overlap, whereas Open3D counts a point inside an
+        even number of parts as outside. In any other scene, a point is inside if a ray from it
+        crosses an odd number of faces, as in Open3D.
         """
         _odd(nsamples)
         points, wrap = self._query(query_points, 3, "query_points")
@@ -325,8 +337,9 @@ class RaycastingScene:
     def create_rays_pinhole(*args: Any, **named: Any) -> Any:
         """The rays of a picture, (height, width, 6) float32.
 
-        Pass either ``intrinsic_matrix`` (3, 3), ``extrinsic_matrix`` (4, 4) from world to camera, ``width_px`` and
-        ``height_px``; or ``fov_deg`` (horizontal), ``center``, ``eye``, ``up``, ``width_px`` and ``height_px``.
+        Pass either ``intrinsic_matrix`` (3, 3), ``extrinsic_matrix`` (4, 4) from world to camera,
+        ``width_px``, and ``height_px``; or ``fov_deg`` (horizontal), ``center``, ``eye``, ``up``,
+        ``width_px``, and ``height_px``.
         """
         by_matrix = ("intrinsic_matrix", "extrinsic_matrix", "width_px", "height_px")
         by_angle = ("fov_deg", "center", "eye", "up", "width_px", "height_px")

@@ -1,6 +1,6 @@
-"""intertri in pyvista: ray traces and interior points of `pyvista.PolyData`, exact for the coordinates as given.
+"""intertri in pyvista: exact ray traces and interior points of `pyvista.PolyData`.
 
-The functions have the parameters and results of pyvista's methods of the same names:
+The functions have the same parameters and results as pyvista's methods of the same names:
 
 >>> import pyvista, intertri.pyvista
 >>> sphere = pyvista.Sphere()
@@ -11,9 +11,9 @@ The functions have the parameters and results of pyvista's methods of the same n
 >>> int(selected["selected_points"].sum())
 69
 
-A surface with polygons other than triangles is triangulated; cells are those of the original surface. The hierarchies of
-the last four surfaces are kept and found by a checksum of points and faces. If you trace many rays one by one, make
-``intertri.Mesh(surface)`` once and query that.
+A surface with polygons other than triangles is triangulated, but cells refer to the original
+surface. The hierarchies of the last four surfaces are cached by a checksum of points and faces. If
+you trace many rays one by one, create ``intertri.Mesh(surface)`` once and query it.
 """
 
 # pyvista's type annotations differ from version to version.
@@ -48,13 +48,14 @@ def ray_trace(
     plot: bool = False,
     off_screen: bool | None = None,
 ) -> tuple[Floats, Ints]:
-    """Like ``PolyData.ray_trace``: where the segment from one point to another meets a surface, including its ends.
+    """Like ``PolyData.ray_trace``: where a segment, including its ends, meets a surface.
 
     Returns
     -------
     (n, 3) float64, (n,) int64
-        Points in order along the segment, and the cell of each. If cells share a point, it is the lowest of them. With
-        ``first_point``, only the first point, (3,), if there is one.
+        The points in order along the segment, and the cell of each. If several cells share a point,
+        the lowest cell is returned. With ``first_point``, only the first point is returned, (3,),
+        if there is one.
     """
     surface = _surface(mesh, "ray_trace")
     start, end = (points(value, name).astype(np.float64) for value, name in [(origin, "origin"), (end_point, "end_point")])
@@ -64,7 +65,7 @@ def ray_trace(
     hits = solid.all(start, end - start, t_max=1).hits
     starts, ends = solid.is_on_surface([start, end])
     if ends:
-        # The end is added below, so hits of triangles that it lies on are dropped here.
+        # The end is added below, so drop the hits of triangles on which it lies.
         hits = hits[[not _is_on(solid, hit, end) for hit in hits]]
     hits = hits[_is_next(hits["t"])]
     nearest = solid.closest_point([start, end])["triangle"]
@@ -83,14 +84,15 @@ def ray_trace(
 def multi_ray_trace(
     mesh: Any, origins: ArrayLike, directions: ArrayLike, first_point: bool = False, retry: bool = False
 ) -> tuple[Floats, Ints, Ints]:
-    """Like ``PolyData.multi_ray_trace``, but without trimesh and Embree: where rays meet a surface of triangles ahead of
-    their origins. ``retry`` has no effect, because no ray is lost.
+    """Like ``PolyData.multi_ray_trace``, but without trimesh and Embree: where rays meet a surface
+    of triangles in front of their origins. ``retry`` has no effect, because no ray is lost.
 
     Returns
     -------
     (n, 3) float64, (n,) int64, (n,) int64
-        Points in order along each ray, with the ray and the cell of each. If cells share a point, it is the lowest of
-        them. With ``first_point``, only the first point of each ray.
+        The points in order along each ray, with the ray and the cell of each. If several cells
+        share a point, the lowest cell is returned. With ``first_point``, only the first point of
+        each ray is returned.
     """
     if not mesh.is_all_triangles:
         raise NotAllTrianglesError("multi_ray_trace takes a mesh of triangles; pass mesh.triangulate()")
@@ -116,8 +118,8 @@ def select_interior_points(
     check_surface: bool = True,
     locator_tolerance: float | None = None,
 ) -> Any:
-    """Like ``DataSet.select_interior_points``: a shallow copy of a data set with the array ``selected_points``, which says
-    for each point whether it is inside a closed surface, or on it.
+    """Like ``DataSet.select_interior_points``: a shallow copy of a data set with the array
+    ``selected_points``, which is true for points inside a closed surface or on it.
 
     A point is inside if the surface winds around it. If ``check_surface`` is false and the surface is open or its faces
     are not consistently oriented, a point is inside if a ray from it crosses an odd number of faces.
@@ -127,12 +129,13 @@ def select_interior_points(
     mesh : pyvista.DataSet
     surface : pyvista.PolyData
     method, locator_tolerance
-        Accepted for compatibility, without effect: every answer is exact and needs no tolerance.
+        Accepted for compatibility. They have no effect, because every answer is exact and needs no
+        tolerance.
     inside_out : bool
         Whether to select the points outside and on the surface instead.
     check_surface : bool
-        Whether to refuse a surface that is open, that is, one with an edge not used equally often in both directions.
-        Points with the same coordinates are the same.
+        Whether to reject an open surface, that is, one with an edge that is not used equally often
+        in both directions. Points with the same coordinates count as the same point.
 
     Raises
     ------
@@ -158,7 +161,7 @@ def select_interior_points(
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """Vertices and faces that compare equal if their checksums do."""
+    """Vertices and faces, which compare equal if their checksums do."""
 
     digest: tuple[Any, ...]
     vertices: NDArray[Any] = field(compare=False)
@@ -179,7 +182,7 @@ def _hierarchy(key: _Key) -> Mesh:
 
 
 def _surface(mesh: Any, name: str) -> _Surface:
-    """The triangles of a pyvista mesh, with a hierarchy that may exist already."""
+    """The triangles of a pyvista mesh, with a hierarchy that may come from the cache."""
     if not isinstance(mesh, pyvista.PolyData):
         hint = "; pass mesh.extract_surface()" if hasattr(mesh, "extract_surface") else ""
         raise TypeError(f"{name} takes a surface, pyvista.PolyData, not a {type(mesh).__name__}{hint}")
@@ -198,7 +201,7 @@ def _surface(mesh: Any, name: str) -> _Surface:
 
 
 def _is_next(values: NDArray[Any]) -> NDArray[np.bool_]:
-    """Where a value differs from the one before."""
+    """Whether each value differs from the previous one."""
     differs = np.ones(len(values), bool)
     differs[1:] = values[1:] != values[:-1]
     return differs

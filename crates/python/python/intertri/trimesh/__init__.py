@@ -1,4 +1,5 @@
-"""intertri in trimesh: trimesh's ray interface, `contains` and signed distance, exact and in float64.
+"""intertri in trimesh: trimesh's ray interface, `contains`, and signed distance, exact and in
+float64.
 
 >>> import trimesh, intertri.trimesh
 >>> mesh = intertri.trimesh.install(trimesh.creation.box())
@@ -32,11 +33,13 @@ __all__ = ["ProximityQuery", "RayMeshIntersector", "closest_point", "install", "
 
 
 def install(mesh: Any) -> Any:
-    """Makes a trimesh mesh query intertri: ``mesh.ray`` becomes a `RayMeshIntersector` and ``mesh.nearest`` a
-    `ProximityQuery`, so ``mesh.contains`` and everything else that uses rays is exact. Returns the mesh.
+    """Makes a trimesh mesh query intertri: ``mesh.ray`` becomes a `RayMeshIntersector` and
+    ``mesh.nearest`` a `ProximityQuery`, so ``mesh.contains`` and all other methods that use rays
+    are exact. Returns the mesh.
 
-    Copies and pickles of the mesh, and the meshes that its methods return, such as ``split``, ``subdivide`` and ``+``,
-    query intertri as well. The class of the mesh becomes a subclass of its former class.
+    Copies and pickles of the mesh, and the meshes that its methods return, such as ``split``,
+    ``subdivide``, and ``+``, query intertri as well. The class of the mesh becomes a subclass of
+    its former class.
     """
     if not isinstance(mesh, trimesh.Trimesh):
         hint = "; pass each mesh of scene.geometry.values()" if hasattr(mesh, "geometry") else ""
@@ -97,7 +100,7 @@ def _installed(base: type) -> type:
 
 
 def _installing(method: Callable[..., Any]) -> Callable[..., Any]:
-    """The same method, but it installs intertri in the meshes that it returns."""
+    """Wraps a method so that it installs intertri in the meshes that it returns."""
 
     @functools.wraps(method)
     def call(*args: Any, **options: Any) -> Any:
@@ -118,19 +121,20 @@ def _empty(base: type) -> Any:
 class RayMeshIntersector:
     """Ray queries of a mesh, with the interface of ``trimesh.ray.ray_pyembree.RayMeshIntersector``.
 
-    `intersects_first`, `intersects_any` and every call with ``multiple_hits=False`` find the closest hit ahead of the
-    origin, t > 0. An edge or corner belongs to all its triangles, so no ray slips through.
+    `intersects_first`, `intersects_any`, and every call with ``multiple_hits=False`` find the
+    closest hit in front of the origin, with t > 0. An edge or corner belongs to all its triangles,
+    so no ray slips through.
 
-    With ``multiple_hits=True`` the answers are crossings, in order along the ray: each surface counts once, even if the
-    ray meets an edge or a corner of it. A ray that starts exactly on the mesh is taken to come from outside: if it goes
-    in, it crosses there.
+    With ``multiple_hits=True``, the answers are crossings, in order along the ray. Each surface
+    counts once, even if the ray meets one of its edges or corners. A ray that starts exactly on the
+    mesh is assumed to come from outside, so it crosses the mesh there if it goes in.
 
     Parameters
     ----------
     geometry : trimesh.Trimesh
         The hierarchy is built on first use, and again after the mesh has changed.
     scale_to_box : bool
-        Accepted for compatibility, without effect.
+        Accepted for compatibility, but has no effect.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
@@ -140,7 +144,7 @@ class RayMeshIntersector:
 
     @property
     def intertri(self) -> _mesh.Mesh:
-        """The `intertri.Mesh` that answers."""
+        """The `intertri.Mesh` that answers the queries."""
         self._cache.verify()
         if "mesh" not in self._cache:
             vertices = np.asarray(self.mesh.vertices, np.float64).reshape(-1, 3)
@@ -166,7 +170,8 @@ class RayMeshIntersector:
         max_hits: int = 100,
         return_locations: bool = False,
     ) -> tuple[Any, ...]:
-        """Which faces rays meet: faces (m,), the ray of each (m,), and with ``return_locations`` the locations (m, 3).
+        """The faces that rays meet (m,), the ray of each (m,), and, with ``return_locations``, the
+        locations (m, 3).
 
         Parameters
         ----------
@@ -174,7 +179,8 @@ class RayMeshIntersector:
         multiple_hits : bool
             Whether to return all crossings, or only the closest hit.
         max_hits : int
-            The largest number of hits per ray; the nearest are kept. A warning says if others are left out.
+            The maximum number of hits per ray. The nearest hits are kept, and a warning reports if
+            others are dropped.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         if multiple_hits:
@@ -188,7 +194,7 @@ class RayMeshIntersector:
         return triangles.astype(np.int64), rays, origins[rays] + t[:, None] * directions[rays]
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> Ints:
-        """The face that each ray meets first, -1 for none: (n,)."""
+        """The face that each ray meets first, or -1 for none: (n,)."""
         return self.intertri.closest_triangle(*_rays(ray_origins, ray_directions)).astype(np.int64)
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
@@ -198,8 +204,8 @@ class RayMeshIntersector:
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Whether points are inside the mesh or on it: (n,).
 
-        In a closed mesh with consistent faces, a point is inside if the mesh winds around it. In any other mesh, it is
-        inside if a ray from it crosses an odd number of faces.
+        In a closed mesh with consistently oriented faces, a point is inside if the mesh winds
+        around it. In any other mesh, it is inside if a ray from it crosses an odd number of faces.
         """
         at = np.asarray(points, np.float64)
         if at.ndim != 2 or at.shape[1] != 3:
@@ -209,7 +215,7 @@ class RayMeshIntersector:
     def _crossings(
         self, origins: Floats, directions: Floats, max_hits: int
     ) -> tuple[Ints, NDArray[np.int32], Floats]:
-        """Crossings in order along each ray: ray, triangle and t."""
+        """Crossings in order along each ray: ray, triangle, and t."""
         mesh = self.intertri
         lists = mesh.crossings(origins, directions)
         hits, rays = lists.hits, lists.rays
@@ -227,7 +233,7 @@ class RayMeshIntersector:
             cut = int((counts > max_hits).sum())
             warnings.warn(
                 f"{cut} of {len(counts)} rays cross the mesh more than max_hits={max_hits} times; "
-                f"pass max_hits={counts.max()} to have all crossings",
+                f"pass max_hits={counts.max()} to get all crossings",
                 stacklevel=3,
             )
             first = np.repeat(np.cumsum(counts) - counts, counts)
@@ -238,7 +244,7 @@ class RayMeshIntersector:
     def _entered_at_start(
         self, origins: Floats, directions: Floats, offsets: Ints, leaves: NDArray[np.bool_]
     ) -> tuple[Ints, NDArray[np.int32]] | None:
-        """The rays that start on the mesh and go in, and a face that each starts on."""
+        """The rays that start on the mesh and go in, and a face on which each of them starts."""
         mesh = self.intertri
         if not len(origins) or not len(mesh):
             return None
@@ -277,7 +283,7 @@ class RayMeshIntersector:
 
 
 def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[Floats, Floats]:
-    """Rays as arrays (n, 3)."""
+    """Converts rays to arrays (n, 3)."""
     start, way = np.asarray(origins, np.float64), np.asarray(directions, np.float64)
     if start.size == 0 and way.size == 0:
         return start.reshape(0, 3), way.reshape(0, 3)
@@ -297,20 +303,20 @@ def _asked(mesh: Any) -> RayMeshIntersector:
     return ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)
 
 
-# Candidates that are compared at a time.
+# The number of candidates to compare at a time.
 _MANY = 1 << 20
 
 
 def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
-    """The closest points, distances and faces. If the closest point is on an edge or corner that faces share, the face is
-    the one most turned toward the query point, as in trimesh: its normal shows on which side of the surface the point
-    is."""
+    """The closest points, distances, and faces. If faces share the edge or corner where the closest
+    point is, the face most turned toward the query point is chosen, as in trimesh: its normal shows
+    on which side of the surface the query point is."""
     at = np.asarray(points, np.float64)
     if at.ndim != 2 or at.shape[1] != 3:
         raise ValueError(f"points have shape {at.shape}; it must be (n, 3)")
     found = asked.intertri.closest_point(at)
     near, distance, faces = asked.intertri.hit_points(found), found["distance"], found["triangle"].astype(np.int64)
-    # If the weights of the first and second corner truly sum to 1, rounding may hide it.
+    # Even if the weights u and v truly sum to 1, rounding may hide that.
     without = np.stack([1 - found["u"] - found["v"] <= 2**-52, found["u"] == 0, found["v"] == 0], axis=-1)
     shared = np.flatnonzero(without.any(axis=-1) & (distance > 0) & (faces >= 0))
     if len(shared) == 0:
@@ -318,7 +324,8 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
     around = np.sort(np.asarray(mesh.vertex_faces), axis=1)
     normals, corners = np.asarray(mesh.face_normals), np.asarray(mesh.faces)
     for rows in np.array_split(shared, 1 + len(shared) * around.shape[1] // _MANY):
-        # The corner, or both ends of the edge: the first and the last corner that have a weight.
+        # These are the corner, or both ends of the edge: the first and last corner with a nonzero
+        # weight.
         ends = [without[rows].argmin(axis=1), 2 - without[rows, ::-1].argmin(axis=1)]
         first, last = (corners[faces[rows], end] for end in ends)
         others = around[first]
@@ -332,7 +339,8 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
 
 
 def closest_point(mesh: Any, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
-    """Like ``trimesh.proximity.closest_point``: the closest points on the mesh (n, 3), distances (n,), faces (n,).
+    """Like ``trimesh.proximity.closest_point``: the closest points on the mesh (n, 3), distances
+    (n,), and faces (n,).
 
     Unless `install` has been called, each call builds the hierarchy.
     """
@@ -342,13 +350,14 @@ def closest_point(mesh: Any, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
 def signed_distance(mesh: Any, points: ArrayLike) -> Floats:
     """Like ``trimesh.proximity.signed_distance``: distances to the mesh (n,), **positive inside**, 0 on it.
 
-    `RayMeshIntersector.contains_points` decides the sign, not a normal.
+    `RayMeshIntersector.contains_points` determines the sign, not a normal.
     """
     return ProximityQuery(mesh).signed_distance(points)
 
 
 class ProximityQuery:
-    """Like ``trimesh.proximity.ProximityQuery``: `on_surface`, `signed_distance` and `vertex` of a mesh."""
+    """Like ``trimesh.proximity.ProximityQuery``: `on_surface`, `signed_distance`, and `vertex` of a
+    mesh."""
 
     def __init__(self, mesh: Any) -> None:
         self._mesh = mesh
