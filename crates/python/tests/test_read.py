@@ -1,4 +1,4 @@
-"""Models from files, read by the program's loaders."""
+"""Models from files, read by the same loaders as in the command-line program."""
 
 import gzip
 import pickle

@@ -1,4 +1,4 @@
-"""Results in pandas data frames, and NaN for misses."""
+"""Results in pandas data frames, and misses as NaN."""
 
 import math
 
