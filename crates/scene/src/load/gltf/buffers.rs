@@ -11,10 +11,10 @@ use percent_encoding::percent_decode_str;
 use crate::load::error::{Fault, fault, quote};
 use crate::load::file::{Beside, open};
 
-/// All buffers of a file.
+/// All buffers of a glTF file.
 pub(super) struct Buffers<'a> {
     all: Vec<Bytes<'a>>,
-    /// The other files, each read once even if several buffers use it.
+    /// The external files. Each is read once, even if several buffers use it.
     files: HashMap<PathBuf, Vec<u8>>,
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Buffers<'a> {
 enum Bytes<'a> {
     Chunk(&'a [u8]),
     Inline(Vec<u8>),
-    /// The first bytes of a file, this many.
+    /// The given number of bytes at the start of a file.
     File(PathBuf, u64),
 }
 
