@@ -146,7 +146,7 @@ fn main() -> io::Result<()> {
         _ => return Err(io::Error::other("give a folder for the files, about 1 GB each")),
     };
     println!(
-        "| file | size | processor time | peak memory | what is said |\n| --- | --- | --- | --- | --- |"
+        "| file | size | processor time | peak memory | result |\n| --- | --- | --- | --- | --- |"
     );
     for (name, what, write) in CASES {
         let path = folder.join(name);

@@ -241,7 +241,7 @@ impl fmt::Display for CameraError {
                 write!(f, "camera: a field of view of {fov} degrees; give one between 0 and 180")
             }
             Self::Aspect(aspect) => {
-                write!(f, "camera: a picture of aspect {aspect}; give it a width and a height")
+                write!(f, "camera: an aspect ratio of {aspect}; give a positive width and height")
             }
             Self::NoView => {
                 write!(f, "camera: eye and target are the same point; move one of them")

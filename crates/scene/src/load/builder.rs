@@ -148,7 +148,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         if let Some(&corner) = corners.iter().find(|&&corner| corner as usize >= count) {
             let (number, from) = (u64::from(corner) + self.numbered_from, self.numbered_from);
             return fault(format!(
-                "a face names vertex {number}, but there are {count}, from {from} on"
+                "a face refers to vertex {number}, but there are {count}, numbered from {from}"
             ));
         }
         if corners.len() < 3 {
