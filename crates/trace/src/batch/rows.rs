@@ -1,7 +1,7 @@
 //! Detects which rays of a batch are pixels in rows.
 //!
-//! The caller does not say so, but at the end of each row the direction jumps back, or the origin if rays are
-//! parallel.
+//! The caller does not declare this, but at the end of each row the direction jumps back, or the
+//! origin does if the rays are parallel.
 //!
 //! ```text
 //!   ┌──────────────────────►
@@ -21,17 +21,18 @@ use crate::scalar::Backend;
 /// The smallest width of a picture, in pixels.
 const SHORTEST: usize = TILE;
 
-/// The largest width that is searched for.
+/// The largest width that is detected, in pixels.
 const LONGEST: usize = 1 << 14;
 
 /// The smallest height of a picture.
 const FEWEST: usize = LOWEST;
 
-/// A direction is compared with that of the ray this many pixels later. At the end of a row it must jump
-/// back by at least half of that, so rays may be jittered within their pixels.
+/// The direction of a ray is compared with that of the ray this many pixels later. At the end of a
+/// row, it must jump back by at least half of the difference, so rays may be jittered within their
+/// pixels.
 const STEP: usize = 8;
 
-/// If no rows begin here, they are searched for again after this many rays.
+/// If no rows are found at a ray, the search resumes after this many rays.
 const AGAIN: usize = 1 << 16;
 
 /// A run of consecutive rays.
@@ -42,7 +43,7 @@ pub(super) struct Run {
     pub(super) width: Option<usize>,
 }
 
-/// Splits rays into runs of rows and of others.
+/// Splits rays into runs of pixels in rows, and runs of other rays.
 pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut add = |rays: Range<usize>, width: Option<usize>| match runs.last_mut() {
@@ -72,7 +73,7 @@ pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
 /// Rays that may be in rows.
 struct Rows<'a, S: Backend> {
     rays: &'a [RayOf<S>],
-    /// Whether they share a direction, and not an origin.
+    /// Whether they share a direction but not an origin.
     parallel: bool,
 }
 
@@ -95,7 +96,7 @@ impl<'a, S: Backend> Rows<'a, S> {
         is_picture.then_some((begin, width))
     }
 
-    /// The end of the row that begins at a ray, if it is found soon.
+    /// The end of the row that begins at a ray, if it is found within [`LONGEST`] rays.
     fn end_of(&self, begin: usize) -> Option<usize> {
         let along = self.step(begin, begin + STEP)?;
         let most = self.rays.len().min(begin + LONGEST);
@@ -104,12 +105,13 @@ impl<'a, S: Backend> Rows<'a, S> {
 
     /// Whether the pixels jump back just before a ray, by at least half the change over this many pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
-        // Compared along the row, in units of its steps, so that jitter within a few pixels is not a jump.
+        // Compare along the row, in units of its steps, so that jitter within a few pixels is not a
+        // jump.
         let half = 0.5 * (pixels as f64 / STEP as f64) * dot(along, along);
         self.step(ray - 1, ray).is_some_and(|step| dot(step, along) < -half)
     }
 
-    /// The number of consecutive rows of one picture.
+    /// The number of consecutive rows that belong to one picture.
     fn count(&self, begin: usize, width: usize) -> usize {
         let shared = |ray: &RayOf<S>| bits(if self.parallel { ray.dir } else { ray.origin });
         let Some(of_first) = self.rays.get(begin).map(shared) else { return 0 };
@@ -125,7 +127,8 @@ impl<'a, S: Backend> Rows<'a, S> {
         (0..(self.rays.len() - begin) / width).take_while(is_row).count()
     }
 
-    /// The difference of the directions of two rays; of parallel rays, of their origins.
+    /// The difference between the directions of two rays or, for parallel rays, between their
+    /// origins.
     fn step(&self, from: usize, to: usize) -> Option<[f64; 3]> {
         let pixel = |ray: &RayOf<S>| if self.parallel { ray.origin } else { ray.dir };
         let (from, to) = (pixel(self.rays.get(from)?), pixel(self.rays.get(to)?));
@@ -148,7 +151,7 @@ mod tests {
 
     use super::{Run, runs};
 
-    /// A camera's picture, row by row.
+    /// The rays of a camera's picture, row by row.
     fn rows(camera: f32, width: usize, height: usize) -> Vec<Ray> {
         let at = |i: usize| [(i % width) as f32, (i / width) as f32].map(|k| k / 100.0 - 1.0);
         let ray = |[x, y]: [f32; 2]| Ray::new([camera, 0.0, 0.0], [x, y, 3.0]);
@@ -162,7 +165,7 @@ mod tests {
         assert_eq!(runs(&rows(0.0, 40, 9)), [run(0..360, rows_of(40))]);
         assert_eq!(runs(&rows(0.0, 500, 20)), [run(0..10_000, rows_of(500))]);
 
-        // Two cameras, with an incomplete row at either end.
+        // The pictures of two cameras, with an incomplete row at either end.
         let two = [&rows(0.0, 50, 10)[20..], &rows(1.0, 60, 10)[..585]].concat();
         let seen = [run(0..30, None), run(30..480, rows_of(50)), run(480..1020, rows_of(60))];
         assert_eq!(runs(&two)[..3], seen);

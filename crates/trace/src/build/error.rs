@@ -6,12 +6,12 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// Triangles are numbered with 31 bits.
+    /// There are more triangles than 31 bits can number.
     TooManyTriangles {
         /// The number of triangles.
         count: usize,
     },
-    /// There is too little memory.
+    /// There is not enough memory.
     OutOfMemory {
         /// The number of triangles.
         count: usize,

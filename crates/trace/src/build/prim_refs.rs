@@ -31,11 +31,11 @@ impl PrimRef {
 pub(super) struct Prims {
     /// The boxes of all triangles that go below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// How far outside its box the reference may hit one of them.
+    /// How far outside its box the reference may hit one of these triangles.
     pub lean: f32,
     /// Triangles that the reference may hit anywhere.
     pub thin: Vec<u32>,
-    /// Whether some of those with a box have no area.
+    /// Whether some of the triangles with a box have no area.
     pub has_degenerate: bool,
 }
 
@@ -47,8 +47,8 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
     let mut refs = each(triangles.count(), |i| {
         let (mut sides, index) = match triangles.hit_bounds(i) {
             HitBounds::Box { bounds, lean } => {
-                // A plain load first: most triangles do not raise the maximum, and a write would move the
-                // cache line between cores.
+                // Start with a plain load: most triangles do not raise the maximum, and a write
+                // would move the cache line between cores.
                 if lean.to_bits() > most.load(Ordering::Relaxed) {
                     most.fetch_max(lean.to_bits(), Ordering::Relaxed);
                 }

@@ -12,8 +12,9 @@
 //!                              ▯ [══]
 //! ```
 //!
-//! Only the nodes with the largest boxes are moved, because rays meet them most often. A trial with a few of
-//! them decides whether it is worthwhile: it is in interiors with long walls, not in scans.
+//! Only the nodes with the largest boxes are moved, because rays meet them most often. A trial with
+//! a few of them determines whether it is worthwhile, as it is for interiors with long walls but
+//! not for scans.
 
 use super::binary::{Binary, Moved, Subtree, TRIFLE};
 use super::collapse::Costs;
@@ -27,7 +28,7 @@ use std::collections::BinaryHeap;
 const SHARE: usize = 32;
 const MOST: usize = 2048;
 
-/// One in this many of them takes part in the trial.
+/// One in this many nodes takes part in the trial.
 const FEW: usize = 8;
 
 /// Reinsertion is worthwhile if it lowers the cost by at least this fraction.
@@ -44,7 +45,8 @@ const NONE: usize = usize::MAX;
 
 /// Moves parts of a tree. Its boxes and plans are then like those of a new build.
 pub(super) fn reinsert(binary: &mut Binary) {
-    // The trial moves an eighth of the nodes once; only if that lowers the cost enough is the whole effort made.
+    // The trial moves an eighth of the nodes once. If that lowers the cost enough, all nodes are
+    // moved.
     let most = (binary.refs.len() / SHARE).min(MOST);
     if Top::of(binary, most / FEW).pays(1)
         && let mut top = Top::of(binary, most)
@@ -54,7 +56,7 @@ pub(super) fn reinsert(binary: &mut Binary) {
     }
 }
 
-/// The nodes with the largest boxes, from the root, which is the first, down to parts that stay unchanged.
+/// The nodes with the largest boxes, from the root (the first) down to parts that stay unchanged.
 struct Top(Vec<Node>);
 
 #[derive(Clone)]
@@ -79,7 +81,7 @@ impl Node {
 }
 
 impl Top {
-    /// At least `most` nodes, or all if there are fewer.
+    /// Collects at least `most` nodes, or all if there are fewer.
     fn of(binary: &Binary, most: usize) -> Self {
         let root = binary.root();
         let mut top = vec![Node::new(binary, root, NONE)];
@@ -116,12 +118,13 @@ impl Top {
         self.cost() < before * (1.0 - LEAST_GAIN)
     }
 
-    /// The areas of all nodes.
+    /// The total area of all nodes.
     fn cost(&self) -> f64 {
         self.0.iter().map(|node| node.area).sum()
     }
 
-    /// Removes a subtree and makes it the sibling of the node where that costs least. Its parent moves with it.
+    /// Removes a subtree and makes it the sibling of the node at which it costs least. Its parent
+    /// moves with it.
     fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
@@ -212,7 +215,7 @@ impl Top {
         place
     }
 
-    /// The area of a node and a box.
+    /// The area of the box around a node and another box.
     fn with(&self, i: usize, bounds: &Aabb) -> f64 {
         area(&around(self.0[i].bounds, bounds))
     }
@@ -270,7 +273,7 @@ impl Written {
     }
 }
 
-/// The area by which a build computes costs.
+/// The area from which a build computes costs.
 fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
     bounds.half_area(scale) + TRIFLE
 }

@@ -16,13 +16,15 @@ use intertri::simd::{Lanes, Mask, Simd};
 /// Sets of up to this many boxes use half the bins: evaluating all of them would take longer than filling them.
 const SOME: usize = 32;
 
-/// Bins along each axis; a power of two, so that a mask keeps every index inside.
+/// The number of bins along each axis. It is a power of two, so that a mask keeps every index in
+/// bounds.
 const BINS: usize = ROW;
 
 /// With at least this many boxes, a second set of bins is worthwhile.
 const MANY: usize = 200;
 
-/// Adding this number rounds to an integer in the low bits: the vector form of a conversion.
+/// Adding this number rounds to an integer in the low bits, as a conversion would, but in vector
+/// form.
 const ROUND: f32 = 12_582_912.0;
 
 /// Maps a box to its bin along each axis.
@@ -37,8 +39,8 @@ pub(super) struct Binning {
 impl Binning {
     /// For `count` boxes with these centres.
     pub(super) fn new(count: usize, centres: &Centres, scale: f32) -> Self {
-        // Slightly less than all bins, so that the last centre falls into the last bin. If all centres are
-        // equal along an axis, all are in bin 0.
+        // Use slightly less than all bins, so that the last centre falls into the last bin. If all
+        // centres are equal along an axis, all are in bin 0.
         let bins = if count <= SOME { BINS / 2 } else { BINS };
         let sides = centres.lo.iter().zip(&centres.hi);
         let mut per_unit = [0.0; 4];
@@ -54,7 +56,8 @@ impl Binning {
     fn bins<S: Simd>(&self, centre: S::F32x4) -> [f32; 4] {
         let at = (centre - S::F32x4::load(&self.origin)) * S::F32x4::load(&self.per_unit);
         let mut bins = [0.0; 4];
-        // Adding 1.5 · 2^23 rounds to the nearest integer; minus a half makes that the next lower one.
+        // Adding 1.5 · 2^23 rounds to the nearest integer. Subtracting a half first makes it round
+        // down.
         ((at - S::F32x4::splat(0.5)) + S::F32x4::splat(ROUND)).store(&mut bins);
         bins
     }
@@ -62,7 +65,8 @@ impl Binning {
     /// The bin along one axis, with the same operations.
     #[inline(always)]
     fn bin(&self, sides: &SimdAabb, axis: usize) -> f32 {
-        // With the same operations as for all axes at once, so that a box never falls into another bin here.
+        // Use the same operations as for all axes at once, so that a box never falls into another
+        // bin here.
         let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
         (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }
@@ -79,8 +83,8 @@ impl Bins {
 
     #[inline(always)]
     pub(super) fn of<S: Simd>(refs: &[PrimRef], binning: &Binning) -> Self {
-        // Neighbours often go to the same bin, and each update would have to wait for the one before. So with
-        // many boxes, two sets of bins alternate.
+        // Neighbours often go to the same bin, and each update would have to wait for the previous
+        // one. So, with many boxes, two sets of bins alternate.
         let mut all = Self::EMPTY;
         let (pairs, last) = if refs.len() > MANY { refs.as_chunks::<2>() } else { (&[][..], refs) };
         for r in last {
@@ -158,8 +162,8 @@ pub(super) fn partition<S: Simd>(
     let mut left = 0;
     let (mut a, mut b) = (CentreLanes::none(), CentreLanes::none());
     let (cut, scale) = (ROUND + first_right as f32, S::F32x4::splat(binning.scale));
-    // Without a branch, which would be mispredicted every other time: every reference is swapped to the end
-    // of the left side, which grows only if it belongs there.
+    // Avoid a branch, which would be mispredicted every other time: swap every reference to the end
+    // of the left side, which grows only if the reference belongs there.
     for i in 0..refs.len() {
         let r = refs[i];
         let (centre, bin) = (r.0.centre::<S>(scale), binning.bin(&r.0, axis));
