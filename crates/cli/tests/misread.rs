@@ -135,10 +135,10 @@ fn obj_faces_may_come_before_what_they_name() {
     refuses(
         "m.obj",
         format!("f 1 2 5\n{SQUARE}"),
-        &["m.obj:1: a face names vertex 5, but there are 4, from 1 on"],
+        &["m.obj:1: a face refers to vertex 5, but there are 4, numbered from 1"],
     );
     // Negative indices count back from the current position.
-    refuses("m.obj", format!("f -1 -2 -3\n{SQUARE}"), &["m.obj:1: a face names vertex -1"]);
+    refuses("m.obj", format!("f -1 -2 -3\n{SQUARE}"), &["m.obj:1: a face refers to vertex -1"]);
 }
 
 #[test]
@@ -200,7 +200,11 @@ fn ply_elements_lines_and_line_ends_come_in_any_order_and_form() {
         reads("m.ply", blank.replace('\n', end), "0,1,");
     }
     let late = format!("{start}{list}{vertex}end_header\n4 0 1 2 4\n{vertices}");
-    refuses("m.ply", late, &["m.ply:10: a face names vertex 4, but there are 4, from 0 on"]);
+    refuses(
+        "m.ply",
+        late,
+        &["m.ply:10: a face refers to vertex 4, but there are 4, numbered from 0"],
+    );
 }
 
 /// After a header whose lines end in carriage returns, the first byte may be a line feed.
@@ -262,7 +266,7 @@ fn stl_words_are_in_any_case_and_the_last_end_may_be_missing() {
 fn stl_headers_may_promise_too_few_triangles() {
     reads("m.stl", stl(2), "0,1,");
     let said = |promised, more| {
-        format!("triangles beyond the {promised} that the header promises, read, too: {more}")
+        format!("triangles beyond the {promised} that the header promises, also read: {more}")
     };
     notes("m.stl", stl(0), "0,1,", &said(0, 2));
     notes("m.stl", stl(1), "0,1,", &said(1, 1));
