@@ -38,7 +38,7 @@ pub struct Edge<'a> {
 /// A mesh with welded points, and the faces at each of its edges.
 ///
 /// Points are welded if their coordinates have the same bits, except that 0 and -0 are equal. This
-/// reconnects meshes whose files repeat vertices, for texture seams or in STL.
+/// reconnects meshes whose files repeat vertices, as at texture seams or in STL.
 #[derive(Clone, Debug, Default)]
 pub struct Adjacency {
     points: Vec<[f32; 3]>,

@@ -65,7 +65,7 @@ impl<'a> Ball<'a> {
         let depth = abs(&offset / &height);
         let centre = add(&eye, &scale(&d, &(&offset / &height)));
 
-        // The rest is computed in f64, so that the radius is an upper bound.
+        // The rest is computed in f64, with errors on the safe side: the radius is an upper bound.
         let over = 1.0 + 2f64.powi(-40);
         let length = |a: &Point| rounded(&dot(a, a)).sqrt() * over;
         let (moved, directions, steep) =
@@ -165,8 +165,9 @@ impl<'a> Ball<'a> {
         dot(&arm, &arm) * &length - along.sqr() <= square * &length
     }
 
-    /// Where the volume begins behind a point: at `1 / reach` times the point's distance from a
-    /// point light, or `1 - reach` of the vector to a directional light behind the point.
+    /// Where the volume begins behind a point. For a point light, that is at `1 / reach` times the
+    /// point's distance from the light. For a directional light, the point is shifted away from the
+    /// light by `1 - reach` of the vector to it.
     fn near(&self, corner: u32) -> Point {
         let place = point(self.volume.adjacency().points()[corner as usize]);
         match self.volume.light() {

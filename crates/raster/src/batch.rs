@@ -1,9 +1,9 @@
 //! Outlines ready to draw: clipped, snapped, and sorted into bands of rows.
 //!
 //! A picture is divided into bands of several full rows each. The first pass runs over the facets,
-//! in batches on all threads. It prepares the outlines and lists, for each band, the outlines that
-//! reach into it. The second pass, with one band per task, draws them in order. The result does not
-//! depend on the number of threads.
+//! in batches on all threads. It prepares the outlines and records which of them reach into each
+//! band. The second pass, with one band per task, draws them in order. The result does not depend
+//! on the number of threads.
 
 use crate::clip::{NO_FAR_WALL, Point4, Scratch, clip_facet};
 use crate::plane::FacetPlane;
@@ -16,9 +16,9 @@ const BATCH: usize = 2048;
 
 /// One outline in the picture.
 pub(crate) struct Piece {
-    /// Its depth.
+    /// The depth of the outline.
     pub(crate) plane: FacetPlane,
-    /// The caller's id for it.
+    /// The caller's id for the outline.
     pub(crate) tag: i32,
     /// The first row, and the row after the last.
     rows: (u32, u32),

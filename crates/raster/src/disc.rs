@@ -2,7 +2,7 @@
 //! its centre?
 //!
 //! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where the pixel is
-//! a disc of radius r around its centre c; everything visible in the disc lies in a cone:
+//! a disc of radius r around its centre c. Everything visible in the disc is in a cone:
 //!
 //! ```text
 //!               ___--- cone     a point is in it where  |(X, Y) - W c| <= r W  and W > 0
@@ -117,8 +117,8 @@ impl Disc {
         let (t, length) = (exact(t), dot(&self.centre, &self.centre));
         let Linear { value, doubt, .. } = &seen.height;
         let (reach, steep) = (&t * &self.radius, seen.height.steepness());
-        // (value +- reach sqrt(steep) +- doubt) t compared with (offset -+ doubt) (1 -+ 2^-22)
-        // sqrt(length)
+        // Compare (value +- reach sqrt(steep) +- doubt) t with (offset -+ doubt) (1 -+ 2^-22)
+        // sqrt(length).
         let factor = |sign: i32| Exact::from(1) + exact(f64::from(sign) * 2f64.powi(-22));
         let least = (&seen.doubt - &seen.offset) * factor(-1);
         let most = (&seen.offset + &seen.doubt) * factor(1);
@@ -160,9 +160,9 @@ impl Disc {
         [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| self.meets(a, b))
     }
 
-    /// Whether the segment from a to b meets the cone. A point is in the cone if `W > 0` and `f =
-    /// (r W)^2 - |(X, Y) - W c|^2 >= 0`; `f` is a quadratic function of the position s along the
-    /// segment:
+    /// Whether the segment from a to b meets the cone. A point is in the cone if `W > 0` and
+    /// `f >= 0`, where `f = (r W)^2 - |(X, Y) - W c|^2` is a quadratic function of the position s
+    /// along the segment:
     ///
     /// ```text
     ///   a ------(======)------ b     Either an end is in the cone or, because the cone is convex,

@@ -10,7 +10,8 @@
 //! use intertri::Triangle;
 //! use intertri_raster::{Adjacency, Light, View, Volume, lit, triangles};
 //!
-//! // A floor, and a sheet halfway between it and the light. let square = |y: f32, half: f32| {
+//! // A floor, and a sheet halfway between it and the light.
+//! let square = |y: f32, half: f32| {
 //!     let p = |x: f32, z: f32| [x * half, y, z * half - 4.0];
 //!     let (a, b, c, d) = (p(-1.0, -1.0), p(-1.0, 1.0), p(1.0, 1.0), p(1.0, -1.0));
 //!     [Triangle([a, b, c]), Triangle([a, c, d])]
@@ -24,8 +25,9 @@
 //! let adjacency = Adjacency::new(&soup);
 //! let light = Light::Point { position: [0.0, 2.0, -4.0], reach: 1.0 };
 //! let mask = lit(&view, &hits, &Volume::new(&adjacency, light)?);
-//! // The light is straight above the sheet, so the shadow is straight below it. let shadow = 36 *
-//! 64 + 32; assert!(hits[shadow].triangle < 2 && !mask[shadow]);
+//! // The light is straight above the sheet, so the shadow is straight below it.
+//! let shadow = 36 * 64 + 32;
+//! assert!(hits[shadow].triangle < 2 && !mask[shadow]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -37,7 +37,7 @@ use crate::volume::Volume;
 /// and neither do its own sides if it is edge-on to the light.
 ///
 /// The radius is rounded up. Whether anything meets the ball is decided in rational arithmetic, from
-/// distances between points, lines and planes.
+/// distances between points, lines, and planes.
 ///
 /// # Panics
 /// Panics if a slice does not have one entry per pixel, or if a differing pixel shows a triangle

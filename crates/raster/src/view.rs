@@ -22,7 +22,8 @@ use crate::vector::{Vector, add, dot, double, length, scale, sub};
 
 /// Each pixel is divided into `2^SUBPIXEL_BITS` parts along each axis.
 ///
-/// With 16 bits and at most 2^14 pixels a coordinate has 30 bits, so that all edge arithmetic fits i64.
+/// With 16 bits and at most 2^14 pixels, a coordinate has 30 bits, so all edge arithmetic fits into
+/// i64.
 pub const SUBPIXEL_BITS: u32 = 16;
 
 /// The largest width and height of a picture.

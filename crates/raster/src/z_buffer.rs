@@ -22,17 +22,17 @@ const MAX_FACETS: usize = i32::MAX as usize;
 
 /// The facet that each pixel of a view shows, row by row from the top left.
 ///
-/// A facet is an outline of three or more corners in one plane. It may be convex or concave, has
-/// either winding, and is two-sided. It covers the pixels whose centres its outline winds around. A
-/// centre exactly on an edge belongs to the facet to its right, or below it, so exactly one of two
-/// facets that share the edge covers the centre. An outline that crosses itself covers the points
-/// with a nonzero winding number.
+/// A facet is an outline of three or more corners in one plane. It may be convex or concave, may
+/// have either winding, and is two-sided. It covers the pixels whose centres its outline winds
+/// around. A centre exactly on an edge belongs to the facet to its right, or below it, so exactly
+/// one of two facets that share the edge covers the centre. An outline that crosses itself covers
+/// the points with a nonzero winding number.
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
 /// - `t` is the distance from the eye, which equals a ray's `t` if its direction has unit length.
 ///   It is computed from the facet's plane, and is never nearer or farther than the facet's
 ///   corners. Only points with `t > threshold` are visible, as with the threshold of rays. The
-///   smallest `t` owns the pixel; among equal ones, the facet with the lowest index.
+///   smallest `t` owns the pixel; if several are equal, the facet with the lowest index does.
 /// - `u` and `v` are the weights of the second and third corner: a point of the facet's plane is
 ///   `c1 + u (c2 - c1) + v (c3 - c1)`, even for a facet with more corners.
 ///
@@ -100,7 +100,7 @@ where
 /// [`facets`] of triangles.
 ///
 /// # Panics
-/// As for [`facets`].
+/// Panics as [`facets`] does.
 pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit> {
     facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
 }

@@ -188,7 +188,7 @@ fn a_mesh_that_runs_through_itself() {
 
 #[test]
 fn the_eye_within_a_shadow() {
-    // In a round room, under a table, and under a table in the round room.
+    // The eye is in a round room, under a table, or under a table in the round room.
     let mut room = ball(&mut Numbers(7), 6, 0.0);
     for triangle in &mut room {
         triangle.0 = triangle.0.map(|p| p.map(|x| x * 6.0));
@@ -258,8 +258,8 @@ fn a_light_along_a_face() {
 
 #[test]
 fn one_sheet_throws_one_shadow_and_none_on_itself() {
-    // A view from above onto a sheet and its shadow on the floor. With a point light, the shadow is
-    // twice as large as the sheet, which is at half the light's height.
+    // A sheet and its shadow on the floor, seen from above. With a point light, the shadow is twice
+    // as large as the sheet, which is at half the light's height.
     let mut soup = floor(0.0, 4.0);
     soup.extend(floor(1.0, 0.5));
     let camera = Camera::new([0.0, 6.0, 0.01], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0], 60.0).unwrap();

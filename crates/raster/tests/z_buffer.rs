@@ -143,7 +143,7 @@ fn larger_than_the_picture_and_behind_the_eye() {
 
 #[test]
 fn slivers_and_facets_without_area() {
-    // Needles, caps, and triangles with two or three equal corners look the same as to rays.
+    // Needles, caps, and triangles with two or three equal corners must look as they do to rays.
     let mut numbers = Numbers(9);
     let mut soup = Vec::new();
     for i in 0..200 {

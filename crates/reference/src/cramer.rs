@@ -17,11 +17,11 @@
 //! ```
 //!
 //! # Errors in the document
-//! - Its **listing** accepts a negative `T & AP` (called `t` there, though it is not yet divided). The
-//!   listing requires `den > 0`, so that is a point behind the viewer: a triangle in front of the eye is not
-//!   drawn, and its mirror image behind the eye is. Here the test is `> 0`.
-//! - Its **example** puts the triangle at z = 0, in the plane of the eye, where `T & AP` is 0 and nothing is
-//!   drawn with either sign. Put it at z = 1.
+//! - Its **listing** accepts a negative `T & AP` (called `t` there, though it is not yet divided).
+//!   The listing requires `den > 0`, so the point is behind the viewer: a triangle in front of the
+//!   eye is not drawn, but its mirror image behind the eye is. Here, the test is `> 0`.
+//! - Its **example** puts the triangle at z = 0, in the plane of the eye, where `T & AP` is 0 and
+//!   nothing is drawn with either sign. Put the triangle at z = 1 instead.
 //!
 //! # Edge cases of the listing, kept as they are
 //! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the one that
@@ -138,8 +138,8 @@ impl Viewpoint {
 }
 
 /// The document's texture: 256 times the exclusive or of the coordinates' integer parts, rounded
-/// toward 0. For coordinates from 0 to 255, that is a shade of green as a colour 0xRRGGBB. The
-/// green repeats every 256 texels.
+/// toward 0. Read as a colour 0xRRGGBB, that is a shade of green for coordinates from 0 to 255. The
+/// green component repeats every 256 texels.
 ///
 /// Coordinates outside the range of `i32` are clamped to it, and NaN counts as 0. A product that
 /// overflows `i32` loses its high bits.

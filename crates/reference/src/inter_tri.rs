@@ -19,9 +19,10 @@
 //! - **The length of the normal.** The document only says that triangles are "initialised in a
 //!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size of
 //!   the triangle. It does depend on the length of `dir`.
-//! - **The value of `Threshold`.** The document gives none. Here it is a field of [`Scene`], by default
-//!   [`THRESHOLD`]. One number serves two purposes: the smallest `|nrm & dir|` that does not count as
-//!   parallel, and the largest `t` that does not count as a hit.
+//! - **The value of `Threshold`.** The document does not give one. Here, it is a field of
+//!   [`Scene`], which is [`THRESHOLD`] by default. One number serves two purposes: the smallest
+//!   `|nrm & dir|` that does not count as parallel, and the largest `t` that does not count as a
+//!   hit.
 //!
 //! # Edge cases of the listing, kept as they are
 //! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0 nothing
@@ -178,7 +179,8 @@ impl Scene {
         let c1 = self.vertx[tmp.c1];
         let c2 = self.vertx[tmp.c2];
 
-        // Is the ray parallel to the plane? Written so that NaN does not count as parallel.
+        // Is the ray parallel to the plane? The test is written so that NaN does not count as
+        // parallel.
         let vd = tmp.nrm & ray.dir;
         if vd > -self.threshold && vd < self.threshold {
             return 0;
@@ -187,11 +189,11 @@ impl Scene {
         // How far is the plane?
         *t = (tmp.nrm & (c1 - ray.org)) / vd;
 
-        // Intersect the ray with it.
+        // Intersect the ray with the plane.
         let h1 = ray.org + ray.dir * *t;
         let h2 = h1 - c1;
 
-        // Is that point outside one of the three edges? A point on an edge is not.
+        // Is that point outside one of the three edges? A point on an edge is not outside.
         if (tmp.nrm & (tmp.h4 ^ h2)) < 0.0
             || (tmp.nrm & (h2 ^ tmp.h5)) < 0.0
             || (tmp.nrm & (tmp.h6 ^ (h1 - c2))) < 0.0

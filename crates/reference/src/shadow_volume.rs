@@ -1,7 +1,7 @@
 //! Document C: the silhouette that a light sees, and the shadow volume behind it.
 //!
 //! ```text
-//!     light                       A face that faces the light is "front culled", the others are
+//!     light                       A face turned to the light is "front culled"; the others are
 //!       *                         "back culled". Where a front-culled face has a back-culled
 //!      . .                        neighbour, their edge is on the silhouette.
 //!     .   .
@@ -75,7 +75,7 @@ pub struct Sides {
 /// light and faces without area are front culled; faces with a NaN are back culled.
 ///
 /// # Panics
-/// Panics if a face names a missing vertex.
+/// Panics if a face refers to a missing vertex.
 pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec<bool> {
     let front = |&[c1, c2, c3]: &[usize; 3]| {
         let normal = (vertx[c2] - vertx[c1]) ^ (vertx[c3] - vertx[c1]);
@@ -88,7 +88,7 @@ pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec
 /// the front-culled face.
 ///
 /// # Panics
-/// Panics if `faces`, `adj` and `front` differ in length, or a neighbour is missing.
+/// Panics if `faces`, `adj`, and `front` differ in length, or if a neighbour is missing.
 pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usize; 2]> {
     assert!(faces.len() == adj.len() && faces.len() == front.len(), "one entry per face");
     let mut edges = Vec::new();
@@ -111,7 +111,7 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
 /// position of the light, or along its direction, yields a quad without area.
 ///
 /// # Panics
-/// Panics if an edge names a missing vertex.
+/// Panics if an edge refers to a missing vertex.
 pub fn extrude(vertx: &[Vector], edges: &[[usize; 2]], light: Light, big: f64) -> Sides {
     let mut vertx = Vec::from(vertx);
     let mut triangles = Vec::new();

@@ -18,11 +18,11 @@
 //! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run clockwise
 //!   if y points up (counter-clockwise on a screen with y downward). A picture contains both
 //!   orientations, so [`ZBuffer::draw`] mirrors the rule for the other one.
-//! - **Facets without area.** For three collinear vertices every `c_kz` is 0 all along their line, and for
-//!   three equal ones everywhere. [`ZBuffer::draw`] skips such facets.
-//! - **The depth within a facet** is taken where its plane meets the pixel's projector. A facet of
-//!   four or more vertices that is not flat gets the plane of its mean normal through its first
-//!   vertex. The closer a facet is to edge-on, the less accurate its depth.
+//! - **Facets without area.** For three collinear vertices, every `c_kz` is 0 along their line, and
+//!   for three equal vertices, everywhere. [`ZBuffer::draw`] skips such facets.
+//! - **The depth within a facet** is taken where its plane meets the pixel's projector. For a facet
+//!   of four or more vertices that is not flat, this is the plane with its mean normal through its
+//!   first vertex. The closer a facet is to edge-on, the less accurate its depth.
 //!
 //! Of a concave facet, only the points inside all of its edges are drawn. Cut concave facets into
 //! convex ones first, as the document does with curved ones.

@@ -132,7 +132,8 @@ proptest! {
         for m in 0..12 {
             for n in 0..12 {
                 let p = v(n as f64 + 0.5, m as f64 + 0.5, -1.0);
-                // If a centre is on an outline or a facet is nearly edge-on, rounding may decide.
+                // If a centre is on an outline or a facet is nearly edge-on, rounding may decide
+                // the result.
                 let close = triangles.iter().any(|triangle| {
                     turns(&triangle.map(Vector::from), p).any(|c| c.abs() < 1e-6)
                 });

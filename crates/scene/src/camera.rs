@@ -126,8 +126,8 @@ impl<S: Coordinate> Camera<S> {
     /// ```
     ///
     /// # Errors
-    /// As for [`Camera::new`], with `view` reversed as the view direction; also fails if `aspect` is not
-    /// positive and finite.
+    /// Fails as [`Camera::new`] does, with the reverse of `view` as the view direction, and also if
+    /// `aspect` is not positive and finite.
     pub fn framing_from(
         points: impl IntoIterator<Item = [S; 3]>,
         view: [f32; 3],
@@ -313,7 +313,7 @@ mod tests {
                         max[axis] = max[axis].max(place[axis]);
                     }
                 }
-                // The points almost reach both borders of one pair.
+                // In one direction, the points almost reach both borders.
                 let reach = (0..2).map(|axis| max[axis].min(-min[axis])).fold(0.0, f64::max);
                 let most = max.into_iter().chain(min.map(|x| -x)).fold(0.0, f64::max);
                 assert!(reach > 0.9 && most < 1.0, "{points:?} {aspect}: {min:?} {max:?}");

@@ -25,7 +25,7 @@ impl Image {
     /// A black image.
     ///
     /// # Errors
-    /// As for [`check_size`].
+    /// Fails as [`check_size`] does.
     pub fn new(width: u32, height: u32) -> Result<Self, ImageError> {
         let pixels = check_size(width, height)?;
         Ok(Self { width, height, pixels: vec![[0; 3]; pixels] })
@@ -124,7 +124,7 @@ pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
     }
 }
 
-/// Checks whether `path` looks like a valid name for an output image. Call this before rendering.
+/// Checks whether an image can probably be written to `path`. Call this before rendering.
 ///
 /// # Errors
 /// Fails if `path` does not end in `.png`, is a folder, or is in a folder that does not exist.
@@ -195,7 +195,7 @@ pub enum ImageError {
     },
     /// A file is not a readable image.
     Read {
-        /// Its name.
+        /// The name of the file.
         path: PathBuf,
         /// The problem.
         cause: String,

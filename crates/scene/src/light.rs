@@ -17,8 +17,8 @@ pub enum Light<S = f32> {
     },
     /// A light so far away that its rays are parallel. [`Light::sun`] creates one.
     Directional {
-        /// The vector to the light. Shadow rays have this length, so from any surface the vector
-        /// must reach out of the scene.
+        /// The vector to the light. Shadow rays have this length, so the vector must reach beyond
+        /// the scene from any surface.
         toward: [S; 3],
     },
 }

@@ -94,16 +94,16 @@ impl<S: Coordinate> Mesh<S> {
 /// An axis-aligned bounding box, including its boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<S = f32> {
-    /// The smallest x, y and z.
+    /// The smallest x, y, and z.
     pub min: [S; 3],
-    /// The largest x, y and z.
+    /// The largest x, y, and z.
     pub max: [S; 3],
 }
 
 impl<S: Scalar> Bounds<S> {
     /// The centre.
     pub(crate) fn centre(&self) -> DVec3 {
-        // Halved first, so that the largest f64 does not overflow.
+        // Halve first, so that the largest f64 does not overflow.
         double(self.min) * 0.5 + double(self.max) * 0.5
     }
 

@@ -16,8 +16,9 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 /// A file that is written under another name next to its final path, and renamed once it is complete.
 ///
 /// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays within one
-/// file system. If it is dropped before [`PartialFile::finish`], the hidden file is removed and an
-/// older file is unchanged. A file that replaces an older one keeps the older one's permissions.
+/// file system. If the `PartialFile` is dropped before [`PartialFile::finish`], the hidden file is
+/// removed, and an older file is unchanged. A file that replaces an older one keeps the older one's
+/// permissions.
 ///
 /// ```
 /// use std::io::Write;
@@ -73,7 +74,7 @@ impl PartialFile {
     /// Renames the file to its final name.
     ///
     /// # Errors
-    /// Fails with any error of the file system. The file does not exist then.
+    /// Fails with any error of the file system. The new file is then removed.
     pub fn finish(self) -> io::Result<()> {
         // If renaming fails, `this` is dropped after the list is unlocked, which removes the file.
         let this = self;

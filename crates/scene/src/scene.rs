@@ -25,7 +25,7 @@ impl<S: Coordinate> Scene<S> {
     /// `aspect` = width / height.
     ///
     /// # Errors
-    /// As for [`Camera::framing`].
+    /// Fails as [`Camera::framing`] does.
     pub fn of(mesh: Mesh<S>, aspect: f64) -> Result<Self, CameraError> {
         let camera = Camera::framing(mesh.points(), aspect)?;
         Ok(Self::seen_by(mesh, camera))

@@ -18,8 +18,8 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 
 /// Shades `scene`, given its visibility buffer and its shadow mask.
 ///
-/// `hits[y * width + x]` is the hit of the ray that [`crate::Camera::ray`] returns for pixel `(x,
-/// y)`, and `lit` at the same index is whether the light reaches the hit point. `lit` is not read
+/// `hits[y * width + x]` is the hit of the ray that [`crate::Camera::ray`] returns for pixel
+/// `(x, y)`. `lit` at the same index is whether the light reaches the hit point; it is not read
 /// where the ray missed. For an image without shadows, pass all `true`.
 ///
 /// The hit's u and v give its point on the triangle. Surfaces are Lambertian: they reflect light in
@@ -103,8 +103,8 @@ impl<'a> Face<'a> {
         Self { triangle, corner: a, sides, normal, ambient, tint, cover }
     }
 
-    /// The part of the albedo that all hits share: the part's tint, and the texture if there is one. A mesh
-    /// without parts has only the texture, or clay.
+    /// What all hits of a triangle share of the albedo: the part's tint and, if there is one, the
+    /// texture. A mesh without parts has only the texture, or clay.
     fn albedo<S: Coordinate>(
         scene: &'a Scene<S>,
         triangle: u32,
@@ -118,7 +118,7 @@ impl<'a> Face<'a> {
         (part.map_or(bare, |part| Vec3::from(part.tint)), cover)
     }
 
-    /// The radiance, linear, that a hit reflects toward the eye.
+    /// The linear radiance that a hit reflects toward the eye.
     #[inline]
     fn radiance<S: Coordinate>(&self, scene: &Scene<S>, hit: &Hit, lit: bool) -> Vec3 {
         // A light behind the surface, as seen by the camera, contributes nothing, hence the `max`.
@@ -206,7 +206,8 @@ mod tests {
         scene.texture = Some(Texture::Image(image));
         // No texture coordinates.
         assert_eq!(look(&scene, HIT, false), look(&floor(7.0), HIT, false));
-        // First, the whole triangle has one point of the texture; then u leads to another point.
+        // First, the whole triangle maps to one point of the texture; then u leads to another
+        // point.
         scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);
         let white = look(&scene, HIT, false);
         assert_eq!(white, encode(Vec3::splat(AMBIENT[1])));

@@ -64,8 +64,8 @@ impl Texture {
         Image::read(path).map(Self::Image)
     }
 
-    /// The texture lookup: the linear albedo at texture coordinates. Coordinates that are not finite return
-    /// the colour of an arbitrary texel.
+    /// Looks up the linear albedo at texture coordinates. For coordinates that are not finite, the
+    /// result is the colour of an arbitrary texel.
     #[inline]
     pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
         match self {

@@ -1,4 +1,4 @@
-//! glTF: the triangles of nodes, and files with wrong numbers, none of which may be trusted.
+//! glTF: the triangles of nodes, and checks that no number in a file is trusted.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ fn glb(json: &str) -> Vec<u8> {
     glb
 }
 
-/// A file with these primitives, and nodes and other members in `rest`.
+/// A file with these primitives. `rest` contains the nodes and any other members.
 fn file(primitives: &str, rest: &str) -> Vec<u8> {
     glb(&format!(
         r#"{{"asset":{{"version":"2.0"}},"meshes":[{{"primitives":[{primitives}]}}],{rest},{ACCESSORS}}}"#

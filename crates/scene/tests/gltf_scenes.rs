@@ -12,8 +12,8 @@ use tempfile::TempDir;
 /// The corners of a triangle.
 type Triangle = [[f32; 3]; 3];
 
-/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes to which tests
-/// add.
+/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and its bytes, to which tests
+/// may add.
 struct File {
     json: Value,
     bytes: Vec<u8>,

@@ -23,8 +23,8 @@ fn model(name: &str) -> Option<Mesh> {
 
 #[test]
 fn models_have_the_counts_of_their_files() {
-    // There is one position per `v` line, and each `f` line has as many triangles as corners, minus
-    // 2. The lines were counted independently of the reader.
+    // There is one position per `v` line, and each `f` line has two fewer triangles than corners.
+    // The lines were counted independently of the reader.
     let expected = [
         ("stanford-bunny.obj", 35_947, 69_451, false),
         ("fandisk.obj", 6_475, 12_946, false),

@@ -1,5 +1,5 @@
-//! A moving mesh that is refitted each frame, and rebuilt once it is worn: `cargo run --release
-//! --example moving_mesh`.
+//! Refits a moving mesh each frame, and rebuilds it once it is worn:
+//! `cargo run --release --example moving_mesh`.
 
 use std::time::Instant;
 

@@ -1,4 +1,5 @@
-//! Picking among 10,000 moving objects, sixty times a second: `cargo run --release --example picking`.
+//! Picks among 10,000 moving objects, sixty times per second:
+//! `cargo run --release --example picking`.
 
 use std::sync::Arc;
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! A room with a window, a lamp, and a one-sided screen: `cargo run --release --example select`.
 //!
-//! Several meshes in one hierarchy, and queries that select some of their triangles: by mask, by
-//! side, and by skipping earlier hits.
+//! The example has several meshes in one hierarchy, and queries that select some of their
+//! triangles: by mask, by side, and by skipping earlier hits.
 
 use std::error::Error;
 

@@ -1,5 +1,5 @@
-//! Computes how far a million points are from a solid, and on which side: `cargo run --release
-//! --example signed_distance`.
+//! Computes how far a million points are from a solid, and on which side:
+//! `cargo run --release --example signed_distance`.
 
 use std::f32::consts::PI;
 use std::time::Instant;

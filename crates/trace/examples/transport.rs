@@ -1,5 +1,5 @@
-//! Traces particles through concrete, steel, and water at UTM coordinates: `cargo run --release
-//! --example transport 10000000`.
+//! Traces particles through concrete, steel, and water at UTM coordinates:
+//! `cargo run --release --example transport 10000000`.
 //!
 //! A particle flies straight until it collides, and is then absorbed or scattered. A third of the
 //! particles are aimed exactly at corners, and a third at edges. A particle is lost if the medium

@@ -264,7 +264,7 @@ fn whole(value: &Property) -> Option<Vec<i64>> {
     })
 }
 
-/// A property as a number. f64 can represent all types.
+/// A property as a number. f64 can represent the numbers of every type.
 fn number(value: &Property) -> Option<f64> {
     Some(match *value {
         Property::Char(x) => x.into(),

@@ -18,8 +18,8 @@ use crate::rounding::Rounding;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
-/// The length limit of a line, which holds eight numbers. Without it, a file without line ends
-/// would determine the size of an allocation.
+/// The length limit of a line, which holds eight numbers. It bounds the memory that a file without
+/// line ends can take.
 const MAX_LINE: usize = 4096;
 
 /// The number of bytes in a raw ray, in f32 and in f64.

@@ -23,7 +23,7 @@ use crate::walk::stream::Stream;
 const STREAM: usize = 4096;
 
 /// After a reversed bundle that was not worth its cost, the next bundles are not reversed, and
-/// their rays are traced in packets. The first number is how many bundles that applies to. It
+/// their rays are traced in packets. The first number is how many bundles this applies to. It
 /// doubles after each further failure, up to the second number. For example, shadow rays from one
 /// row of hits form a long, thin curve as seen from the light.
 const PATIENCE: [usize; 2] = [4, 64];
@@ -209,7 +209,7 @@ fn bundle_of<'a>(
     reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
-/// Whether a bundle was worth its cost: most of its rays were traced.
+/// Whether a bundle was worth its cost, that is, whether most of its rays were traced.
 #[inline(always)]
 fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
     matches!(outcome, Outcome::Traced { left, .. } if 32 * left.count_ones() as usize <= rays.len())

@@ -285,7 +285,7 @@ impl WithSimd for Meet<'_> {
     }
 }
 
-/// Sorts the items of a ray by t, then by triangle. The triangles are in these slots.
+/// Sorts the items of a ray by t, then by triangle. `slots` contains the slots of the triangles.
 #[inline(always)]
 fn sort<T: ListItem>(
     tree: &Tree,

@@ -154,7 +154,8 @@ impl Block<'_> {
         })
     }
 
-    /// A row in groups of four: where they begin among the gathered rays, and how many rays each has.
+    /// The groups of four in a row: where each begins among the gathered rays, and how many rays it
+    /// has.
     pub fn fours(&self, row: usize) -> impl Iterator<Item = (usize, usize)> {
         let BlockOrder { width, ref begins, .. } = *self.order;
         let fours = width.div_ceil(PACKET);
@@ -170,8 +171,8 @@ impl Block<'_> {
         for (row, begins) in self.rows() {
             let (fours, rest) = rays[row].as_chunks::<PACKET>();
             for (four, &begin) in fours.iter().zip(begins) {
-                // Four rays at a time, because a packet's row is contiguous both in the picture and in the
-                // tile.
+                // Copy four rays at a time, because a packet's row is contiguous both in the
+                // picture and in the tile.
                 gathered[begin.into()..][..PACKET].copy_from_slice(four);
             }
             if let Some(&begin) = begins.last() {

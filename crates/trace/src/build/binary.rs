@@ -71,8 +71,7 @@ impl Binary {
     }
 
     fn moved(&self, part: Subtree) -> Option<&Moved> {
-        // A single triangle has no node.
-        // Moved nodes are numbered after those of the build.
+        // A single triangle has no node, and moved nodes are numbered after those of the build.
         let number = part.node.checked_sub(self.inner.len()).filter(|_| part.count > 1)?;
         self.moved.get(number)
     }
@@ -267,9 +266,8 @@ impl WithSimd for Cut<'_> {
                 return split::partition::<S>(refs, &binning, cut);
             }
         }
-        // All centres are equal, or the tree is too deep: cut the references in half, in order, at full
-        // blocks.
-        // Put full blocks on the left, so that at most one block of the subtree is not full.
+        // All centres are equal, or the tree is too deep: cut the references in half, in order. The
+        // left side consists of full blocks, so that at most one block of the subtree is not full.
         ((count / 2).next_multiple_of(BLOCK), [*centres; 2])
     }
 }

@@ -7,8 +7,8 @@ use intertri::Triangle;
 impl Layout {
     /// Traverses the whole tree. Fails with a message if a triangle with a box is not in exactly
     /// one block, or a triangle without a box is in a block; if a box is not exactly the box of its
-    /// contents; if a node or block does not have exactly one parent; or if the depth is not the
-    /// stored one.
+    /// contents; if a node or block does not have exactly one parent; or if the depth differs from
+    /// the stored depth.
     pub(crate) fn check(&self, triangles: &[Triangle]) -> Result<(), String> {
         let mut walk = Walk {
             tree: self,

@@ -1,8 +1,8 @@
 //! Plans how to cut a two-way tree into nodes of eight and blocks of eight.
 //!
-//! After Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs* (2017),
-//! section 3. For each two-way node and each `i`, this computes the least cost of representing the node's triangles by at
-//! most `i` children of some wide node:
+//! This follows Ylitie, Karras, and Laine, *Efficient Incoherent Ray Traversal on GPUs Through
+//! Compressed Wide BVHs* (2017), section 3. For each two-way node and each `i`, this computes the
+//! least cost of representing the node's triangles by at most `i` children of some wide node:
 //!
 //! - One child is either a wide node, whose eight slots are divided between the two sides, or a block, which
 //!   ends the two-way tree.
@@ -18,8 +18,8 @@ pub(crate) const LEAF: f32 = 1.0;
 #[derive(Clone, Copy)]
 pub(super) struct Costs([f32; 7]);
 
-/// The choices behind the costs of a two-way node, packed into three bits for each of 2 to 8
-/// children. The bits are how many of the children the left side gets, or 0 to use one child fewer.
+/// The choices behind the costs of a two-way node. For each number of children from 2 to 8, three
+/// bits store how many of them the left side gets, or 0 to use one child fewer.
 #[derive(Clone, Copy)]
 pub(super) struct Plan(pub u32);
 
@@ -64,8 +64,8 @@ impl Costs {
 }
 
 impl Plan {
-    /// How many of at most `children` (2 to 8) children the left side gets, or 0 to use one child
-    /// fewer.
+    /// How many children the left side gets if there may be up to `children` (2 to 8), or 0 to use
+    /// one child fewer.
     pub(super) fn left(self, children: usize) -> usize {
         (self.0 >> (3 * (children - 2)) & 7) as usize
     }

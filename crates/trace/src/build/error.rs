@@ -20,9 +20,9 @@ pub enum BuildError {
     BadIndex {
         /// The mesh, if there are several.
         geometry: usize,
-        /// The triangle within it.
+        /// The triangle within the mesh.
         triangle: usize,
-        /// The index of its vertex.
+        /// The vertex index that is out of bounds.
         index: u32,
         /// The number of vertices in the mesh.
         vertices: usize,

@@ -13,8 +13,9 @@
 //! 3. [`reinsert`] moves parts of that tree if large triangles make it worthwhile.
 //! 4. [`wide`] writes the nodes and blocks of the plan in the order in which rays visit them.
 //!
-//! The result depends only on the triangles, never on the number of threads or the CPU's lanes. At its peak
-//! the builder uses about 64 bytes per triangle besides its input and the tree, which itself takes 14 to 30.
+//! The result depends only on the triangles, never on the number of threads or the CPU's lanes. At
+//! its peak, the builder uses about 64 bytes per triangle in addition to its input and the tree.
+//! The tree itself takes 14 to 30 bytes per triangle.
 
 mod binary;
 #[cfg(test)]
@@ -166,7 +167,7 @@ pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), No
     Ok((nodes, depth + 1))
 }
 
-/// Groups triangles by eight, neighbours together, with the boxes around them.
+/// Groups neighbouring triangles by eight, and returns the groups with the boxes around them.
 fn in_eights(
     triangles: &(impl Triangles + ?Sized),
     some: &[u32],

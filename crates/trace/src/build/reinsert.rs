@@ -1,10 +1,11 @@
 //! Reinsertion: moves parts of the two-way tree to where they cost less.
 //!
-//! After Bittner, Hapala and Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies* (2013):
+//! This follows Bittner, Hapala, and Havran, *Fast Insertion-Based Optimization of Bounding Volume
+//! Hierarchies* (2013):
 //!
 //! ```text
 //!        ·                  ·              a long box cannot be cut, so it makes every box around it large,
-//!      ╱   ╲              ╱   ╲            from the cut where it went to one side down to its block; higher
+//!      ╱   ╲              ╱   ╲            from the cut that put it on one side down to its block; higher
 //!     ·     ·     ─►     ·     ·           up, or beside another long one, it costs less
 //!    ╱ ╲   ╱ ╲          ╱ ╲   ╱ ╲
 //!   ▯ [══] ▯  ▯        ▯  ▯  ▯   ·
@@ -34,7 +35,7 @@ const FEW: usize = 8;
 /// Reinsertion is worthwhile if it lowers the cost by at least this fraction.
 const LEAST_GAIN: f64 = 1.0 / 32.0;
 
-/// How many times each node is moved.
+/// The number of times each node is moved.
 const ROUNDS: usize = 2;
 
 /// With at least this many triangles, two sides are processed in parallel.
@@ -109,7 +110,7 @@ impl Top {
         let (before, mut waiting) = (self.cost(), Vec::new());
         for _ in 0..rounds {
             let mut order: Vec<usize> = (1..self.0.len()).collect();
-            // Ordered by index if areas are equal, so that the result is the same on every machine.
+            // Order by index if areas are equal, so that the result is the same on every machine.
             order.sort_by_key(|&i| Reverse((self.0[i].area.to_bits(), i)));
             for i in order {
                 self.reinsert(i, &mut waiting);
@@ -281,7 +282,7 @@ fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
 /// Half of a box's surface.
 fn area(bounds: &Aabb) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|k| f64::from(bounds.hi[k]) - f64::from(bounds.lo[k]));
-    // In f64, because the costs are sums of many areas, and small differences decide.
+    // Use f64, because the costs are sums of many areas, and small differences decide.
     x * (y + z) + y * z
 }
 
