@@ -11,8 +11,8 @@
 //!                                out
 //! ```
 //!
-//! A point on a wall counts as outside. Nothing is divided by w here, so points behind the eye (w < 0) and at
-//! infinity need no special treatment.
+//! A point on a wall counts as outside. Nothing is divided by w here, so points behind the eye (w <
+//! 0) and at infinity need no special treatment.
 
 /// A point in homogeneous coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -31,15 +31,15 @@ pub enum Verdict {
     Unexcused,
 }
 
-/// Compares the triangle and the depth that each pixel shows in two pictures of the same triangles with the
-/// same view, row by row.
+/// Compares the triangle and the depth that each pixel shows in two pictures of the same triangles
+/// with the same view, row by row.
 ///
-/// A different triangle is excused if an edge of either comes within [`View::tolerance`] of the centre of the
-/// pixel, or if, at some point within that distance, the depths of their planes are equal or one of the
-/// planes is edge-on to the eye. If both pictures show the same triangle, its depth must also
-/// agree: each `t`, a distance from the eye, must occur on the triangle's plane within the
-/// tolerance, up to a relative error of 2^-22 for the length of a ray's direction. No other
-/// difference in depth is excused.
+/// A different triangle is excused if an edge of either comes within [`View::tolerance`] of the
+/// centre of the pixel, or if, at some point within that distance, the depths of their planes are
+/// equal or one of the planes is edge-on to the eye. If both pictures show the same triangle, its
+/// depth must also agree: each `t`, a distance from the eye, must occur on the triangle's plane
+/// within the tolerance, up to a relative error of 2^-22 for the length of a ray's direction. No
+/// other difference in depth is excused.
 ///
 /// All decisions use rational arithmetic on the numbers of the view and the triangles. Only depth
 /// comparisons have an allowance for the engines' f64 rounding, about 2^-48 of the products

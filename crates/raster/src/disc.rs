@@ -1,8 +1,9 @@
 //! The rule for one pixel, in rational arithmetic: what can be visible within a given distance of
 //! its centre?
 //!
-//! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where the pixel is
-//! a disc of radius r around its centre c. Everything visible in the disc is in a cone:
+//! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where
+//! the pixel is a disc of radius r around its centre c. Everything visible in the disc is in a
+//! cone:
 //!
 //! ```text
 //!               ___--- cone     a point is in it where  |(X, Y) - W c| <= r W  and W > 0

@@ -1,10 +1,11 @@
 //! Clipping, z-buffer, and stencil shadow volumes: an independent renderer for verifying the ray
 //! tracer.
 //!
-//! [`facets`] and [`triangles`] fill a visibility buffer, one [`intertri::Hit`] per pixel, as a tracer does
-//! with one ray per pixel. [`lit`] fills a shadow mask for any visibility buffer, as a tracer does with one
-//! shadow ray per pixel. [`differences`] and [`shadow_differences`] decide pixel by pixel whether two engines
-//! may disagree. [`wire`] draws the visible edges over a picture.
+//! [`facets`] and [`triangles`] fill a visibility buffer, one [`intertri::Hit`] per pixel, as a
+//! tracer does with one ray per pixel. [`lit`] fills a shadow mask for any visibility buffer, as a
+//! tracer does with one shadow ray per pixel. [`differences`] and [`shadow_differences`] decide
+//! pixel by pixel whether two engines may disagree. [`wire`] draws the visible edges over a
+//! picture.
 //!
 //! ```
 //! use intertri::Triangle;

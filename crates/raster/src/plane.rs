@@ -86,8 +86,8 @@ impl<D: Lanes<Scalar = f64>> Row<D> {
     }
 }
 
-/// The range of q over corners with these view depths, for the part of a facet in front of the eye; unbounded
-/// if a corner is behind it.
+/// The range of q over corners with these view depths, for the part of a facet in front of the eye;
+/// unbounded if a corner is behind it.
 pub(crate) fn range(depths: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for w in depths {

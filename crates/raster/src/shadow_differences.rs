@@ -1,7 +1,7 @@
 //! Decides, pixel by pixel, where two shadow masks of the same picture may differ.
 //!
-//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused if the
-//! surface of a shadow volume, a side or a near cap, meets that ball:
+//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused if
+//! the surface of a shadow volume, a side or a near cap, meets that ball:
 //!
 //! ```text
 //!        * light
@@ -36,8 +36,8 @@ use crate::volume::Volume;
 /// the tolerance. If the reach of the light is 1, the visible triangle's own cap does not count,
 /// and neither do its own sides if it is edge-on to the light.
 ///
-/// The radius is rounded up. Whether anything meets the ball is decided in rational arithmetic, from
-/// distances between points, lines, and planes.
+/// The radius is rounded up. Whether anything meets the ball is decided in rational arithmetic,
+/// from distances between points, lines, and planes.
 ///
 /// # Panics
 /// Panics if a slice does not have one entry per pixel, or if a differing pixel shows a triangle

@@ -38,9 +38,9 @@ pub enum Light {
     Directional {
         /// The vector to the light, of any nonzero length. Shadow rays have the same length.
         toward: [f32; 3],
-        /// The fraction of that vector, from its far end (`t = 0`) to the surface (`t = 1`), in which a
-        /// blocker counts, as for a point light. A triangle's shadow begins behind it, at `1 -
-        /// reach` of the vector.
+        /// The fraction of that vector, from its far end (`t = 0`) to the surface (`t = 1`), in
+        /// which a blocker counts, as for a point light. A triangle's shadow begins behind it, at
+        /// `1 - reach` of the vector.
         reach: f64,
     },
 }

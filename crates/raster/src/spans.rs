@@ -10,8 +10,8 @@
 //!                            +1  |1 1 1 1 1 1| -1           there on; the one on the right runs up: -1.
 //! ```
 //!
-//! The running sum along the row is the outline's winding number at each centre: +1 inside an outline that
-//! runs counter-clockwise (y up), -1 inside a clockwise one, 0 outside.
+//! The running sum along the row is the outline's winding number at each centre: +1 inside an
+//! outline that runs counter-clockwise (y up), -1 inside a clockwise one, 0 outside.
 //!
 //! **Ownership.** An edge applies to the rows with `top <= centre < bottom` and to the pixels with
 //! `crossing <= centre`. This is the top-left rule: a centre exactly on an edge belongs to the
@@ -40,8 +40,8 @@ pub(crate) fn first_centre(x: i32) -> u32 {
 }
 
 impl Crossings {
-    /// Calls `span(row, from, to, winding)` for each run of pixels `from..to` with a nonzero winding number
-    /// in the rows `top..bottom`, which are in one band.
+    /// Calls `span(row, from, to, winding)` for each run of pixels `from..to` with a nonzero
+    /// winding number in the rows `top..bottom`, which are in one band.
     #[inline(always)]
     pub(crate) fn spans(
         &mut self,
@@ -83,8 +83,8 @@ impl Crossings {
             return;
         }
 
-        // The crossing is at x = high.x + (centre - high.y) * dx / dy, and its pixel is the ceiling of (x -
-        // HALF) / PIXEL: the quotient and remainder of integers below 2^62.
+        // The crossing is at x = high.x + (centre - high.y) * dx / dy, and its pixel is the ceiling
+        // of (x - HALF) / PIXEL: the quotient and remainder of integers below 2^62.
         let dx = i64::from(low[0]) - i64::from(high[0]);
         let dy = i64::from(low[1]) - i64::from(high[1]);
         let below = i64::from(first) * PIXEL + HALF - i64::from(high[1]);

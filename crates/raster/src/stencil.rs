@@ -157,8 +157,8 @@ impl Surfaces<'_> {
     }
 }
 
-/// The counters of one band; they cannot wrap, because there are fewer than 2^30 faces. Rows are slightly
-/// longer than the picture, to fill the last lanes.
+/// The counters of one band; they cannot wrap, because there are fewer than 2^30 faces. Rows are
+/// slightly longer than the picture, to fill the last lanes.
 #[derive(Default)]
 struct Counters {
     stride: usize,

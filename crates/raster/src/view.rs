@@ -11,9 +11,9 @@
 //!          +---------------(W,H)-+          with X in +-half_width, Y in +-half_height
 //! ```
 //!
-//! A point at `eye + a` has the view depth `w = forward & a`, the factor by which `d` must be scaled to reach
-//! it. Its inverse `q = 1 / w` is linear over the picture within one plane, and the `t` of a ray of unit
-//! length is `w * |d| = |d| / q`.
+//! A point at `eye + a` has the view depth `w = forward & a`, the factor by which `d` must be
+//! scaled to reach it. Its inverse `q = 1 / w` is linear over the picture within one plane, and the
+//! `t` of a ray of unit length is `w * |d| = |d| / q`.
 
 use std::fmt;
 
@@ -60,8 +60,8 @@ impl View {
     /// half the vertical field of view.
     ///
     /// # Errors
-    /// Fails if a number is not finite, the axes are not orthonormal to 1e-9, `half_height` is not positive,
-    /// or a side of the picture is 0 or more than [`MAX_SIDE`].
+    /// Fails if a number is not finite, the axes are not orthonormal to 1e-9, `half_height` is not
+    /// positive, or a side of the picture is 0 or more than [`MAX_SIDE`].
     ///
     /// ```
     /// use intertri_raster::View;
@@ -151,8 +151,8 @@ impl View {
 
     /// How far apart, in pixels, a traced ray and this crate's picture can place an edge.
     ///
-    /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its directions to f32,
-    /// and here the corners of facets are snapped to 2^-16 of a pixel.
+    /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its
+    /// directions to f32, and here the corners of facets are snapped to 2^-16 of a pixel.
     pub fn tolerance(&self) -> f64 {
         let pixels = f64::from(self.height) / (2.0 * self.half_height);
         let longest = self.longest();
@@ -166,9 +166,9 @@ impl View {
         dot(self.forward, arm)
     }
 
-    /// A point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight` 0), in the
-    /// homogeneous coordinates of this picture, with the near wall at the view depth `near` and the
-    /// far wall at infinity.
+    /// A point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight` 0), in
+    /// the homogeneous coordinates of this picture, with the near wall at the view depth `near` and
+    /// the far wall at infinity.
     pub(crate) fn project(&self, arm: Vector, weight: f64, near: f64) -> Point4 {
         let w = self.depth(arm);
         Point4 {

@@ -43,7 +43,8 @@ impl<'a> Volume<'a> {
     /// The volumes behind all faces of a mesh.
     ///
     /// # Errors
-    /// Fails if the light is not finite, has no direction, or has a reach that is not above 0 and at most 1.
+    /// Fails if the light is not finite, has no direction, or has a reach that is not above 0 and
+    /// at most 1.
     pub fn new(adjacency: &'a Adjacency, light: Light) -> Result<Self, LightError> {
         let finite = |p: [f32; 3]| p.iter().all(|x| x.is_finite());
         let (Light::Point { position: place, reach } | Light::Directional { toward: place, reach }) =

@@ -8,7 +8,8 @@ use crate::vector::{double, sub};
 use crate::view::View;
 use crate::z_buffer::plane;
 
-/// The fraction of its distance by which an edge may lie behind its pixel's surface and still be drawn.
+/// The fraction of its distance by which an edge may lie behind its pixel's surface and still be
+/// drawn.
 ///
 /// A pixel's facet is known only at the pixel's centre, and an edge may pass up to half a pixel
 /// away. On a curved surface, the next facet's plane may be slightly in front of the edge there.

@@ -1,8 +1,8 @@
 //! Document E: an edge in homogeneous coordinates, clipped to the canonical view volume.
 //!
-//! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`; its points have `w > 0`, so a point
-//! behind the eye is outside. Each of the six walls has a boundary coordinate that is positive
-//! inside the wall and changes linearly along the edge:
+//! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`; its points have `w > 0`, so a
+//! point behind the eye is outside. Each of the six walls has a boundary coordinate that is
+//! positive inside the wall and changes linearly along the edge:
 //!
 //! ```text
 //!          wall             A                       aBC > 0        tHit = aBC / (aBC - cBC)
@@ -16,8 +16,8 @@
 //! - **The listing** is legible except for its last lines, which the text below it describes.
 //! - **A point on a wall.** According to the text, the point is outside (`aBC > 0` is inside), so
 //!   an edge within a wall is rejected, but an edge that only starts on a wall is kept.
-//! - **`A = tmp`** at the end would assign garbage if A was inside and nothing was stored in `tmp`. Here `A`
-//!   changes only if `tIn` did, and `C` is computed from the old `A`.
+//! - **`A = tmp`** at the end would assign garbage if A was inside and nothing was stored in `tmp`.
+//!   Here `A` changes only if `tIn` did, and `C` is computed from the old `A`.
 //! - **NaN and infinity** are not mentioned. Here, an edge with such a coordinate is rejected, and
 //!   so is an edge that is so large that a difference of its boundary coordinates could overflow.
 

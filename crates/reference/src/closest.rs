@@ -20,8 +20,8 @@ impl Scene {
         (inside && t_min <= t && t < t_max).then_some(t)
     }
 
-    /// The number and `t` of the triangle with the smallest `t`. If two have the same `t`, the lower number
-    /// wins.
+    /// The number and `t` of the triangle with the smallest `t`. If two have the same `t`, the
+    /// lower number wins.
     pub fn closest(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<(usize, f64)> {
         let mut closest = None;
         let mut t_closest = t_max;

@@ -24,8 +24,8 @@
 //!   nothing is drawn with either sign. Put the triangle at z = 1 instead.
 //!
 //! # Edge cases of the listing, kept as they are
-//! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the one that
-//!   its normal `T` points to.
+//! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the
+//!   one that its normal `T` points to.
 //! - The edge opposite A, `u + v = 1`, is **outside**; the other two edges and A are inside.
 //! - NaN counts as a miss, and so does a triangle without area.
 

@@ -17,20 +17,20 @@
 //!
 //! # What the document leaves open, and the choices made here
 //! - **The length of the normal.** The document only says that triangles are "initialised in a
-//!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size of
-//!   the triangle. It does depend on the length of `dir`.
+//!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size
+//!   of the triangle. It does depend on the length of `dir`.
 //! - **The value of `Threshold`.** The document does not give one. Here, it is a field of
 //!   [`Scene`], which is [`THRESHOLD`] by default. One number serves two purposes: the smallest
 //!   `|nrm & dir|` that does not count as parallel, and the largest `t` that does not count as a
 //!   hit.
 //!
 //! # Edge cases of the listing, kept as they are
-//! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0 nothing
-//!   is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
+//! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0
+//!   nothing is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
 //! - **A miss changes `t`** if an edge test or the last line rejected it; a parallel ray leaves `t`
 //!   unchanged.
-//! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is false.
-//!   The last line, `t > Threshold`, returns 0.
+//! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is
+//!   false. The last line, `t > Threshold`, returns 0.
 //! - **Infinity**: `t` has no upper bound, so the test can return 1 even if `t` overflows to
 //!   infinity. In searches for hits ([`closest`](crate::closest)) the interval excludes it. For an
 //!   infinite direction `t` is 0 or NaN; for an infinite origin or vertex it is infinite or NaN. So
@@ -122,7 +122,8 @@ impl fmt::Display for IndexOutOfRange {
 impl core::error::Error for IndexOutOfRange {}
 
 impl Scene {
-    /// A scene from a vertex table and three vertex numbers per triangle, with the default threshold.
+    /// A scene from a vertex table and three vertex numbers per triangle, with the default
+    /// threshold.
     ///
     /// # Errors
     /// Fails if a triangle refers to a missing vertex. The error contains the first such triangle

@@ -29,8 +29,8 @@
 //! - **Caps and drawing** are announced in the document but not described, and this file does not
 //!   include them.
 //!
-//! The mesh must be wound consistently and have at most two faces at an edge; the document assumes this, and
-//! its adjacency table cannot express anything else.
+//! The mesh must be wound consistently and have at most two faces at an edge; the document assumes
+//! this, and its adjacency table cannot express anything else.
 
 use alloc::vec::Vec;
 
@@ -84,8 +84,8 @@ pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec
     faces.iter().map(front).collect()
 }
 
-/// The edges between front-culled faces and back-culled neighbours, face by face, each in the direction of
-/// the front-culled face.
+/// The edges between front-culled faces and back-culled neighbours, face by face, each in the
+/// direction of the front-culled face.
 ///
 /// # Panics
 /// Panics if `faces`, `adj`, and `front` differ in length, or if a neighbour is missing.

@@ -1,4 +1,5 @@
-//! Document B: the inside test in both orientations, any number of vertices, depth, and degenerate facets.
+//! Document B: the inside test in both orientations, any number of vertices, depth, and degenerate
+//! facets.
 
 use intertri_reference::z_buffer::{ZBuffer, inside, turns};
 use intertri_reference::{Ray, Scene, Vector};

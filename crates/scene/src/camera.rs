@@ -75,8 +75,8 @@ impl<S: Coordinate> Camera<S> {
     /// `fov` is the vertical field of view in degrees, above 0 and below 180.
     ///
     /// # Errors
-    /// Fails if a number is not finite, `fov` is out of range, `eye` and `target` are the same point, or `up`
-    /// is zero or points along the view direction.
+    /// Fails if a number is not finite, `fov` is out of range, `eye` and `target` are the same
+    /// point, or `up` is zero or points along the view direction.
     pub fn new(eye: [S; 3], target: [S; 3], up: [f32; 3], fov: f64) -> Result<Self, CameraError> {
         let finite = |p: [S; 3]| p.iter().all(|x| x.is_finite());
         if !(finite(eye) && finite(target) && up.iter().all(|x| x.is_finite())) {

@@ -24,7 +24,8 @@ pub enum Light<S = f32> {
 }
 
 impl Light {
-    /// The end of a shadow ray's interval, as a fraction of the distance from the light to the surface.
+    /// The end of a shadow ray's interval, as a fraction of the distance from the light to the
+    /// surface.
     ///
     /// A shadow ray ends on the triangle that the pixel shows, at `t = 1` up to rounding. Its f32
     /// direction misses the point by about 1e-7 of the distance, and the triangle's `t` differs by
@@ -83,9 +84,9 @@ impl<S: Coordinate> Light<S> {
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
     }
 
-    /// The shadow ray from a hit found by [`Mode::exact`](intertri::Mode::exact) to the light: any hit
-    /// occludes it. The ray never hits the triangle itself (see [`spawn_ray`]), so no part of the
-    /// segment is skipped.
+    /// The shadow ray from a hit found by [`Mode::exact`](intertri::Mode::exact) to the light: any
+    /// hit occludes it. The ray never hits the triangle itself (see [`spawn_ray`]), so no part of
+    /// the segment is skipped.
     pub fn shadow_ray_of(&self, hit: &Hit, triangle: &TriangleOf<S>) -> RayOf<S> {
         match *self {
             Self::Point { position } => spawn_ray_to(hit, triangle, position),

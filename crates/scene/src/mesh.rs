@@ -19,11 +19,11 @@ pub struct Part {
 
 /// An indexed triangle mesh.
 ///
-/// Triangles keep the order of the file. A polygon becomes the fan of triangles around its first corner, in
-/// order: `(0, 1, 2), (0, 2, 3), ...`. If that fan would reach outside a concave polygon, ear
-/// clipping cuts it into the same number of triangles. Positions keep their order and the numbers
-/// in the file, rounded once to f32 or, for a `Mesh<f64>`, to f64. They are not welded, moved, or
-/// dropped.
+/// Triangles keep the order of the file. A polygon becomes the fan of triangles around its first
+/// corner, in order: `(0, 1, 2), (0, 2, 3), ...`. If that fan would reach outside a concave
+/// polygon, ear clipping cuts it into the same number of triangles. Positions keep their order and
+/// the numbers in the file, rounded once to f32 or, for a `Mesh<f64>`, to f64. They are not welded,
+/// moved, or dropped.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh<S = f32> {
     /// The positions of the vertices. In a mesh made by [`crate::load`], all positions that

@@ -13,12 +13,13 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file that is written under another name next to its final path, and renamed once it is complete.
+/// A file that is written under another name next to its final path, and renamed once it is
+/// complete.
 ///
-/// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays within one
-/// file system. If the `PartialFile` is dropped before [`PartialFile::finish`], the hidden file is
-/// removed, and an older file is unchanged. A file that replaces an older one keeps the older one's
-/// permissions.
+/// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays
+/// within one file system. If the `PartialFile` is dropped before [`PartialFile::finish`], the
+/// hidden file is removed, and an older file is unchanged. A file that replaces an older one keeps
+/// the older one's permissions.
 ///
 /// ```
 /// use std::io::Write;

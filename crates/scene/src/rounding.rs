@@ -2,7 +2,8 @@
 
 use crate::coordinate::Coordinate;
 
-/// How many numbers were rounded because they are not exact in their scalar, and how far that moved them.
+/// How many numbers were rounded because they are not exact in their scalar, and how far that moved
+/// them.
 ///
 /// ```
 /// use intertri_scene::Rounding;

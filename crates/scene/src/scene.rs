@@ -15,14 +15,14 @@ pub struct Scene<S = f32> {
     pub camera: Camera<S>,
     /// The light.
     pub light: Light<S>,
-    /// The texture of the textured parts, or of the whole mesh if it has no parts, placed by its texture
-    /// coordinates.
+    /// The texture of the textured parts, or of the whole mesh if it has no parts, placed by its
+    /// texture coordinates.
     pub texture: Option<Texture>,
 }
 
 impl<S: Coordinate> Scene<S> {
-    /// A mesh framed by [`Camera::framing`] and lit by [`Light::over_the_shoulder`], for an image with
-    /// `aspect` = width / height.
+    /// A mesh framed by [`Camera::framing`] and lit by [`Light::over_the_shoulder`], for an image
+    /// with `aspect` = width / height.
     ///
     /// # Errors
     /// Fails as [`Camera::framing`] does.

@@ -117,7 +117,8 @@ mod tests {
         for n in 1..=255_u8 {
             let least = Srgb::get().thresholds[usize::from(n)];
             let half = f64::from(n) - 0.5;
-            // The error of f64 is about 1e-13 of a code, and no threshold is that close to the curve.
+            // The error of f64 is about 1e-13 of a code, and no threshold is that close to the
+            // curve.
             assert!(exact(least) > half + 1e-12 && exact(least.next_down()) < half - 1e-12, "{n}");
             assert_eq!((code(least.next_down()), code(least)), (n - 1, n));
         }

@@ -1,4 +1,5 @@
-//! Document D: texture coordinates from the barycentric coordinates of a hit, and the texture lookup.
+//! Document D: texture coordinates from the barycentric coordinates of a hit, and the texture
+//! lookup.
 //!
 //! ```text
 //!   t ^   c3                Each corner has texture coordinates (s, t). They are interpolated by the
@@ -20,9 +21,9 @@ use crate::srgb::Srgb;
 /// A pattern or image that covers a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
-    /// The document's pattern: the exclusive or of a texel's column and row numbers, modulo `texels`, the
-    /// number of columns and rows. Zero reflects the fraction `dark` of the light, and the largest
-    /// number reflects all of it.
+    /// The document's pattern: the exclusive or of a texel's column and row numbers, modulo
+    /// `texels`, the number of columns and rows. Zero reflects the fraction `dark` of the light,
+    /// and the largest number reflects all of it.
     Xor {
         /// Texels per side, a power of two.
         texels: u32,
@@ -59,7 +60,8 @@ impl Texture {
     /// Reads a PNG or JPEG file.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, is in neither format, or has more than [`crate::MAX_PIXELS`] pixels.
+    /// Fails if the file cannot be read, is in neither format, or has more than
+    /// [`crate::MAX_PIXELS`] pixels.
     pub fn load(path: &Path) -> Result<Self, ImageError> {
         Image::read(path).map(Self::Image)
     }

@@ -1,5 +1,5 @@
-//! Well-known models load completely. They are not part of the repository; if they are missing, these tests
-//! print a message and return.
+//! Well-known models load completely. They are not part of the repository; if they are missing,
+//! these tests print a message and return.
 
 use std::path::{Path, PathBuf};
 

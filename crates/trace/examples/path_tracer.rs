@@ -1,8 +1,8 @@
 //! A path tracer for a closed room with a ball and a lamp:
 //! `cargo run --release --example path_tracer [picture.ppm]`.
 //!
-//! All paths are traced together, bounce by bounce: one batch of rays, then one batch of segments to the
-//! lamp.
+//! All paths are traced together, bounce by bounce: one batch of rays, then one batch of segments
+//! to the lamp.
 
 use std::error::Error;
 use std::f32::consts::PI;
@@ -52,7 +52,8 @@ fn ball() -> Vec<Triangle> {
 /// A ray, its pixel, and the fraction of the light along it that reaches the pixel.
 type Path = (Ray, usize, V);
 
-/// Traces paths to their next hits, adds the lamp's light there, and returns the paths that continue.
+/// Traces paths to their next hits, adds the lamp's light there, and returns the paths that
+/// continue.
 fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<Path> {
     let rays: Vec<Ray> = paths.iter().map(|path| path.0).collect();
     let (mut next, mut segments, mut lit) = (Vec::new(), Vec::new(), Vec::new());
@@ -60,7 +61,8 @@ fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<
         // The room is closed, so a ray that misses has slipped through an edge.
         let normal = room.normal(&hit).expect("no ray is lost");
         if hit.geometry == LAMP {
-            // Only the camera sees the lamp directly; at later hits, the segments already account for it.
+            // Only the camera sees the lamp directly; at later hits, the segments already account
+            // for it.
             let seen = if ray.origin == EYE { LIGHT } else { 0.0 };
             picture[pixel] = each(|k| picture[pixel][k] + seen);
             continue;

@@ -50,8 +50,8 @@ pub(crate) fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// A closed surface around the origin: a sphere of `n` by `2 n` cells whose points are moved in or out by up
-/// to `rough` of their distance, with outward winding.
+/// A closed surface around the origin: a sphere of `n` by `2 n` cells whose points are moved in or
+/// out by up to `rough` of their distance, with outward winding.
 pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle> {
     let pi = std::f64::consts::PI;
     let mut ring = |i: usize| -> Vec<[f32; 3]> {

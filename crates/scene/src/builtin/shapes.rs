@@ -1,7 +1,7 @@
 //! Generated shapes: grids, surfaces of revolution, wedges, and spheres.
 //!
-//! The triangles of a shape share their vertices, even across its seams, so indices show adjacency. Texture
-//! coordinates belong to the corners of triangles and may differ between neighbours.
+//! The triangles of a shape share their vertices, even across its seams, so indices show adjacency.
+//! Texture coordinates belong to the corners of triangles and may differ between neighbours.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -87,7 +87,8 @@ impl Shapes {
             for side in 0..sides {
                 let (low, low_next) = (corner(row, side), corner(row, side + 1));
                 let (high, high_next) = (corner(row + 1, side), corner(row + 1, side + 1));
-                // Between rotated rings the diagonal must follow the rotation, or facets would cross.
+                // Between rotated rings the diagonal must follow the rotation, or facets would
+                // cross.
                 let (first, second) = if pair[1].turn < pair[0].turn {
                     ([low, high, high_next], [low, high_next, low_next])
                 } else {

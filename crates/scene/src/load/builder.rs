@@ -119,8 +119,8 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut self.unusable, UnusableVertex { index, line: self.line, cause })
     }
 
-    /// Adds a texture coordinate. If any texture coordinate of a face is not finite, the face is read without
-    /// texture coordinates.
+    /// Adds a texture coordinate. If any texture coordinate of a face is not finite, the face is
+    /// read without texture coordinates.
     pub(super) fn uv(&mut self, uv: [f32; 2]) -> Result<(), Fault> {
         push(&mut self.uvs, uv)
     }

@@ -103,7 +103,8 @@ impl Cutter {
     /// Cuts the ring with `earcut` in the plane perpendicular to `normal`. All triangles get the
     /// orientation of the ring.
     fn clip_ears(&mut self, normal: DVec3) {
-        // If the normal is along an axis, these two are axes, and the corners keep their coordinates.
+        // If the normal is along an axis, these two are axes, and the corners keep their
+        // coordinates.
         let least = normal.abs();
         let axis = match least.min_element() {
             x if x == least.x => DVec3::X,

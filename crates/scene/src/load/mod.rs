@@ -30,9 +30,9 @@ use crate::mesh::Mesh;
 /// lower case). For any other extension, the first bytes of the file determine it. A gzip file is
 /// unpacked first, whatever its name, and the extension `.gz` is ignored.
 ///
-/// - A polygon with n corners becomes n - 2 consecutive triangles with the same winding: the fan around its
-///   first corner (see [`Mesh`]), or the result of ear clipping if the fan would reach outside.
-///   Faces with fewer than three corners are skipped.
+/// - A polygon with n corners becomes n - 2 consecutive triangles with the same winding: the fan
+///   around its first corner (see [`Mesh`]), or the result of ear clipping if the fan would reach
+///   outside. Faces with fewer than three corners are skipped.
 /// - OBJ: the vertices, texture coordinates, and faces of all objects and groups, in the order of
 ///   the file. Negative indices count back from the last vertex so far. Points, lines, materials,
 ///   fourth coordinates, and colours are ignored. Lines end in a line feed, a carriage return, or
@@ -40,8 +40,8 @@ use crate::mesh::Mesh;
 /// - PLY: ASCII, and binary in both byte orders. The elements are `vertex` with x, y, z (and s, t
 ///   or u, v or `texture_u`, `texture_v`), `face` with `vertex_indices` or `vertex_index`, and
 ///   `tristrips` with the same property, in which -1 ends a strip. A `double` is rounded to f32.
-/// - STL: ASCII (all its solids) and binary, distinguished by the size given in a binary header. Triangles do
-///   not share vertices.
+/// - STL: ASCII (all its solids) and binary, distinguished by the size given in a binary header.
+///   Triangles do not share vertices.
 /// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first scene if no default
 ///   is given, or all nodes if there is no scene). Nodes are read in order, each before its
 ///   children, and their meshes are placed by transforms, instances, or joints. Triangles, strips,
@@ -56,10 +56,10 @@ use crate::mesh::Mesh;
 ///
 /// The [`Notes`] of [`load_model`] count everything that is skipped, repaired, or guessed.
 ///
-/// Time and memory are linear in the size of the file, except for faces that are cut by ear clipping, whose
-/// time may grow with the square of their number of corners. No allocation is sized by a count in
-/// the file. A gzip file may unpack to a hundred times its size, and a glTF may repeat its meshes
-/// up to about sixteen million triangles.
+/// Time and memory are linear in the size of the file, except for faces that are cut by ear
+/// clipping, whose time may grow with the square of their number of corners. No allocation is sized
+/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF may
+/// repeat its meshes up to about sixteen million triangles.
 ///
 /// # Errors
 /// Fails if the file cannot be read, is not a model in one of these formats, ends early, refers to

@@ -94,8 +94,8 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
 }
 
-/// The position of a comment after a statement. A `#` after a decimal point does not begin one: some programs
-/// write `1.#INF` and `-1.#IND` for infinity and NaN.
+/// The position of a comment after a statement. A `#` after a decimal point does not begin one:
+/// some programs write `1.#INF` and `-1.#IND` for infinity and NaN.
 fn comment(text: &[u8]) -> Option<usize> {
     (0..text.len()).find(|&i| text[i] == b'#' && (i == 0 || text[i - 1] != b'.'))
 }

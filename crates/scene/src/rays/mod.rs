@@ -140,8 +140,8 @@ impl<'a> Rays<'a> {
     /// none at the end. Waits for one ray, but not for those after it.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, a line contains something other than numbers, a number is beyond the
-    /// range of the scalar, or the last raw ray is cut off.
+    /// Fails if the file cannot be read, a line contains something other than numbers, a number is
+    /// beyond the range of the scalar, or the last raw ray is cut off.
     pub fn read<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         rays.clear();
         match self.format {

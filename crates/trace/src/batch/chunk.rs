@@ -17,9 +17,9 @@ use crate::walk::bundle::{
 use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
 
-/// Rays outside any bundle are traced as a stream once there are this many; more would not fit into the
-/// cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs lower their
-/// clock rate for a while after a bundle.
+/// Rays outside any bundle are traced as a stream once there are this many; more would not fit into
+/// the cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs
+/// lower their clock rate for a while after a bundle.
 const STREAM: usize = 4096;
 
 /// After a reversed bundle that was not worth its cost, the next bundles are not reversed, and
@@ -31,8 +31,8 @@ const PATIENCE: [usize; 2] = [4, 64];
 /// The number of rays in the smallest bundle.
 const SMALLEST: usize = 16;
 
-/// If a bundle needs more packet tests per ray than this, the next bundles have no more than [`BUSY_RAYS`]
-/// rays, so that small triangles are tested against fewer windows that they miss.
+/// If a bundle needs more packet tests per ray than this, the next bundles have no more than
+/// [`BUSY_RAYS`] rays, so that small triangles are tested against fewer windows that they miss.
 const BUSY: usize = 5;
 const BUSY_RAYS: usize = 256;
 
@@ -149,7 +149,8 @@ impl WithSimd for TraceChunk<'_, '_> {
                 Outcome::TooWide | Outcome::NotCoherent => (false, u64::MAX, 0),
             };
 
-            // The other rays wait for the next stream, except those whose any-hit query is already answered.
+            // The other rays wait for the next stream, except those whose any-hit query is already
+            // answered.
             if left != 0 || projection.has_outliers {
                 let over = |ray: usize| any && results.is_hit(ray);
                 let is_outlier = |ray: usize| projection.has_outliers && projection.is_outlier(ray);

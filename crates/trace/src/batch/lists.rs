@@ -357,7 +357,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::threads;
 
-    /// With more rays than fit in a round, each ray has its own list, whatever earlier chunks left behind.
+    /// With more rays than fit in a round, each ray has its own list, whatever earlier chunks left
+    /// behind.
     #[test]
     fn rounds_of_chunks_follow_each_other() {
         let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);

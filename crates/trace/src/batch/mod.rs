@@ -74,8 +74,8 @@ impl<S: Backend> RayBatch<'_, S> {
 
     /// Splits the rays into runs that are traced in the same way.
     fn runs<A: Answer>(&self) -> Vec<Run> {
-        // Only bundles and packets benefit from tiles. They do not support selections, whose lists follow the order of
-        // the rays.
+        // Only bundles and packets benefit from tiles. They do not support selections, whose lists
+        // follow the order of the rays.
         if A::IN_BUNDLES && self.selection.is_none() {
             runs(self.rays)
         } else {

@@ -9,7 +9,8 @@
 //!   ...
 //! ```
 //!
-//! Looking at two rows and at the ends of some others costs almost nothing compared with tracing them.
+//! Looking at two rows and at the ends of some others costs almost nothing compared with tracing
+//! them.
 
 use std::ops::Range;
 
@@ -103,7 +104,8 @@ impl<'a, S: Backend> Rows<'a, S> {
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Whether the pixels jump back just before a ray, by at least half the change over this many pixels.
+    /// Whether the pixels jump back just before a ray, by at least half the change over this many
+    /// pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
         // Compare along the row, in units of its steps, so that jitter within a few pixels is not a
         // jump.
@@ -121,7 +123,8 @@ impl<'a, S: Backend> Rows<'a, S> {
             let Some(along) = self.step(first, first + STEP) else { return false };
             let ends =
                 first + width == self.rays.len() || self.jumps_back(first + width, along, width);
-            // All rows of a picture start at one point, or are parallel; only the ends of each row are checked.
+            // All rows of a picture start at one point, or are parallel; only the ends of each row
+            // are checked.
             shared(&self.rays[first]) == of_first && shared(last) == of_first && ends
         };
         (0..(self.rays.len() - begin) / width).take_while(is_row).count()

@@ -1,8 +1,8 @@
 //! Builds the two-way tree from the top down and, on the way back up, plans how to cut it into wide
 //! nodes.
 //!
-//! A subtree over `n` triangles owns `n` consecutive references and `n - 1` consecutive nodes, so both sides
-//! of a cut can be built in parallel without sharing anything:
+//! A subtree over `n` triangles owns `n` consecutive references and `n - 1` consecutive nodes, so
+//! both sides of a cut can be built in parallel without sharing anything:
 //!
 //! ```text
 //!   refs   [ left: l ............ | right: n - l ........ ]
@@ -192,7 +192,8 @@ impl<'a> Builder<'a> {
     fn area<S: Simd>(&self, sides: &SimdAabb) -> f32 {
         let mut size = [0.0; 4];
         sides.size::<S>(Lanes::splat(self.scale)).store(&mut size);
-        // Half of the surface: the factor 2 is the same for all boxes, so it does not change comparisons.
+        // Half of the surface: the factor 2 is the same for all boxes, so it does not change
+        // comparisons.
         let [x, y, z, _] = size;
         x * (y + z) + y * z + TRIFLE
     }
@@ -238,8 +239,8 @@ impl WithSimd for Small<'_> {
     }
 }
 
-/// Partitions the references by the cheapest cut. Returns how many are on the left, and the boxes around
-/// the centres of both sides.
+/// Partitions the references by the cheapest cut. Returns how many are on the left, and the boxes
+/// around the centres of both sides.
 struct Cut<'a> {
     builder: &'a Builder<'a>,
     refs: &'a mut [PrimRef],

@@ -21,7 +21,8 @@ impl Layout {
         // Count every node and block when it is reached, from the root down. A child that is
         // missing, has two parents, or is part of a cycle shows up in the counts.
         walk.node(0, 1)?;
-        // Triangles with a box are in exactly one block. Others are never hit, or are leaves of a second tree.
+        // Triangles with a box are in exactly one block. Others are never hit, or are leaves of a
+        // second tree.
         let expected = |t: &Triangle| {
             let bounds = hit_bounds(t);
             u32::from(matches!(bounds, HitBounds::Box { .. } | HitBounds::Degenerate(_)))
@@ -89,8 +90,8 @@ impl Walk<'_> {
         let block: &[u32; BLOCK] = &self.tree.blocks[index];
         let full = block.iter().take_while(|&&i| i != NONE).count();
         let ascends = block[..full].windows(2).all(|w| w[0] < w[1]);
-        // The order of a block's triangles must not depend on how the build ran, or equal trees would have
-        // different bytes.
+        // The order of a block's triangles must not depend on how the build ran, or equal trees
+        // would have different bytes.
         if full == 0 || !ascends || block[full..].iter().any(|&i| i != NONE) {
             return Err(format!("block {index} is {block:?}"));
         }

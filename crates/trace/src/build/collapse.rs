@@ -4,8 +4,8 @@
 //! Compressed Wide BVHs* (2017), section 3. For each two-way node and each `i`, this computes the
 //! least cost of representing the node's triangles by at most `i` children of some wide node:
 //!
-//! - One child is either a wide node, whose eight slots are divided between the two sides, or a block, which
-//!   ends the two-way tree.
+//! - One child is either a wide node, whose eight slots are divided between the two sides, or a
+//!   block, which ends the two-way tree.
 //! - Several children either divide `i` between the two sides, or use only `i - 1`.
 
 /// The cost of visiting a node.

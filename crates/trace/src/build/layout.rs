@@ -36,8 +36,8 @@ impl Layout {
 
 #[cfg(test)]
 impl Layout {
-    /// The surface-area cost: the expected cost of a random line through the root's box, in units of one node
-    /// visit.
+    /// The surface-area cost: the expected cost of a random line through the root's box, in units
+    /// of one node visit.
     pub(crate) fn cost(&self) -> f64 {
         let mut root = Aabb::EMPTY;
         let children =

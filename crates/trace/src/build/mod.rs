@@ -71,9 +71,8 @@ impl Tree {
     ) -> Result<Self, NoMemory> {
         let Layout { nodes, blocks, depth, lean, thin, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
-        // A triangle's slot, with eight per leaf, has 32 bits.
-        // Leaves below the root come first; later ones are reached by the second tree or tested with every
-        // ray.
+        // A triangle's slot, with eight per leaf, has 32 bits. Leaves below the root come first;
+        // later ones are reached by the second tree or tested with every ray.
         let boxed = blocks.len();
         if boxed + thin.len() > MOST_LEAVES {
             return Err(NoMemory);
@@ -104,8 +103,8 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Adds leaves for triangles that are not below the root, and for those without area, which no ray hits.
-    /// Neighbours share leaves, which belong to the second tree.
+    /// Adds leaves for triangles that are not below the root, and for those without area, which no
+    /// ray hits. Neighbours share leaves, which belong to the second tree.
     pub(crate) fn add_unboxed(
         &mut self,
         triangles: &(impl Triangles + ?Sized),

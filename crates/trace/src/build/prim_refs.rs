@@ -63,15 +63,16 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
                 (SimdAabb::EMPTY, NONE)
             }
         };
-        // The whole row is used in f32 arithmetic, and a small index would be a subnormal number there.
+        // The whole row is used in f32 arithmetic, and a small index would be a subnormal number
+        // there.
         sides.set_word(0, index ^ NORMAL);
         PrimRef(sides)
     })?;
 
     let mut thin = Vec::new();
     if rare.into_inner() {
-        // Thin triangles are so rare that a second pass searches for them; a list in the first pass would
-        // have to be shared by all threads.
+        // Thin triangles are so rare that a second pass searches for them; a list in the first pass
+        // would have to be shared by all threads.
         let is_thin = |i: usize| matches!(triangles.hit_bounds(i), HitBounds::Thin(_));
         for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is_thin(i)) {
             thin.try_reserve(1)?;

@@ -135,8 +135,8 @@ impl Top {
             return;
         }
         let sibling = if a == i { b } else { a };
-        // Take it out with its parent: the sibling moves up. The area of the parent, plus the shrinkage of
-        // all boxes above, is the cost that any new position has to beat.
+        // Take it out with its parent: the sibling moves up. The area of the parent, plus the
+        // shrinkage of all boxes above, is the cost that any new position has to beat.
         //         above              above            above
         //           │                  │                │
         //         parent     ─►     sibling     ─►      ···
@@ -162,7 +162,8 @@ impl Top {
         }
     }
 
-    /// Recomputes the boxes of a node and of all its ancestors. Returns how much their areas shrink.
+    /// Recomputes the boxes of a node and of all its ancestors. Returns how much their areas
+    /// shrink.
     fn find_bounds(&mut self, mut i: usize) -> f64 {
         let mut less = 0.0;
         while i != NONE
@@ -178,8 +179,8 @@ impl Top {
         less
     }
 
-    /// Finds the node next to which a box costs least, by branch and bound, starting from a position of known
-    /// cost.
+    /// Finds the node next to which a box costs least, by branch and bound, starting from a
+    /// position of known cost.
     fn cheapest_place(
         &self,
         bounds: &Aabb,
@@ -188,12 +189,13 @@ impl Top {
         waiting: &mut Vec<(f64, usize)>,
     ) -> usize {
         let own = area(bounds);
-        // Nodes whose children may be better siblings, each with the growth of itself and its ancestors.
+        // Nodes whose children may be better siblings, each with the growth of itself and its
+        // ancestors.
         waiting.clear();
         waiting.push((self.with(0, bounds) - self.0[0].area, 0));
         while let Some((grown, i)) = waiting.pop() {
-            // Below this node the new parent's area is at least the box's own, which gives a lower bound that
-            // prunes the search.
+            // Below this node the new parent's area is at least the box's own, which gives a lower
+            // bound that prunes the search.
             if grown + own >= cost {
                 continue;
             }
@@ -206,8 +208,8 @@ impl Top {
             // Push both, the nearer last, so that it is popped first.
             for k in [1 - near, near] {
                 if grown + both[k] < cost {
-                    // Next to `sides[k]`, the new parent has the area of both boxes, and the ancestors have
-                    // grown by `grown`.
+                    // Next to `sides[k]`, the new parent has the area of both boxes, and the
+                    // ancestors have grown by `grown`.
                     (cost, place) = (grown + both[k], sides[k]);
                 }
                 waiting.push((grown + grows[k], sides[k]));
@@ -223,7 +225,8 @@ impl Top {
 
     /// Writes the inner nodes into the tree, unless some path would have more than `deepest` nodes.
     fn write(&self, binary: &mut Binary, deepest: usize) {
-        // A path that is too long would overflow the traversal's stacks, so the whole change is discarded.
+        // A path that is too long would overflow the traversal's stacks, so the whole change is
+        // discarded.
         if self.write_node(0, binary, (self.0[0].bounds.scale(), deepest)).is_none() {
             binary.moved.clear();
         }
@@ -316,8 +319,8 @@ mod tests {
         binary::build(refs, Level::best(), &|_, _| ()).unwrap()
     }
 
-    /// Compares the position that is found with every possible position of the node, by the cost of the whole
-    /// tree.
+    /// Compares the position that is found with every possible position of the node, by the cost of
+    /// the whole tree.
     #[test]
     fn a_node_goes_where_it_costs_least() {
         let mut top = Top::of(&room(2000), 120);

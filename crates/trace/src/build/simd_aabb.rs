@@ -46,8 +46,8 @@ impl SimdAabb {
     #[inline(always)]
     pub(super) fn join(&mut self, other: &Self) {
         for (a, b) in self.0.iter_mut().zip(&other.0) {
-            // A comparison compiles to `maxps`; `f32::max` would add instructions for NaN, which does not
-            // occur.
+            // A comparison compiles to `maxps`; `f32::max` would add instructions for NaN, which
+            // does not occur.
             *a = if *a > *b { *a } else { *b };
         }
     }

@@ -1,7 +1,7 @@
 //! Finds where to cut a set of boxes in two.
 //!
-//! Boxes are sorted into bins by their centres (Wald, *On fast Construction of SAH-based Bounding Volume
-//! Hierarchies*, 2007):
+//! Boxes are sorted into bins by their centres (Wald, *On fast Construction of SAH-based Bounding
+//! Volume Hierarchies*, 2007):
 //!
 //! ```text
 //!   centres   .  . ..   |  .    .|.   . .   . . .
@@ -13,7 +13,8 @@ use super::simd_aabb::{CentreLanes, Centres, SimdAabb};
 use super::sweep::{Cuts, ROW};
 use intertri::simd::{Lanes, Mask, Simd};
 
-/// Sets of up to this many boxes use half the bins: evaluating all of them would take longer than filling them.
+/// Sets of up to this many boxes use half the bins: evaluating all of them would take longer than
+/// filling them.
 const SOME: usize = 32;
 
 /// The number of bins along each axis. It is a power of two, so that a mask keeps every index in
@@ -126,7 +127,8 @@ impl Bins {
         self
     }
 
-    /// The cheapest cut: its axis and the first bin of its right side. `None` if all boxes are in one bin.
+    /// The cheapest cut: its axis and the first bin of its right side. `None` if all boxes are in
+    /// one bin.
     #[inline(always)]
     pub(super) fn best<S: Simd>(&self, binning: &Binning) -> Option<(usize, usize)> {
         let mut cuts = Cuts::new();
@@ -144,15 +146,15 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));
     let all = <S::F32x4 as Lanes>::Mask::from_bits(0b1111);
     for PrimRef(sides) in refs {
-        // Use the box around the centres, not around the boxes: one large triangle would otherwise leave most
-        // bins empty.
+        // Use the box around the centres, not around the boxes: one large triangle would otherwise
+        // leave most bins empty.
         centres.reach(sides.centre::<S>(scale), all);
     }
     centres.store()
 }
 
-/// Partitions the boxes in place by a cut. Returns how many are on the left, and the boxes around the
-/// centres of both sides.
+/// Partitions the boxes in place by a cut. Returns how many are on the left, and the boxes around
+/// the centres of both sides.
 #[inline(always)]
 pub(super) fn partition<S: Simd>(
     refs: &mut [PrimRef],
