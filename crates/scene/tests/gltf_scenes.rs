@@ -347,7 +347,7 @@ fn corners_that_make_no_triangle_are_counted() {
         let (found, notes) = file.load().unwrap();
         // The first triangle is the primitive that all these files share.
         assert_eq!(found.len(), 1 + triangles, "{mode} {count}");
-        let said = format!("corners that make no whole triangle, left out: {over}");
+        let said = format!("corners that do not form a whole triangle, skipped: {over}");
         assert_eq!(notes, Vec::from_iter((over > 0).then_some(said)));
     }
 }

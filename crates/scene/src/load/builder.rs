@@ -28,11 +28,10 @@ pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
 }
 
 /// Notes about faces that were skipped or changed.
-const SHORT: &str = "faces of fewer than three corners, left out";
+const SHORT: &str = "faces with fewer than three corners, skipped";
 const UNCLEAR: &str =
     "concave faces that cross themselves or have more than 16384 corners, filled as fans";
-const NO_UVS: &str =
-    "faces whose texture coordinates are missing or not finite, read without these";
+const NO_UVS: &str = "faces whose texture coordinates are missing or not finite, read without them";
 
 /// A mesh under construction.
 pub(super) struct MeshBuilder<S> {

@@ -47,7 +47,7 @@ pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Resu
         }
     }
     if rest.iter().any(|&byte| byte != 0) {
-        notes.add("bytes after the end of the gzip, left out", rest.len() as u64, None);
+        notes.add("bytes after the end of the gzip, skipped", rest.len() as u64, None);
     }
     Ok(bytes)
 }

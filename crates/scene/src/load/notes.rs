@@ -7,7 +7,7 @@ use std::fmt;
 /// occurrences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// The kind of thing and what was done: `faces of fewer than three corners, left out`.
+    /// The kind of thing and what was done: `faces with fewer than three corners, skipped`.
     pub what: Cow<'static, str>,
     /// The number of occurrences.
     pub count: u64,
@@ -15,7 +15,7 @@ pub struct Note {
     pub line: Option<u64>,
 }
 
-/// `faces of fewer than three corners, left out: 2 (the first in line 5)`.
+/// `faces with fewer than three corners, skipped: 2 (the first in line 5)`.
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.what, self.count)?;
@@ -36,10 +36,10 @@ impl Notes {
     ///
     /// ```
     /// let mut notes = intertri_scene::Notes::default();
-    /// notes.add("faces of fewer than three corners, left out", 1, Some(5));
-    /// notes.add("faces of fewer than three corners, left out", 1, Some(9));
+    /// notes.add("faces with fewer than three corners, skipped", 1, Some(5));
+    /// notes.add("faces with fewer than three corners, skipped", 1, Some(9));
     /// let [note] = notes.as_slice() else { panic!() };
-    /// assert_eq!(note.to_string(), "faces of fewer than three corners, left out: 2 (the first in line 5)");
+    /// assert_eq!(note.to_string(), "faces with fewer than three corners, skipped: 2 (the first in line 5)");
     /// ```
     pub fn add(&mut self, what: impl Into<Cow<'static, str>>, count: u64, line: Option<u64>) {
         let what = what.into();

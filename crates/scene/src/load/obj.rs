@@ -183,13 +183,13 @@ impl<S: Coordinate> Model<S> {
     /// Skips a statement, and counts it if it may have defined a surface.
     fn pass(&mut self, word: &str) {
         let what = if SURFACES.contains(&word) {
-            "statements of free-form curves and surfaces, left out"
+            "statements of free-form curves and surfaces, skipped"
         } else if CALLS.contains(&word) {
-            "statements that call other files, left out"
+            "statements that call other files, skipped"
         } else if NAMES.contains(&word) || OTHERS.contains(&word) {
             return;
         } else {
-            "unknown statements, left out"
+            "unknown statements, skipped"
         };
         self.builder.notes.add(what, 1, self.builder.line);
     }

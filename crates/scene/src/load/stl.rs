@@ -70,7 +70,7 @@ fn binary<S: Coordinate>(
     }
     let over = size - HEADER as u64 - triangles * TRIANGLE as u64;
     if over > 0 {
-        builder.notes.add("bytes after the last triangle, left out", over, None);
+        builder.notes.add("bytes after the last triangle, skipped", over, None);
     }
     for _ in 0..triangles {
         let mut record = [0; TRIANGLE];

@@ -141,7 +141,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         };
         let over = each_triangle(mode, &indices, add)?;
         if over > 0 {
-            let what = "corners that make no whole triangle, left out";
+            let what = "corners that do not form a whole triangle, skipped";
             self.builder.notes.add(what, over as u64, None);
         }
         Ok(())
