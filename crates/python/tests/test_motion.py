@@ -90,7 +90,8 @@ def test_a_saved_mesh_answers_alike(mesh, tmp_path):
     assert (hits_of(loaded) == hits_of(mesh)).all()
 
 
-# A triangle at z = 5 and one at z = 7, from `Bvh::of_meshes` and `to_bytes`.
+# A saved hierarchy of two meshes, a triangle at z = 5 and one at z = 7, from `Bvh::from_meshes` and
+# `to_bytes`.
 TWO_MESHES = (
     b"c-rgq3<>h&<&t7zU|?VYVh{}ij10)&N4)?uiU32N#M1+nf@#wjp^6VMplTHDR7+!%Hw*!p=Kzw2iaS8*3}eP{LC+i$W~jXkXy(s+c_YyLw%dD<"
     b"90!uT095{*pjL*E<qLNRuc00{CM3VW0l$2MJrMuLg9*q#aKJAQBq#t36a$d|AK<}Y|KY)unokH2vY)W|pd^PY{9tl08UQ5#&oK"

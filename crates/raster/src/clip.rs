@@ -23,7 +23,7 @@ pub struct Point4 {
     pub y: f64,
     /// The third coordinate, times w.
     pub z: f64,
-    /// The number that divides the other three.
+    /// The coordinate by which the other three are divided.
     pub w: f64,
 }
 

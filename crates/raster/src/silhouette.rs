@@ -48,8 +48,8 @@ pub enum Light {
 /// One edge of a silhouette.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outline {
-    /// Two indices into [`Adjacency::points`], in the direction of the faces that face the light
-    /// (counter-clockwise around each of them, as seen from the light).
+    /// Two indices into [`Adjacency::points`], in the direction of the faces that are turned to the
+    /// light (counter-clockwise around each of them, as seen from the light).
     pub ends: [u32; 2],
     /// How many more faces run along the edge in this direction than in the other; always positive.
     pub count: u32,

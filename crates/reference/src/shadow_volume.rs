@@ -8,7 +8,7 @@
 //!    1 --- 2     the edge, in the order of the front-culled face
 //!    | \   |
 //!    |   \ |     the quad, seen from outside the volume
-//!    4 --- 3     the edge again, BIG further along the light
+//!    4 --- 3     the edge again, BIG farther from the light
 //! ```
 //!
 //! # Errors in the document
@@ -105,7 +105,7 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
     edges
 }
 
-/// A quad for each edge of the silhouette, from the edge to `big` behind it.
+/// A quad for each edge of the silhouette, from the edge to the distance `big` behind it.
 ///
 /// `big` is the document's BIG: a distance that reaches beyond the scene. An edge through the
 /// position of the light, or along its direction, yields a quad without area.

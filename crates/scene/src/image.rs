@@ -9,8 +9,8 @@ use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, Image
 
 use crate::PartialFile;
 
-/// The maximum number of pixels in an image: 8192 by 8192. The visibility buffer alone then takes 2
-/// GiB.
+/// The maximum number of pixels in an image (8192 by 8192). At this size, the visibility buffer
+/// alone takes 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// An image, stored in rows from the top with three sRGB bytes per pixel.

@@ -145,7 +145,7 @@ fn ply_faults_in_text_name_their_line() {
         (
             2,
             format!("{v}3 0 1 2\n"),
-            "13: the file is cut off: the header promises 2 of face, it has 1",
+            "13: the file is cut off: the header promises 2 of element face, but the file has 1",
         ),
         (
             u64::MAX,

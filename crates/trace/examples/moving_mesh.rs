@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             traced * 1e3
         );
 
-        // However worn the tree is, its answers are those of a new tree, but a new tree may be
+        // However worn the tree is, it gives the same answers as a new tree, but a new tree may be
         // faster.
         if refit.is_worn() {
             let anew = Bvh::new(&triangles)?;

@@ -3,8 +3,8 @@
 //!
 //! A particle flies straight until it collides, and is then absorbed or scattered. A third of the
 //! particles are aimed exactly at corners, and a third at edges. A particle is lost if the medium
-//! of a segment differs from the one at its midpoint, if its path has a gap, or if it does not end
-//! outside. Points closer to a wall than the spacing of coordinates may be rounded to its other
+//! of a segment differs from the medium at its midpoint, if its path has a gap, or if it does not
+//! end outside. Points closer to a wall than the spacing of coordinates may be rounded to its other
 //! side. They are counted separately.
 
 use std::f64::consts::TAU;

@@ -185,7 +185,7 @@ fn damaged(error: &ParseError, def: &ElementDef, i: usize) -> Fault {
 
 fn cut_off<T>(def: &ElementDef, i: usize) -> Result<T, Fault> {
     fault(format!(
-        "the file is cut off: the header promises {} of {}, it has {i}",
+        "the file is cut off: the header promises {} of element {}, but the file has {i}",
         def.count, def.name
     ))
 }

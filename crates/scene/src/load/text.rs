@@ -12,7 +12,7 @@ pub(super) fn without_mark(start: &[u8]) -> &[u8] {
     start.strip_prefix(MARK).unwrap_or(start)
 }
 
-/// Skips the mark at the beginning of a file. Fails if the mark is that of UTF-16.
+/// Skips the mark at the beginning of a file. Fails if the file begins with a UTF-16 mark.
 pub(super) fn skip_mark(input: &mut (impl BufRead + Seek)) -> Result<(), Fault> {
     let mut start = Vec::new();
     input.by_ref().take(MARK.len() as u64).read_to_end(&mut start)?;

@@ -1,4 +1,4 @@
-//! Traces many rays in chunks on all threads; each chunk enters the CPU's instruction level once.
+//! Traces many rays in chunks on all threads. Each chunk dispatches to the CPU's SIMD level once.
 //!
 //! ```text
 //!   closest_batch ──► runs ──► pieces over threads ──► trace_part ──► bundles, packets or streams
@@ -148,7 +148,7 @@ fn add<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(P) -> Counts + Sy
     counts.into_inner().unwrap_or_default()
 }
 
-/// How the rays of a run are distributed to threads.
+/// How the rays of a run are distributed among threads.
 struct Pieces {
     /// The number of rays in a piece.
     size: usize,

@@ -54,7 +54,7 @@ struct BlockOrder {
     begins: Vec<u16>,
 }
 
-/// Several columns of a band.
+/// A block: several columns of a band.
 #[derive(Clone, Copy)]
 pub struct Block<'a> {
     /// The index of its first pixel in the band.

@@ -128,7 +128,7 @@ impl<'a> Tables<'a> {
         }));
         let ascend = rows.windows(2).all(|pair| pair[0] < pair[1]);
         if !ascend || rows.last().is_some_and(|&last| u64::from(last) >= count) {
-            return fault("has sparse indices that do not ascend, or that it has no rows for");
+            return fault("has sparse indices that do not ascend or are out of range");
         }
         Ok(Replaced { rows, bytes })
     }

@@ -51,8 +51,8 @@ fn add<S: Coordinate>(
     let weights = node.weights.as_deref();
     let copies = instances(tables, node, |count| primitives.spend(count))?;
     if let Some(skin) = node.skin {
-        // Only the joints place a skinned mesh. The position of its node does not matter, and there
-        // is one copy.
+        // Only the joints place a skinned mesh. The transform of its node does not matter, and the
+        // mesh is read once.
         if copies.is_some_and(|copies| copies.len() != 1) {
             primitives.builder.notes.add("skinned meshes with instances, read once", 1, None);
         }
@@ -66,8 +66,8 @@ fn add<S: Coordinate>(
     Ok(())
 }
 
-/// The matrices with which the joints of a skin place vertices. They lead from the pose in which
-/// the mesh was bound to the joints' current pose.
+/// The matrices with which the joints of a skin place vertices. They map the mesh's bind pose to
+/// the joints' current pose.
 fn skin_of<S: Coordinate>(
     primitives: &mut Primitives<'_, S>,
     index: Index<skin::Skin>,

@@ -256,7 +256,7 @@ impl<'a> Vertices<'a> {
             }
         }
         // Divide by the sum of the weights, which is 1 only up to rounding. A vertex without joints
-        // keeps the position in which it was bound.
+        // keeps its bind-pose position.
         Ok(if all > 0.0 { sum * (1.0 / all) } else { DMat4::IDENTITY })
     }
 }
