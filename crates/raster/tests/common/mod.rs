@@ -1,4 +1,4 @@
-//! Helpers shared by the tests: views and their rays, random numbers, and shapes.
+//! Code shared by the tests: views and their rays, random numbers, and shapes.
 
 use intertri::{Ray, Triangle};
 use intertri_raster::View;
