@@ -102,25 +102,25 @@ fn obj_statements_of_surfaces_are_read_or_counted() {
         "m.obj",
         format!("{SQUARE}f 1 2 3 4\n{surface}curv 0 1 1 2\n"),
         "0,1,",
-        "statements of free-form curves and surfaces, left out: 3 (the first in line 8)",
+        "statements of free-form curves and surfaces, skipped: 3 (the first in line 8)",
     );
     notes(
         "m.obj",
         format!("{SQUARE}f 1 2 3 4\ncall more.obj\n"),
         "0,1,",
-        "statements that call other files, left out: 1 (in line 6)",
+        "statements that call other files, skipped: 1 (in line 6)",
     );
     notes(
         "m.obj",
         format!("{SQUARE}F 1 2 3\nf 1 2 3 4\n"),
         "0,1,",
-        "unknown statements, left out: 1 (in line 5)",
+        "unknown statements, skipped: 1 (in line 5)",
     );
 }
 
 #[test]
 fn faces_of_fewer_than_three_corners_are_left_out() {
-    let said = "faces of fewer than three corners, left out: ";
+    let said = "faces with fewer than three corners, skipped: ";
     let model = format!("{SQUARE}f 1 2\nf 1 2 3 4\nf 3\nf\n");
     notes("m.obj", model, "0,1,", &format!("{said}3 (the first in line 5)"));
     let faces = "4 0 1 2 3\n0\n2 0 1\n";
@@ -136,15 +136,16 @@ fn obj_faces_may_come_before_what_they_name() {
     refuses(
         "m.obj",
         format!("f 1 2 5\n{SQUARE}"),
-        &["m.obj:1: a face names vertex 5, but there are 4, from 1 on"],
+        &["m.obj:1: a face refers to vertex 5, but there are 4, numbered from 1"],
     );
     // Negative indices count back from the current position.
-    refuses("m.obj", format!("f -1 -2 -3\n{SQUARE}"), &["m.obj:1: a face names vertex -1"]);
+    refuses("m.obj", format!("f -1 -2 -3\n{SQUARE}"), &["m.obj:1: a face refers to vertex -1"]);
 }
 
 #[test]
 fn missing_texture_coordinates_are_not_an_error() {
-    let said = "faces whose texture coordinates are missing or not finite, read without these: 1 (in line ";
+    let said =
+        "faces whose texture coordinates are missing or not finite, read without them: 1 (in line ";
     for (uvs, face, line) in [
         ("vn 0 0 1\n", "f 1/1/1 2/2/1 3/3/1 4/4/1", 6),
         ("vt 0 0\n", "f 1/0/0 2/0/0 3/0/0 4/0/0", 6),
@@ -201,7 +202,11 @@ fn ply_elements_lines_and_line_ends_come_in_any_order_and_form() {
         reads("m.ply", blank.replace('\n', end), "0,1,");
     }
     let late = format!("{start}{list}{vertex}end_header\n4 0 1 2 4\n{vertices}");
-    refuses("m.ply", late, &["m.ply:10: a face names vertex 4, but there are 4, from 0 on"]);
+    refuses(
+        "m.ply",
+        late,
+        &["m.ply:10: a face refers to vertex 4, but there are 4, numbered from 0"],
+    );
 }
 
 /// In a file whose header lines end in carriage returns, the first byte of the data may be a line
@@ -264,14 +269,14 @@ fn stl_words_are_in_any_case_and_the_last_end_may_be_missing() {
 fn stl_headers_may_promise_too_few_triangles() {
     reads("m.stl", stl(2), "0,1,");
     let said = |promised, more| {
-        format!("triangles beyond the {promised} that the header promises, read, too: {more}")
+        format!("triangles beyond the {promised} that the header promises, also read: {more}")
     };
     notes("m.stl", stl(0), "0,1,", &said(0, 2));
     notes("m.stl", stl(1), "0,1,", &said(1, 1));
     // Bytes that do not form a whole triangle are omitted.
     let over = |bytes: &[u8], more| [bytes, &vec![b'x'; more][..]].concat();
-    notes("m.stl", over(&stl(2), 7), "0,1,", "bytes after the last triangle, left out: 7");
-    notes("m.stl", over(&stl(1), 7), "0,,", "bytes after the last triangle, left out: 57");
+    notes("m.stl", over(&stl(2), 7), "0,1,", "bytes after the last triangle, skipped: 7");
+    notes("m.stl", over(&stl(1), 7), "0,,", "bytes after the last triangle, skipped: 57");
     refuses("m.stl", stl(3), &["m.stl: its header promises 3 triangles", "cut off or not an STL"]);
     refuses("m.stl", stl(u32::MAX), &["m.stl: its header promises 4294967295 triangles"]);
 }
@@ -290,7 +295,7 @@ fn what_follows_a_gzip_is_left_out() {
         reads("m.obj.gz", &packed, "0,1,");
         reads("m.obj.gz", [&packed[..], &[0; 512]].concat(), "0,1,");
         let tail = [&packed[..], b"trailing"].concat();
-        notes("m.obj.gz", tail, "0,1,", "bytes after the end of the gzip, left out: 8");
+        notes("m.obj.gz", tail, "0,1,", "bytes after the end of the gzip, skipped: 8");
         refuses("m.obj.gz", &packed[..packed.len() - 3], &["the gzip is cut off"]);
     }
 }

@@ -1,4 +1,4 @@
-"""Arrays and meshes of other packages, and messages that say what to pass."""
+"""Arrays and meshes from other packages, and error messages that say what to pass instead."""
 
 from types import SimpleNamespace
 
@@ -12,7 +12,7 @@ DIGEST = intertri.Mesh(VERTICES, FACES).digest
 
 
 class Tensor:
-    """A tensor that numpy can only read by DLPack."""
+    """A tensor that NumPy can only read through DLPack."""
 
     def __init__(self, array, device="cpu"):
         self._array, self._device = array, device
@@ -30,7 +30,7 @@ class Tensor:
 
 
 class OwnNumpy:
-    """A tensor like Open3D's: it has its own fast conversion to numpy, and slow ones by DLPack and row by row."""
+    """A tensor like Open3D's: its own conversion to NumPy is fast, but DLPack and reading row by row are slow."""
 
     by_dlpack = False
 
@@ -133,7 +133,7 @@ def test_models_are_no_saved_meshes(tmp_path):
 
 
 def test_what_is_wrong_with_a_mesh_is_told():
-    """A mesh with a face missing, flipped or duplicated. With a flipped duplicate it is closed."""
+    """A mesh with a missing, flipped, or duplicated face. The last mesh also has a flipped duplicate."""
     turned = FACES[:1, ::-1]
     cases = [
         (FACES[1:], "open", "3 edges belong to one triangle alone, the first at triangle"),
@@ -148,8 +148,8 @@ def test_what_is_wrong_with_a_mesh_is_told():
 
 
 def test_defects_are_listed(dtype):
-    """Edges as vertices in the direction of the first face, sorted by face; repeated faces with the earlier one."""
-    # The slanted face is missing, the second face is flipped, and the first comes three times.
+    """Edges are vertex pairs in the direction of their first face; repeated faces come with the earlier copy."""
+    # The slanted face is missing, the second face is flipped, and the first appears three times.
     faces = [[0, 2, 1], [1, 0, 3], [0, 3, 2], [2, 1, 0], [0, 1, 2]]
     mesh = intertri.Mesh(np.array(VERTICES, dtype)[:4], faces)
     defects, report = mesh.defects(), mesh.inspect()
@@ -167,7 +167,7 @@ def test_defects_are_listed(dtype):
 
 
 def test_turned_faces_are_turned_back(dtype):
-    """Whichever faces of a globe are turned, orient turns them back, also if the globe has a hole."""
+    """orient restores the flipped faces of a sphere, even if the sphere has a hole."""
     vertices, faces = icosphere(2)
     damaged = faces.copy()
     turned = np.random.default_rng(5).permutation(len(faces))[:40]

@@ -1,5 +1,5 @@
-"""Running out of memory raises MemoryError and never aborts: each call is repeated, and each time another of its
-allocations fails."""
+"""Running out of memory raises MemoryError and never aborts. Each call is repeated, and a different
+allocation fails each time."""
 
 import os
 import shutil
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-# An allocator between Python and the system's: after `arm`, one of the large allocations fails.
+# An allocator between Python and the system allocator. After `arm`, one large allocation fails.
 FAILING = r"""
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -125,7 +125,7 @@ assert errors > 30, errors
 """
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux") or not shutil.which("cc"), reason="wants Linux and a C compiler")
+@pytest.mark.skipif(not sys.platform.startswith("linux") or not shutil.which("cc"), reason="needs Linux and a C compiler")
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("dtype", ["f4", "f8"])
 def test_no_allocation_that_fails_aborts(dtype, threads, tmp_path):

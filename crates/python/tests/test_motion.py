@@ -59,7 +59,7 @@ def test_triangles_without_area_are_segments_and_points(dtype):
     assert near["distance"].tolist() == [1, 1] and near["triangle"].tolist() == [1, 1]
     assert mesh.hit_points(near).tolist() == [[6, 5, 5], [5, 5, 5]]
     assert mesh.signed_distance(np.array([6, 5, 6], dtype), assume_closed=True) == 1
-    # Saved, then moved: one triangle loses its area.
+    # A copy answers the same. Then one triangle gains area, and another loses it.
     assert copy.deepcopy(mesh).closest_point(np.array([6, 5, 6], dtype)) == near[0]
     corners[5], corners[1] = [6, 7, 5], [0, 2, 0]
     mesh.refit(corners)
@@ -90,7 +90,8 @@ def test_a_saved_mesh_answers_alike(mesh, tmp_path):
     assert (hits_of(loaded) == hits_of(mesh)).all()
 
 
-# A triangle at z = 5 and one at z = 7, from `Bvh::of_meshes` and `to_bytes`.
+# A saved hierarchy of two meshes, a triangle at z = 5 and one at z = 7, from `Bvh::from_meshes` and
+# `to_bytes`.
 TWO_MESHES = (
     b"c-rgq3<>h&<&t7zU|?VYVh{}ij10)&N4)?uiU32N#M1+nf@#wjp^6VMplTHDR7+!%Hw*!p=Kzw2iaS8*3}eP{LC+i$W~jXkXy(s+c_YyLw%dD<"
     b"90!uT095{*pjL*E<qLNRuc00{CM3VW0l$2MJrMuLg9*q#aKJAQBq#t36a$d|AK<}Y|KY)unokH2vY)W|pd^PY{9tl08UQ5#&oK"
@@ -98,7 +99,7 @@ TWO_MESHES = (
 
 
 def save_bound(path, vertices, faces, tree):
-    """Saves these members as a mesh."""
+    """Saves these arrays in the file format of a mesh."""
     bound = np.array(_archive.binding(vertices, faces, tree), np.uint64)
     np.savez(path, vertices=vertices, faces=faces, tree=np.frombuffer(tree, np.uint8), binding=bound)
 
@@ -186,7 +187,7 @@ def test_refit_of_some_vertices(mesh, rng):
     new = intertri.Mesh(moved, mesh.faces)
     assert mesh.refit(moved[rows], indices=rows) > 0
     assert mesh.digest == new.digest and (hits_of(mesh) == hits_of(new)).all() and (mesh.vertices == moved).all()
-    # If a row occurs twice, its last position counts; without rows, nothing changes.
+    # If a vertex is listed twice, its last position wins; an empty list changes nothing.
     mesh.refit([[9, 9, 9], moved[5]], indices=[5, 5])
     mesh.refit(np.zeros((0, 3)), indices=[])
     assert mesh.digest == new.digest
@@ -206,13 +207,13 @@ def test_refit_of_some_vertices(mesh, rng):
 
 @pytest.fixture
 def wall():
-    """A float32 wall at z = 1, and its positions elsewhere."""
+    """A float32 wall at z = 1, and a function that returns its vertices at another z."""
     at = lambda z: np.float32([[-9, -9, z], [9, -9, z], [0, 9, z]])
     return intertri.Mesh(at(1), [[0, 1, 2]]), at
 
 
 class Meanwhile:
-    """Passes calls on, but does something else before it returns the answer."""
+    """Forwards calls, but runs `does` before it returns each result."""
 
     def __init__(self, inner, does):
         self.inner, self.does = inner, does
@@ -227,7 +228,7 @@ class Meanwhile:
 
 
 def test_a_tree_that_is_late_is_not_kept(wall, monkeypatch):
-    """The mesh moves while another thread builds its hierarchy in float64."""
+    """The mesh moves while its float64 hierarchy is being built."""
     mesh, at = wall
     third = 1 / 3  # not a float32
     with monkeypatch.context() as patch:
@@ -315,10 +316,10 @@ print(error, errors)
 """
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is limited and told in another way")
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is limited and measured differently")
 def test_a_refit_without_memory_changes_nothing(dtype):
     script = NO_MEMORY.format(tests=str(Path(__file__).parent), dtype=dtype.__name__)
-    # So that freed memory is not available.
+    # Freed memory goes back to the system at once, so that a refit cannot reuse it.
     malloc = {"MALLOC_ARENA_MAX": "1", "MALLOC_MMAP_THRESHOLD_": "4096", "MALLOC_TRIM_THRESHOLD_": "4096"}
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300,
                          env=os.environ | malloc)

@@ -1,4 +1,4 @@
-"""The interface of Open3D's scenes, compared with Open3D itself if it is installed."""
+"""The Open3D-compatible scene, compared with Open3D itself if it is installed."""
 
 import math
 from types import SimpleNamespace
@@ -85,7 +85,7 @@ def test_results_have_the_methods_that_scripts_call(scene, rng):
     t = ans["t_hit"]
     hit = t.isfinite()
     assert type(hit) is type(t) is Tensor and (hit.numpy() == np.isfinite(t.numpy())).all()
-    # As in the tutorial: the locations of hits.
+    # The hit locations, computed as in Open3D's tutorial.
     points = ask[hit][:, :3] + ask[hit][:, 3:] * t[hit].reshape((-1, 1))
     assert points.shape == (hit.numpy().sum(), 3) and t[hit].isfinite().all().item()
     assert t[0].numpy().shape == (40,) and t[0][0].numpy() == math.inf and t[0, 0].item() == math.inf
@@ -111,7 +111,7 @@ def test_devices():
 
 
 def test_a_scene_in_float64():
-    """A wall at UTM coordinates, and rays that start a nanometre off it."""
+    """A wall at UTM coordinates, and rays that start a nanometre away from it."""
     wall = np.array([[528980.85, 183526.1, 0], [528980.85, 183526.1, 3], [528982.3, 183523.55, 0]])
     scene = RaycastingScene()
     scene.add_triangles(*meshes()[0])
@@ -147,7 +147,7 @@ def test_inside_is_where_the_scene_winds_around_or_odd():
     points = np.float32([[2.5, 0.1, 0.2], [2.5, 0.1, 0.7]])
     scene = RaycastingScene()
     for _ in range(2):
-        # The parts overlap.
+        # In the second round, two copies of the cube overlap.
         scene.add_triangles(vertices, faces)
         assert scene.compute_occupancy(points).tolist() == [1, 0]
     faces[::2] = faces[::2, ::-1]
@@ -176,7 +176,7 @@ def test_tensors_of_open3d_are_answered_by_such():
     assert scene.count_intersections(ask).cpu().numpy().tolist() == [2, 0]
     assert scene.test_occlusions(ask).to(o3d.core.int32)[0] == 1
     assert isinstance(scene.compute_distance(ask[:, :3]), o3d.core.Tensor)
-    # numpy in, numpy out; dtypes and devices of Open3D still work.
+    # NumPy rays give NumPy results, which still accept Open3D's dtypes and devices.
     ours = scene.cast_rays(ask.numpy())["t_hit"].to(o3d.core.float64).to(o3d.core.Device("CPU:0"))
     assert ours.dtype == np.float64 and type(ours) is Tensor
     assert isinstance(scene.create_rays_pinhole(60, *(o3d.core.Tensor(x) for x in ([0., 0, 0], [0., 0, 5], [0., 1, 0])), 8, 8),

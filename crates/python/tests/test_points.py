@@ -1,4 +1,4 @@
-"""Points inside, outside and on the mesh, checked by rationals."""
+"""Points inside, outside, and on the mesh, checked in rational arithmetic."""
 
 import intertri
 import numpy as np
@@ -36,7 +36,7 @@ def test_cavities_and_overlaps(dtype):
 
 
 def solid_angles(triangles, points):
-    """Winding numbers by van Oosterom and Strackee's formula, over all triangles for each point."""
+    """Winding numbers from van Oosterom and Strackee's formula, summed over all triangles for each point."""
     a, b, c = (triangles[None, :, k].astype(float) - points[:, None].astype(float) for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
     num = (a * np.cross(b, c)).sum(axis=2)
@@ -45,7 +45,7 @@ def solid_angles(triangles, points):
 
 
 def test_open_meshes_have_winding_numbers(dtype, rng):
-    """Holes, flipped faces, duplicate faces: a point is inside if its number is nearer to 1."""
+    """With holes, flipped faces, or duplicates, a point is inside if its winding number does not round to 0."""
     vertices, faces = icosphere(2)
     some = rng.uniform(size=len(faces))
     meshes = [faces[some < 0.8], np.where((some < 0.1)[:, None], faces[:, ::-1], faces), np.r_[faces, faces[some < 0.1]]]
@@ -62,7 +62,7 @@ def test_open_meshes_have_winding_numbers(dtype, rng):
         on = mesh.triangles[:, 0]
         assert np.isnan(mesh.winding_number(on)).all() and mesh.contains(on).all()
         assert (mesh.signed_distance(on) == 0).all()
-    # A refitted mesh has its own boundary.
+    # A refit also updates the winding numbers.
     moved = mesh.vertices * dtype(2)
     mesh.refit(moved)
     assert np.abs(mesh.winding_number(points) - solid_angles(mesh.triangles, points)).max() < 1e-12
@@ -81,7 +81,7 @@ def test_shapes(rng):
 
 
 def test_more_points_than_are_put_in_order_at_once():
-    """Each point gets the answer for its own place."""
+    """Results stay in the order of the points, even if there are too many points to sort in one pass."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(np.float32), f))(*box()))
     count = (1 << 22) + 5000
     points = np.zeros((count, 3), np.float32)
@@ -92,7 +92,7 @@ def test_more_points_than_are_put_in_order_at_once():
 
 
 def test_no_ray_leaks_and_every_count_is_right(dtype, rng):
-    """From inside a closed mesh through every corner and edge: the winding number, whatever the direction."""
+    """Every ray from inside a closed mesh, through any corner or edge, counts the winding number."""
     vertices, faces = icosphere(3)
     mesh = intertri.Mesh(vertices.astype(dtype), faces)
     origin = np.array([0.125, 0.25, -0.125], dtype)

@@ -1,4 +1,4 @@
-"""The functions for pyvista, compared with pyvista's own."""
+"""The functions for PyVista, compared with PyVista's own."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_the_ends_of_a_segment_count(sphere):
 
 
 def test_cells_are_those_of_the_mesh_as_given():
-    """Squares, preceded by lines."""
+    """Cells keep the numbers of the original mesh, even if squares follow vertices and lines."""
     cube = pyvista.Cube()
     assert ray_trace(cube, [2, 0.1, 0.2], [-2, 0.1, 0.2])[1].tolist() == cube.ray_trace([2, 0.1, 0.2], [-2, 0.1, 0.2])[1].tolist()[::1]
     for faces in (cube.faces, cube.triangulate().faces):
@@ -86,7 +86,7 @@ def test_interior_points(sphere, rng):
     inside = selected["selected_points"]
     assert inside.dtype == bool and (inside == theirs).all() and 50 < inside.sum() < 450
     assert (select_interior_points(cloud, sphere, inside_out=True, method="cell_locator")["selected_points"] == ~inside).all()
-    # Points on the surface are in both selections.
+    # Both selections contain the points on the surface.
     for turn in (False, True):
         assert select_interior_points(sphere, sphere, inside_out=turn)["selected_points"].all()
     grid = pyvista.ImageData(dimensions=(5, 5, 5), origin=(-1, -1, -1), spacing=(0.5, 0.5, 0.5))

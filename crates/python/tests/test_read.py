@@ -1,4 +1,4 @@
-"""Models from files, read by the program's loaders."""
+"""Models from files, read by the same loaders as in the command-line program."""
 
 import gzip
 import pickle
@@ -68,10 +68,10 @@ def test_subclasses_and_threads(tmp_path):
 
 def test_notes_warn_and_strict_refuses(tmp_path):
     path = write(tmp_path / "a.obj", OBJ + "f 1 2\nf 2 3\n")
-    with pytest.warns(UserWarning, match=r"a.obj: faces of fewer than three corners, left out: 2 .*line 7") as caught:
+    with pytest.warns(UserWarning, match=r"a.obj: faces with fewer than three corners, skipped: 2 .*line 7") as caught:
         assert len(intertri.Mesh.read(path)) == 2
     assert len(caught) == 1 and caught[0].filename == __file__
-    with pytest.raises(ValueError, match="a.obj: faces of fewer.*; repair it, or leave out strict=True"):
+    with pytest.raises(ValueError, match="a.obj: faces with fewer.*; repair it, or leave out strict=True"):
         intertri.Mesh.read(path, strict=True)
     assert len(intertri.Mesh.read(write(path, OBJ), strict=True)) == 2
 

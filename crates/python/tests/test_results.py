@@ -1,4 +1,4 @@
-"""Results in pandas data frames, NaN for misses, and the memory of results."""
+"""Results in pandas data frames, misses as NaN, and the memory of results."""
 
 import math
 import os

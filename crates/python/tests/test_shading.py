@@ -1,4 +1,4 @@
-"""A surface does not shade itself by accident: skip, visible, spawn_rays."""
+"""skip, visible, and spawn_rays keep a surface from shading itself by accident."""
 
 import math
 
@@ -56,7 +56,7 @@ def test_points_of_float32_on_a_mesh_of_float64():
     height = ((LIGHT - corners[:, 0]) * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).sum(axis=1)
     points = corners.mean(axis=1).astype(np.float32)
     assert mesh.visible(points, LIGHT)[height > 1e-6].all()
-    # As float64 they are taken as they are: some lie inside the sphere.
+    # Float64 points are used unchanged, and some of them are inside the sphere.
     assert not mesh.visible(points.astype(np.float64), LIGHT)[height > 1e-6].all()
 
 
@@ -99,7 +99,7 @@ def test_skipping_is_as_a_mesh_without_the_face(dtype, rng):
 
 
 def test_skip_in_pictures_and_on_threads(dtype):
-    """A picture with one origin is traced in tiles if it skips nothing; the answers are the same."""
+    """An image with one origin is traced in tiles only if it skips nothing; the results are the same."""
     vertices, faces = icosphere(4)
     mesh = intertri.Mesh(vertices.astype(dtype), faces)
     eye, ways = (array.astype(dtype) for array in camera(160, [1, 2, 3]))
@@ -129,7 +129,7 @@ def test_spawned_rays_leave_the_surface(dtype, rng, moved):
     assert is_hit.sum() > 500
     around = rng.normal(size=out.shape)
     for sign in (1, -1):
-        # To the same side of each triangle.
+        # Send every ray to the same side of its triangle.
         along = (around * out).sum(axis=-1, keepdims=True)
         ways = (sign * np.sign(along) * around).astype(dtype)
         rays = mesh.spawn_rays(hits, ways)
@@ -137,14 +137,14 @@ def test_spawned_rays_leave_the_surface(dtype, rng, moved):
         assert (rays[..., 3:] == ways).all() and np.isnan(rays[~is_hit][:, :3]).all()
         again = mesh.closest(rays)
         assert (again["triangle"] != hits["triangle"])[is_hit].all() and (again["triangle"][~is_hit] == -1).all()
-        # Outward there is nothing except near an edge; inward there is the other side. Far away it is not a sphere any
-        # more.
+        # Outward rays hit nothing except near an edge; inward rays hit the far side. Far from the
+        # origin, rounding deforms the sphere too much for this check.
         assert moved or (sign < 0) == ((again["triangle"] >= 0)[is_hit].mean() > 0.99)
         corners = mesh.triangles[hits["triangle"][is_hit]].astype(np.float64)
         u, v = hits["u"][is_hit][:, None], hits["v"][is_hit][:, None]
         points = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
         assert abs(rays[is_hit][:, :3] - points).max() <= 8 * np.finfo(dtype).eps * abs(points).max() * 8
-        # No interval brings an empty ray back.
+        # An empty ray stays empty, whatever the interval.
         assert not mesh.any(rays[~is_hit], t_min=-math.inf, t_max=1).any()
 
 

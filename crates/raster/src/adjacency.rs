@@ -1,8 +1,9 @@
-//! Which faces meet at which edge: document C's table, for arbitrary meshes.
+//! The faces at each edge: document C's adjacency table, extended to arbitrary meshes.
 //!
-//! The document gives each face exactly three neighbours. A real mesh has edges with one face (it is open),
-//! with two of opposite winding, or with three and more. So this table is inverted: for every edge it lists
-//! all its faces, and the direction in which the edge runs in each of them.
+//! In the document, each face has exactly three neighbours. A real mesh also has edges with one
+//! face (where it is open), with two faces of opposite winding, or with three or more. This table
+//! is therefore inverted: for each edge, it lists all faces and the direction in which the edge
+//! runs in each of them.
 //!
 //! ```text
 //!        a         face 0 = (a, b, c) has the edge a-b forward,
@@ -19,25 +20,25 @@ use intertri::Triangle;
 /// One face at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Side {
-    /// Its index among the triangles.
+    /// The index of the face among the triangles.
     pub face: u32,
     /// Whether the edge runs from its first end to its second in the face's winding.
     pub forward: bool,
 }
 
-/// One edge, and all faces that meet there in ascending order.
+/// An edge and the faces that meet there, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge<'a> {
     /// Two indices into [`Adjacency::points`], the smaller first.
     pub ends: [u32; 2],
-    /// One for an edge of an open mesh, two within a manifold, or more.
+    /// The faces at the edge: one at an open boundary, two in a manifold, or more.
     pub sides: &'a [Side],
 }
 
-/// Faces over welded points, and the faces at each edge.
+/// A mesh with welded points, and the faces at each of its edges.
 ///
-/// Points are welded if their coordinates are equal, bit for bit except for the sign of a zero, so that a
-/// mesh whose file repeats its vertices (for texture seams, or in STL) is connected again.
+/// Points are welded if their coordinates have the same bits, except that 0 and -0 are equal. This
+/// reconnects meshes whose files repeat vertices, as at texture seams or in STL.
 #[derive(Clone, Debug, Default)]
 pub struct Adjacency {
     points: Vec<[f32; 3]>,
@@ -47,8 +48,8 @@ pub struct Adjacency {
 }
 
 impl Adjacency {
-    /// Welds the corners of triangles and finds their edges. A triangle with two equal corners has no area;
-    /// it keeps its index and has no edges.
+    /// Welds the corners of triangles and finds their edges. A triangle with two equal corners has
+    /// no area; it keeps its index but contributes no edges.
     ///
     /// # Panics
     /// Panics if there are 2^30 triangles or more.
@@ -65,7 +66,7 @@ impl Adjacency {
     pub fn new(triangles: &[Triangle]) -> Self {
         assert!(triangles.len() < 1 << 30, "fewer than 2^30 triangles");
 
-        // Weld: the first of several equal points determines the index.
+        // Weld equal points. The first of them determines the index.
         let mut points = Vec::new();
         let mut numbers = HashMap::with_capacity(triangles.len());
         let mut number = |p: [f32; 3]| {
@@ -101,7 +102,7 @@ impl Adjacency {
         &self.points
     }
 
-    /// The triangles in their order, as indices into [`Adjacency::points`].
+    /// The triangles in their original order, as indices into [`Adjacency::points`].
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
@@ -114,7 +115,7 @@ impl Adjacency {
         self.faces[face].map(|corner| self.points[corner as usize])
     }
 
-    /// Every edge once, in the order of its ends.
+    /// Each edge once, sorted by its ends.
     pub fn edges(&self) -> impl Iterator<Item = Edge<'_>> {
         let firsts = std::iter::once(0).chain(self.ends.iter().map(|&(_, end)| end));
         self.ends.iter().zip(firsts).map(|(&(ends, end), first)| Edge {

@@ -1,19 +1,20 @@
-//! How close to the point that a pixel shows does the surface of a shadow volume pass? Decided in rationals.
+//! Decides, in rational arithmetic, whether the surface of a shadow volume comes close to the point
+//! that a pixel shows.
 //!
-//! The shown point P is where the line of directions through the centre of the pixel meets the plane of the
-//! triangle. Two roundings move it, so that it is only known to be in a ball around the exact one:
+//! The visible point P is where the line of sight through the pixel's centre meets the triangle's
+//! plane. Two roundings move it, so it is only known to be in a ball around the exact point:
 //!
 //! ```text
-//!   eye o---___ m                        the line of directions by m = r pixels, which is m / q at the
-//!       ^      ---___                    view depth 1/q, and the farther on the plane the more
-//!       |            ---(--P--)---       edge-on it is seen: up to (1 + |d| / cos) m / q with the
-//!      1/q at P         plane            directions d and the cosine for the most edge-on line in reach;
-//!                                        the shadow ray to it by 2^-24 of its length
+//!   eye o---___ m                        The line of sight moves by m = r pixels, which is m / q at
+//!       ^      ---___                    the view depth 1/q. On the plane, the point moves farther
+//!       |            ---(--P--)---       the more edge-on the plane is: up to (1 + |d| / cos) m / q,
+//!      1/q at P         plane            with d and cos of the most edge-on line in reach. Rounding
+//!                                        the shadow ray adds 2^-24 of the ray's length.
 //! ```
 //!
-//! The surfaces are flat pieces: a near cap has three borders; a side has a border with two ends and two
-//! borders that are infinite. A piece meets the ball if one of its borders does or, if P projects into it,
-//! its plane does.
+//! The surfaces consist of flat pieces. A near cap has three finite borders; a side has one finite
+//! border and two infinite ones. A piece meets the ball if one of its borders does, or if P
+//! projects into the piece and the plane meets the ball.
 
 use crate::disc::Disc;
 use crate::exact::{Exact, Point, abs, add, cross, dot, exact, point, rounded, scale, size, sub};
@@ -22,12 +23,13 @@ use crate::vector::Vector;
 use crate::view::View;
 use crate::volume::Volume;
 
-/// The shown point of a pixel, and a bound on its error.
+/// The point that a pixel shows, and a bound on its error.
 pub(crate) struct Ball<'a> {
     volume: &'a Volume<'a>,
     centre: Point,
     radius: Exact,
-    /// A cube around the ball, in f64: its centre, half its side, and its largest coordinate.
+    /// A cube around the ball, in f64: its centre, half its side, and the largest absolute
+    /// coordinate of the centre and the light.
     cube: (Vector, f64, f64),
 }
 
@@ -36,13 +38,13 @@ struct Border {
     from: Point,
     way: Point,
     ends: bool,
-    /// Whether the piece is on its left, seen with the normal toward the viewer.
+    /// Whether the piece is to the left of the border, seen with the normal toward the viewer.
     left: bool,
 }
 
 impl<'a> Ball<'a> {
-    /// The ball for a pixel that shows a face of the mesh. None if the face may be edge-on to the eye,
-    /// because the ball is then unbounded.
+    /// The ball for a pixel that shows a face of the mesh, or `None` if the face may be edge-on to
+    /// the eye, because the ball is then unbounded.
     pub(crate) fn new(
         view: &View,
         volume: &'a Volume<'a>,
@@ -63,7 +65,7 @@ impl<'a> Ball<'a> {
         let depth = abs(&offset / &height);
         let centre = add(&eye, &scale(&d, &(&offset / &height)));
 
-        // From here on in f64, with each number an upper bound.
+        // The rest is computed in f64, with errors on the safe side: the radius is an upper bound.
         let over = 1.0 + 2f64.powi(-40);
         let length = |a: &Point| rounded(&dot(a, a)).sqrt() * over;
         let (moved, directions, steep) =
@@ -73,7 +75,7 @@ impl<'a> Ball<'a> {
             return None;
         }
         let slant = 1.0 + (directions + moved) * steep / upright;
-        // The rounding of the depth in f64, as in the comparison of depths.
+        // The f64 rounding of the depth, as in depth comparisons.
         let products = size(&p) * size(&q);
         let doubt = &products * size(&d) / abs(height) + products * size(&arm) / abs(offset);
         let far = match volume.light() {
@@ -163,8 +165,9 @@ impl<'a> Ball<'a> {
         dot(&arm, &arm) * &length - along.sqr() <= square * &length
     }
 
-    /// Where the volume begins behind a point: at `1 / reach` times its distance from the light, or
-    /// `1 - reach` of the vector to it.
+    /// Where the volume begins behind a point. For a point light, that is at `1 / reach` times the
+    /// point's distance from the light. For a directional light, the point is shifted away from the
+    /// light by `1 - reach` of the vector to it.
     fn near(&self, corner: u32) -> Point {
         let place = point(self.volume.adjacency().points()[corner as usize]);
         match self.volume.light() {
@@ -188,8 +191,8 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// A fast test in f64: false if a piece with these corners, some of which extend to infinity, is
-    /// certainly outside the ball, or not finite.
+    /// A fast test in f64: false if the piece with these corners is certainly outside the ball, or
+    /// is not finite. From the corners in `endless`, the piece extends to infinity.
     fn may_meet(&self, corners: &[u32], endless: &[u32]) -> bool {
         let (middle, half, most) = self.cube;
         let volume = self.volume;
@@ -229,7 +232,7 @@ mod tests {
     use crate::adjacency::Adjacency;
     use intertri::Triangle;
 
-    /// A ball at an arbitrary position, next to volumes.
+    /// A ball with an arbitrary centre and radius.
     fn ball<'a>(volume: &'a Volume<'a>, centre: Vector, radius: f64) -> Ball<'a> {
         let cube = (centre, radius, largest(&[centre]));
         Ball { volume, centre: point(centre), radius: exact(radius), cube }
@@ -249,7 +252,7 @@ mod tests {
         let cap = |centre, radius| ball(&volume, centre, radius).meets_cap([0, 1, 2]);
         let side = |centre, radius| ball(&volume, centre, radius).meets_side([0, 1]);
 
-        // Face, edge and corner of the cap, at integer distances.
+        // Centres nearest to the cap's face, to its edges, and to its corners.
         for (centre, distance) in [
             ([1.0, 2.0, 4.0], 3.0),
             ([2.0, -3.0, 5.0], 5.0),
@@ -281,13 +284,13 @@ mod tests {
             Triangle([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 5.0, 1.0]]),
         ]);
         let volume = volume(&adjacency);
-        // From the light to the right: the edge is a line through the light, so everything behind its end is
-        // on that line.
+        // The edge runs to the right from the light itself, so everything behind its end is on the
+        // same line.
         let meets = |edge, centre, radius| ball(&volume, centre, radius).meets_side(edge);
         assert!(meets([0, 1], [90.0, 3.0, 8.0], 5.0));
         assert!(!meets([0, 1], [90.0, 3.0, 8.0], 4.99));
         assert!(!meets([0, 1], [-3.0, 0.0, 4.0], 2.99));
-        // Straight below the light.
+        // An edge straight below the light.
         assert!(meets([3, 4], [3.0, 4.0, -70.0], 5.0));
         assert!(!meets([3, 4], [3.0, 4.0, -70.0], 4.99));
         assert!(!meets([3, 4], [0.0, 0.0, 3.0], 0.99));

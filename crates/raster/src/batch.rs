@@ -1,8 +1,9 @@
 //! Outlines ready to draw: clipped, snapped, and sorted into bands of rows.
 //!
-//! A picture is divided into bands of a few full rows each. One pass over the facets, in batches on all
-//! threads, makes the outlines and lists for each band the ones that reach into it; a second pass, one band
-//! per task, draws them in order. The result does not depend on the threads.
+//! A picture is divided into bands of several full rows each. The first pass runs over the facets,
+//! in batches on all threads. It prepares the outlines and records which of them reach into each
+//! band. The second pass, with one band per task, draws them in order. The result does not depend
+//! on the number of threads.
 
 use crate::clip::{NO_FAR_WALL, Point4, Scratch, clip_facet};
 use crate::plane::FacetPlane;
@@ -15,17 +16,17 @@ const BATCH: usize = 2048;
 
 /// One outline in the picture.
 pub(crate) struct Piece {
-    /// Its depth.
+    /// The depth of the outline.
     pub(crate) plane: FacetPlane,
-    /// The caller's id for it.
+    /// The caller's id for the outline.
     pub(crate) tag: i32,
-    /// The first row and the one after the last.
+    /// The first row, and the row after the last.
     rows: (u32, u32),
-    /// The positions of its corners.
+    /// The range of its corners in [`Batch::corners`].
     corners: (u32, u32),
 }
 
-/// The outlines of several facets, and for each band the ones it needs, in order.
+/// The outlines of several facets, and the ones that each band draws, in order.
 pub(crate) struct Batch {
     corners: Vec<[i32; 2]>,
     pieces: Vec<Piece>,
@@ -44,8 +45,8 @@ impl Batch {
         }
     }
 
-    /// Clips and snaps an outline and adds it to its bands. One that covers no centre is left out, without
-    /// computing its plane.
+    /// Clips and snaps an outline and adds it to the bands that it reaches. If its bounds contain
+    /// no pixel centre, it is skipped before its plane is computed.
     pub(crate) fn push(
         &mut self,
         view: &View,
@@ -57,7 +58,7 @@ impl Batch {
         let clipped = clip_facet(outline, NO_FAR_WALL, &mut self.scratch);
         self.corners.extend(clipped.iter().map(|&corner| view.snap(corner)));
 
-        // Is it between two rows, or between two columns, of centres?
+        // The rows and columns whose centres are within the bounds of the outline.
         let reach = |axis: usize| {
             let corners = self.corners[start..].iter().map(|corner| corner[axis]);
             let (lo, hi) = corners.fold((i32::MAX, 0), |(lo, hi), x| (lo.min(x), hi.max(x)));
@@ -96,7 +97,8 @@ impl Batch {
     }
 }
 
-/// Batches of `count` facets, where `prepare(batch, i)` pushes the i-th; they are in order.
+/// Prepares `count` facets in batches, and returns the batches in order. `prepare(batch, i)` pushes
+/// the i-th facet.
 pub(crate) fn batches(
     view: &View,
     count: usize,

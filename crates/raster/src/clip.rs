@@ -1,18 +1,18 @@
 //! Document E: edges and facets in homogeneous coordinates, clipped to the canonical view volume.
 //!
 //! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`. Each of its six walls has a
-//! boundary coordinate, positive inside of it, that changes linearly along an edge:
+//! boundary coordinate that is positive inside the wall and changes linearly along an edge:
 //!
 //! ```text
-//!          wall             in               the cut stands at t = b_in / (b_in - b_out),
-//!   inside  |  outside        \              always counted from the end that is inside, so that
-//!           |             -----+---- wall    the two facets at an edge, which name its ends in
-//!                               \            opposite order, compute the same bits
+//!          wall             in               The cut is at t = b_in / (b_in - b_out), always
+//!   inside  |  outside        \              counted from the inside end. Two facets at an edge
+//!           |             -----+---- wall    list its ends in opposite order and still compute
+//!                               \            the same bits.
 //!                                out
 //! ```
 //!
-//! A point on a wall counts as outside. Nothing is divided by w here, so points behind the eye (w < 0) and at
-//! infinity need no special treatment.
+//! A point on a wall counts as outside. Nothing is divided by w here, so points behind the eye (w <
+//! 0) and at infinity need no special treatment.
 
 /// A point in homogeneous coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ pub struct Point4 {
     pub y: f64,
     /// The third coordinate, times w.
     pub z: f64,
-    /// The divisor.
+    /// The coordinate by which the other three are divided.
     pub w: f64,
 }
 
@@ -55,7 +55,7 @@ impl Point4 {
         }
     }
 
-    /// Moves a point, which is within rounding of wall `i`, onto it.
+    /// Moves a point, which is on wall `i` up to rounding, exactly onto that wall.
     fn on_wall(self, i: usize) -> Self {
         let w = self.w;
         match i {
@@ -69,23 +69,24 @@ impl Point4 {
     }
 }
 
-/// Bit `i` is 0 if a point is inside wall `i`, that is, if its boundary coordinate is positive; 1 if it is
-/// outside, on the wall, or NaN.
+/// Bit `i` is 0 if the point is inside wall `i`, that is, if its boundary coordinate is positive,
+/// and 1 if the point is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }
 
-/// Whether differences of these boundary coordinates, and of the coordinates that they are computed from,
-/// cannot overflow; false for NaN.
+/// Whether differences between these boundary coordinates, and between the coordinates they come
+/// from, cannot overflow; false for NaN.
 fn in_range(boundaries: [f64; 6]) -> bool {
     boundaries.iter().all(|bc| bc.abs() <= f64::MAX / 4.0)
 }
 
 /// The part of an edge in the canonical view volume, or `None` if it is empty.
 ///
-/// An end that is inside keeps its bits, a clipped one lies on its wall up to rounding, and the edge from `c`
-/// to `a` gives the same two points in reverse. The result is empty for an edge with a coordinate that is
-/// NaN, infinite, or so large that `w + x` and the like exceed a quarter of the largest f64.
+/// An end that is inside keeps its bits, a clipped end is on its wall up to rounding, and the edge
+/// from `c` to `a` yields the same two points in reverse. The result is `None` if a coordinate is
+/// NaN, infinite, or so large that a boundary coordinate such as `w + x` exceeds a quarter of the
+/// largest f64.
 ///
 /// ```
 /// use intertri_raster::{Point4, clip_edge};
@@ -100,7 +101,7 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return None;
     }
 
-    // Are both ends outside one wall, or both inside all?
+    // The trivial cases: both ends are outside the same wall, or both are inside all walls.
     let (a_outcode, c_outcode) = (outcode(a_bc), outcode(c_bc));
     if a_outcode & c_outcode != 0 {
         return None;
@@ -109,8 +110,8 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return Some((a, c));
     }
 
-    // How far the edge may go toward c, seen from a, and toward a, seen from c. Each wall has at most one end
-    // outside it, and shortens the edge from the other end.
+    // How far the edge reaches from a toward c, and from c toward a. At most one end is outside
+    // each wall, and the wall limits how far the edge reaches from the other end.
     let (mut from_a, mut from_c) = ((1.0, None), (1.0, None));
     for i in 0..6 {
         if c_outcode >> i & 1 == 1 {
@@ -136,20 +137,21 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
     Some((cut(c, a, from_c), cut(a, c, from_a)))
 }
 
-/// Two outlines that [`clip_facet`] writes alternately, kept between calls to reuse their memory.
+/// Two buffers that [`clip_facet`] uses alternately, kept between calls to reuse their memory.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     outline: Vec<Point4>,
     next: Vec<Point4>,
 }
 
-/// The part of a flat facet inside the given walls, as an outline in the facet's order; empty if nothing is.
+/// The part of a flat facet inside the given walls, as an outline in the facet's order; empty if no
+/// part is inside.
 ///
-/// The outline of a convex facet is convex. That of a concave one may have parts connected by edges that run
-/// back and forth along a wall. Corners that are inside keep their bits, and a clipped corner depends only on
-/// the ends of its edge, not on their order or on the facet. The result is empty for an outline with a
-/// coordinate that is NaN, infinite, or so large that `w + x` and the like exceed a quarter of the largest
-/// f64.
+/// A convex facet has a convex outline. The outline of a concave facet may have several parts,
+/// connected by edges that run back and forth along a wall. Corners that are inside keep their
+/// bits, and a clipped corner depends only on the ends of its edge, not on their order or on the
+/// facet. The result is empty if a coordinate is NaN, infinite, or so large that a boundary
+/// coordinate such as `w + x` exceeds a quarter of the largest f64.
 pub fn clip_facet(
     corners: impl IntoIterator<Item = Point4>,
     walls: u8,
@@ -159,7 +161,7 @@ pub fn clip_facet(
     outline.clear();
     outline.extend(corners);
 
-    // Are all corners outside one wall, or all inside?
+    // Find the walls that all corners are outside of, and those that any corner is outside of.
     let (mut all, mut any, mut usable) = (walls, 0, true);
     for corner in &*outline {
         let boundaries = corner.boundaries();
@@ -172,7 +174,7 @@ pub fn clip_facet(
         outline.clear();
     }
 
-    // Each wall with a corner outside clips the outline left by the one before.
+    // Each wall with a corner outside clips the outline that the previous wall left.
     for i in (0..6).filter(|i| any >> i & 1 == 1) {
         next.clear();
         let Some(&last) = outline.last() else { break };

@@ -1,9 +1,9 @@
-//! Where two pictures of the same scene may differ, decided pixel by pixel and without rounding.
+//! Decides, pixel by pixel and without rounding, where two pictures of the same scene may differ.
 //!
-//! A traced ray and the centre of its pixel are not on the same line: the tracer rounds directions to f32,
-//! and here corners are snapped to fractions of a pixel. Together they shift the picture by at most
-//! [`View::tolerance`], `r`, a distance in the picture of about 1e-4 pixels. Only what a pixel would show for
-//! some point within `r` of its centre excuses a difference:
+//! A traced ray does not pass exactly through the centre of its pixel: the tracer rounds directions
+//! to f32, and this crate snaps corners to fractions of a pixel. Together, these roundings shift
+//! the picture by at most `r`, the [`View::tolerance`] of about 1e-4 pixels. A difference is
+//! excused only if the pixel could show it for some point within `r` of its centre:
 //!
 //! ```text
 //!      .-----.            an edge of one of the two facets passes within r of the centre, or
@@ -23,26 +23,27 @@ use crate::view::View;
 /// The verdict on one pixel of two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Both show the same.
+    /// Both pictures agree.
     Same,
-    /// They differ, and the rule explains why they may.
+    /// They differ, but rounding explains the difference.
     Excused,
     /// They differ, and one of them is wrong.
     Unexcused,
 }
 
-/// Compares the triangle and the depth that each pixel shows in two pictures of the same triangles with the
-/// same view, row by row.
+/// Compares the triangle and the depth that each pixel shows in two pictures of the same triangles
+/// with the same view, row by row.
 ///
-/// A different triangle is excused if an edge of either comes within [`View::tolerance`] of the centre of the
-/// pixel, or if, at some point within that distance, the depths of their planes are equal or one of the
-/// planes is edge-on to the eye. The same triangle must be at the same depth: both `t`, the distances from
-/// the eye, must be values of its plane within that distance, up to 2^-22 of them for the length of a ray's
-/// direction. Nothing excuses another depth.
+/// A different triangle is excused if an edge of either comes within [`View::tolerance`] of the
+/// centre of the pixel, or if, at some point within that distance, the depths of their planes are
+/// equal or one of the planes is edge-on to the eye. If both pictures show the same triangle, its
+/// depth must also agree: each `t`, a distance from the eye, must occur on the triangle's plane
+/// within the tolerance, up to a relative error of 2^-22 for the length of a ray's direction. No
+/// other difference in depth is excused.
 ///
-/// All of this is decided in rational arithmetic on the numbers of the view and the triangles. Only
-/// comparisons of depths have an allowance for the f64 with which engines compute them, about 2^-48 of the
-/// products involved (`docs/raster.md`).
+/// All decisions use rational arithmetic on the numbers of the view and the triangles. Only depth
+/// comparisons have an allowance for the engines' f64 rounding, about 2^-48 of the products
+/// involved (`docs/raster.md`).
 ///
 /// # Panics
 /// Panics if a slice does not have one entry per pixel.
@@ -84,8 +85,8 @@ fn may_be_at(view: &View, triangle: &Triangle, t: f64, x: u32, y: u32) -> bool {
         .unwrap_or_else(|| Disc::new(view, x, y).may_be_at(triangle, t))
 }
 
-/// A fast test in f64 for the clear cases: within half of the allowance, or not within twice of it, with
-/// f64's own rounding far below.
+/// A fast test in f64 for the clear cases: a difference below half of the allowance, or above twice
+/// the allowance. The rounding of f64 is far smaller.
 fn clearly_at(view: &View, TriangleOf(corners): &Triangle, t: f64, x: u32, y: u32) -> Option<bool> {
     let [c1, c2, c3] = corners.map(double);
     let [p, q, arm] = [sub(c2, c1), sub(c3, c1), sub(c1, view.eye())];

@@ -1,13 +1,15 @@
-//! The rule for one pixel, in rationals: what can be visible within a distance of its centre?
+//! The rule for one pixel, in rational arithmetic: what can be visible within a given distance of
+//! its centre?
 //!
-//! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where the pixel is
-//! a disc of radius r around its centre c; everything visible in the disc lies in a cone:
+//! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where
+//! the pixel is a disc of radius r around its centre c. Everything visible in the disc is in a
+//! cone:
 //!
 //! ```text
 //!               ___--- cone     a point is in it where  |(X, Y) - W c| <= r W  and W > 0
 //!   eye o----(c)-----
 //!               """---          a plane n · x = n · a has  q = 1/W = n · (x, y, 1) / n · a,
-//!            W = 1              which is linear in the place (x, y)
+//!            W = 1              which is linear in (x, y)
 //! ```
 
 use intertri::{Triangle, TriangleOf};
@@ -23,7 +25,7 @@ pub(crate) struct Disc {
     axes: [Point; 3],
     /// The centre at W = 1.
     centre: Point,
-    /// The [`View::tolerance`] there.
+    /// The [`View::tolerance`] at W = 1.
     pub(crate) radius: Exact,
 }
 
@@ -38,7 +40,7 @@ struct SeenTriangle {
     doubt: Exact,
 }
 
-/// A linear function of the point in the picture.
+/// A linear function of the position in the picture.
 struct Linear {
     /// The value at the centre.
     value: Exact,
@@ -54,7 +56,7 @@ impl Linear {
         self.slope[0].sqr() + self.slope[1].sqr()
     }
 
-    /// Whether it is 0 somewhere in a disc of that radius around the centre.
+    /// Whether the function is 0 somewhere in a disc of the given radius around the centre.
     fn vanishes(&self, radius: &Exact) -> bool {
         let beyond = &self.doubt - abs(self.value.clone());
         sign_with_root(&beyond, radius, &self.steepness()).is_ge()
@@ -78,8 +80,8 @@ impl Disc {
         }
     }
 
-    /// The direction, in the scene, of the line of directions through the centre; its component along forward
-    /// is 1.
+    /// The direction of the line of sight through the centre, in scene coordinates. Its component
+    /// along forward is 1.
     pub(crate) fn pixel_directions(&self) -> Point {
         [0, 1, 2].map(|k| {
             let along = |axis: usize| &self.axes[axis][k] * &self.centre[axis];
@@ -103,8 +105,9 @@ impl Disc {
         one.zip(other).is_some_and(|(one, other)| tie(&one, &other).vanishes(&self.radius))
     }
 
-    /// Whether a triangle can be visible at the distance `t`: whether its plane has `q t = |d|`, up to 2^-22
-    /// of that, somewhere in the disc, where `d` is the line of directions through the centre.
+    /// Whether a triangle can be visible at the distance `t`, that is, whether `q t = |d|` for its
+    /// plane somewhere in the disc, up to a relative error of 2^-22. Here `d` is the direction
+    /// through the centre.
     pub(crate) fn may_be_at(&self, triangle: &Triangle, t: f64) -> bool {
         let Some(seen) = self.see(triangle).filter(|_| t.is_finite() && t > 0.0) else {
             return false;
@@ -115,7 +118,8 @@ impl Disc {
         let (t, length) = (exact(t), dot(&self.centre, &self.centre));
         let Linear { value, doubt, .. } = &seen.height;
         let (reach, steep) = (&t * &self.radius, seen.height.steepness());
-        // (value +- reach sqrt(steep) +- doubt) t against (offset -+ doubt) (1 -+ 2^-22) sqrt(length)
+        // Compare (value +- reach sqrt(steep) +- doubt) t with (offset -+ doubt) (1 -+ 2^-22)
+        // sqrt(length).
         let factor = |sign: i32| Exact::from(1) + exact(f64::from(sign) * 2f64.powi(-22));
         let least = (&seen.doubt - &seen.offset) * factor(-1);
         let most = (&seen.offset + &seen.doubt) * factor(1);
@@ -123,10 +127,10 @@ impl Disc {
             && sign_with_roots(&((doubt - value) * &t), [&reach, &steep], [&most, &length]).is_ge()
     }
 
-    /// The triangle relative to the eye, with its normal turned away from the eye; none if it is not finite
-    /// or has no area.
+    /// The triangle relative to the eye, with its normal turned away from the eye, or `None` if it
+    /// is not finite or has no area.
     fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
-        // In both engines f64 rounds each of the two numbers about 12 times.
+        // In both engines, each of the two numbers is rounded to f64 about 12 times.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;
@@ -157,12 +161,13 @@ impl Disc {
         [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| self.meets(a, b))
     }
 
-    /// Whether the segment from a to b meets the cone. With `f = (r W)^2 - |(X, Y) - W c|^2`, a quadratic
-    /// function of the position s along the segment, it does where `f >= 0` and `W > 0`:
+    /// Whether the segment from a to b meets the cone. A point is in the cone if `W > 0` and
+    /// `f >= 0`, where `f = (r W)^2 - |(X, Y) - W c|^2` is a quadratic function of the position s
+    /// along the segment:
     ///
     /// ```text
-    ///   a ------(======)------ b     an end is in it, or, as it is convex, both zeros of f are on
-    ///           f  >=  0             the way, and with them its maximum
+    ///   a ------(======)------ b     Either an end is in the cone or, because the cone is convex,
+    ///           f  >=  0             both zeros of f are on the segment, and so is its maximum.
     /// ```
     fn meets(&self, a: &Point, b: &Point) -> bool {
         let aside = |p: &Point| [0, 1].map(|k| &p[k] - &p[2] * &self.centre[k]);
@@ -186,7 +191,7 @@ impl Disc {
     }
 }
 
-/// The difference of two depths, times both offsets: `q = height / offset` for each.
+/// The difference of two depths `q = height / offset`, multiplied by both offsets.
 fn tie(one: &SeenTriangle, other: &SeenTriangle) -> Linear {
     let across =
         |k: usize| &one.height.slope[k] * &other.offset - &other.height.slope[k] * &one.offset;

@@ -1,19 +1,19 @@
-//! Exact numbers, for verdicts that rounding must not decide.
+//! Exact arithmetic, for verdicts that must not depend on rounding.
 //!
-//! Every f32 and f64 is a rational. Sums, products and quotients of rationals are rationals, and the sign of
-//! a sum with square roots can be found by squaring, so lengths can be compared too.
+//! Every finite f32 and f64 is a rational number, and so are sums, products, and quotients of them.
+//! The sign of a sum with square roots can be found by squaring, so lengths can be compared too.
 
 use std::cmp::Ordering;
 
 use dashu_ratio::Relaxed;
 
-/// A rational.
+/// A rational number.
 pub(crate) type Exact = Relaxed;
 
-/// Three rationals.
+/// A point or vector with rational coordinates.
 pub(crate) type Point = [Exact; 3];
 
-/// A number, exactly; 0 for one that is not finite.
+/// The exact value of a number, or 0 if the number is not finite.
 pub(crate) fn exact(x: f64) -> Exact {
     Exact::try_from(x).unwrap_or_default()
 }
@@ -51,7 +51,7 @@ pub(crate) fn cross(a: &Point, b: &Point) -> Point {
     [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
 }
 
-/// |x| + |y| + |z|, which is a rational and at least the length.
+/// |x| + |y| + |z|, a rational upper bound on the length.
 pub(crate) fn size(a: &Point) -> Exact {
     a.iter().cloned().map(abs).fold(Exact::ZERO, |sum, x| sum + x)
 }
@@ -75,7 +75,8 @@ pub(crate) fn sign_with_roots(a: &Exact, [b, p]: [&Exact; 2], [c, q]: [&Exact; 2
     stronger(sign_with_root(a, b, p), sign(c), squares, q)
 }
 
-/// The sign of `x + y sqrt(p)` from the signs of x and y, and that of `x^2 - y^2 p` if they are opposite.
+/// The sign of `x + y sqrt(p)`, from the signs of x and y and, if those are opposite, the sign of
+/// `x^2 - y^2 p`.
 fn stronger(x: Ordering, y: Ordering, squares: impl FnOnce() -> Ordering, p: &Exact) -> Ordering {
     let y = if p.is_zero() { Ordering::Equal } else { y };
     if y.is_eq() || x == y {
@@ -109,7 +110,7 @@ mod tests {
             }) {
                 let [x, y, z] = [a, b, c].map(f64::from);
                 let value = x + y * f64::from(p).sqrt() + z * f64::from(q).sqrt();
-                // Such small numbers are 0 or far from it.
+                // For such small integers, the value is either 0 or far from 0.
                 let expected = if value.abs() < 1e-9 { 0.0 } else { value };
                 assert_eq!(roots(a, b, p, c, q), expected.total_cmp(&0.0), "{a} {b} {p} {c} {q}");
             }
@@ -118,7 +119,7 @@ mod tests {
 
     #[test]
     fn no_difference_is_too_small() {
-        // sqrt(2) + sqrt(3) = sqrt(10.000...): off by one at the 30th digit of 5 + 2 sqrt(6).
+        // Values that are exactly 0, and values that differ from 0 by only 2^-300.
         assert_eq!(roots(0, 1, 2, -1, 2), Ordering::Equal);
         let tiny = exact(2f64.powi(-300));
         let [one, two, four] = [1, 2, 4].map(Exact::from);

@@ -1,15 +1,17 @@
-//! Clipping, z-buffer and stencil shadow volumes: an independent renderer that must see what the rays see.
+//! Clipping, z-buffer, and stencil shadow volumes: an independent renderer for verifying the ray
+//! tracer.
 //!
-//! [`facets`] and [`triangles`] fill a visibility buffer, one [`intertri::Hit`] per pixel, as a tracer does
-//! with one ray per pixel. [`lit`] fills a shadow mask for any visibility buffer, as a tracer does with one
-//! shadow ray per pixel. [`differences`] and [`shadow_differences`] decide pixel by pixel whether two engines
-//! may disagree. [`wire`] draws the visible edges over a picture.
+//! [`facets`] and [`triangles`] fill a visibility buffer, one [`intertri::Hit`] per pixel, as a
+//! tracer does with one ray per pixel. [`lit`] fills a shadow mask for any visibility buffer, as a
+//! tracer does with one shadow ray per pixel. [`differences`] and [`shadow_differences`] decide
+//! pixel by pixel whether two engines may disagree. [`wire`] draws the visible edges over a
+//! picture.
 //!
 //! ```
 //! use intertri::Triangle;
 //! use intertri_raster::{Adjacency, Light, View, Volume, lit, triangles};
 //!
-//! // A floor, and a sheet half way between it and the light.
+//! // A floor, and a sheet halfway between it and the light.
 //! let square = |y: f32, half: f32| {
 //!     let p = |x: f32, z: f32| [x * half, y, z * half - 4.0];
 //!     let (a, b, c, d) = (p(-1.0, -1.0), p(-1.0, 1.0), p(1.0, 1.0), p(1.0, -1.0));
@@ -24,7 +26,7 @@
 //! let adjacency = Adjacency::new(&soup);
 //! let light = Light::Point { position: [0.0, 2.0, -4.0], reach: 1.0 };
 //! let mask = lit(&view, &hits, &Volume::new(&adjacency, light)?);
-//! // The light is straight above the sheet, and so is the shadow below it.
+//! // The light is straight above the sheet, so the shadow is straight below it.
 //! let shadow = 36 * 64 + 32;
 //! assert!(hits[shadow].triangle < 2 && !mask[shadow]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

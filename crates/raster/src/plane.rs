@@ -1,18 +1,19 @@
 //! The depth of a plane over the picture: `q`, the inverse of the view depth, as a linear function.
 //!
-//! With the plane's normal `n` and the vector `a` from the eye to one of its points, the line of directions
-//! `w * d` meets it where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`, and `d` is linear in the
-//! pixel. Larger q is nearer, and a point at infinity has q = 0.
+//! Let `n` be the plane's normal, and `a` the vector from the eye to one of its points. The line of
+//! sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,
+//! which is linear over the picture because `d` is. A larger q is nearer, and a point at infinity
+//! has q = 0.
 
 use intertri::simd::Lanes;
 
 use crate::vector::{Vector, dot};
 use crate::view::PixelDirections;
 
-/// `q` of one plane, clamped to the range at its facet's corners.
+/// The `q` of one plane, clamped to its range at the facet's corners.
 ///
-/// The limits matter for planes that are nearly edge-on: the quotient of two small numbers may be anything,
-/// but the facet is no nearer and no farther than its corners.
+/// The limits matter for planes that are nearly edge-on: the quotient of two small numbers can take
+/// any value, but the facet is no nearer and no farther than its corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacetPlane {
     q0: f64,
@@ -23,8 +24,8 @@ pub(crate) struct FacetPlane {
 }
 
 impl FacetPlane {
-    /// The plane through `eye + arm` with this normal, with `q` in `lo..=hi`. A plane through the eye
-    /// has no depth; it gets `lo` throughout.
+    /// The plane through `eye + arm` with this normal, with `q` clamped to `lo..=hi`. A plane
+    /// through the eye has no depth; its `q` is `lo` everywhere.
     pub(crate) fn new(
         directions: &PixelDirections,
         normal: Vector,
@@ -41,7 +42,7 @@ impl FacetPlane {
         }
     }
 
-    /// The same q everywhere; 0 is at infinity.
+    /// A plane with the same q everywhere; 0 means infinitely far away.
     pub(crate) fn flat(q: f64) -> Self {
         Self { q0: q, dx: 0.0, dy: 0.0, lo: q, hi: q }
     }
@@ -51,7 +52,7 @@ impl FacetPlane {
         self.hi
     }
 
-    /// The part of q that is constant along the row with centre `y`.
+    /// Prepares the plane for the row with centre `y`.
     #[inline(always)]
     pub(crate) fn row<D: Lanes<Scalar = f64>>(&self, y: f64) -> Row<D> {
         Row {
@@ -62,7 +63,7 @@ impl FacetPlane {
         }
     }
 
-    /// q at one point, with the same bits as from [`Row::at`].
+    /// The q at one point, with the same bits as [`Row::at`].
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         (self.dx * x + (self.q0 + self.dy * y)).max(self.lo).min(self.hi)
     }
@@ -78,15 +79,15 @@ pub(crate) struct Row<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Row<D> {
-    /// q at the centres `x`. No operation is fused, so it has the same bits on every CPU.
+    /// The q at the centres `x`. No operation is fused, so the bits are the same on every CPU.
     #[inline(always)]
     pub(crate) fn at(&self, x: D) -> D {
         (self.dx * x + self.q0).max(self.lo).min(self.hi)
     }
 }
 
-/// The range of q over corners with these view depths, for the part of a facet in front of the eye; unbounded
-/// if a corner is behind it.
+/// The range of q over corners with these view depths, for the part of a facet in front of the eye;
+/// unbounded if a corner is behind it.
 pub(crate) fn range(depths: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for w in depths {
@@ -103,8 +104,8 @@ mod tests {
 
     #[test]
     fn a_plane_seen_edge_on_stays_between_its_corners() {
-        // A facet 1 to 3 ahead, in a plane that passes extremely close to the eye: just next to the facet,
-        // the plane itself may be at any depth.
+        // A facet 1 to 3 ahead, in a plane that passes extremely close to the eye. Just beside the
+        // facet, the plane itself may have any depth.
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
         let view = View::new([0.0; 3], axes, 1.0, 100, 100).unwrap();
         let plane = FacetPlane::new(
@@ -117,7 +118,7 @@ mod tests {
             let q = plane.at(x, 20.0);
             assert!((1.0 / 3.0..=1.0).contains(&q), "{x}: {q}");
         }
-        // One through the eye, and a facet that reaches behind it.
+        // A plane through the eye, and a facet that reaches behind the eye.
         let through = FacetPlane::new(
             &view.pixel_directions(),
             [1.0, 0.0, 0.0],
@@ -126,7 +127,7 @@ mod tests {
         );
         assert_eq!(through.at(3.0, 4.0), 0.25);
         assert_eq!(range([-1.0, 2.0]), (0.5, f64::INFINITY));
-        // In front, it is the plane: half the view depth means twice the q.
+        // Elsewhere the limits do not matter: half the view depth means twice the q.
         let slope = FacetPlane::new(
             &view.pixel_directions(),
             [0.0, 1.0, 0.0],

@@ -1,20 +1,20 @@
-//! Where two shadow masks of the same picture may differ, decided pixel by pixel.
+//! Decides, pixel by pixel, where two shadow masks of the same picture may differ.
 //!
-//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused if the
-//! surface of a shadow volume, a side or a near cap, meets that ball:
+//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused if
+//! the surface of a shadow volume, a side or a near cap, meets that ball:
 //!
 //! ```text
 //!        * light
 //!         \
 //!    ------\            the side behind the edge of a blocker: the silhouette's shadow;
-//!           \ .--.      a near cap: a blocker that touches, or the own surface edge-on to the light
+//!           \ .--.      a near cap: a blocker that touches, or P's own surface, edge-on to the light
 //!            (\ P )
 //!      -------`--'----- surface
 //! ```
 //!
-//! A triangle that is edge-on to the light casts a flat, empty volume. Its surface counts anyway: for a
-//! shadow ray that runs along it, rounding decides whether it is hit. So its cap and its three sides are
-//! treated like others.
+//! A triangle that is edge-on to the light casts a flat, empty volume. Its surface counts
+//! nevertheless, because rounding decides whether a shadow ray along the triangle hits it. Its cap
+//! and its three sides are therefore treated like any others.
 
 use intertri::Hit;
 
@@ -27,20 +27,21 @@ use crate::volume::Volume;
 
 /// Compares two shadow masks of the same view, row by row.
 ///
-/// Where the masks differ, the shown point has a ball of uncertainty. Its radius is the distance on the
-/// triangle's plane that [`View::tolerance`] pixels cover, plus 2^-24 of the distance to the light (for a
-/// directional light, of the distance to the origin and twice the vector to the light, because its shadow
-/// rays start at rounded points). The difference is excused if a near cap or a side of a volume meets the
-/// ball, including those of triangles edge-on to the light, or if the shown triangle's plane is edge-on to
-/// the eye within the tolerance. If the reach of the light is 1, the shown triangle's own cap does not count,
-/// nor do the sides of a triangle edge-on to the light.
+/// Where the masks differ, the visible point is only known to be in a ball. The ball's radius is
+/// the distance on the triangle's plane that [`View::tolerance`] pixels cover, plus 2^-24 of the
+/// distance to the light (for a directional light, 2^-24 of the distance to the origin plus twice
+/// the length of the vector to the light, because its shadow rays start at rounded points). The
+/// difference is excused if a near cap or a side of a volume meets the ball, including those of
+/// triangles edge-on to the light, or if the visible triangle's plane is edge-on to the eye within
+/// the tolerance. If the reach of the light is 1, the visible triangle's own cap does not count,
+/// and neither do its own sides if it is edge-on to the light.
 ///
-/// The radius is rounded up. Whether anything meets the ball is decided in rational arithmetic, from
-/// distances between points, lines and planes.
+/// The radius is rounded up. Whether anything meets the ball is decided in rational arithmetic,
+/// from distances between points, lines, and planes.
 ///
 /// # Panics
-/// Panics if a slice does not have one entry per pixel, or a differing pixel shows a triangle that is not in
-/// the volume's mesh.
+/// Panics if a slice does not have one entry per pixel, or if a differing pixel shows a triangle
+/// that is not in the volume's mesh.
 pub fn shadow_differences(
     view: &View,
     hits: &[Hit],
@@ -67,8 +68,8 @@ pub fn shadow_differences(
     verdicts
 }
 
-/// Whether the surface of a volume passes so close to the point that a pixel shows that the point may be lit
-/// or not.
+/// Whether the surface of a volume comes so close to the visible point that the point may be either
+/// lit or dark.
 fn excused(view: &View, hit: &Hit, volume: &Volume<'_>, x: u32, y: u32) -> bool {
     // A pixel without a hit counts as lit in both masks.
     if !hit.is_hit() {

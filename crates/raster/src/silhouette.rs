@@ -1,10 +1,10 @@
-//! Document C: the faces that face the light, and the silhouette edges of their shadow.
+//! Document C: the faces that point toward the light, and the silhouette edges of their shadow.
 //!
-//! The document takes the faces whose normal points toward the light, and the edges between those and the
-//! others. That is right for a closed mesh with consistent winding. Here **every** triangle casts a shadow,
-//! whatever its winding, just as it blocks a ray: one that faces away from the light is flipped first. The
-//! silhouette is then a sum: each flipped face contributes its three edges, and where two faces run along an
-//! edge in opposite directions, they cancel:
+//! The document selects the faces whose normals point toward the light, and the edges between them
+//! and the other faces. That is right for a closed mesh with consistent winding. Here, **every**
+//! triangle casts a shadow, whatever its winding, just as it blocks a ray: a face that points away
+//! from the light is flipped first. The silhouette is then a sum to which each face contributes its
+//! three edges. Where two faces run along an edge in opposite directions, they cancel:
 //!
 //! ```text
 //!       / \
@@ -14,7 +14,8 @@
 //!       \ /     at the border of an open mesh: 1; where three faces meet: -3, -1, 1 or 3
 //! ```
 //!
-//! For any mesh, that sum is the boundary of the flipped faces, so faces and silhouette together are closed.
+//! For any mesh, this sum is the boundary of the faces after flipping, so the faces and the sides
+//! along the silhouette leave no gap.
 
 use robust::{Coord3D, orient3d};
 
@@ -24,21 +25,22 @@ use crate::vector::{Vector, double};
 /// The light that casts the shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
-    /// A point light. A triangle casts its shadow from `1 / reach` times its distance on.
+    /// A point light. A triangle's shadow begins at `1 / reach` times its distance from the light.
     Point {
         /// Its position.
         position: [f32; 3],
-        /// The fraction of the segment from the light to a surface in which a blocker counts: the `t_max` of
-        /// the shadow rays from the light (`t = 0`) to the surface (`t = 1`). It is above 0 and at most 1.
-        /// With 1, a surface still does not shadow itself.
+        /// The fraction of the segment from the light to a surface in which a blocker counts. This
+        /// is the `t_max` of shadow rays from the light (`t = 0`) to the surface (`t = 1`), and it
+        /// must be above 0 and at most 1. Even with 1, a surface does not shadow itself.
         reach: f64,
     },
     /// A directional light, whose rays are parallel.
     Directional {
         /// The vector to the light, of any nonzero length. Shadow rays have the same length.
         toward: [f32; 3],
-        /// The fraction of that vector, from its far end (`t = 0`) to the surface (`t = 1`), in which a
-        /// blocker counts, as for a point light. A triangle casts its shadow from `1 - reach` of it on.
+        /// The fraction of that vector, from its far end (`t = 0`) to the surface (`t = 1`), in
+        /// which a blocker counts, as for a point light. A triangle's shadow begins behind it, at
+        /// `1 - reach` of the vector.
         reach: f64,
     },
 }
@@ -46,18 +48,19 @@ pub enum Light {
 /// One edge of a silhouette.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outline {
-    /// Two indices into [`Adjacency::points`], in the direction of the faces that face the light
-    /// (counter-clockwise around each of them, as seen from the light).
+    /// Two indices into [`Adjacency::points`], in the direction of the faces that are turned to the
+    /// light (counter-clockwise around each of them, as seen from the light).
     pub ends: [u32; 2],
-    /// How many more faces run along it this way than the other way; positive.
+    /// How many more faces run along the edge in this direction than in the other; always positive.
     pub count: u32,
 }
 
-/// For each face, 1 if its normal (c2 - c1) ^ (c3 - c1) points toward the light, -1 if it points away, and
-/// 0 if the face casts no shadow: it is edge-on to the light, without area, or not finite.
+/// For each face, 1 if its normal (c2 - c1) ^ (c3 - c1) points toward the light, -1 if it points
+/// away, and 0 if the face casts no shadow because it is edge-on to the light, has no area, or is
+/// not finite.
 ///
-/// For a point light, the sign is that of the exact determinant. For a directional one it is that of the
-/// exact determinant of the face's sides, which are rounded to f64.
+/// For a point light, the sign is exact. For a directional light, it is exact for the face's sides
+/// after they are rounded to f64.
 pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     let coord = |[x, y, z]: Vector| Coord3D { x, y, z };
     let face = |face: usize| {
@@ -81,10 +84,11 @@ pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     (0..adjacency.faces().len()).map(face).collect()
 }
 
-/// The edges at which the faces do not cancel, after those facing away from the light are flipped.
+/// The edges at which the faces do not cancel once those that point away from the light are
+/// flipped.
 ///
 /// # Panics
-/// If `facing` does not have one entry for each face.
+/// Panics if `facing` does not have one entry for each face.
 pub fn silhouette(adjacency: &Adjacency, facing: &[i8]) -> Vec<Outline> {
     assert_eq!(facing.len(), adjacency.faces().len(), "one entry per face");
     let edges = adjacency.edges().filter_map(|edge| {

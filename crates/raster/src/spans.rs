@@ -1,7 +1,8 @@
-//! Which pixels an outline covers, decided in integers, with exact ownership of shared edges.
+//! Finds the pixels that an outline covers, in integer arithmetic and with exact ownership of
+//! shared edges.
 //!
-//! The corners are at multiples of a fraction of a pixel. Each edge crosses the centre lines of some rows,
-//! and on each it yields the first pixel whose centre is not to its left:
+//! Corners are on a grid of fractions of a pixel. Where an edge crosses the centre line of a row,
+//! it marks the first pixel whose centre is not to its left:
 //!
 //! ```text
 //!     row's centre line   . . .\. . . . . . . ./. . . .     . pixel centres
@@ -9,19 +10,19 @@
 //!                            +1  |1 1 1 1 1 1| -1           there on; the one on the right runs up: -1.
 //! ```
 //!
-//! The running sum along the row is the outline's winding number at each centre: +1 inside an outline that
-//! runs counter-clockwise (y up), -1 inside a clockwise one, 0 outside.
+//! The running sum along the row is the outline's winding number at each centre: +1 inside an
+//! outline that runs counter-clockwise (y up), -1 inside a clockwise one, 0 outside.
 //!
-//! **Ownership.** An edge takes the rows with `top <= centre < bottom` and the pixels from
-//! `crossing <= centre` on. That is the top-left rule: a centre exactly on an edge belongs to the facet to
-//! its right, or below it if the edge is horizontal. Two facets at one edge use the same integers for it with
-//! opposite signs, so the sum of windings over a closed surface is 0 at every centre, and every centre that
-//! the front covers is covered equally often by front and back facets: no gaps and no overlaps, however thin
-//! the facets are.
+//! **Ownership.** An edge applies to the rows with `top <= centre < bottom` and to the pixels with
+//! `crossing <= centre`. This is the top-left rule: a centre exactly on an edge belongs to the
+//! facet to its right, or to the facet below it if the edge is horizontal. Two facets at an edge
+//! use the same integers for it with opposite signs. So the windings over a closed surface add up
+//! to 0 at every centre, and every centre is covered equally often by front and back facets. There
+//! are no gaps and no overlaps, however thin the facets are.
 
 use crate::view::SUBPIXEL_BITS;
 
-/// Rows that are drawn together: the height of a band.
+/// The height of a band: the number of rows that are drawn together.
 pub(crate) const BAND: u32 = 16;
 
 const PIXEL: i64 = 1 << SUBPIXEL_BITS;
@@ -33,14 +34,14 @@ pub(crate) struct Crossings {
     rows: [Vec<(u32, i32)>; BAND as usize],
 }
 
-/// The first row (or column) whose centre is not before a coordinate.
+/// The first row (or column) whose centre is at or after a coordinate.
 pub(crate) fn first_centre(x: i32) -> u32 {
     ((i64::from(x) - HALF + PIXEL - 1) >> SUBPIXEL_BITS).max(0) as u32
 }
 
 impl Crossings {
-    /// Calls `span(row, from, to, winding)` for each run of pixels `from..to` with a nonzero winding number
-    /// in the rows `top..bottom`, which are in one band.
+    /// Calls `span(row, from, to, winding)` for each run of pixels `from..to` with a nonzero
+    /// winding number in the rows `top..bottom`, which are in one band.
     #[inline(always)]
     pub(crate) fn spans(
         &mut self,
@@ -71,7 +72,7 @@ impl Crossings {
         }
     }
 
-    /// Where one edge crosses the rows.
+    /// Records where an edge crosses the rows.
     #[inline(always)]
     fn edge(&mut self, from: [i32; 2], to: [i32; 2], (top, bottom): (u32, u32)) {
         // Both facets at an edge must do the same arithmetic, so always go from the upper end down.
@@ -82,8 +83,8 @@ impl Crossings {
             return;
         }
 
-        // The crossing is at x = high.x + (centre - high.y) * dx / dy, and its pixel is the ceiling of (x -
-        // HALF) / PIXEL: the quotient and remainder of integers below 2^62.
+        // The crossing is at x = high.x + (centre - high.y) * dx / dy, and its pixel is the ceiling
+        // of (x - HALF) / PIXEL: the quotient and remainder of integers below 2^62.
         let dx = i64::from(low[0]) - i64::from(high[0]);
         let dy = i64::from(low[1]) - i64::from(high[1]);
         let below = i64::from(first) * PIXEL + HALF - i64::from(high[1]);
@@ -96,7 +97,7 @@ impl Crossings {
         }
         let mut rest = dividend.rem_euclid(divisor);
 
-        // From row to row it moves by dx / dy pixels.
+        // From row to row, the crossing moves by dx / dy pixels.
         let x_step = dx.div_euclid(dy);
         let rest_step = dx.rem_euclid(dy) * PIXEL;
         for row in first..end {
@@ -137,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_square_owns_its_top_and_left_edges() {
-        // From centre to centre: two by two pixels, not three by three.
+        // The corners are pixel centres. The square covers two by two pixels, not three by three.
         let p = |x: i32, y: i32| [x * (1 << 16) + (1 << 15), y * (1 << 16) + (1 << 15)];
         let square = [p(1, 1), p(1, 3), p(3, 3), p(3, 1)];
         let sums = windings(&square, 5, 20);
@@ -148,7 +149,7 @@ mod tests {
 
     #[test]
     fn crossings_are_those_of_whole_number_cross_products() {
-        // The test of document B in i128, with the rule of ownership for a centre on an edge.
+        // Document B's test in i128, with the ownership rule for a centre on an edge.
         let mut state = 7;
         let (width, height) = (40_u32, 40_u32);
         for round in 0..400 {
@@ -177,7 +178,8 @@ mod tests {
 
     #[test]
     fn a_cut_up_square_is_covered_once() {
-        // A fan of slivers around an inner point; together they cover the square, each centre once.
+        // A fan of slivers around an inner point. Together they cover each centre of the square
+        // once.
         let mut state = 3;
         for _ in 0..50 {
             let side = 32 << 16;

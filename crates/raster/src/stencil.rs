@@ -1,20 +1,21 @@
-//! Shadows by counting: how many shadow volumes contain a visible point.
+//! Computes shadows by counting the shadow volumes that contain each visible point.
 //!
 //! ```text
-//!   eye  o-----------(------P----)---->     Along the line of directions, behind the visible point P, the
+//!   eye  o-----------(------P----)---->     Along the line of sight, behind the visible point P, the
 //!                  enters      leaves       surfaces are counted: +1 where it enters a volume, -1
 //!                                           where it leaves one. The sum is minus the number of
 //!   eye  o--(-----)---------P---------->    volumes that P is in: 0 is lit.
 //! ```
 //!
-//! Counting behind P ("z-fail") instead of in front of it is right wherever the eye is, even in a shadow,
-//! because every volume is closed: the far caps at infinity are behind every P. Outlines are drawn with the
-//! same exact spans as facets. Their winding number is the +1 or -1, so anything closed in space is closed at
-//! every pixel.
+//! Counting behind P ("z-fail") rather than in front of it works wherever the eye is, even in a
+//! shadow, because every volume is closed: the far caps at infinity are behind every P. Outlines
+//! are drawn with the same exact spans as facets. Their winding numbers are the +1 and -1, so a
+//! surface that is closed in space is closed at every pixel.
 //!
-//! **A surface and its own near cap** are in one plane if the light's reach is 1. Both depths are computed by
-//! the same operations from the same corners, so they have the same bits, and a tie is decided so that the
-//! face is not in its own shadow: an entering surface counts as behind, a leaving one as in front.
+//! **A surface and its own near cap** are in the same plane if the light's reach is 1. Both depths
+//! are computed by the same operations from the same corners, so they have the same bits. Ties are
+//! resolved so that a face is not in its own shadow: an entering surface counts as behind, and a
+//! leaving surface as in front.
 
 use intertri::Hit;
 use intertri::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
@@ -29,11 +30,13 @@ use crate::view::{PixelDirections, View};
 use crate::volume::Volume;
 use crate::z_buffer::{centres, plane};
 
-/// The pixels that the light reaches, given what each of them shows (from any engine): `false` if a face of
-/// the volume's mesh is between the visible point and the light. A pixel that shows nothing is lit.
+/// Which pixels the light reaches, given the hit that each pixel shows (from any engine): `false`
+/// if a face of the volume's mesh is between the visible point and the light. A pixel that shows
+/// nothing is lit.
 ///
-/// The hits must be on the volume's mesh, whose planes give the depths; for other hits (an index that the
-/// mesh does not have) the depth is computed from `t`, for a direction of unit length.
+/// The hits must be on the volume's mesh, whose planes determine the depths. If the mesh has no
+/// triangle with the index of a hit, the depth is computed from `t`, assuming a direction of unit
+/// length.
 ///
 /// # Panics
 /// Panics if `hits` does not have one entry per pixel.
@@ -43,7 +46,7 @@ pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
     let directions = view.pixel_directions();
     let seen = depths(view, &directions, hits, volume);
 
-    // Nothing nearer than the nearest visible point is ever counted.
+    // Surfaces nearer than the nearest visible point are never counted.
     let nearest = seen.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let near = 0.25 / nearest;
     let faces = volume.adjacency().faces().len();
@@ -108,13 +111,14 @@ struct Surfaces<'a> {
 }
 
 impl Surfaces<'_> {
-    /// The near and the far cap of one face.
+    /// Adds the near cap of a face and, for a point light, the far cap.
     fn caps(&self, batch: &mut Batch, face: usize) {
         let Self { view, directions, volume, near } = *self;
         let Some(cap) = volume.cap(face) else { return };
         let arm = |point| sub(volume.near(point), view.eye());
 
-        // The depth is computed from the corners in their own order, for the same bits as the surface.
+        // Compute the depth from the corners in their original order, so that it has the same bits
+        // as the surface.
         let outline = cap.map(|point| view.project(arm(point), 1.0, near));
         batch.push(view, outline, 1, || {
             let own = volume.adjacency().faces()[face].map(|point| volume.near(point));
@@ -128,7 +132,7 @@ impl Surfaces<'_> {
         }
     }
 
-    /// One side: from an edge of the silhouette, reversed, to infinity.
+    /// Adds one side, from a silhouette edge, reversed, to infinity.
     fn side(&self, batch: &mut Batch, i: usize) {
         let Self { view, directions, volume, near } = *self;
         let side = volume.silhouette()[i];
@@ -143,7 +147,8 @@ impl Surfaces<'_> {
             let [p, q] = [a, b].map(|point| volume.near(point));
             let normal = cross(sub(q, p), volume.far(a));
             let arms = [p, q].map(|p| sub(p, view.eye()));
-            // The near points are the nearest, unless the side comes back toward the plane of the eye.
+            // The near points are the nearest, unless the side runs back toward the plane of the
+            // eye.
             let back = [a, b].map(|point| view.depth(volume.far(point))).into_iter();
             let depths = arms.map(|arm| view.depth(arm)).into_iter();
             let (_, hi) = range(depths.chain(back.filter(|&w| w < 0.0)));
@@ -152,8 +157,8 @@ impl Surfaces<'_> {
     }
 }
 
-/// The counters of one band; they cannot wrap, because there are fewer than 2^30 faces. Rows are slightly
-/// longer than the picture, to fill the last lanes.
+/// The counters of one band; they cannot wrap, because there are fewer than 2^30 faces. Rows are
+/// slightly longer than the picture, to fill the last lanes.
 #[derive(Default)]
 struct Counters {
     stride: usize,
@@ -198,7 +203,7 @@ impl WithSimd for Count<'_> {
                     let xs = centres::<S::F64x8>(x);
                     let surface = plane.at(xs);
                     let visible = S::F64x8::load(&depths[at..]);
-                    // A smaller q is behind; a tie counts where the line of directions enters.
+                    // A smaller q is behind. A tie counts where the line of sight enters a volume.
                     let behind =
                         if winding > 0 { surface.le(visible) } else { surface.lt(visible) };
                     let bits = (behind & xs.lt(end)).bits();

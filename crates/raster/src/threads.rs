@@ -1,6 +1,7 @@
-//! The two ways to distribute work over all threads; without `parallel`, it runs sequentially.
+//! Two ways to distribute work over all threads. Without the `parallel` feature, the work runs
+//! sequentially.
 
-/// `work(i)` for every `i < count`, in the order of i.
+/// Calls `work(i)` for every `i < count` and returns the results in order.
 pub(crate) fn map<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
     #[cfg(feature = "parallel")]
     {
@@ -11,8 +12,8 @@ pub(crate) fn map<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send
     (0..count).map(work).collect()
 }
 
-/// `work(i, part, scratch)` for the i-th `length` elements of `all`; the last part may be shorter. A scratch
-/// is reused from part to part.
+/// Calls `work(i, part, scratch)` for each part of `all`. A part has `length` elements, except that
+/// the last may be shorter. A scratch value is reused from part to part.
 pub(crate) fn parts<T: Send, S: Default>(
     all: &mut [T],
     length: usize,

@@ -2,18 +2,18 @@
 //!
 //! ```text
 //!                    up
-//!                     |                     A pixel is named by its column x and its row y, from
-//!          +----------|----------+          the top left. Its centre is (x + 0.5, y + 0.5), and the
-//!          |(0,0)     |          |          line of directions through it has the direction
+//!                     |                     A pixel has a column x and a row y, counted from
+//!          +----------|----------+          the top left. Its centre is (x + 0.5, y + 0.5), and
+//!          |(0,0)     |          |          the line of sight through it has the direction
 //!          |          o----------|-- right
 //!          |         /           |            d = forward + right * X + up * Y
 //!          |   forward           |
 //!          +---------------(W,H)-+          with X in +-half_width, Y in +-half_height
 //! ```
 //!
-//! A point at `eye + a` has the view depth `w = forward & a`, the factor by which `d` must be scaled to reach
-//! it. Its inverse `q = 1 / w` is linear over the picture within one plane, and the `t` of a ray of unit
-//! length is `w * |d| = |d| / q`.
+//! A point at `eye + a` has the view depth `w = forward & a`, the factor by which `d` must be
+//! scaled to reach it. Its inverse `q = 1 / w` is linear over the picture within one plane, and the
+//! `t` of a ray of unit length is `w * |d| = |d| / q`.
 
 use std::fmt;
 
@@ -22,7 +22,8 @@ use crate::vector::{Vector, add, dot, double, length, scale, sub};
 
 /// Each pixel is divided into `2^SUBPIXEL_BITS` parts along each axis.
 ///
-/// With 16 bits and at most 2^14 pixels a coordinate has 30 bits, so that all edge arithmetic fits i64.
+/// With 16 bits and at most 2^14 pixels, a coordinate has 30 bits, so all edge arithmetic fits into
+/// i64.
 pub const SUBPIXEL_BITS: u32 = 16;
 
 /// The largest width and height of a picture.
@@ -30,8 +31,9 @@ pub const MAX_SIDE: u32 = 1 << 14;
 
 /// An eye and its picture.
 ///
-/// A tracer's rays from the same eye are `eye + t * d / |d|` with [`View::direction`] `d` at the centres of
-/// the pixels, up to rounding to f32; [`View::tolerance`] bounds the effect of that rounding.
+/// A tracer's rays from the same eye are `eye + t * d / |d|`, where `d` is the [`View::direction`]
+/// at the centre of a pixel, up to rounding to f32. [`View::tolerance`] bounds the effect of that
+/// rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     eye: Vector,
@@ -44,7 +46,7 @@ pub struct View {
     height: u32,
 }
 
-/// The lines of directions as a linear function of the picture: `origin + x * dx + y * dy`.
+/// The directions as a linear function of the position in the picture: `origin + x * dx + y * dy`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelDirections {
     pub(crate) origin: Vector,
@@ -53,12 +55,13 @@ pub(crate) struct PixelDirections {
 }
 
 impl View {
-    /// A view from `eye` along the axes right, up and forward, of `width` times `height` square pixels; half
-    /// the picture's height is `half_height` at distance 1 (the tangent of half the vertical field of view).
+    /// A view from `eye` along the axes right, up, and forward, with `width` by `height` square
+    /// pixels. `half_height` is half the picture's height at distance 1, which is the tangent of
+    /// half the vertical field of view.
     ///
     /// # Errors
-    /// Fails if a number is not finite, the axes are not orthonormal to 1e-9, `half_height` is not positive,
-    /// or a side of the picture is 0 or more than [`MAX_SIDE`].
+    /// Fails if a number is not finite, the axes are not orthonormal to 1e-9, `half_height` is not
+    /// positive, or a side of the picture is 0 or more than [`MAX_SIDE`].
     ///
     /// ```
     /// use intertri_raster::View;
@@ -107,7 +110,7 @@ impl View {
         self.eye
     }
 
-    /// Right, up and forward.
+    /// The axes right, up, and forward.
     pub(crate) fn axes(&self) -> [Vector; 3] {
         [self.right, self.up, self.forward]
     }
@@ -117,8 +120,8 @@ impl View {
         self.half_height
     }
 
-    /// The line of directions through a point of the picture, in pixels from its top left corner; its
-    /// component along `forward` is 1.
+    /// The direction of the line of sight through a point of the picture, given in pixels from the
+    /// top left corner. Its component along `forward` is 1.
     pub fn direction(&self, x: f64, y: f64) -> [f64; 3] {
         let PixelDirections { origin, dx, dy } = self.pixel_directions();
         add(origin, add(scale(dx, x), scale(dy, y)))
@@ -130,7 +133,7 @@ impl View {
         (d, length(d))
     }
 
-    /// The lines of directions as a linear function.
+    /// The directions as a linear function of the position in the picture.
     pub(crate) fn pixel_directions(&self) -> PixelDirections {
         let across = scale(self.right, self.half_width);
         let above = scale(self.up, self.half_height);
@@ -148,8 +151,8 @@ impl View {
 
     /// How far apart, in pixels, a traced ray and this crate's picture can place an edge.
     ///
-    /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its directions to f32,
-    /// and here the corners of facets are snapped to 2^-16 of a pixel.
+    /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its
+    /// directions to f32, and here the corners of facets are snapped to 2^-16 of a pixel.
     pub fn tolerance(&self) -> f64 {
         let pixels = f64::from(self.height) / (2.0 * self.half_height);
         let longest = self.longest();
@@ -163,9 +166,9 @@ impl View {
         dot(self.forward, arm)
     }
 
-    /// A point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight` 0), in the
-    /// homogeneous coordinates of this picture, with the near wall at the view depth `near` and the far one
-    /// at infinity.
+    /// A point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight` 0), in
+    /// the homogeneous coordinates of this picture, with the near wall at the view depth `near` and
+    /// the far wall at infinity.
     pub(crate) fn project(&self, arm: Vector, weight: f64, near: f64) -> Point4 {
         let w = self.depth(arm);
         Point4 {
@@ -195,7 +198,7 @@ impl View {
 pub enum ViewError {
     /// Width and height are not both between 1 and [`MAX_SIDE`].
     Size(u32, u32),
-    /// The eye has a NaN or an infinity.
+    /// A coordinate of the eye is NaN or infinite.
     Eye,
     /// The axes are not three orthogonal unit vectors.
     Axes,

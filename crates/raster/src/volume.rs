@@ -1,24 +1,25 @@
 //! Document C: the shadow volumes behind the faces, as closed surfaces.
 //!
 //! ```text
-//!           * light          Each face throws a volume: all that is behind it as seen from the
-//!          / \               light, without end. Its surface is
-//!         /   \              - the near cap: the face itself, looking at the light,
-//!        a-----b             - sides along its edges: (b, a, far a, far b), outward,
-//!       /.......\            - the far cap: the face at infinity, looking away.
-//!      /.........\           Inner sides cancel between neighbours, so only the silhouette has them.
+//!           * light          Each face has a volume: everything behind it as seen from the
+//!          / \               light, without limit. Its surface consists of
+//!         /   \              - the near cap: the face itself, facing the light,
+//!        a-----b             - a side along each edge: (b, a, far a, far b), facing outward,
+//!       /.......\            - the far cap: the face at infinity, facing away.
+//!      /.........\           The sides between neighbours cancel, so only the silhouette has sides.
 //!  far a ------- far b
 //! ```
 //!
-//! This is the document's quad with its two new vertices in the right order (`docs/documents.md`). Its BIG is
-//! infinity here: a far point is a direction, `w = 0` in homogeneous coordinates, so no number is too small
-//! for the scene or too large for the arithmetic. For a directional light all far points coincide, the sides
-//! are triangles, and there is no far cap.
+//! This is the document's quad with its two new vertices in the right order (`docs/documents.md`).
+//! The document's BIG is infinity here: a far point is a direction, with `w = 0` in homogeneous
+//! coordinates, so no finite number has to be large enough for the scene and small enough for the
+//! arithmetic. For a directional light, all far points coincide, the sides are triangles, and there
+//! is no far cap.
 //!
-//! A point is in as many volumes as there are faces between it and the light: the winding number of the
-//! surfaces around it. That holds for every mesh, whether open, self-intersecting, inconsistently wound, or
-//! with many faces at an edge, and it is what a two-sided shadow ray finds. Faces that are edge-on to the
-//! light cast nothing.
+//! The number of volumes that contain a point is the number of faces between the point and the
+//! light, and also the winding number of the surfaces around the point. This holds for every mesh,
+//! whether open, self-intersecting, inconsistently wound, or with many faces at an edge, and it is
+//! what a two-sided shadow ray finds. Faces that are edge-on to the light cast no shadow.
 
 use std::fmt;
 
@@ -26,7 +27,7 @@ use crate::adjacency::Adjacency;
 use crate::silhouette::{Light, Outline, facing, silhouette};
 use crate::vector::{Vector, add, double, scale, sub};
 
-/// The shadow volumes of a mesh in one light; they do not depend on the view.
+/// The shadow volumes of a mesh for one light. They do not depend on the view.
 #[derive(Clone, Debug)]
 pub struct Volume<'a> {
     adjacency: &'a Adjacency,
@@ -42,7 +43,8 @@ impl<'a> Volume<'a> {
     /// The volumes behind all faces of a mesh.
     ///
     /// # Errors
-    /// Fails if the light is not finite, has no direction, or has a reach that is not above 0 and at most 1.
+    /// Fails if the light is not finite, has no direction, or has a reach that is not above 0 and
+    /// at most 1.
     pub fn new(adjacency: &'a Adjacency, light: Light) -> Result<Self, LightError> {
         let finite = |p: [f32; 3]| p.iter().all(|x| x.is_finite());
         let (Light::Point { position: place, reach } | Light::Directional { toward: place, reach }) =
@@ -84,13 +86,13 @@ impl<'a> Volume<'a> {
         self.light
     }
 
-    /// Where the sides leave the mesh.
+    /// The edges from which the sides of the volumes extend.
     pub fn silhouette(&self) -> &[Outline] {
         &self.silhouette
     }
 
-    /// The face's points in counter-clockwise order as seen from the light, and `None` for a face that casts
-    /// no shadow.
+    /// The face's points in counter-clockwise order as seen from the light, or `None` if the face
+    /// casts no shadow.
     pub(crate) fn cap(&self, face: usize) -> Option<[u32; 3]> {
         let [a, b, c] = self.adjacency.faces()[face];
         match self.facing[face] {
@@ -111,7 +113,7 @@ impl<'a> Volume<'a> {
     }
 }
 
-/// Why there are no shadow volumes.
+/// Why the shadow volumes cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightError {
     /// A coordinate of the light is NaN or infinite.

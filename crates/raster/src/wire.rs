@@ -1,4 +1,4 @@
-//! Edges drawn over a picture: document E, with the hidden parts left out.
+//! Draws edges over a picture, clipped as in document E and without their hidden parts.
 
 use intertri::Hit;
 
@@ -8,21 +8,22 @@ use crate::vector::{double, sub};
 use crate::view::View;
 use crate::z_buffer::plane;
 
-/// The fraction of its distance by which an edge may lie behind its pixel's surface and still be drawn.
+/// The fraction of its distance by which an edge may lie behind its pixel's surface and still be
+/// drawn.
 ///
-/// A pixel's facet is only known at its centre, and an edge passes up to half a pixel away; on a curved
-/// surface the next facet's plane may be slightly in front of it there.
+/// A pixel's facet is known only at the pixel's centre, and an edge may pass up to half a pixel
+/// away. On a curved surface, the next facet's plane may be slightly in front of the edge there.
 const SLACK: f64 = 1.0 / 500.0;
 
 /// The pixels through which edges of a mesh pass, except where the picture's surfaces hide them.
 ///
 /// `edges` are pairs of indices into [`Adjacency::points`]: all of [`Adjacency::edges`], or a
-/// [`silhouette`](crate::silhouette()) for a light at the eye. An edge is hidden if, where it passes, the
-/// plane of the triangle that its pixel shows is nearer than the edge by more than one five-hundredth of the
-/// distance. An edge with a NaN or an infinity is not drawn.
+/// [`silhouette`](crate::silhouette()) for a light at the eye. At each pixel, an edge is hidden if
+/// the plane of the visible triangle is nearer than the edge by more than one five-hundredth of the
+/// distance. Edges with a NaN or infinite coordinate are not drawn.
 ///
 /// # Panics
-/// Panics if `hits` does not have one entry per pixel, or an edge refers to a missing point.
+/// Panics if `hits` does not have one entry per pixel, or if an edge refers to a missing point.
 pub fn wire(
     view: &View,
     hits: &[Hit],
@@ -34,14 +35,14 @@ pub fn wire(
     let directions = view.pixel_directions();
     let mut drawn = vec![false; hits.len()];
     for ends in edges {
-        // Clip the edge to the picture; z = 0 leaves only the sides and w > 0.
+        // Clip the edge to the picture. With z = 0, only the sides of the picture and w > 0 matter.
         let [a, b] = ends.map(|end| {
             let arm = sub(double(adjacency.points()[end as usize]), view.eye());
             Point4 { z: 0.0, ..view.project(arm, 1.0, 0.0) }
         });
         let Some((a, b)) = clip_edge(a, b) else { continue };
 
-        // One step per pixel along it. On the screen q = 1 / w is linear, as are x and y.
+        // Take one step per pixel along the edge. On the screen, q = 1 / w is linear, like x and y.
         let ([ax, ay], [bx, by]) = (view.pixel(a), view.pixel(b));
         let (aq, bq) = (1.0 / a.w, 1.0 / b.w);
         let steps = (bx - ax).abs().max((by - ay).abs()).ceil();

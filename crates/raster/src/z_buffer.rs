@@ -1,8 +1,9 @@
-//! Document B: which facet a pixel shows, that is, the nearest of those that cover its centre.
+//! Document B: finds the facet that each pixel shows, which is the nearest facet that covers its
+//! centre.
 //!
-//! 1. Every facet is clipped, snapped to fractions of a pixel and sorted into bands of rows.
-//! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number in
-//!    integers, and each run keeps the facet where it is nearer than what was there.
+//! 1. Every facet is clipped, snapped to fractions of a pixel, and sorted into bands of rows.
+//! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number
+//!    in integers. A pixel of a run takes the facet if it is nearer than the one stored there.
 //! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
 use intertri::internal::Coefficients;
@@ -16,30 +17,31 @@ use crate::threads;
 use crate::vector::{Vector, add, cross, dot, double, sub};
 use crate::view::{PixelDirections, View};
 
-/// The most facets of a picture.
+/// The number of facets in a picture must be less than this.
 const MAX_FACETS: usize = i32::MAX as usize;
 
-/// What each pixel of a view shows of a set of facets, row by row from the top left.
+/// The facet that each pixel of a view shows, row by row from the top left.
 ///
-/// A facet is an outline of three or more corners in one plane, convex or concave, with either winding, and
-/// two-sided. It covers the pixels whose centres its outline winds around. A centre exactly on an edge
-/// belongs to the facet to its right, or below it, so that of two facets that share an edge exactly one has
-/// it. An outline that crosses itself covers the points with a nonzero winding number.
+/// A facet is an outline of three or more corners in one plane. It may be convex or concave, may
+/// have either winding, and is two-sided. It covers the pixels whose centres its outline winds
+/// around. A centre exactly on an edge belongs to the facet to its right, or below it, so exactly
+/// one of two facets that share the edge covers the centre. An outline that crosses itself covers
+/// the points with a nonzero winding number.
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
-/// - `t` is the distance from the eye, which is a ray's `t` for rays of unit length. It belongs to the
-///   facet's plane, and is never nearer or farther than its corners. Only `t > threshold` is visible, where
-///   `threshold` is that of the rays; the smallest `t` owns the pixel, and if several are equal, the lowest
-///   facet.
+/// - `t` is the distance from the eye, which equals a ray's `t` if its direction has unit length.
+///   It is computed from the facet's plane, and is never nearer or farther than the facet's
+///   corners. Only points with `t > threshold` are visible, as with the threshold of rays. The
+///   smallest `t` owns the pixel; if several are equal, the facet with the lowest index does.
 /// - `u` and `v` are the weights of the second and third corner: a point of the facet's plane is
 ///   `c1 + u (c2 - c1) + v (c3 - c1)`, even for a facet with more corners.
 ///
-/// A facet is invisible if it has fewer than three corners, a NaN or an infinity, no area (the sum of its
-/// corners' cross products is 0), or is in one plane with the eye. The plane of an outline that is not flat
-/// has its mean normal, through its first corner.
+/// A facet is invisible if it has fewer than three corners, a NaN or infinite coordinate, or no
+/// area (the sum of its corners' cross products is 0), or if the eye is in its plane. For an
+/// outline that is not flat, the plane has the mean normal and passes through the first corner.
 ///
 /// # Panics
-/// Panics if there are 2^31 facets or more, or `threshold` is negative, infinite or NaN.
+/// Panics if there are 2^31 facets or more, or if `threshold` is negative, infinite, or NaN.
 ///
 /// ```
 /// use intertri_raster::{View, facets};
@@ -98,13 +100,13 @@ where
 /// [`facets`] of triangles.
 ///
 /// # Panics
-/// As for [`facets`].
+/// Panics as [`facets`] does.
 pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit> {
     facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
 }
 
-/// The depth of a facet, or `None` if it has no area or is in one plane with the eye. Its normal is the sum
-/// of the cross products over the fan around the first corner, as in the reference.
+/// The depth of a facet, or `None` if it has no area or the eye is in its plane. Its normal is the
+/// sum of the cross products over the fan around the first corner, as in the reference.
 pub(crate) fn plane<C>(view: &View, directions: &PixelDirections, corners: C) -> Option<FacetPlane>
 where
     C: IntoIterator<Item = Vector, IntoIter: Clone>,
@@ -173,7 +175,8 @@ impl WithSimd for Draw<'_> {
 
         let top = band as u32 * BAND;
         for (piece, outline, rows) in batches.iter().flat_map(|batch| batch.of_band(band)) {
-            // Only a facet that comes this close can be in front of the threshold: t = |d| / q, and |d| >= 1.
+            // Only a facet that comes this close can have points nearer than the threshold: t = |d|
+            // / q, and |d| >= 1.
             let close = piece.plane.hi() * threshold >= 1.0;
             crossings.spans(outline, rows, |y, from, to, _| {
                 let centre = f64::from(y) + 0.5;
@@ -206,7 +209,7 @@ impl WithSimd for Draw<'_> {
     }
 }
 
-/// The centres of a pixel and of the following ones.
+/// The centres of a pixel and the following pixels, one per lane.
 #[inline(always)]
 pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     const STEPS: [f64; 16] = {
@@ -221,7 +224,7 @@ pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     D::splat(x as f64) + D::load(&STEPS)
 }
 
-/// `|d|` of the lines of directions through these centres of a row.
+/// `|d|` for the lines of sight through these centres of a row.
 #[inline(always)]
 fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -> D {
     let d = |axis: usize| {
@@ -232,7 +235,7 @@ fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -
     (dx * dx + dy * dy + dz * dz).sqrt()
 }
 
-/// The numbers from which the weights of a facet's second and third corner are computed (document D).
+/// The coefficients for the weights of a facet's second and third corners (document D).
 fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
     let first = Triangle([corners[0], corners[1], corners[2]]);
     Coefficients::new(&first, view.eye().map(|x| x as f32))
@@ -242,7 +245,7 @@ fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
 fn resolve(view: &View, seen: &Coefficients, facet: usize, q: f64, x: u32, y: u32) -> Hit {
     let (d, long) = view.through(x, y);
     let (u, v) = seen.weights(d);
-    // A facet may begin with three collinear corners.
+    // If a facet's first three corners are collinear, the weights are not finite.
     let weight = |w: f64| if w.is_finite() { w } else { 0.0 };
     Hit { t: long / q, u: weight(u), v: weight(v), triangle: facet as u32, geometry: 0 }
 }
@@ -298,9 +301,9 @@ mod tests {
 
     #[test]
     fn a_closed_surface_is_crossed_as_often_one_way_as_the_other() {
-        // Tetrahedra anywhere, even around the eye and across its plane: at every pixel the windings of the
-        // four faces, clipped and snapped, add up to the same number: 0, or -1 (the eye is inside and only
-        // sees back faces), or +1 if the tetrahedron is inside out.
+        // Random tetrahedra, some of them around the eye or across its plane. At every pixel, the
+        // windings of the four faces, clipped and snapped, have the same sum: 0, or -1 if the eye
+        // is inside and sees only back faces, or +1 if the tetrahedron is also inside out.
         let view = ahead(40, 40);
         let mut state = 2;
         let mut around = 0;

@@ -1,4 +1,5 @@
-//! Document E against its scalar reference, and the properties that two facets at an edge rely on.
+//! Document E compared with its scalar reference, and the properties that two facets at an edge
+//! rely on.
 
 use intertri_raster::{ALL_WALLS, NO_FAR_WALL, Point4, Scratch, clip_edge, clip_facet, outcode};
 use intertri_reference::clip_edge as reference;
@@ -92,7 +93,7 @@ fn a_facet_behind_the_eye_or_beside_the_volume_is_nowhere() {
     assert!(clip_facet(behind, NO_FAR_WALL, &mut scratch).is_empty());
     let right = behind.map(|p| Point4::new(p.x + 5.0, p.y, 0.0, 1.0));
     assert!(clip_facet(right, ALL_WALLS, &mut scratch).is_empty());
-    // Beyond the far wall, which only one of the two clips against.
+    // A facet beyond the far wall, which is in only one of the two sets of walls.
     let far = behind.map(|p| Point4::new(p.x * 0.1, p.y * 0.1, 2.0, 1.0));
     assert!(clip_facet(far, ALL_WALLS, &mut scratch).is_empty());
     assert_eq!(clip_facet(far, NO_FAR_WALL, &mut scratch), far);
@@ -113,8 +114,8 @@ fn what_is_left_of_a_facet_is_inside_and_in_its_plane() {
         for p in outline {
             let least = p.boundaries().into_iter().fold(f64::INFINITY, f64::min);
             assert!(least > -1e-12 * size, "{corners:?}: {p:?}");
-            // The determinant of four coplanar points (in the hyperplane through the origin of x, y, z, w:
-            // the span of the corners) is 0.
+            // The point is in the span of the three corners, as vectors of x, y, z, and w, so the
+            // determinant is 0.
             let rows = [corners[0], corners[1], corners[2], *p].map(|p| [p.x, p.y, p.z, p.w]);
             assert!(det4(rows).abs() < 1e-12 * size.powi(3), "{corners:?}: {p:?}");
         }
@@ -138,15 +139,15 @@ fn det4(m: [[f64; 4]; 4]) -> f64 {
 
 #[test]
 fn two_facets_at_an_edge_cut_it_at_the_same_bits() {
-    // The corners that both outlines have are on the shared edge; each must be in both. The walls' own
-    // corners, and the corners of one facet only, are in one.
+    // Where the walls cut the shared edge, both outlines must have a corner with the same bits. All
+    // other corners may belong to one outline only.
     let mut numbers = Numbers(4);
     let (mut one, mut other) = (Scratch::default(), Scratch::default());
     let mut cut = 0;
     for _ in 0..100_000 {
         let (a, b) = (numbers.point(), numbers.point());
         if [a, b].iter().any(|p| p.boundaries().contains(&0.0)) {
-            continue; // A corner on a wall is itself a cut corner of every edge there.
+            continue; // A corner on a wall is where the wall cuts its edges.
         }
         let first = clip_facet([a, b, numbers.point()], NO_FAR_WALL, &mut one);
         let second = clip_facet([b, a, numbers.point()], NO_FAR_WALL, &mut other);

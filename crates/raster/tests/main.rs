@@ -1,4 +1,5 @@
-//! Both rasterizers through their public interface: pictures and shadows against scalar references and rays.
+//! Tests of the z-buffer and the shadow volumes through their public interface. Pictures and
+//! shadows are compared with scalar references and with rays.
 
 mod clip;
 mod common;

@@ -1,4 +1,5 @@
-//! Both renderers on whole scenes at 1024 x 768: the z-buffer against rays, volumes against shadow rays.
+//! Whole scenes at 1024 x 768: the z-buffer compared with rays, and shadow volumes with shadow
+//! rays.
 
 use crate::common::{rays_of, view_of};
 use intertri::{Hit, Mode, Ray, Threshold};
@@ -8,8 +9,8 @@ use intertri_raster::{
 use intertri_scene::{Light as Lamp, Scene, hit_point, load, shade};
 use intertri_trace::Bvh;
 
-/// Draws and traces a scene. The pictures may differ in few pixels, each for a known reason; with many, the
-/// rule for those reasons might hide an error.
+/// Draws and traces a scene. Only a few pixels may differ, each for a known reason; if many were
+/// excused, the rule could hide an error.
 fn check(name: &str, scene: &Scene) {
     let (width, height) = (1024, 768);
     let soup = scene.mesh.to_triangles();
@@ -41,7 +42,7 @@ fn check(name: &str, scene: &Scene) {
     let covered = drawn.iter().filter(|hit| hit.is_hit()).count();
     let dark = counted.iter().filter(|lit| !**lit).count();
     println!(
-        "{name}: {} triangles, {covered} pixels covered, {} excused, {} not; {} edges of silhouette, {dark} pixels dark, {} excused, {} not",
+        "{name}: {} triangles, {covered} pixels covered, {} excused, {} not; {} silhouette edges, {dark} pixels dark, {} excused, {} not",
         soup.len(),
         count(&seen, Verdict::Excused),
         count(&seen, Verdict::Unexcused),
@@ -55,7 +56,7 @@ fn check(name: &str, scene: &Scene) {
         assert!(count(verdicts, Verdict::Excused) < 50, "{name}");
     }
 
-    // With the same texture coordinates, colours differ only by rounding, except at the borders of texels.
+    // With the same texture coordinates, colours differ only by rounding, except at texel borders.
     if scene.texture.is_some() {
         let [one, other] = [&drawn, &traced]
             .map(|hits| shade(scene, width, height, hits, &by_rays).unwrap().pixels().to_vec());
@@ -84,7 +85,7 @@ fn the_models() {
     for name in ["suzanne", "spot", "teapot", "fandisk", "stanford-bunny", "kitchen"] {
         let path = std::path::Path::new(&folder).join(name).with_extension("obj");
         if !path.exists() {
-            println!("{}: not there, not tested", path.display());
+            println!("{}: not found, skipped", path.display());
             continue;
         }
         check(name, &Scene::of(load(&path).unwrap(), 1024.0 / 768.0).unwrap());

@@ -1,4 +1,5 @@
-//! Shadow volumes against brute-force shadow rays, for well-formed meshes and every kind of malformed one.
+//! Shadow volumes compared with brute-force shadow rays, for well-formed meshes and many kinds of
+//! malformed ones.
 
 use crate::common::{Numbers, ball, cuboid, floor, view_of};
 use intertri::{Hit, Mode, Ray, Triangle};
@@ -20,7 +21,8 @@ fn directional(toward: [f32; 3]) -> Light {
     Light::Directional { toward, reach: 1.0 }
 }
 
-/// A brute-force shadow ray's answer for every pixel. The shown triangle does not shadow itself.
+/// Which pixels are lit according to brute-force shadow rays. The visible triangle does not shadow
+/// itself.
 fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bool> {
     let width = view.width() as usize;
     let one = |(i, hit): (usize, &Hit)| {
@@ -49,8 +51,8 @@ fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bo
     hits.iter().enumerate().map(one).collect()
 }
 
-/// Draws, counts, traces, and checks that the rule excuses every difference. Returns how many pixels are
-/// dark, and how many differ.
+/// Computes shadows with volumes and with rays, and checks that the rule excuses every difference.
+/// Returns the number of dark pixels and the number of pixels that differ.
 fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usize) {
     let view = view_of(camera, SIZE.0, SIZE.1);
     let hits = triangles(&view, soup, THRESHOLD);
@@ -74,7 +76,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usi
     (dark, verdicts.iter().filter(|v| **v != Verdict::Same).count())
 }
 
-/// The lights used by all tests: near, far, at the eye, behind it, below, and parallel.
+/// The lights used by all tests: near, far, at the eye, behind it, below, and directional.
 fn lights(camera: &Camera) -> Vec<Light> {
     let mut lights = Vec::new();
     for position in
@@ -83,7 +85,7 @@ fn lights(camera: &Camera) -> Vec<Light> {
         lights.extend([point(position, REACH), point(position, 1.0)]);
     }
     for toward in [[0.3, 1.0, 0.2], [-1.0, 0.4, 0.0], [0.0, 1e-3, 1.0], [0.0, 0.0, -5.0]] {
-        // A vector that leads out of the scene.
+        // A vector that is long enough to leave the scene.
         let long = toward.map(|x| 20.0 * x);
         lights.extend([directional(toward), Light::Directional { toward: long, reach: REACH }]);
     }
@@ -94,8 +96,8 @@ fn camera() -> Camera {
     Camera::new([1.2, 1.8, 3.5], [0.0, 0.0, 0.0], Camera::UP, 50.0).unwrap()
 }
 
-/// Runs all lights over one mesh; most of them must find shadow, and for all lights together at most `few`
-/// pixels may need an excuse.
+/// Tests one mesh with all lights. At least half of the lights must cast a shadow, and at most
+/// `few` pixels in total may need an excuse.
 fn all_lights(camera: &Camera, soup: &[Triangle], few: usize) {
     let (mut with_shadow, mut excused) = (0, 0);
     let lights = lights(camera);
@@ -118,7 +120,7 @@ fn a_closed_mesh_over_a_floor() {
 
 #[test]
 fn boxes_that_touch_and_stand_on_the_floor() {
-    // Coplanar faces, shared faces, edges with four faces.
+    // The boxes have coplanar faces, shared faces, and edges with four faces.
     let mut soup = floor(-1.0, 3.0);
     soup.extend(cuboid([-1.0, -1.0, -1.0], [0.0, 0.0, 0.0]));
     soup.extend(cuboid([0.0, -1.0, -1.0], [0.5, 0.7, 0.0]));
@@ -139,7 +141,8 @@ fn an_open_mesh() {
 
 #[test]
 fn many_faces_at_an_edge() {
-    // Fins around one axis: 9 triangles with a common edge, one side of each duplicated.
+    // Fins around one axis: nine triangles with a common edge. Every third fin has two duplicates,
+    // one for each winding.
     let (top, bottom) = ([0.0, 1.0, 0.0], [0.0, -0.8, 0.0]);
     let mut soup = floor(-1.0, 3.0);
     for i in 0..9 {
@@ -174,7 +177,7 @@ fn a_mesh_that_runs_through_itself() {
     let mut soup = numbers.soup(60, 0.8, 0.8);
     soup.extend(cuboid([-0.9, -0.4, -0.5], [0.3, 0.4, 0.5]));
     soup.extend(cuboid([-0.3, -0.7, -0.2], [0.9, 0.2, 0.8]));
-    // Triangles without area or with infinite coordinates do not cast shadows.
+    // Triangles without area or with NaN or infinite coordinates do not cast shadows.
     soup.push(Triangle([[0.0; 3], [1.0; 3], [1.0; 3]]));
     soup.push(Triangle([[0.0; 3], [1.0; 3], [2.0; 3]]));
     soup.push(Triangle([[f32::NAN; 3], [1.0; 3], [2.0, 1.0, 0.0]]));
@@ -185,7 +188,7 @@ fn a_mesh_that_runs_through_itself() {
 
 #[test]
 fn the_eye_within_a_shadow() {
-    // Under a table, in a room, and in a ball that is completely dark.
+    // The eye is in a round room, under a table, or under a table in the round room.
     let mut room = ball(&mut Numbers(7), 6, 0.0);
     for triangle in &mut room {
         triangle.0 = triangle.0.map(|p| p.map(|x| x * 6.0));
@@ -199,8 +202,8 @@ fn the_eye_within_a_shadow() {
             same_as_rays(&camera, soup, light);
         }
     }
-    // Light from outside falls on the outside of the wall in between, which these single sheets also show on
-    // their inside, and on nothing else.
+    // Light from outside falls only on the outside of the wall in between. The wall is a single
+    // sheet, so it looks lit from the inside too.
     let camera = Camera::new([0.3, -0.2, 1.0], [0.0, -0.5, -1.0], Camera::UP, 75.0).unwrap();
     let outside = [20.0, 30.0, 10.0];
     same_as_rays(&camera, &room, point(outside, REACH));
@@ -231,14 +234,14 @@ fn the_light_in_a_mesh_on_a_face_and_at_a_corner() {
             same_as_rays(&camera, &soup, point(place, reach));
         }
     }
-    // From inside the box, nothing of the floor is lit.
+    // A light inside the box lights no part of the floor.
     let (dark, _) = same_as_rays(&camera, &soup, point([0.1, 0.2, 0.0], REACH));
     assert!(dark > 1000, "{dark}");
 }
 
 #[test]
 fn a_light_along_a_face() {
-    // In the plane of the box's top, of its sides, and along its edges.
+    // The light is in the plane of the box's top or sides, or in line with its edges.
     let mut soup = floor(-1.0, 3.0);
     soup.extend(cuboid([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]));
     let camera = camera();
@@ -255,8 +258,8 @@ fn a_light_along_a_face() {
 
 #[test]
 fn one_sheet_throws_one_shadow_and_none_on_itself() {
-    // From above: the sheet and its shadow on the floor, twice as large because the sheet is at half the
-    // height.
+    // A sheet and its shadow on the floor, seen from above. With a point light, the shadow is twice
+    // as large as the sheet, which is at half the light's height.
     let mut soup = floor(0.0, 4.0);
     soup.extend(floor(1.0, 0.5));
     let camera = Camera::new([0.0, 6.0, 0.01], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0], 60.0).unwrap();
@@ -289,7 +292,8 @@ fn one_sheet_throws_one_shadow_and_none_on_itself() {
 
 #[test]
 fn a_thousand_volumes_do_not_wrap_a_counter() {
-    // 70,000 stacked sheets: more than 16 bits count, and a multiple of 2^16 is not light.
+    // With 65,536 stacked sheets, the count exceeds 16 bits, and a multiple of 2^16 must not look
+    // lit.
     let mut soup = floor(-1.0, 3.0);
     for _ in 0..32_768 {
         soup.extend(floor(0.5, 0.4));
@@ -320,8 +324,8 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
         let [one, other] = edge.sides else { panic!("a closed mesh") };
         assert_ne!(one.forward, other.forward, "wound consistently");
     }
-    // Seen along a diagonal the outline has six edges, each of the front and of the back: 2 each. They form
-    // one closed loop.
+    // Seen along a diagonal, the outline has six edges that form one closed loop. A front face and
+    // a back face meet at each of them, so each counts 2.
     let looks = facing(&adjacency, &directional([1.0, 2.0, 3.0]));
     assert_eq!(
         (looks.iter().filter(|f| **f == 1).count(), looks.iter().filter(|f| **f == -1).count()),
@@ -332,12 +336,12 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
     for edge in &outline {
         assert_eq!(outline.iter().filter(|next| next.ends[0] == edge.ends[1]).count(), 1);
     }
-    // The document's own silhouette: only front faces.
+    // The document's own silhouette uses only front faces.
     let fronts: Vec<i8> = looks.iter().map(|f| (*f).max(0)).collect();
     let documents = silhouette(&adjacency, &fronts);
     assert!(documents.iter().all(|edge| edge.count == 1));
     assert!(documents.iter().zip(&outline).all(|(d, o)| d.ends == o.ends));
-    // From straight above, four faces are edge-on and cast nothing.
+    // From straight above, the four sides are edge-on and cast no shadow.
     let looks = facing(&adjacency, &directional([0.0, 1.0, 0.0]));
     assert_eq!(looks.iter().filter(|f| **f == 0).count(), 8);
 }

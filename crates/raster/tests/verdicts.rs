@@ -1,4 +1,5 @@
-//! The rule that excuses differences is exact: it is tested just inside and just outside its limits.
+//! Tests the rule that excuses differences just inside and just outside its limits, which are
+//! exact.
 
 use crate::common::Numbers;
 use dashu_ratio::Relaxed as Exact;
@@ -17,7 +18,7 @@ fn ahead(half_height: f64) -> View {
     View::new([0.0; 3], axes, half_height, SIDE, SIDE).unwrap()
 }
 
-/// The verdict on a pixel for which one picture shows a triangle, and the other something else.
+/// The verdict on one pixel for which the two pictures have these hits.
 fn verdict(view: &View, soup: &[Triangle], pair: [Hit; 2]) -> Verdict {
     let place = (PIXEL.1 * SIDE + PIXEL.0) as usize;
     let [one, other] = pair.map(|hit| {
@@ -32,7 +33,8 @@ fn shows(triangle: u32, t: f64) -> Hit {
     Hit { t, triangle, ..Hit::MISS }
 }
 
-/// The smallest f64 from `lo` to `hi` for which a predicate is true; it is false before.
+/// The smallest f64 between `lo` and `hi` for which a predicate is true. The predicate must be
+/// false for all smaller numbers.
 fn turning_point(lo: f64, hi: f64, question: impl Fn(f64) -> bool) -> f64 {
     let (mut lo, mut hi) = (lo.to_bits(), hi.to_bits());
     while hi - lo > 1 {
@@ -48,8 +50,8 @@ fn turning_point(lo: f64, hi: f64, question: impl Fn(f64) -> bool) -> f64 {
 
 #[test]
 fn an_edge_at_the_distance_to_the_last_bit() {
-    // Vertical edges to the right of a pixel's centre, and the width of the picture at which they come within
-    // the tolerance; then the adjacent widths on both sides. f64 could only guess there.
+    // A vertical edge to the right of a pixel's centre comes within the tolerance at a certain
+    // width of the picture. Test the adjacent widths on both sides, where f64 could only guess.
     let mut numbers = Numbers(71);
     let (mut wrong_in_f64, mut excused, mut tried) = (0, 0, 0);
     for _ in 0..40 {
@@ -57,8 +59,8 @@ fn an_edge_at_the_distance_to_the_last_bit() {
         let (w, x) = (w as f32, x as f32);
         let soup = [Triangle([[x, -90.0, -w], [x, 90.0, -w], [x + 90.0, 0.0, -w]])];
 
-        // The edge's distance to the right of the centre, in pixels: x / w is at half the picture's width
-        // times 3 / 8, up to the tolerance.
+        // The edge's distance to the right of the centre, in pixels. Up to the tolerance, x / w is
+        // 3 / 8 of half the picture's width.
         let centre = f64::from(PIXEL.0) + 0.5;
         let apart =
             |half: f64| (1.0 + f64::from(x) / half / f64::from(w)) * f64::from(SIDE) * 0.5 - centre;
@@ -86,7 +88,8 @@ fn an_edge_at_the_distance_to_the_last_bit() {
 
 #[test]
 fn planes_that_tie_beside_the_disc_excuse_nothing() {
-    // Two planes cross in a vertical line: in the middle of the tolerance, at its end, and beyond.
+    // Two planes intersect in a vertical line: at the centre, just within the tolerance, and beyond
+    // it.
     let view = ahead(1.0);
     let centre = (f64::from(PIXEL.0) + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
     let wall = |slope: f64, line: f64| {
@@ -112,8 +115,8 @@ fn planes_that_tie_beside_the_disc_excuse_nothing() {
             assert_eq!(found, expected, "{off} {side}");
         }
     }
-    // The same plane twice ties everywhere; one behind the other ties nowhere, though its nearest corner is
-    // closer than the first one's farthest.
+    // Two equal planes tie everywhere. Two planes one behind the other tie nowhere, even though the
+    // nearest corner of the second is closer than the farthest corner of the first.
     let soup = [wall(0.03, 0.0), wall(0.03, 0.0)];
     assert_eq!(verdict(&view, &soup, [shows(0, 4.0), shows(1, 4.0)]), Verdict::Excused);
     let behind = Triangle(soup[0].0.map(|[x, y, z]| [x, y, z * (1.0 + 1e-6)]));
@@ -123,7 +126,7 @@ fn planes_that_tie_beside_the_disc_excuse_nothing() {
 
 #[test]
 fn the_same_triangle_is_at_one_depth() {
-    // A wall perpendicular to the view: the distance of a pixel is constant over the disc up to its square.
+    // A wall perpendicular to the view has the same depth over the whole disc.
     let view = ahead(1.0);
     let soup = [Triangle([[-90.0, -90.0, -4.0], [90.0, -90.0, -4.0], [0.0, 90.0, -4.0]])];
     let d = view.direction(f64::from(PIXEL.0) + 0.5, f64::from(PIXEL.1) + 0.5);
@@ -133,7 +136,7 @@ fn the_same_triangle_is_at_one_depth() {
     assert!(same(t) && same(t * (1.0 + 0.9 * e)) && same(t * (1.0 - 0.9 * e)));
     assert!(!same(t * (1.0 + 1.1 * e)) && !same(t * (1.0 - 1.1 * e)));
     assert!(!same(0.0) && !same(-t) && !same(f64::NAN) && !same(f64::INFINITY));
-    // A triangle that is not finite is never visible.
+    // A triangle that is not finite or has no area is never visible.
     let broken = [Triangle([[f32::NAN; 3]; 3]), Triangle([[1.0; 3]; 3])];
     for triangle in [0, 1] {
         let found = verdict(&view, &broken, [shows(triangle, 1.0), Hit::MISS]);

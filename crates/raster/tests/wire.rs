@@ -1,4 +1,4 @@
-//! Edges over a picture.
+//! Edges drawn over a picture.
 
 use crate::common::{cuboid, view_of};
 use intertri_raster::{Adjacency, Light, facing, silhouette, triangles, wire};
@@ -12,7 +12,7 @@ fn a_box_shows_nine_of_its_edges() {
     let hits = triangles(&view, &soup, 1e-9);
     let adjacency = Adjacency::new(&soup);
 
-    // Without the diagonals of the faces.
+    // All edges except the diagonals of the faces.
     let length = |[a, b]: [u32; 2]| {
         let [a, b] = [a, b].map(|end| adjacency.points()[end as usize]);
         (0..3).map(|k| (a[k] - b[k]).abs()).sum::<f32>()
@@ -27,11 +27,11 @@ fn a_box_shows_nine_of_its_edges() {
     for &ends in &edges {
         let at_back = ends.iter().any(|&end| adjacency.points()[end as usize] == corner);
         let pixels = visible(ends);
-        // A hidden edge still ends at two visible corners, or at one.
+        // A hidden edge may still show one pixel at each visible corner where it ends.
         assert!(if at_back { pixels <= 2 } else { pixels >= 20 }, "{ends:?}: {pixels}");
     }
 
-    // The silhouette alone: six edges, all of them visible.
+    // The silhouette has six edges, all of them visible.
     let eye = Light::Point { position: camera.eye(), reach: 1.0 };
     let outline = silhouette(&adjacency, &facing(&adjacency, &eye));
     assert_eq!(outline.len(), 6);

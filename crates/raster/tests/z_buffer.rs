@@ -1,4 +1,4 @@
-//! The z-buffer: against document B's reference and rays, and in all awkward cases.
+//! The z-buffer, compared with document B's reference and with rays, and in awkward cases.
 
 use crate::common;
 use crate::common::{Numbers, ball, floor, rays_of, view_of};
@@ -16,7 +16,7 @@ fn ahead(width: u32, height: u32) -> View {
     View::new([0.0; 3], axes, 1.0, width, height).unwrap()
 }
 
-/// Draws, traces by brute force, and checks that the rule excuses every difference.
+/// Draws a picture, traces it by brute force, and checks that the rule excuses every difference.
 fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> Vec<Hit> {
     let view = view_of(camera, width, height);
     let drawn = triangles(&view, soup, THRESHOLD);
@@ -27,7 +27,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
     for (i, verdict) in verdicts.iter().enumerate() {
         assert_ne!(*verdict, Verdict::Unexcused, "pixel {i}: {:?}, {:?}", drawn[i], traced[i]);
         if *verdict == Verdict::Same && drawn[i].is_hit() {
-            // The f32 rounding of the ray changes t by this fraction of the slope.
+            // Rounding the ray to f32 changes t more, the more edge-on the triangle is.
             let [c1, c2, c3] =
                 soup[drawn[i].triangle as usize].0.map(|c| Vector::from(c.map(f64::from)));
             let normal = ((c2 - c1) ^ (c3 - c1)).unit();
@@ -50,7 +50,7 @@ fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
         let mut polygons: Vec<Vec<[f32; 3]>> = Vec::new();
         let mut reference = ZBuffer::new(width as usize, height as usize);
         for facet in 0..12 {
-            // A regular outline in a tilted plane, which is flat only up to f32 rounding, so avoid the edges.
+            // A regular outline in a tilted plane, flat up to f32 rounding.
             let corners = 3 + numbers.below(9);
             let (z, radius) = (-3.0 - numbers.next(), 0.3 + 0.3 * (numbers.next() + 1.0));
             let (x, y) = (numbers.next() * 1.5, numbers.next());
@@ -81,7 +81,8 @@ fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
             differing += usize::from(ours != *facet);
         }
     }
-    // The reference does not snap: a centre within 2^-17 of an edge may be decided differently.
+    // The reference does not snap corners, so it may decide differently on a centre within 2^-17 of
+    // an edge.
     assert!(seen > 50_000 && differing <= 3, "{differing} of {seen}");
 }
 
@@ -91,7 +92,8 @@ fn random_soups_look_like_their_rays() {
     let mut covered = 0;
     for (count, size) in [(40, 1.0), (300, 0.2), (20, 8.0), (60, 0.01)] {
         let soup = numbers.soup(count, 1.0, size);
-        // From outside, and from inside, where facets cross the plane of the eye and reach behind it.
+        // One eye is outside the soup, the other inside, where facets cross the plane of the eye
+        // and reach behind it.
         for eye in [[2.0, 1.5, 3.0], [0.1, 0.05, -0.2]] {
             let camera = Camera::new(eye, [0.0, 0.3, 0.1], Camera::UP, 70.0).unwrap();
             let drawn = same_as_rays(&camera, &soup, 120, 90);
@@ -118,12 +120,12 @@ fn from_inside_of_a_closed_surface_every_pixel_is_covered() {
 
 #[test]
 fn a_floor_reaches_to_the_horizon_and_below_the_feet() {
-    // Two triangles a million times larger than the eye's height above them, all around it.
+    // Two triangles around the eye, a million times larger than its height above them.
     let soup = floor(-1.0, 1e6);
     let camera = Camera::new([0.0; 3], [0.3, -0.2, -1.0], Camera::UP, 120.0).unwrap();
     let drawn = same_as_rays(&camera, &soup, 160, 120);
     assert!(drawn[0].triangle == Hit::NO_TRIANGLE && drawn[160 * 119].is_hit());
-    // And one that almost touches the eye.
+    // A floor that almost touches the eye.
     let soup = floor(-1e-6, 1.0);
     let drawn = same_as_rays(&camera, &soup, 160, 120);
     assert!(drawn[160 * 119].is_hit());
@@ -141,7 +143,7 @@ fn larger_than_the_picture_and_behind_the_eye() {
 
 #[test]
 fn slivers_and_facets_without_area() {
-    // Needles and caps, and triangles with two or three equal corners, among others, as rays see them.
+    // Needles, caps, and triangles with two or three equal corners must look as they do to rays.
     let mut numbers = Numbers(9);
     let mut soup = Vec::new();
     for i in 0..200 {
@@ -185,7 +187,7 @@ fn what_is_not_finite_or_lies_in_one_plane_with_the_eye_is_not_there() {
 
 #[test]
 fn nothing_is_nearer_than_the_threshold() {
-    // A plane that starts just in front of the eye; the part before t = 0.5 is invisible.
+    // A plane just below the eye, whose part nearer than t = 0.5 is invisible.
     let slope = Triangle([[-40.0, -0.1, 1.0], [40.0, -0.1, 1.0], [0.0, -0.1, -80.0]]);
     let wall = Triangle([[-90.0, -90.0, -9.0], [90.0, -90.0, -9.0], [0.0, 180.0, -9.0]]);
     let view = ahead(64, 64);
@@ -283,7 +285,7 @@ fn a_wrong_picture_is_not_excused() {
         verdicts.iter().filter(|v| **v == Verdict::Unexcused).count()
     };
     assert_eq!(count(&good), 0);
-    // A picture shifted by one pixel, one without its nearest triangle, and one of noise.
+    // A picture shifted by one pixel, and a picture without the triangle in its centre.
     let mut shifted = good.clone();
     shifted.rotate_right(1);
     assert!(count(&shifted) > 50);

@@ -1,25 +1,25 @@
 //! Document E: an edge in homogeneous coordinates, clipped to the canonical view volume.
 //!
-//! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`; its points have `w > 0`, so a point
-//! behind the eye is outside. Each of the six walls has a boundary coordinate that is positive inside it and
-//! changes linearly along the edge:
+//! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`; its points have `w > 0`, so a
+//! point behind the eye is outside. Each of the six walls has a boundary coordinate that is
+//! positive inside the wall and changes linearly along the edge:
 //!
 //! ```text
 //!          wall             A                       aBC > 0        tHit = aBC / (aBC - cBC)
 //!   inside  |  outside       \
-//!           |             ----+---- wall            tHit: C is outside, so the edge leaves here,
-//!                              \                          tOut shrinks; where A is outside, the
-//!                               C                   cBC < 0      edge enters, and tIn grows
+//!           |             ----+---- wall            tHit: if C is outside, the edge leaves here and
+//!                              \                          tOut shrinks; if A is outside, the edge
+//!                               C                   cBC < 0      enters here and tIn grows
 //! ```
 //!
 //! # What the scan lost, and how it is read here
-//! - **The listing** is legible except for its last lines; the text under it describes the rest.
-//! - **A point on a wall.** According to the text it is outside (`aBC > 0` is inside), so an edge in a wall
-//!   is rejected, and one that only starts there is kept.
-//! - **`A = tmp`** at the end would assign garbage if A was inside and nothing was stored in `tmp`. Here `A`
-//!   changes only if `tIn` did, and `C` is computed from the old `A`.
-//! - **NaN and infinity** are not mentioned. Here such an edge has no part in the volume; nor has one so
-//!   large that a difference of its boundary coordinates could overflow.
+//! - **The listing** is legible except for its last lines, which the text below it describes.
+//! - **A point on a wall.** According to the text, the point is outside (`aBC > 0` is inside), so
+//!   an edge within a wall is rejected, but an edge that only starts on a wall is kept.
+//! - **`A = tmp`** at the end would assign garbage if A was inside and nothing was stored in `tmp`.
+//!   Here `A` changes only if `tIn` did, and `C` is computed from the old `A`.
+//! - **NaN and infinity** are not mentioned. Here, an edge with such a coordinate is rejected, and
+//!   so is an edge that is so large that a difference of its boundary coordinates could overflow.
 
 /// A point in homogeneous coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Point4 {
     pub y: f64,
     /// The third coordinate, times w.
     pub z: f64,
-    /// The divisor.
+    /// The coordinate by which the other three are divided.
     pub w: f64,
 }
 
@@ -57,28 +57,31 @@ impl Point4 {
     }
 }
 
-/// Bit `i` is 0 if the point is inside wall `i`, that is, if its boundary coordinate is positive; 1 if it is
-/// outside, on the wall, or NaN.
+/// Bit `i` is 0 if the point is inside wall `i`, that is, if its boundary coordinate is positive,
+/// and 1 if the point is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     let bit = |i: usize| if boundaries[i] > 0.0 { 0 } else { 1 << i };
     (0..6).map(bit).sum()
 }
 
-/// Clips the edge from `a` to `c` to the canonical view volume. Returns 1 if a part of it is inside, and `a`
-/// and `c` become the ends of that part; returns 0 if none is, and they stay as they were.
+/// Clips the edge from `a` to `c` to the canonical view volume. If part of the edge is inside, `a`
+/// and `c` become the ends of that part, and the result is 1. Otherwise `a` and `c` are unchanged,
+/// and the result is 0.
 ///
-/// An end that is inside keeps its bits. A clipped end may lie outside its wall by rounding. The part can be
-/// a single point, if an edge touches an edge of the volume. An edge with a coordinate that is NaN, infinite,
-/// or so large that `w + x` and the like exceed a quarter of the largest f64 returns 0.
+/// An end that is inside keeps its bits. Rounding may leave a clipped end slightly outside its
+/// wall. The part can be a single point if the edge touches an edge of the volume. The result is
+/// also 0 if a coordinate is NaN, infinite, or so large that a boundary coordinate such as `w + x`
+/// exceeds a quarter of the largest f64.
 pub fn clip_edge(a: &mut Point4, c: &mut Point4) -> i32 {
     let a_bc = a.boundaries();
     let c_bc = c.boundaries();
-    // Below this limit, no difference of two boundary coordinates, nor of two coordinates, overflows.
+    // Up to this limit, no difference between two boundary coordinates or two coordinates
+    // overflows.
     if !a_bc.iter().chain(&c_bc).all(|bc| bc.abs() <= f64::MAX / 4.0) {
         return 0;
     }
 
-    // Are both ends outside one wall, or both inside all?
+    // The trivial cases: both ends are outside the same wall, or both are inside all walls.
     let a_outcode = outcode(a_bc);
     let c_outcode = outcode(c_bc);
     if a_outcode & c_outcode != 0 {
@@ -104,7 +107,7 @@ pub fn clip_edge(a: &mut Point4, c: &mut Point4) -> i32 {
         }
     }
 
-    // Only an end whose t has changed moves, and both are computed from the old A.
+    // An end moves only if its t has changed. Both ends are computed from the old A.
     let old_a = *a;
     if t_in > 0.0 {
         *a = old_a.toward(*c, t_in);

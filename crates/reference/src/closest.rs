@@ -1,8 +1,9 @@
-//! Plain loops over all triangles, whose answers every faster search must equal.
+//! Plain loops over all triangles. Every faster search must return the same results.
 //!
-//! A hit counts if [`Scene::inter_tri`] returns 1 and `t_min <= t < t_max`. The interval is open at its far
-//! end, so that a `t` of infinity never counts, whatever `t_max` is; a NaN in the interval rejects
-//! everything. With a threshold of 0 or more, a ray or triangle that is not finite is never hit.
+//! A hit counts if [`Scene::inter_tri`] returns 1 and `t_min <= t < t_max`. The interval is open at
+//! its far end, so a `t` of infinity never counts, whatever `t_max` is. A NaN in the interval
+//! rejects everything. With a threshold of 0 or more, a ray or triangle that is not finite is never
+//! hit.
 
 use alloc::vec::Vec;
 
@@ -19,8 +20,8 @@ impl Scene {
         (inside && t_min <= t && t < t_max).then_some(t)
     }
 
-    /// The number and `t` of the triangle with the smallest `t`. If two have the same `t`, the lower number
-    /// wins.
+    /// The number and `t` of the triangle with the smallest `t`. If two have the same `t`, the
+    /// lower number wins.
     pub fn closest(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<(usize, f64)> {
         let mut closest = None;
         let mut t_closest = t_max;
@@ -39,7 +40,7 @@ impl Scene {
         (0..self.trian.len()).any(|obj| self.hit(obj, ray, t_min, t_max).is_some())
     }
 
-    /// The number and `t` of every triangle that the ray hits, in the order of the numbers.
+    /// The number and `t` of every triangle that the ray hits, in ascending order of number.
     pub fn all(&self, ray: &Ray, t_min: f64, t_max: f64) -> Vec<(usize, f64)> {
         (0..self.trian.len())
             .filter_map(|obj| self.hit(obj, ray, t_min, t_max).map(|t| (obj, t)))

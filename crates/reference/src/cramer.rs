@@ -6,28 +6,28 @@
 //! u AB + v AC - t PN = AP        AP = P - A
 //! ```
 //!
-//! Cramer's rule gives each unknown as one determinant over another, and each determinant is a dot
+//! By Cramer's rule, each unknown is a quotient of two determinants, and each determinant is a dot
 //! product with a vector that does not depend on the ray's direction:
 //!
 //! ```text
-//! D = AC ^ AB     den = D & PN      D and T belong to the triangle alone   -> calc_triangle
-//! T = AB ^ AC     t = T & AP / den  U, V and T & AP to the origin too      -> Trig::seen_from
-//! U = AC ^ AP     u = U & PN / den  three dot products a ray               -> Viewpoint::inter
-//! V = AP ^ AB     v = V & PN / den  a division only after a hit
+//! D = AC ^ AB     den = D & PN      D and T depend on the triangle only    -> calc_triangle
+//! T = AB ^ AC     t = T & AP / den  U, V and T & AP also on the origin     -> Trig::seen_from
+//! U = AC ^ AP     u = U & PN / den  three dot products per ray             -> Viewpoint::inter
+//! V = AP ^ AB     v = V & PN / den  divisions only after a hit
 //! ```
 //!
 //! # Errors in the document
-//! - Its **listing** accepts a negative `T & AP` (called `t` there, though it is not yet divided). The
-//!   listing requires `den > 0`, so that is a point behind the viewer: a triangle in front of the eye is not
-//!   drawn, and its mirror image behind the eye is. Here the test is `> 0`.
-//! - Its **example** puts the triangle at z = 0, in the plane of the eye, where `T & AP` is 0 and nothing is
-//!   drawn with either sign. Put it at z = 1.
+//! - Its **listing** accepts a negative `T & AP` (called `t` there, though it is not yet divided).
+//!   The listing requires `den > 0`, so the point is behind the viewer: a triangle in front of the
+//!   eye is not drawn, but its mirror image behind the eye is. Here, the test is `> 0`.
+//! - Its **example** puts the triangle at z = 0, in the plane of the eye, where `T & AP` is 0 and
+//!   nothing is drawn with either sign. Put the triangle at z = 1 instead.
 //!
 //! # Edge cases of the listing, kept as they are
-//! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the one that
-//!   its normal `T` points to.
+//! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the
+//!   one that its normal `T` points to.
 //! - The edge opposite A, `u + v = 1`, is **outside**; the other two edges and A are inside.
-//! - NaN is a miss, and so is a triangle without area.
+//! - NaN counts as a miss, and so does a triangle without area.
 
 use crate::vector::Vector;
 
@@ -62,7 +62,8 @@ pub struct Trig {
     pub d: Vector,
     /// The coefficients of `t`, a normal of the triangle: `-d`.
     pub t: Vector,
-    /// The first texture coordinate: its value at A, its growth along AB, its growth along AC.
+    /// The first texture coordinate: its value at A, its increase along AB, and its increase along
+    /// AC.
     pub tu: Vector,
     /// The second texture coordinate, likewise.
     pub tv: Vector,
@@ -114,7 +115,7 @@ impl Trig {
         Viewpoint { u: self.ac ^ ap, v: ap ^ self.ab, d: self.d, t_ap: self.t & ap }
     }
 
-    /// The texture coordinates `(tx, ty)` at the point of weights `u` and `v`.
+    /// The texture coordinates `(tx, ty)` at the point with the weights `u` and `v`.
     pub fn texture(&self, u: f64, v: f64) -> (f64, f64) {
         let at = |k: Vector| k.x + k.y * u + k.z * v;
         (at(self.tu), at(self.tv))
@@ -124,8 +125,9 @@ impl Trig {
 impl Viewpoint {
     /// The document's test, corrected, for the ray from this viewpoint along `dir`.
     ///
-    /// Only the side that the normal `AB ^ AC` points to is visible: `dir` runs against it. A point on AB or
-    /// AC is a hit; a point on BC, including its ends, is not, and neither is one at the viewpoint.
+    /// Only the side that the normal `AB ^ AC` points to is visible, so `dir` must run against the
+    /// normal. Points on AB and AC are hits. Points on BC, including its ends, are misses, and so
+    /// is a point at the viewpoint.
     pub fn inter(&self, dir: Vector) -> Option<Meeting> {
         let u = self.u & dir;
         let v = self.v & dir;
@@ -135,11 +137,12 @@ impl Viewpoint {
     }
 }
 
-/// The document's texture: 256 times the exclusive or of the coordinates' integer parts, rounded toward 0. As
-/// a colour 0xRRGGBB that is a green that repeats every 256 texels, for coordinates from 0 to 255.
+/// The document's texture: 256 times the exclusive or of the coordinates' integer parts, rounded
+/// toward 0. Read as a colour 0xRRGGBB, that is a shade of green for coordinates from 0 to 255. The
+/// green component repeats every 256 texels.
 ///
-/// Coordinates beyond `i32` count as the nearest one in range, and NaN as 0; a product beyond `i32` loses its
-/// high bits.
+/// Coordinates outside the range of `i32` are clamped to it, and NaN counts as 0. A product that
+/// overflows `i32` loses its high bits.
 pub fn xor_pattern(tx: f64, ty: f64) -> i32 {
     (tx as i32 ^ ty as i32).wrapping_mul(256)
 }

@@ -12,28 +12,30 @@
 //!                   h4
 //! ```
 //!
-//! The point is inside if the cross product of each side with the vector to the point has the direction of
-//! the normal. The triangle is two-sided: the sign of `nrm & dir` does not matter.
+//! The point is inside if the cross product of each side with the vector to the point has the same
+//! direction as the normal. The triangle is two-sided: the sign of `nrm & dir` does not matter.
 //!
 //! # What the document leaves open, and the choices made here
 //! - **The length of the normal.** The document only says that triangles are "initialised in a
-//!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size of
-//!   the triangle. It does depend on the length of `dir`.
-//! - **The value of `Threshold`.** The document gives none. Here it is a field of [`Scene`], by default
-//!   [`THRESHOLD`]. One number serves two purposes: the smallest `|nrm & dir|` that does not count as
-//!   parallel, and the largest `t` that does not count as a hit.
+//!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size
+//!   of the triangle. It does depend on the length of `dir`.
+//! - **The value of `Threshold`.** The document does not give one. Here, it is a field of
+//!   [`Scene`], which is [`THRESHOLD`] by default. One number serves two purposes: the smallest
+//!   `|nrm & dir|` that does not count as parallel, and the largest `t` that does not count as a
+//!   hit.
 //!
 //! # Edge cases of the listing, kept as they are
-//! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0 nothing
-//!   is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
-//! - **A miss leaves `t` changed** if only the edges or the last line rejected it; a parallel ray leaves `t`
+//! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0
+//!   nothing is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
+//! - **A miss changes `t`** if an edge test or the last line rejected it; a parallel ray leaves `t`
 //!   unchanged.
-//! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is false.
-//!   The last line, `t > Threshold`, returns 0.
-//! - **Infinity**: there is no upper bound on `t`, so a `t` that overflows to infinity can return 1. In
-//!   searches for hits ([`closest`](crate::closest)) the interval excludes it. For an infinite direction `t`
-//!   is 0 or NaN; for an infinite origin or vertex it is infinite or NaN. So a ray or a triangle that is not
-//!   finite is never hit with a finite `t` (for a threshold of 0 or more).
+//! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is
+//!   false. The last line, `t > Threshold`, returns 0.
+//! - **Infinity**: `t` has no upper bound, so the test can return 1 even if `t` overflows to
+//!   infinity. In searches for hits ([`closest`](crate::closest)) the interval excludes it. For an
+//!   infinite direction `t` is 0 or NaN; for an infinite origin or vertex it is infinite or NaN. So
+//!   a ray or a triangle that is not finite is never hit with a finite `t` (for a threshold of 0 or
+//!   more).
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -42,8 +44,9 @@ use crate::vector::Vector;
 
 /// The default of [`Scene::threshold`].
 ///
-/// Far above the rounding of f64 (about 1e-16) in a unit-sized scene and far below its features. A scene
-/// whose distances or directions are of the order of 1e-9 needs a smaller one, such as 0.
+/// In a unit-sized scene, this is far above the rounding of f64 (about 1e-16) and far below the
+/// size of features. A scene with distances or directions on the order of 1e-9 needs a smaller
+/// threshold, such as 0.
 pub const THRESHOLD: f64 = 1e-9;
 
 /// A half-line: the points `org + dir * t`. `dir` need not have unit length.
@@ -83,24 +86,24 @@ pub struct Trian {
 
 /// The document's two tables and its constant.
 ///
-/// The fields are public, as the document's tables are. If you change them, keep the corners of `trian`
-/// within `vertx` and the edges in step with them.
+/// The fields are public, as the document's tables are. If you change them, keep the corners of
+/// `trian` valid indices into `vertx`, and keep the edges in sync with the corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// `Vertx`: the vertices.
     pub vertx: Vec<Vector>,
     /// `Trian`: the triangles.
     pub trian: Vec<Trian>,
-    /// `Threshold`: see the [module](self). Any f64 is used as it is, even NaN and negative ones.
+    /// `Threshold`: see the [module](self). Any f64 is accepted, even NaN or a negative number.
     pub threshold: f64,
 }
 
-/// A triangle that names a missing vertex.
+/// The error for a triangle that refers to a missing vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IndexOutOfRange {
     /// The number of the triangle, from 0.
     pub triangle: usize,
-    /// The vertex that it names.
+    /// The number of the missing vertex.
     pub index: usize,
     /// The number of vertices.
     pub vertices: usize,
@@ -111,7 +114,7 @@ impl fmt::Display for IndexOutOfRange {
         let Self { triangle, index, vertices } = self;
         write!(
             f,
-            "triangle {triangle} names vertex {index}, but there are {vertices} vertices, numbered from 0"
+            "triangle {triangle} refers to vertex {index}, but there are {vertices} vertices, numbered from 0"
         )
     }
 }
@@ -119,10 +122,12 @@ impl fmt::Display for IndexOutOfRange {
 impl core::error::Error for IndexOutOfRange {}
 
 impl Scene {
-    /// A scene from a vertex table and three vertex numbers per triangle, with the default threshold.
+    /// A scene from a vertex table and three vertex numbers per triangle, with the default
+    /// threshold.
     ///
     /// # Errors
-    /// If a triangle names a missing vertex: the first such triangle and its first such vertex.
+    /// Fails if a triangle refers to a missing vertex. The error contains the first such triangle
+    /// and its first such vertex.
     pub fn new(
         vertx: Vec<Vector>,
         corners: impl IntoIterator<Item = [usize; 3]>,
@@ -164,8 +169,8 @@ impl Scene {
 
     /// Whether the ray meets triangle `obj`: 1 or 0. Edges and corners belong to the triangle.
     ///
-    /// `t` becomes the distance to the triangle's plane, in multiples of `|dir|`, unless the ray is parallel
-    /// to it, even if the result is 0; for a parallel ray it is unchanged. The [module](self) lists edge
+    /// `t` becomes the distance to the triangle's plane in multiples of `|dir|`, even if the result
+    /// is 0. For a ray parallel to the plane, `t` is unchanged. The [module](self) lists edge
     /// cases.
     ///
     /// # Panics
@@ -175,7 +180,8 @@ impl Scene {
         let c1 = self.vertx[tmp.c1];
         let c2 = self.vertx[tmp.c2];
 
-        // Is the ray parallel to the plane? Written so that a NaN is not.
+        // Is the ray parallel to the plane? The test is written so that NaN does not count as
+        // parallel.
         let vd = tmp.nrm & ray.dir;
         if vd > -self.threshold && vd < self.threshold {
             return 0;
@@ -184,11 +190,11 @@ impl Scene {
         // How far is the plane?
         *t = (tmp.nrm & (c1 - ray.org)) / vd;
 
-        // Intersect the ray with it.
+        // Intersect the ray with the plane.
         let h1 = ray.org + ray.dir * *t;
         let h2 = h1 - c1;
 
-        // Is that point outside one of the three edges? Not if it lies on it.
+        // Is that point outside one of the three edges? A point on an edge is not outside.
         if (tmp.nrm & (tmp.h4 ^ h2)) < 0.0
             || (tmp.nrm & (h2 ^ tmp.h5)) < 0.0
             || (tmp.nrm & (tmp.h6 ^ (h1 - c2))) < 0.0
@@ -203,8 +209,9 @@ impl Scene {
     /// The weights `u` of `c2` and `v` of `c3` at the point where the ray's line meets the plane of
     /// triangle `obj`, so that `c1 + h4 * u + h5 * v = org + dir * t` up to rounding.
     ///
-    /// By Cramer's rule (document D, [`crate::cramer`]), without `t`, without the normal's length, and
-    /// whether or not the point is inside. The operations, in the order that determines the bits:
+    /// The weights come from Cramer's rule (document D, [`crate::cramer`]), without `t` or the
+    /// normal's length, and whether or not the point is inside. These are the operations, in the
+    /// order that determines the bits:
     ///
     /// ```text
     /// a = c1 - org
@@ -213,8 +220,8 @@ impl Scene {
     /// v = ((a ^ h4) & dir) / den
     /// ```
     ///
-    /// Infinite or NaN if the ray is parallel to the plane, the triangle has no area, or an input is not
-    /// finite.
+    /// The weights are infinite or NaN if the ray is parallel to the plane, the triangle has no
+    /// area, or an input is not finite.
     ///
     /// # Panics
     /// Panics if there is no triangle `obj`.

@@ -1,14 +1,14 @@
-//! The five documents that the project implements, in scalar f64, one file for each document.
+//! The five documents that the project implements, in scalar f64, with one file per document.
 //!
-//! Everything here is written to be compared with its document, not to be fast: the operations are in
-//! the document's order, nothing is fused, reassociated or replaced by an approximation, and no code is
-//! shared with the kernel, so that a shared mistake cannot hide.
-//! If a document errs, the file notes and corrects it.
+//! The code is written to be compared with the documents, not to be fast. The operations are in the
+//! document's order, and nothing is fused, reassociated, or approximated. No code is shared with
+//! the kernel, so a shared mistake cannot hide. If a document has an error, the file notes and
+//! corrects it.
 //!
 //! | document | file | contents |
 //! | --- | --- | --- |
 //! | A | [`inter_tri`] | the ray/triangle test that every other method is compared with |
-//! |   | [`closest`] | loops over all triangles: the oracle of closest, any and all hits |
+//! |   | [`closest`] | loops over all triangles: the oracle for closest, any, and all hits |
 //! | B | [`z_buffer`] | the nearest convex facet at each pixel |
 //! | C | [`shadow_volume`] | silhouettes and the sides of shadow volumes |
 //! | D | [`cramer`] | triangles prepared for many rays from one origin; texture coordinates |

@@ -1,45 +1,47 @@
 //! Document C: the silhouette that a light sees, and the shadow volume behind it.
 //!
 //! ```text
-//!     light                       A face that looks at the light is "front culled", the others are
+//!     light                       A face turned to the light is "front culled"; the others are
 //!       *                         "back culled". Where a front-culled face has a back-culled
 //!      . .                        neighbour, their edge is on the silhouette.
 //!     .   .
-//!    1 --- 2     the edge, in the order in which it stands in the front-culled face
+//!    1 --- 2     the edge, in the order of the front-culled face
 //!    | \   |
-//!    |   \ |     the quad, seen from outside of the volume
-//!    4 --- 3     the edge again, BIG further along the light
+//!    |   \ |     the quad, seen from outside the volume
+//!    4 --- 3     the edge again, BIG farther from the light
 //! ```
 //!
 //! # Errors in the document
-//! It sets `index3 = index1 + BIG * lightdir` and `index4 = index2 + BIG * lightdir` and calls the triangles
-//! (index2, index1, index3) and (index4, index3, index1) a quad. They are not: the two overlap in a quarter
-//! of it, leave a quarter uncovered, and wind in opposite directions, so that a stencil counts them against
-//! each other. With the **two new vertices exchanged**, `index3` below `index2` and `index4` below `index1`,
-//! the same index triples, in the same order, are the quad of the drawing. This file does that. Its winding
-//! is then the reverse of the front-culled face's along their common edge, so that lit faces and sides bound
-//! one closed, outward-facing volume.
+//! It sets `index3 = index1 + BIG * lightdir` and `index4 = index2 + BIG * lightdir` and calls the
+//! triangles (index2, index1, index3) and (index4, index3, index1) a quad. They do not form one:
+//! they overlap in a quarter of it, leave a quarter uncovered, and wind in opposite directions, so
+//! a stencil counts one against the other. With the **two new vertices exchanged**, so that
+//! `index3` is below `index2` and `index4` is below `index1`, the same index triples form the quad
+//! in the drawing. This file exchanges them. The quad then runs along the common edge in the
+//! opposite direction to the front-culled face, so lit faces and sides bound one closed,
+//! outward-facing volume.
 //!
 //! # What the document leaves open, and the choices made here
 //! - **A missing neighbour** (an open mesh) counts as back culled, so that the volume stays closed.
-//! - **The light.** `lightdir` is the direction in which light travels; the test of a face uses the direction
-//!   to the light. For a point light both differ from vertex to vertex and have unit length here, so that BIG
-//!   is a distance.
-//! - **Caps and drawing** are only announced in the document. They are not part of this file.
+//! - **The light.** `lightdir` is the direction in which light travels, but the test of a face uses
+//!   the direction to the light. For a point light, both differ from vertex to vertex. Here,
+//!   `lightdir` has unit length, so BIG is a distance.
+//! - **Caps and drawing** are announced in the document but not described, and this file does not
+//!   include them.
 //!
-//! The mesh must be wound consistently and have at most two faces at an edge; the document assumes this, and
-//! its adjacency table cannot express anything else.
+//! The mesh must be wound consistently and have at most two faces at an edge; the document assumes
+//! this, and its adjacency table cannot express anything else.
 
 use alloc::vec::Vec;
 
 use crate::vector::Vector;
 
-/// One light.
+/// A light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
-    /// So far away that its rays are parallel; the vector points **to** the light.
+    /// A light so far away that its rays are parallel. The vector points **to** the light.
     Directional(Vector),
-    /// At a point.
+    /// A light at a point.
     Point(Vector),
 }
 
@@ -69,11 +71,11 @@ pub struct Sides {
 
 /// Which faces are front culled: `dot(normal, direction to the light) >= 0`.
 ///
-/// The normal is `(c2 - c1) ^ (c3 - c1)`, and the direction is taken at c1. A face edge-on to the
-/// light and one without area are front culled; one with a NaN is back culled.
+/// The normal is `(c2 - c1) ^ (c3 - c1)`, and the direction is taken at c1. Faces edge-on to the
+/// light and faces without area are front culled; faces with a NaN are back culled.
 ///
 /// # Panics
-/// Panics if a face names a missing vertex.
+/// Panics if a face refers to a missing vertex.
 pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec<bool> {
     let front = |&[c1, c2, c3]: &[usize; 3]| {
         let normal = (vertx[c2] - vertx[c1]) ^ (vertx[c3] - vertx[c1]);
@@ -82,11 +84,11 @@ pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec
     faces.iter().map(front).collect()
 }
 
-/// The edges between front-culled faces and back-culled neighbours, face by face, each in the direction of
-/// the front-culled face.
+/// The edges between front-culled faces and back-culled neighbours, face by face, each in the
+/// direction of the front-culled face.
 ///
 /// # Panics
-/// Panics if `faces`, `adj` and `front` differ in length, or a neighbour is missing.
+/// Panics if `faces`, `adj`, and `front` differ in length, or if a neighbour is missing.
 pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usize; 2]> {
     assert!(faces.len() == adj.len() && faces.len() == front.len(), "one entry per face");
     let mut edges = Vec::new();
@@ -103,13 +105,13 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
     edges
 }
 
-/// A quad for each edge of the silhouette, from the edge to `big` behind it.
+/// A quad for each edge of the silhouette, from the edge to the distance `big` behind it.
 ///
-/// `big` is the document's big number: a distance that leaves the scene. An edge through the position of the
-/// light, or along the light, makes a quad without area.
+/// `big` is the document's BIG: a distance that reaches beyond the scene. An edge through the
+/// position of the light, or along its direction, yields a quad without area.
 ///
 /// # Panics
-/// Panics if an edge names a missing vertex.
+/// Panics if an edge refers to a missing vertex.
 pub fn extrude(vertx: &[Vector], edges: &[[usize; 2]], light: Light, big: f64) -> Sides {
     let mut vertx = Vec::from(vertx);
     let mut triangles = Vec::new();

@@ -1,12 +1,12 @@
-//! Three f64 with the operators of document A, and the square root that `core` does not have.
+//! A vector of three f64 with the operators of document A, and the square root that `core` lacks.
 
 use core::ops::{Add, BitAnd, BitXor, Mul, Sub};
 
 /// A point or a direction. `a & b` is the dot product and `a ^ b` the cross product.
 ///
-/// Each operation rounds once, in the order in which it is written; nothing is fused. In Rust `&` and `^`
-/// bind more loosely than `+` and `*` but more tightly than `<`, and `&` more tightly than `^`, so
-/// expressions that mix them need the document's brackets.
+/// Each operation rounds once, in the order in which it is written; nothing is fused. In Rust `&`
+/// and `^` bind more loosely than `+` and `*` but more tightly than `<`, and `&` more tightly than
+/// `^`, so expressions that mix them need the document's brackets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector {
     /// The first coordinate.
@@ -31,9 +31,9 @@ impl Vector {
 
     /// A vector of length 1 in the same direction: each component divided by the length.
     ///
-    /// A vector whose length is 0, even by underflow (below 1e-162), is returned unchanged. One whose length
-    /// overflows (above 1e154) becomes zero. A component that is not finite becomes NaN, and a NaN makes all
-    /// three NaN.
+    /// A vector whose length is 0, even by underflow (below 1e-162), is returned unchanged. A
+    /// vector whose length overflows (above 1e154) becomes zero. A component that is not finite
+    /// becomes NaN, and a NaN makes all three NaN.
     pub fn unit(self) -> Self {
         let len = self.length();
         if len == 0.0 { self } else { Self::new(self.x / len, self.y / len, self.z / len) }
@@ -105,9 +105,11 @@ impl From<Vector> for [f64; 3] {
     }
 }
 
-/// The correctly rounded square root, bit for bit that of IEEE 754: NaN below zero, `-0.0` at `-0.0`.
+/// The correctly rounded square root, bit for bit as in IEEE 754: NaN for a negative number, and
+/// `-0.0` for `-0.0`.
 pub fn sqrt(x: f64) -> f64 {
-    // The cases without arithmetic: 0, -0, NaN and +inf are their own roots; below zero there is none.
+    // These cases need no arithmetic: 0, -0, NaN, and +inf are their own roots, and negative
+    // numbers have no root.
     if x == 0.0 || x.is_nan() || x == f64::INFINITY {
         return x;
     }
@@ -115,7 +117,7 @@ pub fn sqrt(x: f64) -> f64 {
         return f64::NAN;
     }
 
-    // x = m * 2^e with m of 53 bits; a subnormal is shifted up to its leading bit.
+    // x = m * 2^e, where m has 53 bits; a subnormal is shifted until its leading bit is set.
     let bits = x.to_bits();
     let (mut m, mut e) = match (bits >> 52, bits & ((1 << 52) - 1)) {
         (0, fraction) => {
@@ -125,19 +127,20 @@ pub fn sqrt(x: f64) -> f64 {
         (exponent, fraction) => (fraction | 1 << 52, exponent as i32 - 1075),
     };
 
-    // An even exponent halves exactly.
+    // Make the exponent even, so that it halves exactly.
     if e % 2 != 0 {
         m <<= 1;
         e -= 1;
     }
 
-    // The root of m * 2^54, rounded down, has 54 bits: those of the result and one to round by. The root is
-    // never exactly halfway: a halfway root would be odd, and so its square, but m * 2^54 is even.
+    // The root of m * 2^54, rounded down, has 54 bits: the 53 bits of the result and one bit for
+    // rounding. The root is never exactly halfway: a halfway root would be odd, and so would its
+    // square, but m * 2^54 is even.
     let root = (u128::from(m) << 54).isqrt() as u64;
     let rounded = (root + 1) >> 1;
 
-    // rounded * 2^((e - 52) / 2). The leading bit adds 1 to the exponent's field, and so does a
-    // carry out of the rounding.
+    // The result is rounded * 2^((e - 52) / 2). The leading bit adds 1 to the exponent field, and
+    // so does a carry from rounding.
     let exponent = ((e - 52) / 2 + 1074) as u64;
     f64::from_bits((exponent << 52) + rounded)
 }

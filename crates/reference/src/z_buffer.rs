@@ -1,4 +1,5 @@
-//! Document B: which facet a pixel shows, from the signs of cross products and the smallest depth.
+//! Document B: finds the facet that a pixel shows, from the signs of cross products and the
+//! smallest depth.
 //!
 //! ```text
 //!          a2                   v_k = a_(k+1) - a_k    along the outline, closed at its end
@@ -9,22 +10,22 @@
 //!            v3
 //! ```
 //!
-//! Facets are convex and have three vertices or more. Their vertices are on the screen: x and y in pixels, z
-//! the depth. The pixel in column `n` and row `m` has its centre at `(n + 0.5, m + 0.5)`.
+//! Facets are convex and have three or more vertices in screen coordinates: x and y in pixels, and
+//! z as the depth. The pixel in column `n` and row `m` has its centre at `(n + 0.5, m + 0.5)`.
 //!
 //! # What the scan lost, and what is added here
 //! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
-//! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run clockwise
-//!   if y points up (counter-clockwise on a screen with y downward). A picture has both, so [`ZBuffer::draw`]
-//!   mirrors the rule for the others.
-//! - **Facets without area.** For three collinear vertices every `c_kz` is 0 all along their line, and for
-//!   three equal ones everywhere. [`ZBuffer::draw`] leaves such facets out.
-//! - **The depth within a facet**, where its plane meets the pixel's projector. A facet of four or more
-//!   vertices that is not flat gets the plane of its mean normal through its first vertex. The closer a facet
-//!   is to edge-on, the less accurate its depth.
+//! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
+//!   clockwise if y points up (counter-clockwise on a screen with y downward). A picture contains
+//!   both orientations, so [`ZBuffer::draw`] mirrors the rule for the other one.
+//! - **Facets without area.** For three collinear vertices, every `c_kz` is 0 along their line, and
+//!   for three equal vertices, everywhere. [`ZBuffer::draw`] skips such facets.
+//! - **The depth within a facet** is taken where its plane meets the pixel's projector. For a facet
+//!   of four or more vertices that is not flat, this is the plane with its mean normal through its
+//!   first vertex. The closer a facet is to edge-on, the less accurate its depth.
 //!
-//! Only the part of a concave facet that sees all of its edges from inside is drawn; cut it into convex ones
-//! first, as the document does with curved ones.
+//! Of a concave facet, only the points inside all of its edges are drawn. Cut concave facets into
+//! convex ones first, as the document does with curved ones.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -41,8 +42,8 @@ pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The document's test of a clockwise outline (y up): no `c_kz` is positive, so that edges and
-/// vertices belong to the facet. NaN is outside. An outline without vertices contains everything.
+/// The document's test of a clockwise outline (y up): no `c_kz` is positive, so edges and vertices
+/// belong to the facet. NaN is outside. An outline without vertices contains everything.
 pub fn inside(outline: &[Vector], p: Vector) -> bool {
     turns(outline, p).all(|c| c <= 0.0)
 }
@@ -69,9 +70,10 @@ impl ZBuffer {
 
     /// Draws a convex facet under a number chosen by the caller.
     ///
-    /// A facet owns the pixels whose centres lie in it or on its outline and whose depth is smaller than what
-    /// is there; if depths are equal, the first one drawn stays. Depth has no near or far limit. Facets with
-    /// fewer than three vertices, without area, or with vertices that are not finite are not drawn.
+    /// A facet owns the pixels whose centres are inside it or on its outline, where its depth is
+    /// smaller than the stored depth. If depths are equal, the facet drawn first stays. Depth has
+    /// no near or far limit. Facets with fewer than three vertices, without area, or with vertices
+    /// that are not finite are not drawn.
     pub fn draw(&mut self, facet: usize, outline: &[Vector]) {
         let Some((&a1, others)) = outline.split_first() else { return };
 

@@ -1,4 +1,4 @@
-//! Document E: trivial answers, clipping at each wall, points on walls, and the exact remaining part.
+//! Document E: trivial cases, clipping at each wall, points on walls, and the exact remaining part.
 
 use intertri_reference::clip_edge::{Point4, clip_edge, outcode};
 use proptest::prelude::*;
@@ -27,7 +27,7 @@ fn outcodes_name_the_walls() {
     assert_eq!(code(0.0, 0.0, -2.0, 1.0), 0b01_0000);
     assert_eq!(code(0.0, 0.0, 2.0, 1.0), 0b10_0000);
     assert_eq!(code(1.0, 0.0, 0.0, 1.0), 0b00_0010, "on the wall is outside");
-    assert_eq!(code(0.0, 0.0, 0.0, -1.0), 0b11_1111, "behind the eye is outside of all");
+    assert_eq!(code(0.0, 0.0, 0.0, -1.0), 0b11_1111, "behind the eye is outside all walls");
     assert_eq!(code(f64::NAN, 0.0, 0.0, 1.0), 0b00_0011);
 }
 
@@ -79,18 +79,18 @@ fn an_edge_in_a_wall_goes_and_one_that_starts_there_stays() {
     assert_eq!(clip(a, c), (0, a, c));
     assert_eq!(clip(a, CENTRE), (1, a, CENTRE));
     assert_eq!(clip(CENTRE, a), (1, CENTRE, a));
-    // A point is inside or it is not.
+    // A degenerate edge is kept if its point is inside, and rejected otherwise.
     assert_eq!(clip(CENTRE, CENTRE).0, 1);
     assert_eq!(clip(a, a).0, 0);
 }
 
 #[test]
 fn an_edge_through_the_eyes_plane_loses_what_is_behind() {
-    // From w = 1 in front to w = -1 behind: it leaves where w falls to |z| = 0.5.
+    // An edge from w = 1 in front to w = -1 behind leaves the volume where w falls to |z| = 0.5.
     let (a, c) = (p(0.0, 0.0, 0.5, 1.0), p(0.0, 0.0, 0.5, -1.0));
     assert_eq!(clip(a, c), (1, a, p(0.0, 0.0, 0.5, 0.5)));
     assert_eq!(clip(c, a), (1, p(0.0, 0.0, 0.5, 0.5), a));
-    // Entirely behind, and the point without a position.
+    // An edge entirely behind the eye, and a point with all coordinates 0.
     assert_eq!(clip(p(0.1, 0.0, 0.0, -1.0), p(0.0, 0.2, 0.0, -3.0)).0, 0);
     assert_eq!(clip(p(0.0, 0.0, 0.0, 0.0), p(0.0, 0.0, 0.0, 0.0)).0, 0);
 }
@@ -127,7 +127,7 @@ proptest! {
     // The same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// The remaining part is inside, and the rest outside: walks along the edge.
+    /// Walks along the edge: the remaining part is inside, and the rest is outside.
     #[test]
     fn the_part_that_is_left_is_the_part_inside(a in point(), c in point()) {
         let (answer, new_a, new_c) = clip(a, c);
@@ -147,14 +147,14 @@ proptest! {
                 prop_assert!(depth < 1e-12, "cut at {t}: {depth}");
             }
         }
-        // An end that was inside has not changed by a bit.
+        // An end that was inside keeps its bits.
         if answer == 1 {
             prop_assert!(depth_inside(a, c, 0.0) <= 0.0 || new_a == a);
             prop_assert!(depth_inside(a, c, 1.0) <= 0.0 || new_c == c);
         }
     }
 
-    /// The opposite direction gives the same part.
+    /// The opposite direction yields the same part.
     #[test]
     fn direction_does_not_matter(a in point(), c in point()) {
         let (one, a1, c1) = clip(a, c);

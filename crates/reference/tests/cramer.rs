@@ -14,7 +14,7 @@ fn example(z: f64) -> Trig {
     ])
 }
 
-/// The document's loop over its pixels, with a test of the caller's.
+/// The number of pixels in the document's loop for which a test succeeds.
 fn pixels(hit: impl Fn(Vector) -> bool) -> usize {
     let rows = (-100..100).flat_map(|y| (-160..160).map(move |x| (x, y)));
     rows.filter(|&(x, y)| hit(Vector::from([x as f32 / 100.0, y as f32 / 100.0, 1.0]))).count()
@@ -45,7 +45,7 @@ fn coefficients_are_the_documents() {
     assert_eq!(trig.d, trig.t * -1.0);
     assert_eq!(trig.tu, Vector::new(0.0, 255.0, 255.0));
     assert_eq!(trig.tv, Vector::new(0.0, 0.0, 255.0));
-    // AP = (1, -1, -1), AB = (2, 0, 0), AC = (2, -2, 0), with the determinants written out.
+    // The determinants written out for AP = (1, -1, -1), AB = (2, 0, 0), AC = (2, -2, 0).
     let view = trig.seen_from(Vector::default());
     assert_eq!(view.u, Vector::new(2.0, 2.0, 0.0));
     assert_eq!(view.v, Vector::new(0.0, -2.0, 2.0));
@@ -109,7 +109,7 @@ proptest! {
     // The same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Away from the edges the answer is InterTri's, seen from the front; so are u, v, t.
+    /// Away from the edges, and seen from the front, the hit and u, v, and t match InterTri's.
     #[test]
     fn agrees_with_inter_tri(
         c in prop::array::uniform9(-1.0f32..1.0),
@@ -138,7 +138,7 @@ proptest! {
         }
     }
 
-    /// Texture coordinates are those of the corners, mixed by the weights.
+    /// Texture coordinates interpolate those of the corners.
     #[test]
     fn texture_mixes_the_corners(u in 0.0f64..1.0, v in 0.0f64..1.0) {
         let (tx, ty) = example(1.0).texture(u, v);

@@ -1,4 +1,5 @@
-//! Tests of document A: typical hits and misses, and every edge case listed on its page.
+//! Tests of document A: typical hits and misses, and every edge case listed in the module's
+//! documentation.
 
 use intertri_reference::{IndexOutOfRange, Ray, Scene, THRESHOLD, Vector};
 use proptest::prelude::*;
@@ -163,7 +164,7 @@ fn an_index_out_of_range_is_an_error_that_says_where() {
     assert_eq!(Scene::new(vertx(), [[0, 1, 2]]).unwrap(), scene());
     let error = Scene::new(vertx(), [[0, 1, 2], [2, 3, 9]]).unwrap_err();
     assert_eq!(error, IndexOutOfRange { triangle: 1, index: 3, vertices: 3 });
-    let text = "triangle 1 names vertex 3, but there are 3 vertices, numbered from 0";
+    let text = "triangle 1 refers to vertex 3, but there are 3 vertices, numbered from 0";
     assert_eq!(error.to_string(), text);
     assert!(Scene::new(Vec::new(), [[0, 0, 0]]).is_err());
     assert!(Scene::new(Vec::new(), []).is_ok());

@@ -1,4 +1,4 @@
-//! The five documents: their examples, and their errors.
+//! Tests of the five documents, including their examples and their errors.
 
 mod clip_edge;
 mod closest;

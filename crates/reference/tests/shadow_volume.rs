@@ -1,4 +1,4 @@
-//! Document C: silhouettes, closed volumes, and what its own indices would draw.
+//! Document C: silhouettes, closed volumes, and what the document's own indices would draw.
 
 use intertri_reference::Vector;
 use intertri_reference::shadow_volume::{Adj, Light, extrude, front_culled, silhouette};
@@ -14,7 +14,7 @@ fn cube() -> (Vec<Vector>, Vec<[usize; 3]>) {
     (vertx, faces)
 }
 
-/// The document's ADJ, from faces that are wound consistently.
+/// The document's ADJ for consistently wound faces.
 fn adjacency(faces: &[[usize; 3]]) -> Vec<Adj> {
     let owner = |edge: [usize; 2]| {
         faces.iter().position(|&[a, b, c]| [[a, b], [b, c], [c, a]].contains(&edge))
@@ -26,7 +26,8 @@ fn at(vertx: &[Vector], triangle: [usize; 3]) -> [Vector; 3] {
     triangle.map(|index| vertx[index])
 }
 
-/// The sides, the lit faces as one cap, and their images at the far end, reversed, as the other.
+/// The number of silhouette edges, and the closed volume: the sides, the lit faces as the near cap,
+/// and their reversed images at the far end as the far cap.
 fn closed(
     vertx: &[Vector],
     faces: &[[usize; 3]],
@@ -52,7 +53,8 @@ fn closed(
     (edges.len(), volume)
 }
 
-/// How often each directed edge occurs, minus its reverse; empty for a closed surface.
+/// The number of directed edges that do not occur as often as their reverse; 0 for a closed
+/// surface.
 fn open_edges(volume: &[[Vector; 3]]) -> usize {
     let key = |p: Vector| <[f64; 3]>::from(p).map(f64::to_bits);
     let mut count = BTreeMap::new();
@@ -75,10 +77,11 @@ fn a_directional_light_on_a_cube() {
     let (vertx, faces) = cube();
     assert_eq!(faces.len(), 12);
     let lit_from = |x, y, z| Light::Directional(Vector::new(x, y, z));
-    // Light on the top only: its two triangles and four edges; the vertical faces are edge-on (0 >= 0).
+    // From straight above, the top's two triangles are front culled, and so are the vertical faces,
+    // which are edge-on (0 >= 0).
     let front = front_culled(&vertx, &faces, lit_from(0.0, 0.0, 1.0));
     assert_eq!(front.iter().filter(|front| **front).count(), 10);
-    // From a general direction: three sides, six edges.
+    // From a general direction, three sides are front culled, and the silhouette has six edges.
     let light = lit_from(0.3, 0.5, 1.0);
     let front = front_culled(&vertx, &faces, light);
     assert_eq!(front.iter().filter(|front| **front).count(), 6);
@@ -91,7 +94,7 @@ fn edges_keep_the_order_of_the_front_culled_face() {
     let adj = [[None, Some(1), None], [Some(0), None, None]];
     assert_eq!(silhouette(&faces, &adj, &[true, false]), [[0, 1], [1, 2], [2, 0]]);
     assert_eq!(silhouette(&faces, &adj, &[false, true]), [[2, 1], [1, 3], [3, 2]]);
-    // A missing neighbour counts as back culled; a present front-culled one does not.
+    // A missing neighbour counts as back culled; a front-culled neighbour does not.
     assert_eq!(silhouette(&faces, &adj, &[true, true]), [[0, 1], [2, 0], [1, 3], [3, 2]]);
     assert_eq!(silhouette(&faces, &adj, &[false, false]), [[0; 2]; 0]);
 }
@@ -111,7 +114,8 @@ fn volumes_are_closed_and_look_outward() {
     ] {
         for faces in [&faces, &open, &single] {
             let light = match light {
-                // With a length of 1 the test's own far ends are those of `extrude`, bit for bit.
+                // With unit length, the far ends computed by this test have the same bits as those
+                // of `extrude`.
                 Light::Directional(to_light) => Light::Directional(to_light.unit()),
                 place @ Light::Point(_) => place,
             };
@@ -130,7 +134,7 @@ fn volumes_are_closed_and_look_outward() {
         closed(&vertx, &top, Light::Directional(Vector::new(0.0, 0.0, 1.0)), 100.0);
     assert_eq!((edges, volume.len()), (4, 12));
     assert!((contents(&volume) - 400.0).abs() < 1e-9);
-    // A light inside the cube sees no front, so there is no volume.
+    // From a light inside the cube, no face is front culled, so there is no volume.
     let inside = Light::Point(Vector::new(0.1, 0.2, 0.3));
     assert!(closed(&vertx, &faces, inside, 100.0).1.is_empty());
 }
@@ -142,8 +146,8 @@ fn the_documents_vertices_would_make_no_quad() {
     let light = Light::Directional(Vector::new(0.0, 0.0, 1.0));
     let area = |[a, b, c]: [Vector; 3]| ((b - a) ^ (c - a)).y / 2.0;
 
-    // As in the document: index3 from index1 and index4 from index2. The halves wind in opposite directions,
-    // and the point next to the edge from index2 to index4 is in neither.
+    // As in the document, index3 comes from index1 and index4 from index2. The halves wind in
+    // opposite directions, and neither contains the point next to the edge from index2 to index4.
     let listed = [vertx[0], vertx[1], Vector::new(0.0, 0.0, -1.0), Vector::new(1.0, 0.0, -1.0)];
     let (first, second) = (at(&listed, [1, 0, 2]), at(&listed, [3, 2, 0]));
     assert_eq!(area(first), -area(second));
@@ -166,13 +170,13 @@ fn the_documents_vertices_would_make_no_quad() {
 #[test]
 fn odd_lights() {
     let (vertx, faces) = cube();
-    // NaN: nothing is front culled, so there is nothing to draw.
+    // With a NaN, no face is front culled, so there is nothing to draw.
     let nan = Light::Directional(Vector::new(f64::NAN, 0.0, 0.0));
     assert!(front_culled(&vertx, &faces, nan).iter().all(|front| !front));
-    // At a vertex: the edge's end stays in place.
+    // If the light is at a vertex, that end of the edge stays in place.
     let sides = extrude(&vertx, &[[0, 1]], Light::Point(vertx[0]), 10.0);
     assert_eq!(sides.vertx[9], vertx[0]);
     assert_eq!(sides.vertx[8], Vector::new(11.0, -1.0, -1.0));
-    // No edges, no sides.
+    // Without edges there are no sides.
     assert!(extrude(&vertx, &[], nan, 10.0).triangles.is_empty());
 }

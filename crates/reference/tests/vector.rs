@@ -1,4 +1,4 @@
-//! The operators round as written, and the square root is that of IEEE 754.
+//! The operators round in the order written, and the square root matches IEEE 754.
 
 use intertri_reference::Vector;
 use intertri_reference::vector::sqrt;
@@ -71,7 +71,7 @@ fn sqrt_of_random_bits_and_around_squares() {
     };
     for _ in 0..1_000_000 {
         let bits = random();
-        // Any double, and any subnormal.
+        // Arbitrary doubles, and small or subnormal ones.
         check_sqrt(f64::from_bits(bits));
         check_sqrt(f64::from_bits(bits >> 12));
         // Squares and their neighbours, where rounding is hardest.
@@ -81,7 +81,7 @@ fn sqrt_of_random_bits_and_around_squares() {
             check_sqrt(f64::from_bits(neighbour));
         }
     }
-    // Carries: mantissas of all ones, at every exponent.
+    // Carries: mantissas with all bits set, at every exponent.
     for exponent in 0..2047_u64 {
         check_sqrt(f64::from_bits((exponent << 52) | ((1 << 52) - 1)));
         check_sqrt(f64::from_bits(exponent << 52));

@@ -1,4 +1,5 @@
-//! Document B: the inside test in both orientations, any number of vertices, depth, and degenerate facets.
+//! Document B: the inside test in both orientations, any number of vertices, depth, and degenerate
+//! facets.
 
 use intertri_reference::z_buffer::{ZBuffer, inside, turns};
 use intertri_reference::{Ray, Scene, Vector};
@@ -46,7 +47,8 @@ fn the_rule_is_for_clockwise_outlines_with_y_up() {
 
 #[test]
 fn a_rectangle_covers_its_pixels_whichever_way_it_runs() {
-    // From 1 to 4 and from 1.5 to 3.5: columns 1 2 3, rows 1 2 3, the outline through the centres.
+    // x from 1 to 4 and y from 1.5 to 3.5 covers columns 1 to 3 and rows 1 to 3. The upper and
+    // lower edges run through pixel centres.
     let outline = [v(1.0, 1.5, 7.0), v(4.0, 1.5, 7.0), v(4.0, 3.5, 7.0), v(1.0, 3.5, 7.0)];
     for outline in [outline.to_vec(), reversed(&outline)] {
         let buffer = draw(6, 5, &[&outline]);
@@ -84,7 +86,7 @@ fn nearest_wins_and_the_first_of_equals_stays() {
 
 #[test]
 fn crossing_facets_split_the_picture_where_they_cross() {
-    // One rises from 0 to 10 over 10 columns, the other falls; they cross at x = 5.
+    // One facet rises from 0 to 10 over 10 columns, and the other falls. They cross at x = 5.
     let rising = [v(0.0, 0.0, 0.0), v(10.0, 0.0, 10.0), v(10.0, 1.0, 10.0), v(0.0, 1.0, 0.0)];
     let falling = rising.map(|p| v(p.x, p.y, 10.0 - p.z));
     let buffer = draw(10, 1, &[&rising, &falling]);
@@ -98,7 +100,7 @@ fn crossing_facets_split_the_picture_where_they_cross() {
 fn without_area_or_not_finite_draws_nothing() {
     let (a, b, c) = (v(0.0, 0.0, 1.0), v(4.0, 4.0, 1.0), v(0.0, 4.0, 1.0));
     let line = [a, v(2.0, 2.0, 1.0), b];
-    // The document's rule alone would give these the whole line, and everything.
+    // By the document's rule alone, the first would own its whole line, and the second every pixel.
     assert!(inside(&line, v(9.5, 9.5, 0.0)) && inside(&[a; 3], v(3.0, 1.0, 0.0)));
     let nothing = ZBuffer::new(5, 5);
     let edge_on = [a, b, v(2.0, 2.0, 3.0)];
@@ -119,7 +121,7 @@ proptest! {
     // The same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Documents A and B agree: rays along z through the pixel centres.
+    /// Documents A and B agree for rays along z through the pixel centres.
     #[test]
     fn agrees_with_inter_tri(c in prop::collection::vec(prop::array::uniform3(0.0f32..12.0), 3..=24)) {
         let triangles: Vec<[[f32; 3]; 3]> = c.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
@@ -131,7 +133,8 @@ proptest! {
         for m in 0..12 {
             for n in 0..12 {
                 let p = v(n as f64 + 0.5, m as f64 + 0.5, -1.0);
-                // Rounding may decide if a centre is on an outline or a facet is nearly edge-on.
+                // If a centre is on an outline or a facet is nearly edge-on, rounding may decide
+                // the result.
                 let close = triangles.iter().any(|triangle| {
                     turns(&triangle.map(Vector::from), p).any(|c| c.abs() < 1e-6)
                 });

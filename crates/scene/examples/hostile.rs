@@ -1,11 +1,12 @@
-//! Giant and hostile files, read one by one: the processor time and the memory that each takes.
+//! Reads giant and hostile files one by one, and measures the processor time and memory that each
+//! takes.
 //!
 //! ```sh
-//! cargo run --release -p intertri-scene --example hostile -- FOLDER   # some 8 GB come and go there
+//! cargo run --release -p intertri-scene --example hostile -- FOLDER   # writes some 8 GB, one file at a time
 //! ```
 //!
-//! Prints a table for `docs/fuzzing.md`. Each file is read by a separate process, whose peak memory Linux
-//! reports in `/proc`.
+//! The output is a table for `docs/fuzzing.md`. A separate process reads each file, so that Linux
+//! reports its peak memory in `/proc`.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -118,13 +119,13 @@ fn ply(out: Writer<'_>, format: &str, vertices: u64, faces: u64) -> io::Result<(
     )
 }
 
-/// Reads a file, and prints the result as a row.
+/// Reads a file and prints the result as a table row.
 fn read(path: &Path) {
     let said = match intertri_scene::load(path) {
         Ok(mesh) => format!("{} triangles", mesh.triangles.len()),
         Err(error) => error.to_string().replace(&format!("{}:", path.display()), ""),
     };
-    // The processor time of this process, independent of the load on the machine.
+    // Processor time does not depend on the load on the machine.
     let schedule = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
     let on_cpu = schedule.split(' ').next().and_then(|ns| ns.parse::<f64>().ok());
     let seconds = on_cpu.unwrap_or(f64::NAN) / 1e9;
@@ -145,7 +146,7 @@ fn main() -> io::Result<()> {
         _ => return Err(io::Error::other("give a folder for the files, about 1 GB each")),
     };
     println!(
-        "| file | size | processor time | peak memory | what is said |\n| --- | --- | --- | --- | --- |"
+        "| file | size | processor time | peak memory | result |\n| --- | --- | --- | --- | --- |"
     );
     for (name, what, write) in CASES {
         let path = folder.join(name);

@@ -20,14 +20,14 @@ use intertri::RayOf;
 use crate::coordinate::Coordinate;
 use crate::mesh::{double, rounded};
 
-/// The smallest sine of the angle between the view direction and up; below this, rounding would decide the
-/// image's tilt.
+/// The smallest allowed sine of the angle between the view direction and up. Below this, rounding
+/// would determine the tilt of the image.
 const LEVEL: f64 = 1e-6;
 
-/// A pinhole camera: the eye, its view direction and its field of view.
+/// A pinhole camera with an eye, a view direction, and a field of view.
 ///
-/// All rays of a camera have the same origin, bit for bit, so they can form bundles. The arithmetic is f64,
-/// and each result is rounded once, to f32 or, for a `Camera<f64>`, to f64.
+/// All rays of a camera have the same origin, bit for bit, so they can be traced in bundles. The
+/// arithmetic is in f64, and each result is rounded once to the camera's scalar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera<S = f32> {
     eye: [S; 3],
@@ -46,8 +46,8 @@ impl Camera {
     /// The up direction of [`Camera::framing`].
     pub const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
-    /// [`Camera::VIEW`] rotated like [`Camera::UP`] to `up`: the same picture of a model that was rotated
-    /// that way.
+    /// [`Camera::VIEW`] under the rotation that takes [`Camera::UP`] to `up`. A model rotated in
+    /// the same way gives the same picture.
     pub fn view_for(up: [f32; 3]) -> [f32; 3] {
         match double(up).try_normalize() {
             Some(to) if up != Self::UP => {
@@ -57,8 +57,8 @@ impl Camera {
         }
     }
 
-    /// The default up direction for a view along `view`: [`Camera::UP`] or, if the view is along that, north
-    /// on a map.
+    /// The default up direction for a view along `view`: [`Camera::UP`] or, if the view is along
+    /// that axis, north on a map.
     pub fn up_for(view: [f32; 3]) -> [f32; 3] {
         let along = double(view).normalize_or_zero();
         if along != DVec3::ZERO && along.cross(double(Self::UP)).length() < LEVEL {
@@ -75,8 +75,8 @@ impl<S: Coordinate> Camera<S> {
     /// `fov` is the vertical field of view in degrees, above 0 and below 180.
     ///
     /// # Errors
-    /// Fails if a number is not finite, `fov` is out of range, `eye` and `target` are the same point, or `up`
-    /// is zero or points along the view direction.
+    /// Fails if a number is not finite, `fov` is out of range, `eye` and `target` are the same
+    /// point, or `up` is zero or points along the view direction.
     pub fn new(eye: [S; 3], target: [S; 3], up: [f32; 3], fov: f64) -> Result<Self, CameraError> {
         let finite = |p: [S; 3]| p.iter().all(|x| x.is_finite());
         if !(finite(eye) && finite(target) && up.iter().all(|x| x.is_finite())) {
@@ -102,7 +102,8 @@ impl<S: Coordinate> Camera<S> {
     /// `aspect` is the image's width divided by its height.
     ///
     /// # Errors
-    /// Fails if the camera would be beyond the range of its scalar, or `aspect` is not positive and finite.
+    /// Fails if the camera would be outside the range of its scalar, or if `aspect` is not positive
+    /// and finite.
     pub fn framing(
         points: impl IntoIterator<Item = [S; 3]>,
         aspect: f64,
@@ -110,8 +111,8 @@ impl<S: Coordinate> Camera<S> {
         Self::framing_from(points, Camera::VIEW, Camera::UP, Camera::FOV, aspect)
     }
 
-    /// A camera with all `points` in its image, as large as a narrow margin allows, seen from the direction
-    /// `view` (from the points toward the eye). Without points, it looks at the origin.
+    /// A camera with all `points` in its image, filling it up to a narrow margin, seen from the
+    /// direction `view` (from the points toward the eye). Without points, it looks at the origin.
     ///
     /// ```text
     ///   left border                       right border
@@ -125,8 +126,8 @@ impl<S: Coordinate> Camera<S> {
     /// ```
     ///
     /// # Errors
-    /// As for [`Camera::new`], with `view` reversed as the view direction; also fails if `aspect` is not
-    /// positive and finite.
+    /// Fails as [`Camera::new`] does, with the reverse of `view` as the view direction, and also if
+    /// `aspect` is not positive and finite.
     pub fn framing_from(
         points: impl IntoIterator<Item = [S; 3]>,
         view: [f32; 3],
@@ -138,13 +139,13 @@ impl<S: Coordinate> Camera<S> {
         if !(aspect > 0.0 && aspect.is_finite()) {
             return Err(CameraError::Aspect(aspect));
         }
-        // The camera has the axes of one that looks from `view` at the origin.
+        // The axes are those of a camera at `view` that looks at the origin.
         let Camera { right, up: top, forward, half_height, .. } =
             Camera::new(view, [0.0; 3], up, fov)?;
         let (half_width, half_height) = (half_height * aspect / MARGIN, half_height / MARGIN);
 
-        // A point is in the image if |r - r of the eye| <= half_width * (w of the eye - w), and similarly for
-        // up and down. Each border is moved outward until the last point touches it.
+        // A point is in the image if |r - r of the eye| <= half_width * (w of the eye - w), and
+        // similarly for up and down. Move each border outward until it contains all points.
         let mut borders = [f64::NEG_INFINITY; 4];
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for point in points {
@@ -166,8 +167,8 @@ impl<S: Coordinate> Camera<S> {
             return Self::framing_from([[S::ZERO; 3]], view, up, fov, aspect);
         }
 
-        // The eye is where the borders of one pair meet, for the pair that meets farther away. It is centred
-        // between the other pair, and behind the foremost point.
+        // The eye is where a pair of opposite borders meets, for the pair that meets farther away.
+        // It is centred between the other two borders, and behind the foremost point.
         let [r_max, r_min, u_max, u_min] = borders;
         let size = (max - min).length();
         let near = max.z + if size > 0.0 { size * 0.01 } else { 1.0 };
@@ -184,9 +185,9 @@ impl<S: Coordinate> Camera<S> {
         self.eye
     }
 
-    /// The camera ray through the centre of pixel `(x, y)` of an image of `width` times `height`
+    /// The camera ray through the centre of pixel `(x, y)` in an image of `width` by `height`
     /// pixels. `x` grows to the right and `y` downward. `dir` has unit length up to rounding, so
-    /// `t` is a distance. The interval is that of [`RayOf::new`].
+    /// `t` is a distance. The interval is the default of [`RayOf::new`].
     pub fn ray(&self, x: u32, y: u32, width: u32, height: u32) -> RayOf<S> {
         // Pixels are square: both axes are measured in half heights of the image.
         let half = f64::from(height) * 0.5;
@@ -198,7 +199,7 @@ impl<S: Coordinate> Camera<S> {
         RayOf::new(self.eye, rounded::<S>(dir.normalize()))
     }
 
-    /// Right, up and into the image: three orthogonal unit vectors.
+    /// The directions right, up, and into the image: three orthogonal unit vectors.
     pub fn axes(&self) -> [[f64; 3]; 3] {
         self.basis().map(|axis| axis.to_array())
     }
@@ -219,7 +220,7 @@ impl<S: Coordinate> Camera<S> {
 pub enum CameraError {
     /// A coordinate is NaN or infinite, or became infinite because the model is too large.
     NotFinite,
-    /// The field of view, in degrees, is not between 0 and 180.
+    /// The field of view is not between 0 and 180 degrees.
     Fov(f64),
     /// Width divided by height is not a positive number.
     Aspect(f64),
@@ -240,7 +241,7 @@ impl fmt::Display for CameraError {
                 write!(f, "camera: a field of view of {fov} degrees; give one between 0 and 180")
             }
             Self::Aspect(aspect) => {
-                write!(f, "camera: a picture of aspect {aspect}; give it a width and a height")
+                write!(f, "camera: an aspect ratio of {aspect}; give a positive width and height")
             }
             Self::NoView => {
                 write!(f, "camera: eye and target are the same point; move one of them")
@@ -274,8 +275,8 @@ mod tests {
     fn the_middle_pixel_looks_at_the_target_and_y_grows_downward() {
         let camera: Camera = Camera::new([0.0, 0.0, 5.0], [0.0; 3], Camera::UP, 90.0).unwrap();
         assert_eq!(camera.ray(1, 1, 3, 3).dir, [0.0, 0.0, -1.0]);
-        // With a field of view of 90 degrees, the top is as high as the image plane is far; a pixel's centre
-        // in the top row of three is at 2/3 of that.
+        // With a field of view of 90 degrees, half the image's height equals the distance of the
+        // image plane. In the top row of three, pixel centres are at 2/3 of that height.
         let top = camera.ray(1, 0, 3, 3).dir;
         assert!((top[1] / -top[2] - 2.0 / 3.0).abs() < 1e-6 && top[0] == 0.0);
         let right = camera.ray(2, 1, 3, 3).dir;
@@ -299,7 +300,7 @@ mod tests {
         for points in clouds {
             for aspect in [0.3, 1.0, 4.0 / 3.0, 3.0] {
                 let camera = Camera::framing(points.iter().copied(), aspect).unwrap();
-                // The points projected to the image, whose borders are at -1 and 1.
+                // Project the points to an image whose borders are at -1 and 1.
                 let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
                 for &point in &points {
                     let arm = double(point) - double(camera.eye);
@@ -312,7 +313,7 @@ mod tests {
                         max[axis] = max[axis].max(place[axis]);
                     }
                 }
-                // One pair of borders is almost reached on both sides.
+                // In one direction, the points almost reach both borders.
                 let reach = (0..2).map(|axis| max[axis].min(-min[axis])).fold(0.0, f64::max);
                 let most = max.into_iter().chain(min.map(|x| -x)).fold(0.0, f64::max);
                 assert!(reach > 0.9 && most < 1.0, "{points:?} {aspect}: {min:?} {max:?}");

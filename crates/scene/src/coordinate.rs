@@ -4,8 +4,8 @@ use std::str::FromStr;
 
 use intertri::Scalar;
 
-/// The scalar in which the coordinates of meshes, cameras, lights and rays are read and stored: f32 by
-/// default, or f64. The trait is sealed.
+/// The scalar in which the coordinates of meshes, cameras, lights, and rays are read and stored:
+/// f32 (the default) or f64. The trait is sealed.
 ///
 /// ```no_run
 /// use std::path::Path;
@@ -16,7 +16,7 @@ use intertri::Scalar;
 /// }
 /// ```
 pub trait Coordinate: Scalar + FromStr {
-    /// Its name, for messages.
+    /// The name of the scalar, for messages.
     const NAME: &'static str;
 }
 

@@ -9,10 +9,11 @@ use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, Image
 
 use crate::PartialFile;
 
-/// The maximum number of pixels in an image: 8192 times 8192. Its visibility buffer alone is 2 GiB.
+/// The maximum number of pixels in an image (8192 by 8192). At this size, the visibility buffer
+/// alone takes 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// An image: rows from the top, three bytes of sRGB per pixel.
+/// An image, stored in rows from the top with three sRGB bytes per pixel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -24,7 +25,7 @@ impl Image {
     /// A black image.
     ///
     /// # Errors
-    /// As for [`check_size`].
+    /// Fails as [`check_size`] does.
     pub fn new(width: u32, height: u32) -> Result<Self, ImageError> {
         let pixels = check_size(width, height)?;
         Ok(Self { width, height, pixels: vec![[0; 3]; pixels] })
@@ -40,21 +41,21 @@ impl Image {
         self.height
     }
 
-    /// All pixels; `(x, y)` is at `y * width + x`.
+    /// All pixels. Pixel `(x, y)` is at index `y * width + x`.
     pub fn pixels(&self) -> &[[u8; 3]] {
         &self.pixels
     }
 
-    /// All pixels, to modify.
+    /// All pixels, mutably.
     pub fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels
     }
 
-    /// Reads a PNG or JPEG file, which it recognizes by the first bytes. Drops the alpha channel.
+    /// Reads a PNG or JPEG file, recognized by its first bytes. An alpha channel is dropped.
     ///
     /// # Errors
-    /// Fails if there is no such file, it is in neither format, a side is 0, or there are more than
-    /// [`MAX_PIXELS`].
+    /// Fails if the file does not exist or is in neither format, if a side is 0, or if there are
+    /// more than [`MAX_PIXELS`] pixels.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let error = |cause: String| ImageError::Read { path: path.into(), cause };
         let metadata = fs::metadata(path).map_err(|cause| error(cause.to_string()))?;
@@ -76,13 +77,13 @@ impl Image {
         Ok(Self { width, height, pixels: pixels.to_vec() })
     }
 
-    /// Writes the image to `path` as PNG, completely or not at all.
+    /// Writes the image to `path` as PNG, either completely or not at all.
     ///
-    /// It is written as a [`PartialFile`] first, so an image under that name is complete even if the program
-    /// is killed. After an error an older image at `path` is unchanged.
+    /// The image is first written as a [`PartialFile`], so a file at `path` is complete even if the
+    /// program is killed. After an error, an older image at `path` is unchanged.
     ///
     /// # Errors
-    /// As for [`check_output`], and any error of the file system.
+    /// Fails as [`check_output`] does, or with an error from the file system.
     pub fn write_png(&self, path: &Path) -> Result<(), ImageError> {
         check_output(path)?;
         let written = replace(path, |file| {
@@ -98,8 +99,8 @@ impl Image {
     }
 }
 
-/// Writes with `write` to `path`, which appears once all of it is on the disk, and not at all if writing
-/// fails.
+/// Creates or replaces the file at `path` with the output of `write`, once all of it is on the
+/// disk. If writing fails, `path` is unchanged.
 fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<PartialFile>) -> io::Result<()>,
@@ -111,10 +112,10 @@ fn replace(
     file.finish()
 }
 
-/// The number of pixels of an image of that size.
+/// The number of pixels in an image of the given size. Call this before allocating anything.
 ///
 /// # Errors
-/// Fails if a side is 0 or there are more than [`MAX_PIXELS`]. Call this before allocating anything.
+/// Fails if a side is 0 or there are more than [`MAX_PIXELS`] pixels.
 pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
     let pixels = u64::from(width) * u64::from(height);
     match usize::try_from(pixels) {
@@ -123,7 +124,7 @@ pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
     }
 }
 
-/// Checks before rendering whether an image can probably be written to `path`.
+/// Checks whether an image can probably be written to `path`. Call this before rendering.
 ///
 /// # Errors
 /// Fails if `path` does not end in `.png`, is a folder, or is in a folder that does not exist.
@@ -143,8 +144,9 @@ pub fn check_output(path: &Path) -> Result<(), ImageError> {
     }
 }
 
-/// An image that shows where two engines disagree: `image` darkened, with each pixel that has an entry in
-/// `marks` in that colour, and a frame of that colour around it so that a single pixel is visible.
+/// An image that shows where two engines disagree. It is a darkened copy of `image` in which each
+/// marked pixel has the colour in `marks` and a frame around it, so that even a single pixel is
+/// easy to see.
 ///
 /// # Panics
 /// Panics if `marks` does not have one entry per pixel.
@@ -177,14 +179,14 @@ pub fn difference(image: &Image, marks: &[Option<[u8; 3]>]) -> Image {
 /// Why an image cannot be read or written.
 #[derive(Debug)]
 pub enum ImageError {
-    /// A side is 0, or there are more than [`MAX_PIXELS`].
+    /// A side is 0, or there are more than [`MAX_PIXELS`] pixels.
     Size {
         /// The width in pixels.
         width: u32,
         /// The height in pixels.
         height: u32,
     },
-    /// The output cannot have this name.
+    /// The output file cannot have this name.
     Output {
         /// The name.
         path: PathBuf,
@@ -193,7 +195,7 @@ pub enum ImageError {
     },
     /// A file is not a readable image.
     Read {
-        /// Its name.
+        /// The name of the file.
         path: PathBuf,
         /// The problem.
         cause: String,
@@ -202,7 +204,7 @@ pub enum ImageError {
     Write {
         /// The image's name.
         path: PathBuf,
-        /// The error of the file system.
+        /// The error from the file system.
         cause: io::Error,
     },
 }

@@ -17,27 +17,29 @@ pub enum Light<S = f32> {
     },
     /// A light so far away that its rays are parallel. [`Light::sun`] creates one.
     Directional {
-        /// The vector to the light. A shadow ray has this length, so the vector must lead out of the scene
-        /// from any surface.
+        /// The vector to the light. Shadow rays have this length, so the vector must reach beyond
+        /// the scene from any surface.
         toward: [S; 3],
     },
 }
 
 impl Light {
-    /// The end of a shadow ray's interval, as a fraction of the distance from the light to the surface.
+    /// The end of a shadow ray's interval, as a fraction of the distance from the light to the
+    /// surface.
     ///
-    /// A shadow ray ends on the triangle that it starts from in the image, at `t = 1` up to rounding: its f32
-    /// direction misses the point by about 1e-7 of the distance, and the `t` of the triangle differs by that
-    /// much divided by the cosine between ray and normal. One part in ten thousand covers every cosine above
-    /// 1e-3, below which the surface gets no visible light anyway, and is a tenth of a pixel in a typical
-    /// image. It is a tolerance of the shading; the intersection test does not know about it.
+    /// A shadow ray ends on the triangle that the pixel shows, at `t = 1` up to rounding. Its f32
+    /// direction misses the point by about 1e-7 of the distance, and the triangle's `t` differs by
+    /// that amount divided by the cosine between ray and normal. One part in ten thousand covers
+    /// every cosine above 1e-3, below which the surface gets no visible light anyway. In a typical
+    /// image, it is a tenth of a pixel. This is a tolerance for shading only; the intersection test
+    /// has none.
     pub const REACH: f32 = 0.9999;
 }
 
 impl<S: Coordinate> Light<S> {
-    /// A light for `bounds` as seen by `camera`: over the photographer's left shoulder, high, and far enough
-    /// that shadows do not spread much. If the camera is inside the box, which may be a room, the light is a
-    /// little above and to the left of it.
+    /// A light for `bounds` as seen by `camera`: high over the photographer's left shoulder, and
+    /// far enough away that shadows do not spread much. If the camera is inside the bounds, which
+    /// may be a room, the light is slightly above the camera and to its left.
     pub fn over_the_shoulder(bounds: &Bounds<S>, camera: &Camera<S>) -> Self {
         let [right, up, forward] = camera.basis();
         let position = if bounds.contains(camera.eye()) {
@@ -49,8 +51,9 @@ impl<S: Coordinate> Light<S> {
         Self::Point { position: rounded(position) }
     }
 
-    /// A directional light for `bounds`; `toward` is the direction to it, of any length. None if that is zero
-    /// or not finite, or the bounds are too large for the scalar.
+    /// A directional light for `bounds`, where `toward` is the direction to the light, of any
+    /// length. Returns `None` if `toward` is zero or not finite, or if the bounds are too large for
+    /// the scalar.
     pub fn sun(toward: [f32; 3], bounds: &Bounds<S>) -> Option<Self> {
         let direction = double(toward).try_normalize()?;
         // Longer than any segment in the bounds.
@@ -58,7 +61,7 @@ impl<S: Coordinate> Light<S> {
         toward.iter().all(|x| x.is_finite()).then_some(Self::Directional { toward })
     }
 
-    /// The origin of the shadow ray of `point`.
+    /// The origin of the shadow ray for `point`.
     pub fn origin(&self, point: [f64; 3]) -> [S; 3] {
         match *self {
             Self::Point { position } => position,
@@ -66,11 +69,11 @@ impl<S: Coordinate> Light<S> {
         }
     }
 
-    /// The shadow ray of `point`, which is on a surface: any hit occludes the light.
+    /// The shadow ray for `point`, which is on a surface. Any hit occludes the light.
     ///
-    /// It runs in reverse: from the light, or from far enough toward it, to the point at `t = 1`, over the
-    /// interval `0 <= t <` [`Light::REACH`]. All shadow rays of a point light share their origin, bit for
-    /// bit, and are as coherent as camera rays.
+    /// The ray runs in reverse: from the light, or from a point far enough toward it, to the
+    /// surface at `t = 1`, over the interval `0 <= t <` [`Light::REACH`]. All shadow rays of a
+    /// point light have the same origin, bit for bit, and are as coherent as camera rays.
     pub fn shadow_ray(&self, point: [f64; 3]) -> RayOf<S> {
         Self::shadow_ray_from(self.origin(point), point)
     }
@@ -81,8 +84,9 @@ impl<S: Coordinate> Light<S> {
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
     }
 
-    /// The shadow ray from a hit found by [`Mode::exact`](intertri::Mode::exact) to the light: any hit
-    /// occludes it. It never meets the hit triangle ([`spawn_ray`]), so no part of the segment is left out.
+    /// The shadow ray from a hit found by [`Mode::exact`](intertri::Mode::exact) to the light: any
+    /// hit occludes it. The ray never hits the triangle itself (see [`spawn_ray`]), so no part of
+    /// the segment is skipped.
     pub fn shadow_ray_of(&self, hit: &Hit, triangle: &TriangleOf<S>) -> RayOf<S> {
         match *self {
             Self::Point { position } => spawn_ray_to(hit, triangle, position),
@@ -127,8 +131,8 @@ mod tests {
 
     #[test]
     fn a_surface_does_not_shadow_itself_but_what_stands_before_it_does() {
-        // Planes through a point, tilted up to a cosine of 1e-3 toward the light, from many sides and at any
-        // distance: the f32 ray's own hit with the plane must not count.
+        // Planes through a point, with a cosine of 1e-3 toward the light, from many sides and at
+        // many distances. The f32 ray's hit with its own plane must not count.
         let mut worst: f64 = 1.0;
         for i in 0..20_000_u32 {
             let angle = f64::from(i) * 2.399_963;
@@ -150,7 +154,8 @@ mod tests {
             // An occluder a thousandth of the distance before the surface counts.
             assert!(0.999 < ray.t_max);
         }
-        // The test is meaningful: rounding does move the hit with the surface before the point.
+        // The test is meaningful: rounding does move the hit with the surface in front of the
+        // point.
         assert!(worst < 1.0 - 1e-5, "{worst}");
     }
 
@@ -169,8 +174,8 @@ mod tests {
                 Ray { origin: [ray.origin[0] * 0.3, ray.origin[1], ray.origin[2] * 0.3], ..ray };
             let Some(hit) = exact.closest(&[triangle], &ray) else { continue };
 
-            // A light nearly in the triangle's plane, or above it; an occluder a millionth of the distance
-            // before it.
+            // A light nearly in the triangle's plane or above it, and an occluder at 1e-5 of the
+            // distance to the light.
             let point = DVec3::from(hit_point(&ray, &hit));
             let over = if i % 2 == 0 { 1e-6 } else { 3.0 };
             let toward = DVec3::new(2.0 * size, over * size, size);
@@ -185,12 +190,12 @@ mod tests {
                 assert!(!exact.any(&[triangle], &next), "{i}: {next:?}");
                 assert!(exact.any(&far[..1], &next), "{i}: {next:?}");
                 blocked += u32::from(!exact.any(&[far[0]], &light.shadow_ray(point.to_array())));
-                // Nothing behind a light shadows it.
+                // A wall behind a point light does not occlude it.
                 let beyond = exact.any(&far[1..], &next);
                 assert_eq!(beyond, matches!(light, Light::Directional { .. }), "{i}: {next:?}");
             }
         }
-        // A reach of 0.9999 would miss those walls.
+        // A reach of 0.9999 would miss most of these walls.
         assert!(blocked > 1000, "{blocked}");
     }
 

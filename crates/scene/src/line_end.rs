@@ -1,11 +1,12 @@
-//! The ends of lines of text: a line feed, a carriage return, or both.
+//! Line ends in text: a line feed, a carriage return, or both.
 
 use std::io::{self, BufRead, ErrorKind};
 
 /// How the last line that was read ended.
 ///
-/// A carriage return ends a line at once, although a line feed may follow: a program that sends rays through
-/// a pipe may wait for the answer before it continues. The next line then begins after the line feed.
+/// A carriage return ends a line at once, even if a line feed may follow, because a program that
+/// sends rays through a pipe may wait for the result before it continues. If a line feed follows,
+/// the next line begins after it.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) enum LineEnd {
     /// With a line feed, or no line was read yet.
@@ -18,7 +19,7 @@ pub(crate) enum LineEnd {
 }
 
 impl LineEnd {
-    /// Skips the line feed that belongs to the last line's end.
+    /// Skips a line feed that belongs to the end of the last line.
     pub(crate) fn pass(&mut self, input: &mut impl BufRead) -> io::Result<()> {
         if *self == Self::ReturnAndPerhapsFeed {
             if fill(input)?.first() == Some(&b'\n') {
@@ -39,8 +40,8 @@ impl LineEnd {
     }
 }
 
-/// Appends the next line without its end to `line`; returns false at the end of the text. Stops in the middle
-/// of a line that becomes longer than `longest`.
+/// Appends the next line, without its end, to `line`. Returns false at the end of the text, and
+/// stops within a line that becomes longer than `longest`.
 pub(crate) fn read_line(
     input: &mut impl BufRead,
     line: &mut Vec<u8>,
@@ -68,9 +69,9 @@ pub(crate) fn read_line(
     }
 }
 
-/// The bytes that have arrived and are not read yet.
+/// The bytes that have arrived but have not been read.
 fn fill(input: &mut impl BufRead) -> io::Result<&[u8]> {
-    // Called twice, because a loop could not return what it borrows.
+    // `fill_buf` is called twice because the loop cannot return a borrow.
     while let Err(error) = input.fill_buf() {
         if error.kind() != ErrorKind::Interrupted {
             return Err(error);

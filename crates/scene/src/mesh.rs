@@ -10,33 +10,36 @@ use crate::coordinate::Coordinate;
 pub struct Part {
     /// The first triangle of the part.
     pub first: u32,
-    /// Its albedo: the linear fraction of red, green and blue light that it reflects, in `0..=1`.
+    /// The albedo: the linear fraction of red, green, and blue light that the part reflects, in
+    /// `0..=1`.
     pub tint: [f32; 3],
-    /// Whether its albedo is multiplied by the scene's texture.
+    /// Whether the albedo is multiplied by the scene's texture.
     pub textured: bool,
 }
 
 /// An indexed triangle mesh.
 ///
-/// Triangles keep the order of the file. A polygon becomes the fan of triangles around its first corner, in
-/// order: `(0, 1, 2), (0, 2, 3), ...`. If that fan would reach outside a concave polygon, ear clipping cuts
-/// it into as many triangles. Positions keep their order and the numbers of the file, rounded once to f32 or,
-/// for a `Mesh<f64>`, to f64: none are welded, moved or dropped.
+/// Triangles keep the order of the file. A polygon becomes the fan of triangles around its first
+/// corner, in order: `(0, 1, 2), (0, 2, 3), ...`. If that fan would reach outside a concave
+/// polygon, ear clipping cuts it into the same number of triangles. Positions keep their order and
+/// the numbers in the file, rounded once to f32 or, for a `Mesh<f64>`, to f64. They are not welded,
+/// moved, or dropped.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh<S = f32> {
-    /// The positions of the vertices. If [`crate::load`] made the mesh, all that triangles use are finite.
+    /// The positions of the vertices. In a mesh made by [`crate::load`], all positions that
+    /// triangles use are finite.
     pub positions: Vec<[S; 3]>,
     /// Three indices into `positions` per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Texture coordinates of the three corners of each triangle, or `None` for a mesh without. If only some
-    /// triangles have them, the others have zeros.
+    /// The texture coordinates of the three corners of each triangle, or `None` if the mesh has
+    /// none. If only some triangles have them, the others have zeros.
     pub corner_uvs: Option<Vec<[[f32; 2]; 3]>>,
-    /// The materials, ascending in `first`; empty for a mesh with only one.
+    /// The parts, ascending in `first`; empty for a mesh with only one material.
     pub parts: Vec<Part>,
 }
 
 impl Mesh {
-    /// The albedo of triangles without a part, like clay.
+    /// The albedo of triangles without a part: the colour of clay.
     pub const CLAY: [f32; 3] = [0.62, 0.58, 0.52];
 }
 
@@ -63,7 +66,7 @@ impl<S: Coordinate> Mesh<S> {
         after.checked_sub(1).map(|part| &self.parts[part])
     }
 
-    /// The corners of all triangles. Positions that no triangle uses are left out.
+    /// The corners of all triangles. Positions that no triangle uses are skipped.
     pub fn points(&self) -> impl Iterator<Item = [S; 3]> {
         self.triangles.as_flattened().iter().map(|&corner| self.positions[corner as usize])
     }
@@ -91,16 +94,16 @@ impl<S: Coordinate> Mesh<S> {
 /// An axis-aligned bounding box, including its boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<S = f32> {
-    /// The smallest x, y and z.
+    /// The smallest x, y, and z.
     pub min: [S; 3],
-    /// The largest x, y and z.
+    /// The largest x, y, and z.
     pub max: [S; 3],
 }
 
 impl<S: Scalar> Bounds<S> {
     /// The centre.
     pub(crate) fn centre(&self) -> DVec3 {
-        // Halved first, so that the largest f64 does not overflow.
+        // Halve first, so that the largest f64 does not overflow.
         double(self.min) * 0.5 + double(self.max) * 0.5
     }
 

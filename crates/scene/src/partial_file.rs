@@ -13,11 +13,13 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file that is written under another name next to its final path, and renamed once it is complete.
+/// A file that is written under another name next to its final path, and renamed once it is
+/// complete.
 ///
-/// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays within one
-/// file system. If it is dropped before [`PartialFile::finish`], the hidden file is removed and an older file
-/// stays as it was. A file that replaces an older one gets its permissions.
+/// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays
+/// within one file system. If the `PartialFile` is dropped before [`PartialFile::finish`], the
+/// hidden file is removed, and an older file is unchanged. A file that replaces an older one keeps
+/// the older one's permissions.
 ///
 /// ```
 /// use std::io::Write;
@@ -37,11 +39,11 @@ pub struct PartialFile {
 }
 
 impl PartialFile {
-    /// Begins a file that will be at `path`. If that is a link, the link stays, and its target will be
-    /// replaced.
+    /// Creates a file that will be at `path` once it is finished. If `path` is a link, the link
+    /// stays, and its target is replaced.
     ///
     /// # Errors
-    /// Any error of the file system.
+    /// Fails with any error of the file system.
     pub fn create(path: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -51,7 +53,7 @@ impl PartialFile {
         unfinished.push(hidden.clone());
         drop(unfinished);
 
-        // Set before there is a byte in it that others should not read.
+        // Set the permissions before the file contains anything that others should not read.
         let partial = Self { file, hidden, path };
         if let Ok(old) = fs::metadata(&partial.path)
             && old.permissions() != partial.file.metadata()?.permissions()
@@ -61,10 +63,11 @@ impl PartialFile {
         Ok(partial)
     }
 
-    /// Waits until the bytes are on the disk; otherwise a power cut could leave the name without them.
+    /// Waits until the bytes are on the disk. Otherwise, a power cut could leave the final name
+    /// without the bytes.
     ///
     /// # Errors
-    /// Any error of the file system.
+    /// Fails with any error of the file system.
     pub fn sync(&self) -> io::Result<()> {
         self.file.sync_all()
     }
@@ -72,9 +75,9 @@ impl PartialFile {
     /// Renames the file to its final name.
     ///
     /// # Errors
-    /// Any error of the file system; there is no file then.
+    /// Fails with any error of the file system. The new file is then removed.
     pub fn finish(self) -> io::Result<()> {
-        // Dropped, which removes the file, after the list is unlocked.
+        // If renaming fails, `this` is dropped after the list is unlocked, which removes the file.
         let this = self;
         let mut unfinished = unfinished();
         fs::rename(&this.hidden, &this.path)?;
@@ -82,8 +85,8 @@ impl PartialFile {
         Ok(())
     }
 
-    /// Removes the hidden files of everything unfinished, for a process that is about to end. A thread that
-    /// begins or finishes a file afterwards waits forever.
+    /// Removes all unfinished hidden files, for a process that is about to end. A thread that
+    /// creates or finishes a file afterwards waits forever.
     pub fn abandon_all() {
         let unfinished = unfinished();
         for hidden in &*unfinished {

@@ -2,7 +2,8 @@
 
 use crate::coordinate::Coordinate;
 
-/// How many numbers were rounded because they are not exact in their scalar, and how far that moved them.
+/// How many numbers were rounded because they are not exact in their scalar, and how far that moved
+/// them.
 ///
 /// ```
 /// use intertri_scene::Rounding;
@@ -15,16 +16,18 @@ use crate::coordinate::Coordinate;
 pub struct Rounding {
     /// How many numbers were rounded.
     pub numbers: u64,
-    /// The largest distance that one of them moved; infinite if one was beyond the scalar's range.
+    /// The largest distance that a number moved; infinite if a number was beyond the scalar's
+    /// range.
     pub by_up_to: f64,
 }
 
 impl Rounding {
-    /// Rounds `x` to the nearest number of a scalar, and counts it if that changes it.
+    /// Rounds `x` to the nearest value of a scalar, and counts it if its value changes.
     pub fn round<S: Coordinate>(&mut self, x: f64) -> S {
         let nearest = S::nearest(x);
         let moved = (nearest.into() - x).abs();
-        // NaN and infinities are the same in every scalar; the difference is NaN then.
+        // NaN and infinities are the same in every scalar. Their difference is NaN, so they are not
+        // counted.
         if moved > 0.0 {
             self.numbers += 1;
             self.by_up_to = self.by_up_to.max(moved);

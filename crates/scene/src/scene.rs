@@ -1,4 +1,4 @@
-//! A mesh with a camera, a light and a texture.
+//! A mesh with a camera, a light, and a texture.
 
 use crate::camera::{Camera, CameraError};
 use crate::coordinate::Coordinate;
@@ -6,7 +6,7 @@ use crate::light::Light;
 use crate::mesh::{Mesh, double};
 use crate::texture::Texture;
 
-/// Everything an image is rendered from.
+/// Everything needed to render an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene<S = f32> {
     /// The triangles.
@@ -15,27 +15,27 @@ pub struct Scene<S = f32> {
     pub camera: Camera<S>,
     /// The light.
     pub light: Light<S>,
-    /// The texture of the textured parts, or of the whole mesh if it has no parts, placed by its texture
-    /// coordinates.
+    /// The texture of the textured parts, or of the whole mesh if it has no parts, placed by its
+    /// texture coordinates.
     pub texture: Option<Texture>,
 }
 
 impl<S: Coordinate> Scene<S> {
-    /// A mesh framed by [`Camera::framing`] and lit by [`Light::over_the_shoulder`], for an image with
-    /// `aspect` = width / height.
+    /// A mesh framed by [`Camera::framing`] and lit by [`Light::over_the_shoulder`], for an image
+    /// with `aspect` = width / height.
     ///
     /// # Errors
-    /// As for [`Camera::framing`].
+    /// Fails as [`Camera::framing`] does.
     pub fn of(mesh: Mesh<S>, aspect: f64) -> Result<Self, CameraError> {
         let camera = Camera::framing(mesh.points(), aspect)?;
         Ok(Self::seen_by(mesh, camera))
     }
 
-    /// Points around all origins of rays: the eye and the light or, if the light has no position, the box in which its
-    /// shadow rays start.
+    /// Points whose bounds contain all ray origins: the eye and the light or, if the light has no
+    /// position, the box in which its shadow rays start.
     pub fn ray_origins(&self) -> Vec<[S; 3]> {
         let bounds = self.mesh.bounds_or_point();
-        // With room for points that are a rounding out of the box.
+        // Leave a margin for points that rounding moves out of the box.
         let beyond = |corner| bounds.centre() + (double(corner) - bounds.centre()) * 1.01;
         let corners = [bounds.min, bounds.max].map(|corner| beyond(corner).to_array());
         let light = corners.map(|corner| self.light.origin(corner));

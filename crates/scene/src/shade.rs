@@ -16,21 +16,22 @@ const AMBIENT: [f32; 2] = [0.07, 0.20];
 /// The background at the top and at the bottom of the image, linear.
 const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68, 0.68)];
 
-/// Shades `scene` by its visibility buffer and its shadow mask.
+/// Shades `scene`, given its visibility buffer and its shadow mask.
 ///
-/// `hits[y * width + x]` is the hit of [`crate::Camera::ray`] of pixel `(x, y)`. `lit` of the same index is whether the
-/// light reaches that point. It is all `true` for an image without shadows, and is not read where the ray missed.
+/// `hits[y * width + x]` is the hit of the ray that [`crate::Camera::ray`] returns for pixel
+/// `(x, y)`. `lit` at the same index is whether the light reaches the hit point; it is not read
+/// where the ray missed. For an image without shadows, pass all `true`.
 ///
-/// A hit is where its u and v are on its triangle. Surfaces are Lambertian: they reflect in
-/// proportion to the cosine between normal and light. The normal is the geometric one, faced toward
-/// the camera: both sides look alike, and no mesh is smoothed. A little ambient light, more from above
-/// than from below, keeps shadows readable.
+/// The hit's u and v give its point on the triangle. Surfaces are Lambertian: they reflect light in
+/// proportion to the cosine of the angle between the normal and the light. The normal is the
+/// geometric one, turned toward the camera, so both sides look alike, and no mesh is smoothed. A
+/// little ambient light, more from above than from below, keeps shadows readable.
 ///
 /// # Errors
-/// As [`Image::new`].
+/// Fails as [`Image::new`] does.
 ///
 /// # Panics
-/// If a buffer does not have one entry per pixel, or a hit names a triangle that the mesh lacks.
+/// Panics if a buffer does not have one entry per pixel, or if a hit refers to a missing triangle.
 pub fn shade<S: Coordinate>(
     scene: &Scene<S>,
     width: u32,
@@ -66,11 +67,12 @@ struct Face<'a> {
     /// The first corner, and the vectors from there to the other two.
     corner: DVec3,
     sides: [DVec3; 2],
-    /// The normal, of unit length, on the side of the eye.
+    /// The unit normal on the side of the eye.
     normal: DVec3,
     ambient: f32,
     tint: Vec3,
-    /// What covers it, and where: the texture coordinates of the first corner, and the vectors from there.
+    /// The texture that covers it, with the texture coordinates of the first corner and the vectors
+    /// from there to the other two.
     cover: Option<(&'a Texture, [DVec2; 3])>,
 }
 
@@ -101,8 +103,8 @@ impl<'a> Face<'a> {
         Self { triangle, corner: a, sides, normal, ambient, tint, cover }
     }
 
-    /// The part of the albedo that all hits share: the part's tint, and the texture if there is one. A mesh
-    /// without parts has only the texture, or clay.
+    /// What all hits of a triangle share of the albedo: the part's tint and, if there is one, the
+    /// texture. A mesh without parts has only the texture, or clay.
     fn albedo<S: Coordinate>(
         scene: &'a Scene<S>,
         triangle: u32,
@@ -116,10 +118,10 @@ impl<'a> Face<'a> {
         (part.map_or(bare, |part| Vec3::from(part.tint)), cover)
     }
 
-    /// The radiance, linear, that a hit reflects toward the eye.
+    /// The linear radiance that a hit reflects toward the eye.
     #[inline]
     fn radiance<S: Coordinate>(&self, scene: &Scene<S>, hit: &Hit, lit: bool) -> Vec3 {
-        // A light behind the surface, as seen by the camera, contributes nothing: hence the `max`.
+        // A light behind the surface, as seen by the camera, contributes nothing, hence the `max`.
         let direct = if lit {
             let point = self.corner + self.sides[0] * hit.u + self.sides[1] * hit.v;
             self.normal.dot(scene.light.direction(point)).max(0.0) as f32
@@ -143,7 +145,7 @@ mod tests {
     use crate::light::Light;
     use crate::mesh::Part;
 
-    /// A floor seen from above, the light above it or below it.
+    /// A floor seen from above, with the light above or below it.
     fn floor(light_height: f32) -> Scene {
         let mesh = Mesh {
             positions: vec![[-9.0, 0.0, -9.0], [9.0, 0.0, -9.0], [0.0, 0.0, 9.0]],
@@ -204,7 +206,8 @@ mod tests {
         scene.texture = Some(Texture::Image(image));
         // No texture coordinates.
         assert_eq!(look(&scene, HIT, false), look(&floor(7.0), HIT, false));
-        // First the whole triangle has one place in the texture, then u leads to another.
+        // First, the whole triangle maps to one point of the texture; then u leads to another
+        // point.
         scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);
         let white = look(&scene, HIT, false);
         assert_eq!(white, encode(Vec3::splat(AMBIENT[1])));
@@ -212,7 +215,7 @@ mod tests {
         let red = encode(Vec3::new(AMBIENT[1], 0.0, 0.0));
         assert_eq!(look(&scene, HIT, false), red);
         assert_eq!(look(&scene, Hit { u: 1.0 / 12.0, ..HIT }, false), white);
-        // A part with a tint, with and without it.
+        // A part with a tint, with and without the texture.
         scene.mesh.parts = vec![Part { first: 0, tint: [0.5; 3], textured: true }];
         assert_eq!(look(&scene, HIT, false), encode(Vec3::new(AMBIENT[1] * 0.5, 0.0, 0.0)));
         scene.mesh.parts[0].textured = false;

@@ -1,12 +1,13 @@
-//! The transfer function of sRGB (IEC 61966-2-1) in eight bits per channel, both ways with tables.
+//! The sRGB transfer function (IEC 61966-2-1) for eight bits per channel, with tables in both
+//! directions.
 //!
-//! A code n stands for light from a threshold on, where the curve reaches n - 1/2. Codes are looked up by the
-//! exponent and the first seven fraction bits of the light:
+//! Code n begins at a threshold of light, where the curve reaches n - 1/2. Codes are looked up by
+//! the exponent and the first seven fraction bits of the light:
 //!
 //! ```text
-//!   f32   0 01111011 1011010.........    thirteen octaves of 128 buckets, and black before them
-//!           -------- -------             a bucket is narrower than any code, so at most
-//!           exponent bucket              one threshold lies in it: one comparison is left
+//!   f32   0 01111011 1011010.........    thirteen octaves of 128 buckets, preceded by black
+//!           -------- -------             a bucket is narrower than any code, so it has at
+//!           exponent bucket              most one threshold: one comparison is left
 //! ```
 
 use std::sync::LazyLock;
@@ -15,7 +16,7 @@ use glam::Vec3;
 
 /// The code for each amount of light, and the light of each code.
 pub(crate) struct Srgb {
-    /// The smallest light of each code; the largest number after the last.
+    /// The least light for each code, followed by infinity.
     thresholds: [f32; 257],
     /// The code at the beginning of each bucket.
     buckets: [u8; BUCKETS],
@@ -23,7 +24,7 @@ pub(crate) struct Srgb {
     light: [f32; 256],
 }
 
-/// The number of low bits of an f32 that do not choose its bucket.
+/// The number of low bits of an f32 that do not affect its bucket.
 const REST: u32 = 23 - 7;
 /// The first bucket begins at 2^-13, below the first threshold.
 const FIRST: usize = (f32::MIN_POSITIVE.to_bits() as usize >> REST) + (126 - 13) * 128;
@@ -116,7 +117,8 @@ mod tests {
         for n in 1..=255_u8 {
             let least = Srgb::get().thresholds[usize::from(n)];
             let half = f64::from(n) - 0.5;
-            // The error of f64 is about 1e-13 of a code, and no threshold is that close to the curve.
+            // The error of f64 is about 1e-13 of a code, and no threshold is that close to the
+            // curve.
             assert!(exact(least) > half + 1e-12 && exact(least.next_down()) < half - 1e-12, "{n}");
             assert_eq!((code(least.next_down()), code(least)), (n - 1, n));
         }
@@ -124,7 +126,7 @@ mod tests {
 
     #[test]
     fn between_the_thresholds_a_code_goes_on() {
-        // The ends of all buckets, and many numbers between.
+        // Test the ends of all buckets, and many numbers between.
         let mut bits = 0;
         while bits <= 1.0_f32.to_bits() {
             for x in [bits, bits.saturating_sub(1)].map(f32::from_bits) {

@@ -1,4 +1,5 @@
-//! Document D: texture coordinates from the barycentric coordinates of a hit, and the texture lookup.
+//! Document D: texture coordinates from the barycentric coordinates of a hit, and the texture
+//! lookup.
 //!
 //! ```text
 //!   t ^   c3                Each corner has texture coordinates (s, t). They are interpolated by the
@@ -20,9 +21,9 @@ use crate::srgb::Srgb;
 /// A pattern or image that covers a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
-    /// The document's pattern: the exclusive or of a texel's column and row numbers, modulo `texels`, the
-    /// number of columns and rows. Zero reflects the fraction `dark` of the light, and the largest number all
-    /// of it.
+    /// The document's pattern: the exclusive or of a texel's column and row numbers, modulo
+    /// `texels`, the number of columns and rows. Zero reflects the fraction `dark` of the light,
+    /// and the largest number reflects all of it.
     Xor {
         /// Texels per side, a power of two.
         texels: u32,
@@ -34,7 +35,7 @@ pub enum Texture {
 }
 
 /// The texture coordinates of a hit, interpolated between those of the corners with the barycentric
-/// coordinates: u of the second corner and v of the third.
+/// coordinates: u for the second corner and v for the third.
 ///
 /// ```
 /// let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 4.0]];
@@ -52,20 +53,21 @@ pub(crate) fn ways(corners: &[[f32; 2]; 3]) -> [DVec2; 3] {
 }
 
 impl Texture {
-    /// The XOR pattern for a whole model: few texels and a wide range of light, so that it is recognizable at
-    /// any size of a picture, and with any shading.
+    /// The XOR pattern for a whole model, with few texels and a wide range of light, so that it is
+    /// recognizable at any picture size and with any shading.
     pub const XOR: Self = Self::Xor { texels: 32, dark: 0.04 };
 
     /// Reads a PNG or JPEG file.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, is in neither format, or has more than [`crate::MAX_PIXELS`] pixels.
+    /// Fails if the file cannot be read, is in neither format, or has more than
+    /// [`crate::MAX_PIXELS`] pixels.
     pub fn load(path: &Path) -> Result<Self, ImageError> {
         Image::read(path).map(Self::Image)
     }
 
-    /// The texture lookup: the linear albedo at texture coordinates. Coordinates that are not finite return
-    /// the colour of an arbitrary texel.
+    /// Looks up the linear albedo at texture coordinates. For coordinates that are not finite, the
+    /// result is the colour of an arbitrary texel.
     #[inline]
     pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
         match self {
@@ -106,14 +108,14 @@ mod tests {
 
     #[test]
     fn the_xor_pattern_is_the_document_s() {
-        // Between the corners of the document's triangle, 255 texels long; its colour is 256 times the number.
+        // The document's triangle is 255 texels long, and its colour is 256 times the number.
         let texture = Texture::Xor { texels: 256, dark: 0.5 };
         for (x, y) in [(0, 0), (1, 0), (3, 5), (255, 255), (255, 0), (170, 85), (128, 127)] {
             let colour = texture.color([x, y].map(|i| (f64::from(i) + 0.5) / 256.0));
             let level = f64::from(x ^ y) as f32 / 255.0;
             assert_eq!(colour, Vec3::splat(0.5 + 0.5 * level));
         }
-        // It also repeats below zero, where the document's rounding toward zero does not.
+        // Unlike the document's pattern, which rounds toward zero, it also repeats below zero.
         let coarse = Texture::Xor { texels: 8, dark: 0.5 };
         assert_eq!(coarse.color([0.3, 0.9]), coarse.color([-0.7, 5.9]));
         assert!(coarse.color([0.3, 0.9]) != coarse.color([0.5, 0.9]));
@@ -125,7 +127,7 @@ mod tests {
         image.pixels_mut().copy_from_slice(&[[255; 3], [0; 3], [255, 0, 0], [0, 0, 255]]);
         let texture = Texture::Image(image);
         let at = |s, t| texture.color([s, t]).to_array();
-        // The centres of its pixels.
+        // At the centres of the pixels.
         assert_eq!(at(0.25, 0.75), [1.0; 3]);
         assert_eq!(at(0.75, 0.75), [0.0; 3]);
         assert_eq!(at(0.25, 0.25), [1.0, 0.0, 0.0]);

@@ -1,4 +1,5 @@
-//! Invalid files: one line with file, line and cause; no panic, no large allocation.
+//! Invalid files fail with one line that contains the file, the line, and the cause, without a
+//! panic or a large allocation.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +7,7 @@ use std::path::Path;
 use intertri_scene::{load, read};
 use tempfile::TempDir;
 
-/// The error message for a file with that name and content, without its folder.
+/// The error message for a file with this name and content, without the folder.
 fn message(name: &str, bytes: impl AsRef<[u8]>) -> String {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join(name);
@@ -17,7 +18,7 @@ fn message(name: &str, bytes: impl AsRef<[u8]>) -> String {
     error.strip_prefix(&begin).unwrap_or_else(|| panic!("no file name: {error}")).into()
 }
 
-/// Checks the beginning of the message, and a part of the rest.
+/// Checks the beginning of a message, and that it contains `part`.
 #[track_caller]
 fn says(message: &str, begin: &str, part: &str) {
     assert!(
@@ -37,7 +38,7 @@ fn what_is_no_file() {
     let error = load(folder.path()).unwrap_err().to_string();
     assert!(error.contains("is a folder"), "{error}");
     if Path::new("/dev/zero").exists() {
-        // It never ends.
+        // Reading it would never end.
         let error = load(Path::new("/dev/zero")).unwrap_err().to_string();
         assert_eq!(
             error,
@@ -81,12 +82,12 @@ fn models_without_triangles() {
 #[test]
 fn obj_faults_name_their_line() {
     let cases = [
-        ("f 1 2 4", "4: a face names vertex 4, but there are 3, from 1 on"),
-        ("f 1 2 0", "4: a face names vertex 0"),
-        ("f 1 2 -4", "4: a face names vertex -4, but there are 3 so far, from 1 on"),
-        ("f 1 2 -9223372036854775808", "4: a face names vertex -9223372036854775808"),
-        ("f 1 2 9223372036854775807", "4: a face names vertex 9223372036854775807"),
-        ("f 1 2 4294967296", "4: a face names vertex 4294967296"),
+        ("f 1 2 4", "4: a face refers to vertex 4, but there are 3, numbered from 1"),
+        ("f 1 2 0", "4: a face refers to vertex 0"),
+        ("f 1 2 -4", "4: a face refers to vertex -4, but there are 3 so far, numbered from 1"),
+        ("f 1 2 -9223372036854775808", "4: a face refers to vertex -9223372036854775808"),
+        ("f 1 2 9223372036854775807", "4: a face refers to vertex 9223372036854775807"),
+        ("f 1 2 4294967296", "4: a face refers to vertex 4294967296"),
         ("f 1 2 99999999999999999999", "4: \"99999999999999999999\" is not the number"),
         ("f 1/x 2/1 3/1", "4: \"x\" is not the number of a texture coordinate"),
         ("f 1 2 x", "4: \"x\" is not the number of a vertex"),
@@ -99,12 +100,12 @@ fn obj_faults_name_their_line() {
         ("v 1 -inf 3\nf 1 2 4", "4: the vertex (1, -inf, 3) is not finite"),
         ("v 1e39 0 0\nf 1 2 4", "4: the vertex (inf, 0, 0) is not finite in f32"),
         ("v 1 \\\n2 \\\n3x\nf 1 2 4", "4: \"3x\" is not a number"),
-        ("v 1 2 3 \\\n\nf 1 2 9", "6: a face names vertex 9, but there are 4"),
+        ("v 1 2 3 \\\n\nf 1 2 9", "6: a face refers to vertex 9, but there are 4"),
     ];
     for (fault, expected) in cases {
         says(&message("a.obj", format!("{V}{fault}\nf 1 2 3\n")), &format!("a.obj:{expected}"), "");
     }
-    // A word of a megabyte that contains a bell is not repeated in full.
+    // A word of a megabyte that contains a bell character is shortened and escaped.
     let text = format!("v 0 0 \x07{}\nv 0 0 0\nf 1 1 2\n", "9x".repeat(500_000));
     let long = message("a.obj", text);
     says(&long, "a.obj:1: \"\\u{7}9x9x", "\"... is not a number");
@@ -133,14 +134,18 @@ fn ply_faults_in_text_name_their_line() {
         (1, "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n".into(), "11: the vertex (1, 0, NaN) is not finite"),
         (1, "0 0 0\n1 0 1.\n0 1 ,0\n3 0 1 2\n".into(), "12: \",0\" is not a number"),
         (1, "0 0 0\n1 0 1e39\n0 1 0\n3 0 1 2\n".into(), "11: the vertex (1, 0, inf) is not finite"),
-        (1, format!("{v}3 0 1 3\n"), "13: a face names vertex 3, but there are 3, from 0 on"),
+        (
+            1,
+            format!("{v}3 0 1 3\n"),
+            "13: a face refers to vertex 3, but there are 3, numbered from 0",
+        ),
         (1, format!("{v}3 0 1 -1\n"), "13: a face has an index that is negative"),
         (1, format!("{v}4 0 1 2\n"), "13: \"4 0 1 2\" is not what the header announces for a face"),
         (1, format!("{v}4294967295 0 1 2\n"), "13: \"4294967295 0 1 2\" is not"),
         (
             2,
             format!("{v}3 0 1 2\n"),
-            "13: the file is cut off: the header promises 2 of face, it has 1",
+            "13: the file is cut off: the header promises 2 of element face, but the file has 1",
         ),
         (
             u64::MAX,
@@ -196,12 +201,12 @@ fn ply_binary_faults() {
     fs::write(&path, &whole).unwrap();
     assert_eq!(load(&path).unwrap().triangles, [[0, 1, 2]]);
 
-    // Cut off anywhere, it is an error.
+    // The file is invalid wherever it is cut off.
     for length in start..whole.len() {
         let message = message("a.ply", &whole[..length]);
         says(&message, "a.ply: ", "the file is cut off: the header promises");
     }
-    // One number overwritten at a time.
+    // Overwrite one number at a time.
     let with = |place: usize, value: u32| {
         let mut bytes = whole.clone();
         bytes[start + place..start + place + 4].copy_from_slice(&value.to_le_bytes());
@@ -211,10 +216,10 @@ fn ply_binary_faults() {
     says(&with(0, f32::INFINITY.to_bits()), "a.ply: the vertex (inf, 0, 0)", "");
     says(&with(36, u32::MAX), "a.ply: face 0: the file is cut off", "");
     says(&with(36, 2), "a.ply: it has no triangle", "");
-    says(&with(48, 3), "a.ply: a face names vertex 3, but there are 3, from 0 on", "");
+    says(&with(48, 3), "a.ply: a face refers to vertex 3, but there are 3, numbered from 0", "");
     says(&with(48, u32::MAX), "a.ply: face 0: a face has an index that is negative", "");
 
-    // Huge counts size no allocation and end at once.
+    // Huge counts do not cause large allocations, and reading fails at once.
     for format in ["binary_little_endian", "binary_big_endian", "ascii"] {
         let message = message("a.ply", header(format, u64::MAX, u64::MAX));
         says(&message, "a.ply:", "the file is cut off");
@@ -260,9 +265,9 @@ fn stl_faults_in_text_name_the_line_of_their_facet() {
     let cut_off = "the file is cut off in the middle of a facet";
     says(&message("a.stl", format!("solid a\n{}", &good[..30])), "a.stl:3: ", cut_off);
     let text = format!("solid a\n{good}endsolid\n{good}");
-    says(&message("a.stl", text), "a.stl:10: \"facet\" stands where solid is expected", "");
+    says(&message("a.stl", text), "a.stl:10: \"facet\" instead of the expected solid", "");
     let text = format!("solid a\n{good}").replace("endloop", "vertex 0 0 0");
-    says(&message("a.stl", text), "a.stl:7: \"vertex\" stands where endloop is expected", "");
+    says(&message("a.stl", text), "a.stl:7: \"vertex\" instead of the expected endloop", "");
 }
 
 #[test]
@@ -281,7 +286,8 @@ fn a_line_or_a_header_without_end_is_refused() {
 
 #[test]
 fn what_looks_wrong_and_is_right() {
-    // Other line ends, no final one, names in Latin 1, numbers in odd forms, a face with 100,000 corners.
+    // Other line ends, no final line end, names in Latin-1, numbers in odd forms, and a face with
+    // 100,000 corners.
     let folder = TempDir::new().unwrap();
     let saved = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -306,7 +312,8 @@ fn what_looks_wrong_and_is_right() {
 
 #[test]
 fn damage_anywhere_is_a_model_or_one_line() {
-    // A valid file of each kind with every byte overwritten by several others, and cut off at every byte.
+    // Takes a valid file of each kind, cuts it off at every byte, and overwrites every byte with
+    // several others.
     let ply_text = ply("ascii", 3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     let mut ply_bytes = ply("binary_big_endian", 3, 1, "").into_bytes();
     ply_bytes.extend(

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use intertri_scene::{Mesh, load, read};
 use tempfile::TempDir;
 
-/// Loads a file with that name and content.
+/// Loads a file with this name and content.
 fn mesh(name: &str, bytes: impl AsRef<[u8]>) -> Mesh {
     let folder = TempDir::new().unwrap();
     let path: PathBuf = folder.path().join(name);
@@ -35,7 +35,7 @@ fn obj_negative_indices_count_back_from_the_last_vertex_so_far() {
                 f -4/-1 -1/-2 -3/-3\n";
     let mesh = mesh("a.obj", text);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 3, 1]]);
-    // The first face has none, so it gets zeros.
+    // The first face has no texture coordinates, so it gets zeros.
     let uvs = mesh.corner_uvs.unwrap();
     assert_eq!(uvs, [[[0.0; 2]; 3], [[0.0, 1.0], [1.0, 0.0], [0.5, 0.25]]]);
 }
@@ -44,7 +44,7 @@ fn obj_negative_indices_count_back_from_the_last_vertex_so_far() {
 fn obj_texture_coordinates_follow_the_fan_and_stay_in_step_with_faces_without() {
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.25\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
                 f 1/1 2/2 3/3 4/4\nf 1 2 3\nf 3/3 2/2/7 1/1\nf 1/1 2/2 3/3 4\n";
-    // A face has them at all of its corners or at none.
+    // A face has texture coordinates at all of its corners or at none.
     let none = [[0.0; 2]; 3];
     let uvs = mesh("a.obj", text).corner_uvs.unwrap();
     let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
@@ -53,7 +53,8 @@ fn obj_texture_coordinates_follow_the_fan_and_stay_in_step_with_faces_without() 
 
 #[test]
 fn obj_survives_what_editors_do_to_it() {
-    // A byte order mark, carriage returns, tabs, joined lines, a name that is not UTF-8, no final line end.
+    // A byte order mark, carriage returns, tabs, joined lines, a name that is not UTF-8, and no
+    // final line end.
     let text =
         b"\xef\xbb\xbfv 0 0 0\r\n\tv\t1 0 0\r\no caf\xe9\r\nv 1 \\\r\n 1 0\r\nf 1 2 \\\r\n 3";
     let mesh = mesh("A.OBJ", text);
@@ -71,7 +72,8 @@ fn positions_have_the_nearest_f32_and_are_not_welded() {
     assert_eq!(mesh.positions[2].map(f32::to_bits), [-0.0, f32::MAX, 0.0].map(f32::to_bits));
 }
 
-/// A square as one quad, its texture coordinates, and an edge list between and after them.
+/// The header for a square with texture coordinates, and with an edge element between the vertices
+/// and the faces.
 fn ply_header(format: &str, real: &str, list: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\ncomment by hand\nelement vertex 4\nproperty {real} x\n\
@@ -133,7 +135,7 @@ fn ply_strips_are_wound_alike_and_end_at_minus_one() {
                 0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n1 1 0 1 1\n2 1 0 2 1\n\
                 8 0 1 2 3 -1 1 4 3\n6 -1 0 1 1 3 -1\n";
     let mesh = mesh("a.ply", text);
-    // Triangles that name a vertex twice are left out.
+    // Triangles that use a vertex twice are skipped.
     assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [1, 4, 3]]);
     let uvs = mesh.corner_uvs.unwrap();
     assert_eq!(uvs[1], [[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]);
@@ -141,7 +143,7 @@ fn ply_strips_are_wound_alike_and_end_at_minus_one() {
     let error = bad("1 4 3", "1 -2 3").unwrap_err().to_string();
     assert!(error.starts_with("a.ply:17: a strip has an index that is negative"), "{error}");
     let error = bad("1 4 3", "1 5 3").unwrap_err().to_string();
-    assert!(error.starts_with("a.ply:17: a face names vertex 5, but there are 5"), "{error}");
+    assert!(error.starts_with("a.ply:17: a face refers to vertex 5, but there are 5"), "{error}");
 }
 
 /// A binary STL with this many triangles, whose free text begins with `text`.

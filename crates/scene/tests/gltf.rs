@@ -1,11 +1,11 @@
-//! glTF: the triangles of its nodes, and that no number of a file is trusted.
+//! glTF: the triangles of nodes, and checks that no number in a file is trusted.
 
 use std::path::Path;
 
 use intertri_scene::{LoadedModel, Mesh, load_model, read};
 use tempfile::TempDir;
 
-/// Four points of the unit square, as f32, then as u8, then the indices 0, 1, 2, 3.
+/// The corners of the unit square as f32, then as u8, then the indices 0, 1, 2, 3.
 fn bytes() -> Vec<u8> {
     let points = [[0_u8, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]];
     let mut bytes: Vec<u8> =
@@ -26,7 +26,7 @@ const ACCESSORS: &str = r#""bufferViews":[{"buffer":0,"byteLength":48},
     {"bufferView":1,"componentType":5121,"normalized":true,"count":4,"type":"VEC2"}],
     "buffers":[{"byteLength":68}]"#;
 
-/// A GLB with that JSON and [`bytes`].
+/// A GLB with this JSON and [`bytes`].
 fn glb(json: &str) -> Vec<u8> {
     let bin = bytes();
     let mut glb = b"glTF\x02\0\0\0".to_vec();
@@ -39,7 +39,7 @@ fn glb(json: &str) -> Vec<u8> {
     glb
 }
 
-/// A file with these primitives and nodes, and other members.
+/// A file with these primitives. `rest` contains the nodes and any other members.
 fn file(primitives: &str, rest: &str) -> Vec<u8> {
     glb(&format!(
         r#"{{"asset":{{"version":"2.0"}},"meshes":[{{"primitives":[{primitives}]}}],{rest},{ACCESSORS}}}"#
@@ -91,7 +91,8 @@ fn nodes_are_walked_in_order_and_place_their_meshes() {
         {"mesh":0,"scale":[2,3,4],"rotation":[0,0,1,0]}]"#;
     for scenes in ["", r#","scenes":[{"nodes":[0]}]"#, r#","scene":0,"scenes":[{"nodes":[0]}]"#] {
         let mesh = mesh(&file(SQUARE, &format!("{nodes}{scenes}")));
-        // Rotated by half a turn and scaled; then rotated by a quarter turn, and raised.
+        // The first mesh is rotated by half a turn and scaled; the second is rotated by a quarter
+        // turn and raised.
         let near = |i: usize, wanted: [f32; 3]| {
             let found: [f32; 3] = mesh.positions[i];
             assert!((0..3).all(|k| (found[k] - wanted[k]).abs() < 1e-5), "{i}: {found:?}");
@@ -108,10 +109,10 @@ fn nodes_are_walked_in_order_and_place_their_meshes() {
 fn what_is_not_there_or_goes_round_is_refused() {
     let nodes = |nodes: &str| file(SQUARE, &format!("\"nodes\":[{nodes}]"));
     says(&nodes(r#"{"children":[1]},{"children":[2],"mesh":0},{"children":[1]}"#), "reached twice");
-    says(&nodes(r#"{"children":[7]}"#), "node 7 is named, but there are 1");
-    says(&nodes(r#"{"mesh":4}"#), "mesh 4 is named, but there are 1");
-    says(&file(SQUARE, r#""scene":3,"nodes":[{"mesh":0}]"#), "scene 3 is named, but there are 0");
-    // Each node is a child of the one before, ten thousand levels deep.
+    says(&nodes(r#"{"children":[7]}"#), "node 7 does not exist; there are 1");
+    says(&nodes(r#"{"mesh":4}"#), "mesh 4 does not exist; there are 1");
+    says(&file(SQUARE, r#""scene":3,"nodes":[{"mesh":0}]"#), "scene 3 does not exist; there are 0");
+    // Each node is a child of the previous one, ten thousand levels deep.
     let deep: Vec<String> = (1..10_000).map(|i| format!(r#"{{"children":[{i}]}}"#)).collect();
     assert_eq!(mesh(&nodes(&format!("{},{{\"mesh\":0}}", deep.join(",")))).triangles.len(), 2);
 
@@ -132,18 +133,19 @@ fn what_is_not_there_or_goes_round_is_refused() {
     says(&with("\"byteLength\":48", "\"byteLength\":69"), "which has 68 bytes; is a file cut off?");
     says(&with("\"bufferView\":0", "\"bufferView\":9"), "there is no buffer view 9");
     says(&with("\"bufferView\":0,", ""), "has no data; is the mesh compressed?");
-    says(&with("\"buffer\":0", "\"buffer\":3"), "names buffer 3");
+    says(&with("\"buffer\":0", "\"buffer\":3"), "refers to buffer 3");
     says(&with("VEC3", "VEC2"), "has rows of type Vec2 and not Vec3");
     says(&with("\"indices\":2", "\"indices\":9"), "accessor 9, for indices, does not exist");
     says(&with("5126", "1"), "has a type that glTF does not know");
-    says(&with("\"count\":4", "\"count\":3"), "its indices name vertex 3, but there are 3");
+    says(&with("\"count\":4", "\"count\":3"), "its indices refer to vertex 3, but there are 3");
     says(&with("\"buffers\":[{", "\"buffers\":[{\"uri\":\"a.bin\","), "as GLB");
     says(&with("\"buffers\":[{", "\"buffers\":[{\"uri\":\"data:;base64,?\","), "data URI");
 }
 
 #[test]
 fn a_mesh_that_is_repeated_without_end_is_refused() {
-    // Two thousand nodes that use a mesh of ten thousand primitives: about 800 kB, and 160 million vertices.
+    // Two thousand nodes use a mesh of ten thousand primitives: about 400 kB of JSON for 80 million
+    // vertices.
     let primitives = vec![r#"{"attributes":{"POSITION":0},"mode":5}"#; 10_000].join(",");
     let nodes = vec![r#"{"mesh":0}"#; 2_000].join(",");
     says(&file(&primitives, &format!("\"nodes\":[{nodes}]")), "repeats its meshes");
@@ -166,7 +168,7 @@ fn damage_anywhere_is_a_model_or_one_line() {
     }
 }
 
-/// Many buffers that name one file, by many names, read it once.
+/// Many buffers that refer to one file, by several names, read it once.
 #[test]
 fn a_file_that_many_buffers_name_is_read_once() {
     let folder = TempDir::new().unwrap();
@@ -183,7 +185,7 @@ fn a_file_that_many_buffers_name_is_read_once() {
     let LoadedModel::<f32> { mesh, files, .. } = load_model(&path).unwrap();
     assert_eq!((mesh.triangles.len(), files), (2, vec![folder.path().join("a.bin")]));
 
-    // A buffer ends where it says, even if other buffers use more of the file.
+    // A buffer has its declared length, even if other buffers use more of the file.
     let short = json.replacen(r#""byteLength":68,"#, r#""byteLength":47,"#, 1);
     std::fs::write(&path, short).unwrap();
     let error = load_model::<f32>(&path).unwrap_err().to_string();

@@ -1,4 +1,5 @@
-//! glTF: the effect of nodes, skins and extensions on triangles, and the allowed locations of buffers.
+//! glTF: the effect of nodes, skins, and extensions on triangles, and the allowed locations of
+//! buffers.
 
 use std::fmt::Write;
 use std::fs;
@@ -11,7 +12,8 @@ use tempfile::TempDir;
 /// The corners of a triangle.
 type Triangle = [[f32; 3]; 3];
 
-/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes that tests add to.
+/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and its bytes, to which tests
+/// may add.
 struct File {
     json: Value,
     bytes: Vec<u8>,
@@ -28,7 +30,7 @@ impl File {
         file
     }
 
-    /// Adds bytes as a buffer view, and returns its index.
+    /// Adds bytes as a buffer view and returns its index.
     fn view(&mut self, bytes: impl IntoIterator<Item = u8>) -> usize {
         let offset = self.bytes.len();
         self.bytes.extend(bytes);
@@ -40,7 +42,7 @@ impl File {
         self.add("bufferViews", view)
     }
 
-    /// Adds a table of floats, and returns its index.
+    /// Adds a table of floats and returns its index.
     fn floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
         let view = self.view(numbers.iter().flat_map(|x| x.to_le_bytes()));
         let count = numbers.len()
@@ -106,7 +108,7 @@ fn moved(by: [f32; 3]) -> Triangle {
 
 #[test]
 fn mirrors_turn_the_winding() {
-    // Which nodes mirror, and how many of them are above the mesh.
+    // Nodes with and without mirroring, and whether the winding is flipped.
     for (nodes, turned) in [
         (json!([{"mesh": 0, "scale": [1, 1, -1]}]), true),
         (json!([{"mesh": 0, "scale": [-1, -1, 1]}]), false),
@@ -119,7 +121,7 @@ fn mirrors_turn_the_winding() {
         ),
         (json!([{"mesh": 0, "rotation": [1, 0, 0, 0]}]), false),
     ] {
-        // A triangle; and a square as a fan and as a strip.
+        // A triangle, and a square as a strip and as a fan.
         let mut file = File::new(&nodes);
         file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0]);
         for (mode, positions) in [(4, 0), (5, 1), (6, 1)] {
@@ -214,12 +216,12 @@ fn joints_place_a_skinned_mesh_and_not_its_node() {
     assert_eq!(file.triangles(), [moved([10.0, 0.0, 0.0])]);
     let halves = [0.5, 0.5, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&halves).triangles(), [moved([15.0, 0.0, 0.0])]);
-    // Weights need not sum to 1, for instance if a file stores parts of 255: each counts relative to their
-    // sum.
+    // Weights need not sum to 1, for instance if a file stores them in units of 1/255. Each weight
+    // counts relative to their sum.
     let twice = [1.0, 1.0, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&twice).triangles(), [moved([15.0, 0.0, 0.0])]);
 
-    // If it is bound at the joints' positions, the mesh stays where it was modelled.
+    // If the mesh is bound at the joints' positions, it stays where it was modelled.
     let matrix = |x: f32| {
         [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [-x, 0.0, 0.0, 1.0]]
     };
@@ -241,7 +243,7 @@ fn joints_place_a_skinned_mesh_and_not_its_node() {
     file.refused("skin 3: does not exist");
     let mut file = skinned(&halves);
     file.json["skins"][0]["joints"] = json!([1]);
-    file.refused("names joint 1, which its skin lacks");
+    file.refused("refers to joint 1, which its skin lacks");
 }
 
 #[test]
@@ -292,7 +294,7 @@ fn sparse_tables_replace_rows() {
     wrong("/indices/componentType", json!(5123), "reaches beyond");
     wrong("/indices/componentType", json!(5126), "type that glTF does not know");
     file.json["accessors"][0]["count"] = json!(2);
-    file.refused("sparse indices that do not ascend, or that it has no rows for");
+    file.refused("sparse indices that do not ascend or are out of range");
     file.json["accessors"][0]["count"] = json!(3);
     let at = file.json["bufferViews"][rows]["byteOffset"].as_u64().unwrap() as usize;
     file.bytes[at + 1] = 1;
@@ -313,10 +315,10 @@ fn extensions_are_known_or_named() {
         ("ACME_bend", "needs an extension that is not supported"),
     ] {
         file.json["extensionsRequired"] = json!([name]);
-        file.refused(&format!("{words} ({name:?}); export the model without that"));
+        file.refused(&format!("{words} ({name:?}); export the model without it"));
     }
-    // A file that uses an extension without requiring it works without it; a compressed mesh is also there
-    // uncompressed.
+    // A file that does not require an extension can be read without it; a compressed mesh is also
+    // stored uncompressed.
     file.json["extensionsRequired"] = json!([]);
     file.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression", "EXT_meshopt_compression"]);
     assert_eq!(file.triangles(), [TRIANGLE]);
@@ -343,9 +345,9 @@ fn corners_that_make_no_triangle_are_counted() {
         file.json["meshes"][0]["primitives"] = json!([{"attributes": {"POSITION": 0}},
             {"attributes": {"POSITION": more}, "mode": mode}]);
         let (found, notes) = file.load().unwrap();
-        // The fourth corner of the strip is the first again; it only redirects the strip.
+        // The first triangle is the primitive that all these files share.
         assert_eq!(found.len(), 1 + triangles, "{mode} {count}");
-        let said = format!("corners that make no whole triangle, left out: {over}");
+        let said = format!("corners that do not form a whole triangle, skipped: {over}");
         assert_eq!(notes, Vec::from_iter((over > 0).then_some(said)));
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures: their sizes, their files, and the state after a failure.
+//! Images: their sizes, their files, and the state after a failure.
 
 use std::fs;
 #[cfg(unix)]
@@ -25,7 +25,7 @@ fn names(folder: &Path) -> Vec<String> {
 fn a_png_reads_back_and_nothing_else_is_left() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.png");
-    // Also over an older file.
+    // There is already an older file.
     fs::write(&path, "old").unwrap();
     picture().write_png(&path).unwrap();
     assert_eq!(names(folder.path()), ["a.png"]);
@@ -41,7 +41,8 @@ fn an_older_picture_is_replaced_and_never_written_into() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.png");
     fs::write(&path, "old").unwrap();
-    // A program that has the old file open keeps all of it: the name moved, the bytes did not change.
+    // A program that has the old file open can still read all of it, because only the name refers
+    // to a new file.
     let mut old = fs::File::open(&path).unwrap();
     picture().write_png(&path).unwrap();
     let mut text = String::new();
@@ -105,7 +106,8 @@ fn sizes_are_checked_before_anything_is_allocated() {
 fn a_difference_picture_marks_what_differs() {
     let mut image = Image::new(11, 6).unwrap();
     image.pixels_mut().fill([80, 40, 255]);
-    // Two neighbours, the frame of the first around the other; both frames are cut off by the border.
+    // Two adjacent pixels. Each is inside the frame of the other, and the border of the image cuts
+    // off both frames.
     let mut marks = vec![None; 66];
     marks[11 + 1] = Some([255, 32, 32]);
     marks[11 + 2] = Some([0, 0, 200]);

@@ -1,4 +1,4 @@
-//! Files of every format, good and bad, and pictures.
+//! Tests of model files in every format, valid and invalid, and of images.
 
 mod bad_files;
 mod formats;

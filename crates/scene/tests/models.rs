@@ -1,5 +1,5 @@
-//! Well-known models load completely. They are not part of the repository; if they are missing, these tests
-//! print a message and return.
+//! Well-known models load completely. They are not part of the repository; if they are missing,
+//! these tests print a message and return.
 
 use std::path::{Path, PathBuf};
 
@@ -23,8 +23,8 @@ fn model(name: &str) -> Option<Mesh> {
 
 #[test]
 fn models_have_the_counts_of_their_files() {
-    // Positions are the `v` lines; triangles are the `f` lines, each counted by its corners minus 2. They
-    // were counted without the reader.
+    // There is one position per `v` line, and each `f` line has two fewer triangles than corners.
+    // The lines were counted independently of the reader.
     let expected = [
         ("stanford-bunny.obj", 35_947, 69_451, false),
         ("fandisk.obj", 6_475, 12_946, false),
@@ -40,7 +40,7 @@ fn models_have_the_counts_of_their_files() {
         assert_eq!(mesh.corner_uvs.as_ref().map(Vec::len), textured.then_some(triangles), "{name}");
         assert_eq!(mesh.to_triangles().len(), triangles, "{name}");
 
-        // It can be framed and lit.
+        // The model can be framed and lit.
         let scene = Scene::of(mesh, 4.0 / 3.0).unwrap();
         assert!(
             scene.camera.eye().iter().chain(&scene.light.origin([0.0; 3])).all(|x| x.is_finite())

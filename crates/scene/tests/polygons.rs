@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 type Point = [f64; 3];
 
-/// The triangles of one polygon, as indices of its corners, and the notes about it.
+/// The triangles of one polygon, as indices into its corners, and the notes about it.
 fn cut<S: Coordinate>(corners: &[Point]) -> (Vec<[usize; 3]>, Vec<String>) {
     let mut text = String::new();
     for [x, y, z] in corners {
@@ -30,8 +30,8 @@ fn cross([a, b, c]: [Point; 3]) -> Point {
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
-/// Checks a cut: the right number of triangles, no edge of the polygon left open and no other edge open, and
-/// all areas of one sign, so that they sum to the polygon's.
+/// Checks a cut: the number of triangles is right, the open edges are exactly the edges of the
+/// polygon, and all areas have the same sign, so that they add up to the polygon's area.
 #[track_caller]
 fn check(corners: &[Point], triangles: &[[usize; 3]]) {
     let count = corners.len();
@@ -55,7 +55,7 @@ fn check(corners: &[Point], triangles: &[[usize; 3]]) {
     assert!(area <= length(sum) * (1.0 + 1e-6), "{area} is not {sum:?} of {corners:?}");
 }
 
-/// A polygon in the plane, placed in space with a rotation, a size and a position.
+/// A polygon in the plane, placed in space with a rotation, a size, and a position.
 fn put(corners: &[[f64; 2]], size: f64, place: Point) -> Vec<Point> {
     let (across, up) = ([0.6, 0.48, 0.64], [-0.8, 0.36, 0.48]);
     let point =
@@ -81,7 +81,7 @@ fn turns(corners: &[[f64; 2]]) -> impl Iterator<Item = Vec<[f64; 2]>> {
 
 const DART: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]];
 
-/// A square with a square hole, which a cut between two corners connects to its border.
+/// A square with a square hole. A cut between two corners connects the hole to the border.
 const KEYHOLE: [[f64; 2]; 10] = [
     [0.0, 0.0],
     [3.0, 0.0],
@@ -116,7 +116,7 @@ fn concave_polygons_are_covered_and_nothing_else() {
             let (triangles, notes) = cut::<f32>(&flat(&turned));
             assert_eq!(notes, [""; 0]);
             check(&flat(&turned), &triangles);
-            // Tiny and huge ones, tilted, near 0 and far from it.
+            // Tiny and huge polygons, tilted, near 0 and far from it.
             for (size, place) in
                 [(1.0, [0.0; 3]), (1.0, [4e5, 5e6, 80.0]), (1e-300, [0.0; 3]), (1e300, [0.0; 3])]
             {
@@ -136,7 +136,8 @@ fn a_polygon_that_its_first_corner_sees_is_a_fan() {
     let fan = |count: usize| (2..count).map(|i| [0, i - 1, i]).collect::<Vec<_>>();
     let circle: Vec<_> =
         (0..100).map(|i| f64::from(i) * 0.0628).map(|a| [a.cos(), a.sin()]).collect();
-    // A dart from its inner corner and from its tip, a square with corners on its edges, a line.
+    // A dart from its tip and from its inner corner, a square with corners on its edges, and a
+    // line.
     let mut middle = DART;
     middle.rotate_left(2);
     let square: Vec<_> = (0..8)
@@ -187,7 +188,7 @@ fn polygons_that_cross_themselves_are_fans_and_counted() {
     assert_eq!((triangles.len(), notes.len()), (19_999, 1));
 }
 
-/// Stars with many corners, the inner ones at random distances.
+/// Stars with many corners at random distances from the centre.
 #[test]
 fn stars_are_covered() {
     let mut state = 1_u64;

@@ -7,7 +7,7 @@ use std::time::Instant;
 use intertri::Triangle;
 use intertri_trace::{Containment, Solid, SolidError};
 
-/// A torus about the y axis, its corners counter-clockwise as seen from outside.
+/// A torus about the y axis, with corners counter-clockwise as seen from outside.
 fn torus(around: usize, across: usize, large: f32, small: f32) -> Vec<Triangle> {
     let corner = |i: usize, j: usize| {
         // The last ring equals the first, bit for bit, so that the mesh is closed.
@@ -41,17 +41,18 @@ fn main() -> Result<(), SolidError> {
     let volume = inside as f32 / points.len() as f32 * 6.0 * 2.0 * 6.0;
     let exact = TAU / 2.0 * 0.75 * 0.75 * TAU * 2.0;
     println!("{} triangles, {} points, {inside} inside", mesh.len(), points.len());
-    println!("{:.1} million points a second", points.len() as f64 * 1e-6 / seconds);
+    println!("{:.1} million points per second", points.len() as f64 * 1e-6 / seconds);
     println!("volume {volume:.2}; a true torus has {exact:.2}");
     assert!((volume / exact - 1.0).abs() < 0.01);
 
-    // The test is exact: a vertex lies on the surface, and one step of f32 away from the axis is outside.
+    // The test is exact: a vertex is on the surface, and the next f32 away from the axis is
+    // outside.
     let [x, y, z] = mesh[0].0[0];
     assert_eq!(solid.classify([x, y, z]), Containment::Surface);
     assert_eq!(solid.classify([x.next_up(), y, z]), Containment::Outside);
     assert_eq!(solid.classify([x.next_down(), y, z]), Containment::Inside(1));
 
-    // A mesh with a hole is an error that names the open edge.
+    // A mesh with a hole results in an error that reports the open edge.
     println!("{}", Solid::new(&mesh[1..]).unwrap_err());
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! A million rays against a mesh: `cargo run --release --example million_rays`.
+//! Traces a million rays against a mesh: `cargo run --release --example million_rays`.
 
 use std::time::Instant;
 
@@ -30,9 +30,9 @@ fn main() -> Result<(), BuildError> {
     let seconds = start.elapsed().as_secs_f64();
     let seen = hits.iter().filter(|hit| hit.is_hit()).count();
     println!("{} triangles, {} rays, {seen} hits", sea.len(), rays.len());
-    println!("{:.1} million rays a second", rays.len() as f64 / seconds * 1e-6);
+    println!("{:.1} million rays per second", rays.len() as f64 / seconds * 1e-6);
 
-    // A single query gives the same answer.
+    // A single query returns the same hit.
     assert_eq!(hits[600_000].some(), sea.closest(&rays[600_000]));
     Ok(())
 }

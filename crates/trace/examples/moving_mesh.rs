@@ -1,4 +1,4 @@
-//! A moving mesh: refitted each frame, and rebuilt once it is worn:
+//! Refits a moving mesh each frame, and rebuilds it once it is worn:
 //! `cargo run --release --example moving_mesh`.
 
 use std::time::Instant;
@@ -6,13 +6,13 @@ use std::time::Instant;
 use intertri::{Hit, Ray, Triangle};
 use intertri_trace::Bvh;
 
-/// A column of squares that twists more and more with time.
+/// A column of squares that twists more and more over time.
 fn column(turn: f32) -> Vec<Triangle> {
     let (around, up) = (200, 200);
     let corner = |i: usize, j: usize| {
         let y = j as f32 / up as f32 * 4.0 - 2.0;
         let a = (i % around) as f32 / around as f32 * 2.0 * std::f32::consts::PI;
-        // An elliptic column, bent sideways as well.
+        // An elliptic column, which is also bent sideways.
         let (x, z) = (a.cos() + (turn * y).sin(), 0.2 * a.sin());
         let (s, c) = (turn * y).sin_cos();
         [x * c - z * s, y, x * s + z * c]
@@ -44,13 +44,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         bvh.query().closest_batch_into(&rays, &mut hits);
         let traced = start.elapsed().as_secs_f64();
         println!(
-            "frame {frame}: refitted in {:.1} ms, costs {:.2} times what it did, traced in {:.1} ms",
+            "frame {frame}: refitted in {:.1} ms, costs {:.2} times as much, traced in {:.1} ms",
             refitted * 1e3,
             refit.ratio(),
             traced * 1e3
         );
 
-        // The answers are those of a new tree, however worn it is; but a new one may be faster.
+        // However worn the tree is, it gives the same answers as a new tree, but a new tree may be
+        // faster.
         if refit.is_worn() {
             let anew = Bvh::new(&triangles)?;
             assert_eq!(anew.closest(&rays[99_000]), hits[99_000].some());

@@ -1,8 +1,8 @@
 //! A path tracer for a closed room with a ball and a lamp:
 //! `cargo run --release --example path_tracer [picture.ppm]`.
 //!
-//! All paths are traced together, bounce by bounce: one batch of rays, then one batch of segments to the
-//! lamp.
+//! All paths are traced together, bounce by bounce: one batch of rays, then one batch of segments
+//! to the lamp.
 
 use std::error::Error;
 use std::f32::consts::PI;
@@ -17,7 +17,7 @@ const SIDE: usize = 192;
 const SAMPLES: usize = 16;
 const LIGHT: f32 = 9.0;
 const LAMP: u32 = 4;
-/// How much each mesh reflects: white walls, the left one, the right one, the ball.
+/// The reflectance of each mesh: the white walls, the left wall, the right wall, and the ball.
 const COLOURS: [V; 4] = [[0.75; 3], [0.7, 0.2, 0.15], [0.2, 0.55, 0.2], [0.8, 0.8, 0.7]];
 
 fn each(f: impl Fn(usize) -> f32) -> V {
@@ -52,15 +52,17 @@ fn ball() -> Vec<Triangle> {
 /// A ray, its pixel, and the fraction of the light along it that reaches the pixel.
 type Path = (Ray, usize, V);
 
-/// Traces paths to their next hits, adds the lamp's light there, and returns the paths that continue.
+/// Traces paths to their next hits, adds the lamp's light there, and returns the paths that
+/// continue.
 fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<Path> {
     let rays: Vec<Ray> = paths.iter().map(|path| path.0).collect();
     let (mut next, mut segments, mut lit) = (Vec::new(), Vec::new(), Vec::new());
     for (&(ray, pixel, share), hit) in paths.iter().zip(room.closest_batch(&rays)) {
-        // The room is closed: a ray that misses has slipped through an edge.
+        // The room is closed, so a ray that misses has slipped through an edge.
         let normal = room.normal(&hit).expect("no ray is lost");
         if hit.geometry == LAMP {
-            // Only the camera sees the lamp directly; at later hits, the segments already account for it.
+            // Only the camera sees the lamp directly; at later hits, the segments already account
+            // for it.
             let seen = if ray.origin == EYE { LIGHT } else { 0.0 };
             picture[pixel] = each(|k| picture[pixel][k] + seen);
             continue;
@@ -69,13 +71,13 @@ fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<
         let normal = if dot(normal, ray.dir) > 0.0 { normal.map(|x| -x) } else { normal };
         let share = each(|k| share[k] * COLOURS[hit.geometry as usize][k]);
 
-        // The path continues: the normal plus a point on the unit sphere is cosine-distributed.
+        // Continue the path: the normal plus a point on the unit sphere is cosine-distributed.
         let (z, a) = (2.0 * random(seed) - 1.0, 2.0 * PI * random(seed));
         let flat = (1.0 - z * z).sqrt();
         let dir = each(|k| normal[k] + [flat * a.cos(), flat * a.sin(), z][k]);
         let ray = room.spawn_ray(&hit, dir);
 
-        // A point of the lamp, whose area is 0.64.
+        // A point on the lamp, whose area is 0.64.
         let light = [0.8 * random(seed) - 0.4, 0.98, 0.8 * random(seed) - 0.4];
         let to = each(|k| light[k] - ray.origin[k]);
         let cosines = dot(unit(to), normal).max(0.0) * unit(to)[1].max(0.0);

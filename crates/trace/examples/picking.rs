@@ -1,4 +1,5 @@
-//! Picking among 10,000 moving objects, sixty times a second: `cargo run --release --example picking`.
+//! Picks among 10,000 moving objects, sixty times per second:
+//! `cargo run --release --example picking`.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -22,7 +23,8 @@ fn torus() -> Vec<Triangle> {
     (0..across).flat_map(|j| (0..around).flat_map(move |i| square(i, j))).collect()
 }
 
-/// The placement of an object at a given time: on a grid, rotating about its own axis, bobbing up and down.
+/// The placement of an object at a given time. Objects are on a grid, rotate about their own axes,
+/// and bob up and down.
 fn placement(object: usize, time: f64) -> [f64; 12] {
     let (x, z) = ((object % 100) as f64 * 3.0 - 150.0, (object / 100) as f64 * 3.0);
     let y = (time + 0.1 * x + 0.07 * z).sin();

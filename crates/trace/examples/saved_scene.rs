@@ -1,4 +1,4 @@
-//! A hierarchy that is built once and loaded from then on: `cargo run --release --example saved_scene`.
+//! Builds and saves a hierarchy once, then loads it: `cargo run --release --example saved_scene`.
 
 use std::fs::{self, File};
 use std::time::Instant;
@@ -7,7 +7,7 @@ use intertri::Ray;
 use intertri_trace::Bvh;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A wavy sea: half a million triangles.
+    // A wavy sea of half a million triangles.
     let side = 513_u32;
     let wave = |x: u32, z: u32| {
         let (x, z) = (x as f32 / 16.0, z as f32 / 16.0);
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ray = Ray::new([8.0, 3.0, 8.0], [0.1, -1.0, 0.2]);
     assert_eq!(loaded.closest(&ray), sea.closest(&ray));
 
-    // A damaged file gives a one-line error.
+    // A damaged file results in a one-line error.
     let mut saved = sea.to_bytes();
     saved[123_456] ^= 1;
     println!("{}", Bvh::<f32>::from_bytes(&saved).unwrap_err());

@@ -1,14 +1,14 @@
-//! A room with a window, a lamp and a one-sided screen: `cargo run --release --example select`.
+//! A room with a window, a lamp, and a one-sided screen: `cargo run --release --example select`.
 //!
-//! Several meshes in one hierarchy, and queries that select some of their triangles: by a mask, by side, and
-//! without previous hits.
+//! The example has several meshes in one hierarchy, and queries that select some of their
+//! triangles: by mask, by side, and by skipping earlier hits.
 
 use std::error::Error;
 
 use intertri::{Hit, Ray, Triangle};
 use intertri_trace::{Bvh, Faces};
 
-/// The bits of our masks.
+/// The bits of the masks.
 const SOLID: u32 = 0b001;
 const GLASS: u32 = 0b010;
 const HELPER: u32 = 0b100;
@@ -16,7 +16,7 @@ const HELPER: u32 = 0b100;
 /// The names of the geometries, in the order of the meshes.
 const NAMES: [&str; 4] = ["walls", "window", "lamp", "screen"];
 
-/// A rectangle of two triangles, counter-clockwise as seen from the side where `a`, `b`, `c` are.
+/// A rectangle of two triangles, with the same winding as `a`, `b`, `c`.
 fn rectangle(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> [Triangle; 2] {
     let d = [0, 1, 2].map(|k| a[k] + c[k] - b[k]);
     [Triangle::new(a, b, c), Triangle::new(c, d, a)]
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let z = |z: f32| rectangle([-4.0, -4.0, z], [-4.0, 4.0, z], [4.0, 4.0, z]);
     let walls = [z(0.0), z(10.0)].concat();
     let (window, lamp) = (z(6.0), rectangle([-1.0, -1.0, 8.0], [-1.0, 1.0, 8.0], [1.0, 1.0, 8.0]));
-    // The rays meet its back.
+    // The rays hit the back of the screen.
     let screen = rectangle([-4.0, -4.0, 4.0], [4.0, -4.0, 4.0], [4.0, 4.0, 4.0]);
     let mut bvh = Bvh::from_meshes(&[&walls, &window, &lamp, &screen])?;
     for (geometry, mask) in [SOLID, GLASS, SOLID | HELPER, SOLID].into_iter().enumerate() {

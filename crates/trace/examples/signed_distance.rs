@@ -1,4 +1,5 @@
-//! How far a million points are from a solid, and on which side: `cargo run --release --example signed_distance`.
+//! Computes how far a million points are from a solid, and on which side:
+//! `cargo run --release --example signed_distance`.
 
 use std::f32::consts::PI;
 use std::time::Instant;
@@ -33,7 +34,7 @@ fn main() -> Result<(), SolidError> {
 
     let inside = distances.iter().filter(|&&distance| distance < 0.0).count();
     println!("{} triangles, {} points, {inside} inside", torus.len(), points.len());
-    println!("{:.2} million points a second", points.len() as f64 / seconds * 1e-6);
+    println!("{:.2} million points per second", points.len() as f64 / seconds * 1e-6);
     let cell = 30.0_f64.powi(-3);
     println!("volume {:.3}; the round torus has {:.3}", inside as f64 * cell, 2.0 * 9.8696 * 0.16);
 

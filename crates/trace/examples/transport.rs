@@ -1,9 +1,11 @@
-//! Particles through concrete, steel and water at UTM coordinates: `cargo run --release --example transport 10000000`.
+//! Traces particles through concrete, steel, and water at UTM coordinates:
+//! `cargo run --release --example transport 10000000`.
 //!
-//! A particle flies straight until it collides, and is then absorbed or scattered. A third of the particles
-//! are aimed exactly at corners, a third at edges. A particle is lost if the medium of a segment differs from
-//! the one at its midpoint, if its path has a gap, or if it does not end outside. Points closer to a wall
-//! than the spacing of coordinates may be rounded to its other side; they are counted separately.
+//! A particle flies straight until it collides, and is then absorbed or scattered. A third of the
+//! particles are aimed exactly at corners, and a third at edges. A particle is lost if the medium
+//! of a segment differs from the medium at its midpoint, if its path has a gap, or if it does not
+//! end outside. Points closer to a wall than the spacing of coordinates may be rounded to its other
+//! side. They are counted separately.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -22,7 +24,8 @@ const ABSORBED: f64 = 0.5;
 /// A corner of the site, in metres.
 const SITE: [f64; 3] = [500_123.0, 4_649_776.0, 311.0];
 
-/// Points closer to a wall than this may be rounded to its other side: more than the rounding of coordinates.
+/// Points closer to a wall than this may be rounded to its other side. The distance is larger than
+/// the rounding of coordinates.
 const BESIDE: f64 = 1e-8;
 
 /// A number in `0..1`.
@@ -84,7 +87,7 @@ fn along(ray: &Ray64, t: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| ray.origin[k] + t * ray.dir[k])
 }
 
-/// Flies particles to their next collision, and returns the rays of the scattered ones.
+/// Moves particles to their next collision, and returns the rays of the scattered ones.
 fn fly(media: &Media<f64>, rays: &[Ray64], state: &mut u64, tally: &mut Tally) -> Vec<Ray64> {
     let paths = media.segments_batch(rays).expect("memory for a batch");
     let (mut scattered, mut points, mut expected) = (Vec::new(), Vec::new(), Vec::new());
@@ -131,7 +134,8 @@ fn main() -> Result<(), MediaError<f64>> {
     let count = std::env::args()
         .nth(1)
         .map_or(100_000, |count| count.parse().expect("a number of particles"));
-    // Two blocks that share a wall, a steel globe that reaches into both, and water inside it.
+    // Two blocks that share a wall, a steel sphere that reaches into both, and water inside the
+    // sphere.
     let meshes = [
         (CONCRETE, block([0.0, 0.0, 0.0], [2.0, 2.0, 2.0])),
         (CONCRETE, block([2.0, 0.0, 0.0], [4.0, 2.0, 2.0])),

@@ -1,4 +1,4 @@
-//! Shared by the tests: views and their rays, random numbers, and shapes.
+//! Code shared by the tests: views and their rays, random numbers, and shapes.
 
 use intertri::{Ray, Triangle};
 use intertri_raster::View;
@@ -31,12 +31,12 @@ impl Numbers {
         ((self.next() + 1.0) * 0.5 * limit as f64) as usize
     }
 
-    /// A point in a cube with half the side `size` around the origin.
+    /// A point in the cube from `-size` to `size` along each axis.
     pub(crate) fn point(&mut self, size: f64) -> [f32; 3] {
         [(); 3].map(|()| (self.next() * size) as f32)
     }
 
-    /// Triangles of about a given size, anywhere in a cube.
+    /// Triangles of about the given size at random positions in a cube.
     pub(crate) fn soup(&mut self, count: usize, cube: f64, size: f64) -> Vec<Triangle> {
         let triangle = |_| {
             let place = self.point(cube);
@@ -50,8 +50,8 @@ pub(crate) fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// A closed surface around the origin: a sphere of `n` by `2 n` cells whose points are moved in or out by up
-/// to `rough` of their distance, with outward winding.
+/// A closed surface around the origin: a sphere of `n` by `2 n` cells whose points are moved in or
+/// out by up to `rough` of their distance, with outward winding.
 pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle> {
     let pi = std::f64::consts::PI;
     let mut ring = |i: usize| -> Vec<[f32; 3]> {
@@ -83,7 +83,7 @@ pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle>
     triangles
 }
 
-/// A box between two corners, of 12 triangles.
+/// A box between two opposite corners, made of 12 triangles.
 pub(crate) fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<Triangle> {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 1 { max[axis] } else { min[axis] };
@@ -98,7 +98,7 @@ pub(crate) fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<Triangle> {
     quads.into_iter().flat_map(quad).collect()
 }
 
-/// A flat square in y = `y`, from -size to size, two triangles.
+/// A horizontal square of two triangles at height `y`, from `-size` to `size`.
 pub(crate) fn floor(y: f32, size: f32) -> Vec<Triangle> {
     let p = |x: f32, z: f32| [x * size, y, z * size];
     let (a, b, c, d) = (p(-1.0, -1.0), p(-1.0, 1.0), p(1.0, 1.0), p(1.0, -1.0));

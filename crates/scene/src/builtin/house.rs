@@ -1,4 +1,4 @@
-//! A house at surveyors' coordinates: UTM, in metres from a meridian and from the equator.
+//! A house at surveyors' coordinates (UTM), in metres from a meridian and from the equator.
 
 use glam::{DQuat, DVec3};
 
@@ -7,9 +7,9 @@ use crate::light::Light;
 use crate::mesh::{Mesh, Part};
 use crate::scene::Scene;
 
-/// Easting, northing and height of the house's corner, in metres.
+/// The easting, northing, and height of a corner of the house, in metres.
 const CORNER: DVec3 = DVec3::new(148_376.213, 528_980.447, 31.02);
-/// The angle by which it is rotated from the grid, in radians.
+/// The rotation of the house relative to the grid, in radians.
 const TURN: f64 = 0.43;
 
 const GRASS: [f32; 3] = [0.34, 0.42, 0.22];
@@ -19,11 +19,13 @@ const STONE: [f32; 3] = [0.50, 0.49, 0.47];
 const WOOD: [f32; 3] = [0.62, 0.47, 0.30];
 
 impl Scene<f64> {
-    /// A house with a fence at UTM coordinates, z up, about 148 km east and 529 km north of zero. There,
-    /// neighbouring f32 are 1.6 cm apart to the east and 6.3 cm to the north: rounded to f32, walls are
-    /// warped, palings vanish, and rays that start on a wall begin in front of it or behind it.
+    /// A house with a fence at UTM coordinates, with z up, about 148 km east and 529 km north of
+    /// zero. There, adjacent f32 values are 1.6 cm apart eastward and 6.3 cm apart northward.
+    /// Rounded to f32, walls warp, palings vanish, and rays that should start on a wall start in
+    /// front of it or behind it.
     ///
-    /// Its own camera and light; every part is closed. Every call returns the same bits.
+    /// The scene has its own camera and light, and every part is closed. Every call returns the
+    /// same bits.
     pub fn house() -> Self {
         house()
     }
@@ -34,7 +36,7 @@ fn house() -> Scene<f64> {
     house.part(GRASS);
     house.block([-16.0, -14.0, -0.4], [20.0, 18.0, 0.0]);
 
-    // A door and two windows in front, one window at an end.
+    // The front has a door and two windows, and one end has a window.
     house.part(WALL);
     let front = [
         (0.0, 1.2, 0.0, 2.8),
@@ -72,7 +74,7 @@ fn house() -> Scene<f64> {
         house.block([3.2, -out, 0.0], [4.7, -out + 0.32, high]);
     }
 
-    // Palings of 6 by 2 cm between rails.
+    // Palings of 6 by 2 cm, and two rails.
     house.part(WOOD);
     for i in 0..56 {
         let left = -5.0 + 0.15 * f64::from(i);
@@ -94,12 +96,12 @@ fn house() -> Scene<f64> {
     }
 }
 
-/// A direction of the house in the axes of the grid.
+/// Rotates a direction from the house's axes to the grid's.
 fn turned(p: DVec3) -> DVec3 {
     DQuat::from_rotation_z(TURN) * p
 }
 
-/// A point of the house in UTM coordinates.
+/// Converts a point from the house's coordinates to UTM coordinates.
 fn placed(p: [f64; 3]) -> [f64; 3] {
     (CORNER + turned(DVec3::from(p))).to_array()
 }
@@ -116,18 +118,18 @@ impl House {
         self.mesh.parts.push(Part { first, tint, textured: false });
     }
 
-    /// A box given by two corners.
+    /// Adds a box, given two opposite corners.
     fn block(&mut self, [x, y, z]: [f64; 3], [to_x, to_y, to_z]: [f64; 3]) {
         let outline = [[x, y], [to_x, y], [to_x, to_y], [x, to_y]];
         self.prism(&outline, [z, to_z], |[x, y], z| [x, y, z]);
     }
 
-    /// A convex outline in y and z, counter-clockwise, extruded along x.
+    /// Adds a convex, counter-clockwise outline in y and z, extruded along x.
     fn beam(&mut self, outline: &[[f64; 2]], x: f64, to_x: f64) {
         self.prism(outline, [x, to_x], |[y, z], x| [x, y, z]);
     }
 
-    /// The outline at both ends, and the sides between.
+    /// Adds the outline at both ends, and the sides between them.
     fn prism(
         &mut self,
         outline: &[[f64; 2]],
@@ -171,7 +173,7 @@ mod tests {
             }
         }
         assert!(edges.iter().all(|(&(a, b), &n)| n == 1 && edges.get(&(b, a)) == Some(&1)));
-        // Six times the volume is positive, so the outside is on the right side.
+        // Six times the volume is positive if the faces point outward.
         let volume = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| DVec3::from(mesh.positions[i as usize]) - CORNER);
             a.dot(b.cross(c))

@@ -1,7 +1,7 @@
-//! Generated shapes: grids, surfaces of revolution, wedges and spheres.
+//! Generated shapes: grids, surfaces of revolution, wedges, and spheres.
 //!
-//! The triangles of a shape share their vertices, even across its seams, so indices show adjacency. Texture
-//! coordinates belong to the corners of triangles and may differ between neighbours.
+//! The triangles of a shape share their vertices, even across its seams, so indices show adjacency.
+//! Texture coordinates belong to the corners of triangles and may differ between neighbours.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -10,8 +10,8 @@ use glam::DVec3;
 
 use crate::mesh::{Mesh, Part, rounded};
 
-/// A circle of a surface of revolution: its radius (0 for a pole), its height, and its rotation relative to
-/// the others as a fraction of a side.
+/// A circle of a surface of revolution: its radius (0 for a pole), its height, and its rotation
+/// relative to the other rings, as a fraction of a side.
 pub(super) struct Ring {
     pub(super) radius: f64,
     pub(super) y: f64,
@@ -30,9 +30,9 @@ impl Shapes {
         self.mesh.parts.push(Part { first: self.mesh.triangles.len() as u32, tint, textured });
     }
 
-    /// A surface of `cells` quads, where `place` maps u and v in `0..=1` to points; `closed` says which of
-    /// the two wraps around. `repeat` is how often the texture repeats along u and, for roughly square quads,
-    /// in proportion along v.
+    /// Adds a surface of `cells` quads. `place` maps u and v in `0..=1` to points, and `closed`
+    /// states which of the two wraps around. The texture repeats `repeat` times along u and,
+    /// assuming roughly square quads, proportionally along v.
     pub(super) fn grid(
         &mut self,
         cells: [u32; 2],
@@ -61,8 +61,8 @@ impl Shapes {
         }
     }
 
-    /// A surface of revolution: `sides` sides around the y axis through `rings`, transformed by `place`. Only
-    /// the first and the last ring may be poles.
+    /// Adds a surface of revolution with `sides` sides around the y axis through `rings`,
+    /// transformed by `place`. Only the first and the last ring may be poles.
     pub(super) fn lathe(&mut self, sides: u32, rings: &[Ring], place: impl Fn(DVec3) -> DVec3) {
         // The positions, and the start of each ring.
         let starts: Vec<u32> = rings
@@ -87,7 +87,8 @@ impl Shapes {
             for side in 0..sides {
                 let (low, low_next) = (corner(row, side), corner(row, side + 1));
                 let (high, high_next) = (corner(row + 1, side), corner(row + 1, side + 1));
-                // Between rotated rings the diagonal must follow the rotation, or facets would cross.
+                // Between rotated rings the diagonal must follow the rotation, or facets would
+                // cross.
                 let (first, second) = if pair[1].turn < pair[0].turn {
                     ([low, high, high_next], [low, high_next, low_next])
                 } else {
@@ -105,7 +106,8 @@ impl Shapes {
         }
     }
 
-    /// A sector of a flat ring around the y axis, between two radii and two angles, from `y` up by `height`.
+    /// Adds a sector of a flat ring around the y axis, between two radii and two angles. It reaches
+    /// from `y` up by `height`.
     pub(super) fn wedge(&mut self, radii: [f64; 2], y: f64, height: f64, angles: [f64; 2]) {
         let first = self.mesh.positions.len() as u32;
         for corner in 0..8_usize {
@@ -122,8 +124,8 @@ impl Shapes {
         }
     }
 
-    /// The unit sphere as an icosahedron with every triangle split in four `levels` times, transformed by
-    /// `place`.
+    /// Adds a unit sphere, transformed by `place`: an icosahedron with every triangle split into
+    /// four, `levels` times.
     pub(super) fn icosphere(&mut self, levels: u32, place: impl Fn(DVec3) -> DVec3) {
         // The corners of an icosahedron are those of three golden rectangles.
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
@@ -169,7 +171,7 @@ impl Shapes {
             self.position(place(p));
         }
         for face in faces {
-            // Longitude and latitude; a triangle across the seam continues beyond 1.
+            // Longitude and latitude. Across the seam, a triangle's longitude continues beyond 1.
             let mut uvs = face.map(|i| {
                 let p = points[i];
                 [p.z.atan2(p.x) / TAU + 0.5, p.y.clamp(-1.0, 1.0).asin() * 2.0 / TAU + 0.5]

@@ -1,4 +1,4 @@
-//! Builds the mesh, with the checks that all formats share.
+//! Builds a mesh, with the checks that all formats share.
 
 use super::cut::{Cut, Cutter};
 use super::error::{Fault, fault};
@@ -16,9 +16,9 @@ pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
 /// Marks a corner that has no valid texture coordinates.
 pub(super) const NO_UV: u32 = u32::MAX;
 
-/// The triangles of a strip, as indices into its corners: each corner from the third on forms one with the
-/// two before it, and every other triangle is flipped, so that all have the same winding. A triangle that
-/// repeats a vertex only steers the strip, and is skipped.
+/// The triangles of a strip, as indices into its corners: each corner from the third on forms a
+/// triangle with the two corners before it. Every other triangle is flipped, so that all have the
+/// same winding. Triangles that repeat a vertex only steer the strip and are skipped.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     let triangle = |last| [last - 2 + last % 2, last - 1 - last % 2, last];
     (2..corners.len()).map(triangle).filter(|places| {
@@ -27,12 +27,11 @@ pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     })
 }
 
-/// Notes about faces that were left out or changed.
-const SHORT: &str = "faces of fewer than three corners, left out";
+/// Notes about faces that were skipped or changed.
+const SHORT: &str = "faces with fewer than three corners, skipped";
 const UNCLEAR: &str =
     "concave faces that cross themselves or have more than 16384 corners, filled as fans";
-const NO_UVS: &str =
-    "faces whose texture coordinates are missing or not finite, read without these";
+const NO_UVS: &str = "faces whose texture coordinates are missing or not finite, read without them";
 
 /// A mesh under construction.
 pub(super) struct MeshBuilder<S> {
@@ -51,15 +50,15 @@ pub(super) struct MeshBuilder<S> {
     face_uvs: Vec<[f32; 2]>,
 }
 
-/// Faces with a vertex or texture coordinate that may come later in the file, and all faces after the first
-/// of these.
+/// Faces that wait for a vertex or texture coordinate later in the file, and all faces after the
+/// first of these.
 #[derive(Default)]
 struct WaitingFaces {
-    /// The vertices of all of them.
+    /// The vertices of all waiting faces.
     corners: Vec<u32>,
     /// Their texture coordinates.
     uvs: Vec<u32>,
-    /// Each face's line, and the ends of its corners and texture coordinates.
+    /// For each face, its line and the ends of its corners and texture coordinates.
     faces: Vec<(Option<u64>, usize, usize)>,
 }
 
@@ -67,7 +66,7 @@ struct WaitingFaces {
 struct UnusableVertex {
     index: u32,
     line: Option<u64>,
-    /// The reason, if the position does not show it.
+    /// The reason, unless the position itself shows it.
     cause: Option<String>,
 }
 
@@ -119,14 +118,14 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut self.unusable, UnusableVertex { index, line: self.line, cause })
     }
 
-    /// Adds a texture coordinate. If any texture coordinate of a face is not finite, the face is read without
-    /// texture coordinates.
+    /// Adds a texture coordinate. If any texture coordinate of a face is not finite, the face is
+    /// read without texture coordinates.
     pub(super) fn uv(&mut self, uv: [f32; 2]) -> Result<(), Fault> {
         push(&mut self.uvs, uv)
     }
 
-    /// Adds a face by its vertices and, if `uvs` is not empty, their texture coordinates, some of which may
-    /// be [`NO_UV`]. Both may come later in the file.
+    /// Adds a face with these vertices and, if `uvs` is not empty, these texture coordinates, some
+    /// of which may be [`NO_UV`]. Both may refer to entries later in the file.
     pub(super) fn polygon(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
         let is_there = corners.iter().all(|&corner| (corner as usize) < self.vertices())
             && uvs.iter().all(|&uv| uv == NO_UV || (uv as usize) < self.uvs());
@@ -142,13 +141,13 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut waiting.faces, ends)
     }
 
-    /// Adds a face whose vertices have been read, or will never be.
+    /// Adds a face, or fails if one of its vertices is missing.
     fn add(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
         let count = self.vertices();
         if let Some(&corner) = corners.iter().find(|&&corner| corner as usize >= count) {
             let (number, from) = (u64::from(corner) + self.numbered_from, self.numbered_from);
             return fault(format!(
-                "a face names vertex {number}, but there are {count}, from {from} on"
+                "a face refers to vertex {number}, but there are {count}, numbered from {from}"
             ));
         }
         if corners.len() < 3 {
@@ -179,7 +178,7 @@ impl<S: Coordinate> MeshBuilder<S> {
             self.notes.add(NO_UVS, 1, self.line);
             self.face_uvs.clear();
         }
-        // Texture coordinates are stored from the first face that has some; earlier faces get zeros.
+        // Texture coordinates are stored once a face has them; earlier faces get zeros.
         if !self.face_uvs.is_empty() || self.mesh.corner_uvs.is_some() {
             let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
             kept.try_reserve(self.mesh.triangles.len() - kept.len())?;
@@ -200,7 +199,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         })
     }
 
-    /// The mesh, after the whole file has been read.
+    /// Returns the mesh after the whole file has been read.
     pub(super) fn finish(mut self) -> Result<(Mesh<S>, Notes), Fault> {
         let waiting = std::mem::take(&mut self.waiting);
         let (mut corners, mut uvs) = (0, 0);
@@ -224,7 +223,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         let Some(&first) = triangles.as_flattened().iter().filter(is_broken).min() else {
             return Ok(());
         };
-        // Sorted by vertex index, because entries are added in that order.
+        // The entries are sorted by vertex index, because they are added in that order.
         let Ok(place) = unusable.binary_search_by_key(&first, |vertex| vertex.index) else {
             return Ok(());
         };
@@ -241,7 +240,7 @@ impl<S: Coordinate> MeshBuilder<S> {
 }
 
 impl Cut<'_> {
-    /// Splits one value per corner of a polygon into one triple per triangle.
+    /// Converts one value per corner of a polygon to one triple per triangle.
     fn triangles<T: Copy>(&self, corners: &[T]) -> impl Iterator<Item = [T; 3]> {
         let ears = match self {
             Self::Ears(ears) => ears.as_chunks::<3>().0,

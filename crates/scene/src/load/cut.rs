@@ -1,39 +1,41 @@
 //! Cuts polygons into triangles.
 //!
-//! A fan from the first corner is right if that corner sees the whole polygon, as in every convex one.
-//! Otherwise triangles of the fan reach outside and overlap:
+//! A fan from the first corner works if that corner sees the whole polygon, as in every convex
+//! polygon. Otherwise, triangles of the fan reach outside and overlap:
 //!
 //! ```text
-//!   3 ·────· 2          The fan is (0,1,2), (0,2,3). It runs against the polygon's turn at
-//!      \  /             (0,1,2), which lies outside; the cut by 1-3 stays inside.
+//!   3 ·────· 2          The fan is (0,1,2), (0,2,3). It turns the wrong way at (0,1,2),
+//!      \  /             which is outside the polygon. The cut 1-3 stays inside.
 //!    0  \·  1
 //! ```
 //!
-//! The crate `earcut` cuts those polygons, in the plane that fits them best: the one perpendicular to
-//! Newell's normal, the sum of the cross products of the fan.
+//! The `earcut` crate cuts those polygons in the plane that fits them best, which is perpendicular
+//! to Newell's normal, the sum of the cross products of the fan.
 
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
 use super::error::Fault;
 
-/// The maximum number of corners of a polygon that is cut; the crate's time may grow with its square.
+/// The maximum number of corners of a polygon that is cut. The crate's time may grow with the
+/// square of this number.
 const MOST: usize = 1 << 14;
 
-/// A bound on the error of a sum of a few products, relative to their sizes.
+/// A bound on the rounding error in a sum of a few products, relative to their sizes.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// How a polygon becomes triangles.
 pub(super) enum Cut<'a> {
     /// As a fan around its first corner.
     Fan,
-    /// As these triangles, each with three indices into the polygon's corners: two fewer than it has corners.
+    /// As these triangles, each with three indices into the polygon's corners. A polygon with n
+    /// corners has n - 2 triangles.
     Ears(&'a [u32]),
-    /// Not without guessing: it crosses itself, or has too many corners.
+    /// Unclear, because the polygon crosses itself or has too many corners.
     Unclear,
 }
 
-/// Cuts polygons, and reuses its memory.
+/// Cuts polygons and reuses its memory.
 #[derive(Default)]
 pub(super) struct Cutter {
     /// The corners relative to the first one.
@@ -45,7 +47,7 @@ pub(super) struct Cutter {
 }
 
 impl Cutter {
-    /// How to cut the polygon with these corners.
+    /// Determines how to cut the polygon with these corners.
     pub(super) fn cut(
         &mut self,
         corners: impl ExactSizeIterator<Item = DVec3> + Clone,
@@ -55,14 +57,14 @@ impl Cutter {
         Ok(if self.place(corners) { self.cut_ring() } else { Cut::Fan })
     }
 
-    /// How to cut the ring.
+    /// Determines how to cut the ring.
     fn cut_ring(&mut self) -> Cut<'_> {
         let triangles = || self.ring.windows(2).skip(1).map(|pair| (pair[0], pair[1]));
         let normal: DVec3 = triangles().map(|(a, b)| a.cross(b)).sum();
         let length = normal.length();
         let sizes: f64 = triangles().map(|(a, b)| a.length() * b.length()).sum();
         if length <= self.ring.len() as f64 * ROUNDING * sizes {
-            // It has no orientation: it is a line, or has loops that cancel each other.
+            // The polygon has no orientation: it is a line, or it has loops that cancel.
             let is_flat =
                 |(a, b): (DVec3, DVec3)| a.cross(b).length() <= ROUNDING * a.length() * b.length();
             return if triangles().all(is_flat) { Cut::Fan } else { Cut::Unclear };
@@ -80,8 +82,9 @@ impl Cutter {
         if self.close() && self.is_cut() { Cut::Ears(&self.ears) } else { Cut::Unclear }
     }
 
-    /// Stores the corners relative to the first, scaled to a size of about one; false if they are one point,
-    /// or not finite. Both scales are powers of two, so nothing is rounded.
+    /// Stores the corners relative to the first one, scaled to a size of about one. Returns false
+    /// if they are all the same point or are not finite. Both scales are powers of two, so scaling
+    /// does not round.
     fn place(&mut self, corners: impl Iterator<Item = DVec3> + Clone) -> bool {
         let largest = |points: &mut dyn Iterator<Item = DVec3>| {
             points.fold(0.0, |most: f64, p| most.max(p.abs().max_element()))
@@ -97,10 +100,11 @@ impl Cutter {
         size > 0.0
     }
 
-    /// Cuts the ring with the crate, in the plane perpendicular to `normal`; all triangles have the ring's
-    /// orientation.
+    /// Cuts the ring with `earcut` in the plane perpendicular to `normal`. All triangles get the
+    /// orientation of the ring.
     fn clip_ears(&mut self, normal: DVec3) {
-        // If the normal is along an axis, these two are axes, and the corners keep their coordinates.
+        // If the normal is along an axis, these two are axes, and the corners keep their
+        // coordinates.
         let least = normal.abs();
         let axis = match least.min_element() {
             x if x == least.x => DVec3::X,
@@ -126,9 +130,9 @@ impl Cutter {
         (ab.perp_dot(ac), 4.0 * ROUNDING * (ab.length() + ac.length()))
     }
 
-    /// Adds the corners that the crate has skipped because they are on a straight edge, as triangles without
-    /// area; otherwise the edges of a neighbour with these corners would be left open. False if the boundary
-    /// of the triangles is not the polygon's ring.
+    /// Adds the corners that `earcut` skips because they are on a straight edge, as triangles
+    /// without area. Otherwise, the edges of a neighbour with these corners would be left open.
+    /// Returns false if the boundary of the triangles is not the polygon's ring.
     fn close(&mut self) -> bool {
         let count = self.ring.len() as u32;
         self.edges.clear();
@@ -153,8 +157,8 @@ impl Cutter {
         self.ears.len() == 3 * (self.ring.len() - 2)
     }
 
-    /// Whether no triangle has the opposite orientation. Their areas sum to the polygon's, so they then fill
-    /// it without overlap.
+    /// Whether all triangles have the same orientation. Their areas add up to the polygon's, so
+    /// they then fill it without overlap.
     fn is_cut(&self) -> bool {
         self.ears.as_chunks::<3>().0.iter().all(|ear| {
             let (area, error) = self.area(ear);
@@ -163,7 +167,7 @@ impl Cutter {
     }
 }
 
-/// The power of two that scales a size to between 1/2 and 2, if there is one.
+/// The power of two that scales a size to between 1/2 and 2, if possible.
 fn unit(size: f64) -> f64 {
     let exponent = (size.to_bits() >> 52) as i32 - 1023;
     2.0_f64.powi(-exponent.clamp(-1000, 1000))

@@ -1,15 +1,15 @@
-//! Errors about files.
+//! Errors in model files.
 
 use std::collections::TryReserveError;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
-/// Why a model could not be read: `file:line: cause`, in one line.
+/// Why a model could not be read. It is displayed as one line: `file:line: cause`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadError {
     /// The file.
     pub path: PathBuf,
-    /// The line with the error, counted from 1, in a text file.
+    /// In a text file, the line with the error, counted from 1.
     pub line: Option<u64>,
     /// The problem, and what to do if that is not obvious.
     pub cause: String,
@@ -34,12 +34,12 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    /// The fault, with this line.
+    /// The same fault with a line number.
     pub(super) fn at(self, line: u64) -> Self {
         Self { line: Some(line), ..self }
     }
 
-    /// The error for this file.
+    /// The error for a file.
     pub(super) fn of(self, path: &Path) -> LoadError {
         LoadError { path: path.into(), line: self.line, cause: self.cause }
     }
@@ -63,7 +63,8 @@ pub(super) fn fault<T>(cause: impl Into<String>) -> Result<T, Fault> {
     Err(Fault { line: None, cause: cause.into() })
 }
 
-/// Quotes a word of a file for an error message, with control characters escaped, and shortened if long.
+/// Quotes a word from a file for an error message. Control characters are escaped, and long words
+/// are shortened.
 pub(super) fn quote(word: &str) -> String {
     let short: String = word.chars().take(32).collect();
     format!("{short:?}{}", if short.len() < word.len() { "..." } else { "" })

@@ -8,11 +8,11 @@ use super::error::{Fault, fault};
 /// The formats' file extensions.
 const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
 
-/// The other files of a model.
+/// The other files that a model refers to.
 pub(super) struct Beside<'a> {
     /// Their folder.
     pub(super) folder: &'a Path,
-    /// The ones that were read.
+    /// The files that were read.
     pub(super) read: Vec<PathBuf>,
 }
 
@@ -22,7 +22,7 @@ pub(super) fn open(path: &Path) -> Result<File, Fault> {
     if metadata.is_dir() {
         return fault(format!("is a folder; give a model file ({ENDINGS})"));
     }
-    // A pipe or a device may never end.
+    // Reading a pipe or a device may never end.
     if !metadata.is_file() {
         return fault(format!("is not a regular file; give a model file ({ENDINGS})"));
     }

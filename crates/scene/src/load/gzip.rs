@@ -1,4 +1,4 @@
-//! Files compressed with gzip, whatever model they contain.
+//! Files compressed with gzip, for models in any format.
 
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -11,15 +11,17 @@ use super::notes::Notes;
 /// The first bytes of a gzip file.
 pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// A file may always unpack to this much,
+/// Any file may unpack to this many bytes.
 const SURE: u64 = 64 << 20;
-/// and a larger one to this many times its size: models typically shrink to a tenth, few to a fiftieth.
+/// A larger file may unpack to this many times its size. Models typically shrink to a tenth, and
+/// few shrink to a fiftieth.
 const RATIO: u64 = 100;
 
-/// Unpacks a file of that size. Memory is linear in the size, so a bomb ends in an error.
+/// Unpacks a file of the given size. Memory is linear in that size, so a decompression bomb results
+/// in an error.
 ///
-/// A gzip file may have several consecutive members. Anything else after them is ignored with a note, as
-/// `gunzip` does; zeros, which pad tapes, are ignored without one.
+/// A gzip file may have several consecutive members. Anything else after them is ignored with a
+/// note, as by `gunzip`. Zeros, which pad tapes, are ignored without a note.
 pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Result<Vec<u8>, Fault> {
     let most = size.saturating_mul(RATIO).max(SURE);
     let (mut packed, mut bytes) = (Vec::new(), Vec::new());
@@ -45,12 +47,12 @@ pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Resu
         }
     }
     if rest.iter().any(|&byte| byte != 0) {
-        notes.add("bytes after the end of the gzip, left out", rest.len() as u64, None);
+        notes.add("bytes after the end of the gzip, skipped", rest.len() as u64, None);
     }
     Ok(bytes)
 }
 
-/// The name of the contents of a file with that name: `a.obj` for `a.obj.gz`.
+/// The name of a compressed file's contents: `a.obj` for `a.obj.gz`.
 pub(super) fn inner(path: &Path) -> PathBuf {
     match path.extension() {
         Some(extension) if extension.eq_ignore_ascii_case("gz") => path.with_extension(""),

@@ -1,4 +1,4 @@
-//! Lines of text, numbered and of bounded length.
+//! Numbered lines of text with bounded length.
 
 use std::borrow::Cow;
 use std::io::BufRead;
@@ -6,7 +6,7 @@ use std::io::BufRead;
 use super::error::{Fault, fault};
 use crate::line_end::{LineEnd, read_line};
 
-/// The length limit; a face with a million corners takes half of it.
+/// The length limit in bytes. A face with a million corners takes half of it.
 const LONGEST: usize = 1 << 24;
 
 /// A text, read line by line.
@@ -24,8 +24,8 @@ impl<R: BufRead> Lines<R> {
         Self { input, line: Vec::new(), end: LineEnd::default(), number: 0 }
     }
 
-    /// The lines of a text whose lines all end in a carriage return; a line feed after one is not part of the
-    /// line's end.
+    /// The lines of a text in which every line ends in a carriage return. A line feed after a
+    /// carriage return is not part of the line end.
     pub(super) fn of_returns(input: R) -> Self {
         Self { end: LineEnd::Return, ..Self::new(input) }
     }
@@ -52,7 +52,8 @@ impl<R: BufRead> Lines<R> {
         Ok(false)
     }
 
-    /// Replaces the last byte of the line by a blank and the next line; returns false if there is none.
+    /// Replaces the last byte of the line with a blank and appends the next line. Returns false if
+    /// there is no next line.
     pub(super) fn join(&mut self) -> Result<bool, Fault> {
         if let Some(last) = self.line.last_mut() {
             *last = b' ';
@@ -65,8 +66,8 @@ impl<R: BufRead> Lines<R> {
         &self.line
     }
 
-    /// The line without trailing blanks. Everything read from a model is ASCII, but names may be in any
-    /// encoding.
+    /// The line without trailing blanks. Everything that is used from a model is ASCII, but names
+    /// may be in any encoding.
     pub(super) fn text(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.line)
     }

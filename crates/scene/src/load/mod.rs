@@ -1,4 +1,4 @@
-//! Model files: Wavefront OBJ, PLY, STL and glTF, optionally compressed with gzip.
+//! Model files: Wavefront OBJ, PLY, STL, and glTF, optionally compressed with gzip.
 
 mod builder;
 mod cut;
@@ -26,42 +26,45 @@ use crate::mesh::Mesh;
 
 /// Reads a model.
 ///
-/// The extension decides the format (`.obj`, `.ply`, `.stl`, `.gltf` or `.glb`, in upper or lower case); for
-/// any other extension, the first bytes of the file do. A gzip file is unpacked first, whatever its name; an
-/// extension `.gz` is ignored.
+/// The extension determines the format (`.obj`, `.ply`, `.stl`, `.gltf`, or `.glb`, in upper or
+/// lower case). For any other extension, the first bytes of the file determine it. A gzip file is
+/// unpacked first, whatever its name, and the extension `.gz` is ignored.
 ///
-/// - A polygon with n corners becomes n - 2 consecutive triangles with the same winding: the fan around its
-///   first corner (see [`Mesh`]), or the result of ear clipping if the fan would reach outside. Faces with
-///   fewer than three corners are left out.
-/// - OBJ: vertices, texture coordinates and faces of all objects and groups, in the order of the
-///   file; negative indices count back from the last vertex so far; points, lines, materials, fourth
-///   coordinates and colours are ignored. Lines end in a line feed, a carriage return, or both.
-/// - PLY: ASCII and binary in both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
-///   `texture_v`), `face` with `vertex_indices` or `vertex_index`, and `tristrips` with the same, separated
-///   by -1. A `double` is rounded to f32.
-/// - STL: ASCII (all its solids) and binary, distinguished by the size given in a binary header. Triangles do
-///   not share vertices.
-/// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first scene if none is named, all
-///   nodes if there is no scene), node by node, each before its children, placed by their transforms,
-///   instances or joints; triangles, strips and fans; morph targets by their weights; the first texture
-///   coordinates. A transform that mirrors flips the triangles. Hidden nodes are left out. Buffers
-///   are within the file, in data URIs, or in files in the model's folder. Materials and animations are
-///   ignored, points and lines skipped, compressed meshes refused.
+/// - A polygon with n corners becomes n - 2 consecutive triangles with the same winding: the fan
+///   around its first corner (see [`Mesh`]), or the result of ear clipping if the fan would reach
+///   outside. Faces with fewer than three corners are skipped.
+/// - OBJ: the vertices, texture coordinates, and faces of all objects and groups, in the order of
+///   the file. Negative indices count back from the last vertex so far. Points, lines, materials,
+///   fourth coordinates, and colours are ignored. Lines end in a line feed, a carriage return, or
+///   both.
+/// - PLY: ASCII, and binary in both byte orders. The elements are `vertex` with x, y, z (and s, t
+///   or u, v or `texture_u`, `texture_v`), `face` with `vertex_indices` or `vertex_index`, and
+///   `tristrips` with the same property, in which -1 ends a strip. A `double` is rounded to f32.
+/// - STL: ASCII (all its solids) and binary, distinguished by the size given in a binary header.
+///   Triangles do not share vertices.
+/// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first scene if no default
+///   is given, or all nodes if there is no scene). Nodes are read in order, each before its
+///   children, and their meshes are placed by transforms, instances, or joints. Triangles, strips,
+///   fans, weighted morph targets, and the first texture coordinates are read. A transform that
+///   mirrors flips the triangles. Hidden nodes are skipped. Buffers are within the file, in data
+///   URIs, or in files in the model's folder. Materials and animations are ignored, points and
+///   lines are skipped, and compressed meshes are rejected.
 ///
-/// In a strip, every other triangle is flipped, so that all have the same winding, and triangles that name a
-/// vertex twice are left out. Any text may begin with a byte order mark. Vertices, texture coordinates and
-/// other numbers that no triangle uses may be anything, such as NaN.
+/// In a strip, every other triangle is flipped, so that all have the same winding, and triangles
+/// that use a vertex twice are skipped. Any text may begin with a byte order mark. Vertices,
+/// texture coordinates, and other numbers that no triangle uses may have any value, such as NaN.
 ///
-/// The [`Notes`] of [`load_model`] count everything that is left out, repaired or guessed.
+/// The [`Notes`] of [`load_model`] count everything that is skipped, repaired, or guessed.
 ///
-/// Time and memory are linear in the size of the file, except for faces that are cut by ear clipping, whose
-/// time may grow with the square of their number of corners. No count in a file sizes an allocation. A gzip
-/// file may unpack to a hundred times its size, and a glTF may repeat its meshes up to about sixteen million
-/// triangles.
+/// Time and memory are linear in the size of the file, except for faces that are cut by ear
+/// clipping, whose time may grow with the square of their number of corners. No allocation is sized
+/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF may
+/// repeat its meshes up to about sixteen million triangles.
 ///
 /// # Errors
-/// Fails if the file cannot be read, is not such a model, ends early, names vertices that it lacks, has a
-/// triangle with a coordinate that is not finite in f32, or has no triangle at all.
+/// Fails if the file cannot be read, is not a model in one of these formats, ends early, refers to
+/// missing vertices, has a triangle with a coordinate that is not finite in f32, or has no
+/// triangles.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
     load_model(path).map(|model| model.mesh)
 }
@@ -69,22 +72,23 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
 /// A model as [`load_model`] returns it.
 #[derive(Clone, Debug)]
 pub struct LoadedModel<S = f32> {
-    /// Its triangles.
+    /// The triangles.
     pub mesh: Mesh<S>,
     /// Other files that were read for the model: the buffers of a glTF.
     pub files: Vec<PathBuf>,
-    /// Things that were left out, repaired or guessed; empty for most models.
+    /// What was skipped, repaired, or guessed; empty for most models.
     pub notes: Notes,
 }
 
-/// Reads a model like [`load`], in f32 or f64, and returns everything known about it.
+/// Reads a model like [`load`], in f32 or f64, and also returns notes about it and the other files
+/// that were read.
 ///
-/// In f64, the decimals of a text are rounded once to f64, a `double` of a PLY is kept, and transformed
-/// positions of a glTF are not rounded to f32. Numbers that the file stores in f32 are unchanged: a `float`
-/// of a binary PLY, a binary STL, the positions of a glTF before they are transformed.
+/// In f64, decimals in text are rounded once to f64, a `double` in a PLY is kept, and transformed
+/// positions in a glTF are not rounded to f32. Numbers that the file stores in f32 are unchanged: a
+/// `float` in a binary PLY, a binary STL, and the positions in a glTF before they are transformed.
 ///
 /// # Errors
-/// As for [`load`], in the requested scalar.
+/// Fails as [`load`] does, for the requested scalar.
 pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut beside = Beside { folder, read: vec![] };
@@ -96,7 +100,8 @@ pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadErro
 /// Reads a model like [`load`] from bytes in memory, as if they were a file with that name.
 ///
 /// # Errors
-/// As for [`load`]; also fails if a glTF has buffers in other files, because there is no folder to look in.
+/// Fails as [`load`] does, and also if a glTF has buffers in other files, because there is no
+/// folder to look in.
 ///
 /// ```
 /// let mesh = intertri_scene::read("a.obj".as_ref(), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
@@ -107,7 +112,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
     unpacked(path, Cursor::new(bytes), None).map(|(mesh, _)| mesh).map_err(|fault| fault.of(path))
 }
 
-/// The model in a file with that name, which may be compressed with gzip.
+/// Reads a model from a file that may be compressed with gzip.
 fn unpacked<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
@@ -129,7 +134,7 @@ fn unpacked<S: Coordinate>(
     model(path, input, size, beside)
 }
 
-/// The model in a file with that name and size; the input is at its beginning.
+/// Reads a model from a file with the given name and size. The input must be at its beginning.
 fn model<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
@@ -186,7 +191,7 @@ fn format(path: &Path, input: &mut (impl Read + Seek), size: u64) -> Result<Form
         Ok(Format::Obj)
     } else {
         fault(
-            "is neither OBJ nor PLY nor STL nor glTF; give such a model, or the right ending to its name",
+            "is neither OBJ nor PLY nor STL nor glTF; give such a model, or a name with the right extension",
         )
     }
 }

@@ -1,20 +1,21 @@
-//! Notes about a model: the things in its file that were left out, repaired or guessed.
+//! Notes about a model: what was skipped, repaired, or guessed when its file was read.
 
 use std::borrow::Cow;
 use std::fmt;
 
-/// One kind of things in a file that were left out, repaired or guessed, counted.
+/// A kind of thing in a file that was skipped, repaired, or guessed, with the number of
+/// occurrences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// The kind of thing and what was done: `faces of fewer than three corners, left out`.
+    /// The kind of thing and what was done: `faces with fewer than three corners, skipped`.
     pub what: Cow<'static, str>,
-    /// Their number.
+    /// The number of occurrences.
     pub count: u64,
-    /// The line of the first, counted from 1, in a text file.
+    /// In a text file, the line of the first occurrence, counted from 1.
     pub line: Option<u64>,
 }
 
-/// `faces of fewer than three corners, left out: 2 (the first in line 5)`.
+/// `faces with fewer than three corners, skipped: 2 (the first in line 5)`.
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.what, self.count)?;
@@ -26,19 +27,19 @@ impl fmt::Display for Note {
     }
 }
 
-/// The notes about a model: one of each kind, in order of first occurrence.
+/// The notes about a model: one for each kind, in order of first occurrence.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Notes(Vec<Note>);
 
 impl Notes {
-    /// Adds `count` things of a kind, the first of them in `line`.
+    /// Adds `count` occurrences of a kind, the first of them in `line`.
     ///
     /// ```
     /// let mut notes = intertri_scene::Notes::default();
-    /// notes.add("faces of fewer than three corners, left out", 1, Some(5));
-    /// notes.add("faces of fewer than three corners, left out", 1, Some(9));
+    /// notes.add("faces with fewer than three corners, skipped", 1, Some(5));
+    /// notes.add("faces with fewer than three corners, skipped", 1, Some(9));
     /// let [note] = notes.as_slice() else { panic!() };
-    /// assert_eq!(note.to_string(), "faces of fewer than three corners, left out: 2 (the first in line 5)");
+    /// assert_eq!(note.to_string(), "faces with fewer than three corners, skipped: 2 (the first in line 5)");
     /// ```
     pub fn add(&mut self, what: impl Into<Cow<'static, str>>, count: u64, line: Option<u64>) {
         let what = what.into();

@@ -1,9 +1,9 @@
-//! Wavefront OBJ: `v`, `vt` and `f`, read line by line.
+//! Wavefront OBJ: reads `v`, `vt`, and `f` line by line.
 //!
-//! The maintained crates cannot keep the promises made here. `tobj` 4.0 gives no line in its errors,
-//! renumbers positions object by object, mixes lines with faces, and does unchecked arithmetic on texture
-//! indices; `obj` 0.10 counts lines from 0, checks no index against the tables, ignores a wrong texture
-//! index, and keeps no line numbers for later checks.
+//! No maintained crate meets the requirements. `tobj` 4.0 does not report the line of an error,
+//! renumbers positions object by object, mixes lines with faces, and does unchecked arithmetic on
+//! texture indices. `obj` 0.10 counts lines from 0, does not check indices against the tables,
+//! ignores a wrong texture index, and keeps no line numbers for later checks.
 
 use std::io::BufRead;
 use std::str::{FromStr, SplitAsciiWhitespace};
@@ -15,14 +15,14 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// Statements that define curves and surfaces without triangles, in the current form and that of version
-/// 2.11. Statements that only describe them are among [`OTHERS`].
+/// Statements that define curves and surfaces without triangles, in the current syntax and in that
+/// of version 2.11. Statements that only describe curves and surfaces are in [`OTHERS`].
 const SURFACES: [&str; 8] = ["curv", "curv2", "surf", "bsp", "bzp", "cdc", "cdp", "res"];
 
 /// Statements that read or run another file.
 const CALLS: [&str; 2] = ["call", "csh"];
 
-/// Statements that end with names, which may end in a backslash, as folders on Windows do.
+/// Statements that end with names. A name may end in a backslash, like a folder on Windows.
 const NAMES: [&str; 7] = ["g", "o", "usemtl", "mtllib", "usemap", "maplib", "mg"];
 
 /// Statements that define no triangles.
@@ -53,7 +53,7 @@ const OTHERS: [&str; 24] = [
     "stech",
 ];
 
-/// Reads all objects and groups into one mesh, faces in the order of the file.
+/// Reads all objects and groups into one mesh, with faces in the order of the file.
 pub(super) fn read<S: Coordinate>(input: impl BufRead) -> Result<(Mesh<S>, Notes), Fault> {
     let mut lines = Lines::new(input);
     let mut model =
@@ -72,8 +72,8 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
     start.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| line.starts_with(b"v "))
 }
 
-/// Joins a line that ends in a backslash with the next. A backslash at the end of a comment or of a name is
-/// part of it.
+/// Joins a line that ends in a backslash with the next line. A backslash at the end of a comment or
+/// a name does not continue the line.
 fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     let word = lines.bytes().trim_ascii_start();
     let word = word.split(u8::is_ascii_whitespace).next().unwrap_or_default();
@@ -94,8 +94,8 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
 }
 
-/// The position of a comment after a statement. A `#` after a decimal point does not begin one: some programs
-/// write `1.#INF` and `-1.#IND` for infinity and NaN.
+/// The position of a comment after a statement. A `#` after a decimal point does not begin one:
+/// some programs write `1.#INF` and `-1.#IND` for infinity and NaN.
 fn comment(text: &[u8]) -> Option<usize> {
     (0..text.len()).find(|&i| text[i] == b'#' && (i == 0 || text[i - 1] != b'.'))
 }
@@ -109,7 +109,7 @@ struct Model<S> {
 }
 
 impl<S: Coordinate> Model<S> {
-    /// One statement.
+    /// Reads one statement.
     fn statement(&mut self, text: &str) -> Result<(), Fault> {
         let text = &text[..comment(text.as_bytes()).unwrap_or(text.len())];
         let mut words = text.split_ascii_whitespace();
@@ -133,7 +133,7 @@ impl<S: Coordinate> Model<S> {
         }
     }
 
-    /// A vertex: its first three numbers. A weight or colours may follow.
+    /// Reads a vertex: three numbers, which a weight or colours may follow.
     fn vertex(&mut self, mut words: SplitAsciiWhitespace<'_>) -> Result<(), Fault> {
         let words = [words.next(), words.next(), words.next()];
         if words.contains(&None) {
@@ -148,7 +148,8 @@ impl<S: Coordinate> Model<S> {
         }
     }
 
-    /// A face: corners `v`, `v/vt`, `v//vn` or `v/vt/vn`. Normals are not needed, so they are not looked up.
+    /// Reads a face with corners `v`, `v/vt`, `v//vn`, or `v/vt/vn`. Normals are not needed, so
+    /// they are not looked up.
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
         self.corners.clear();
         self.corner_uvs.clear();
@@ -160,7 +161,7 @@ impl<S: Coordinate> Model<S> {
             self.corners.push(index.map_err(|count| Fault {
                 line: None,
                 cause: format!(
-                    "a face names vertex {vertex}, but there are {count} so far, from 1 on"
+                    "a face refers to vertex {vertex}, but there are {count} so far, numbered from 1"
                 ),
             })?);
             let uv = fields.next().filter(|field| !field.is_empty());
@@ -182,27 +183,27 @@ impl<S: Coordinate> Model<S> {
     /// Skips a statement, and counts it if it may have defined a surface.
     fn pass(&mut self, word: &str) {
         let what = if SURFACES.contains(&word) {
-            "statements of free-form curves and surfaces, left out"
+            "statements of free-form curves and surfaces, skipped"
         } else if CALLS.contains(&word) {
-            "statements that call other files, left out"
+            "statements that call other files, skipped"
         } else if NAMES.contains(&word) || OTHERS.contains(&word) {
             return;
         } else {
-            "unknown statements, left out"
+            "unknown statements, skipped"
         };
         self.builder.notes.add(what, 1, self.builder.line);
     }
 }
 
-/// A word as a number, or an error.
+/// Parses a word as a number, or returns an error message.
 fn number<N: FromStr>(word: Option<&str>) -> Result<N, String> {
     let word = word.unwrap_or_default();
     word.parse().map_err(|_| format!("{} is not a number", quote(word)))
 }
 
-/// The 0-based position of an index in a table that has `count` entries so far. An index counts from 1 up, or
-/// from -1 down starting at the last entry. Positions beyond the last may be filled later. An index that can
-/// never be valid is an inner `Err`, with the count.
+/// The 0-based position of an index in a table that has `count` entries so far. Indices count up
+/// from 1, or down from -1 for the last entry. Positions beyond the last entry may be filled later.
+/// For an index that can never be valid, the inner result is an `Err` with the count.
 fn place(word: &str, count: usize, what: &str) -> Result<Result<u32, usize>, Fault> {
     let Ok(index) = word.parse::<i64>() else {
         return fault(format!("{} is not the number of a {what}", quote(word)));

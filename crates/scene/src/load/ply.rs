@@ -1,6 +1,6 @@
-//! PLY, ASCII and binary, element by element. The crate `ply-rs-bw` reads the header and binary elements;
-//! ASCII elements are parsed here, because the crate refuses numbers that are not finite even in unused
-//! properties.
+//! PLY: reads ASCII and binary files element by element. The `ply-rs-bw` crate reads the header and
+//! binary elements. ASCII elements are parsed here, because the crate rejects numbers that are not
+//! finite even in unused properties.
 
 use std::io::{BufRead, ErrorKind};
 
@@ -22,7 +22,7 @@ const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]]
 /// Names of properties with the corners of a face.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// The elements with triangles.
+/// The elements that contain triangles.
 const FACES: [&str; 2] = ["face", "tristrips"];
 
 /// The length limit of headers; typical ones have a few hundred bytes.
@@ -36,7 +36,8 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, N
     let header = header(&mut lines)?;
     let has_uvs = check(&header)?;
 
-    // Element by element: nothing unnecessary is kept, and no count sizes an allocation.
+    // Read element by element, so that nothing unnecessary is kept and no allocation is sized by a
+    // count.
     let parser = Parser::<Element>::new();
     let mut builder = MeshBuilder::numbered_from(0);
     for def in header.elements.values() {
@@ -68,7 +69,7 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, N
     builder.finish()
 }
 
-/// Reads the header. Its lines may end in any way, and some may be blank.
+/// Reads the header. Its lines may have any line ends, and some may be blank.
 fn header(lines: &mut Lines<impl BufRead>) -> Result<Header, Fault> {
     let mut text = String::new();
     while lines.advance()? {
@@ -107,7 +108,7 @@ fn check(header: &Header) -> Result<bool, Fault> {
              point cloud?",
         );
     }
-    // Elements without bytes could be declared in any number.
+    // A header could declare any number of elements that take no bytes.
     if let Some(def) = header.elements.values().find(|def| def.properties.is_empty()) {
         return fault(format!(
             "the PLY header has an element {} without properties",
@@ -117,7 +118,7 @@ fn check(header: &Header) -> Result<bool, Fault> {
     Ok(UVS.iter().any(|names| names.iter().all(|name| has("vertex", name))))
 }
 
-/// The next line that is not blank as an element.
+/// Reads the next line that is not blank as an element.
 fn ascii(lines: &mut Lines<impl BufRead>, def: &ElementDef, i: usize) -> Result<Element, Fault> {
     if !lines.advance_to_text()? {
         return cut_off(def, i);
@@ -129,7 +130,7 @@ fn ascii(lines: &mut Lines<impl BufRead>, def: &ElementDef, i: usize) -> Result<
     )
 }
 
-/// Parses an element from its words; those of unused properties may be anything, such as `nan`.
+/// Parses an element from its words. The words of unused properties may be anything, such as `nan`.
 fn element(text: &str, def: &ElementDef) -> Option<Element> {
     let mut words = text.split_ascii_whitespace();
     let mut element = Element::new();
@@ -164,8 +165,9 @@ fn element(text: &str, def: &ElementDef) -> Option<Element> {
     words.next().is_none().then_some(element)
 }
 
-/// Parses a word as a number of that type. Decimals are read in f64 even if the header declares them as
-/// `float`, as exporters do for numbers with more digits than f32 has, such as UTM coordinates.
+/// Parses a word as a number of the given type. Decimals are read in f64 even if the header
+/// declares them as `float`, because exporters do so even for numbers with more digits than f32
+/// has, such as UTM coordinates.
 fn scalar(word: &str, kind: &ScalarType) -> Option<f64> {
     match kind {
         ScalarType::Float | ScalarType::Double => word.parse().ok(),
@@ -183,12 +185,12 @@ fn damaged(error: &ParseError, def: &ElementDef, i: usize) -> Fault {
 
 fn cut_off<T>(def: &ElementDef, i: usize) -> Result<T, Fault> {
     fault(format!(
-        "the file is cut off: the header promises {} of {}, it has {i}",
+        "the file is cut off: the header promises {} of element {}, but the file has {i}",
         def.count, def.name
     ))
 }
 
-/// The crate's messages have several lines; the first has the cause.
+/// The first line of the crate's message, which contains the cause.
 fn first_line(error: &ParseError) -> String {
     let text = error.to_string();
     let message =
@@ -246,7 +248,7 @@ fn strips<S: Coordinate>(
     Ok(())
 }
 
-/// A list of integers.
+/// A property as a list of integers.
 fn whole(value: &Property) -> Option<Vec<i64>> {
     fn wide<T: Copy + Into<i64>>(list: &[T]) -> Vec<i64> {
         list.iter().map(|&x| x.into()).collect()
@@ -262,7 +264,7 @@ fn whole(value: &Property) -> Option<Vec<i64>> {
     })
 }
 
-/// A number of any type; f64 holds all of them.
+/// A property as a number. f64 can represent the numbers of every type.
 fn number(value: &Property) -> Option<f64> {
     Some(match *value {
         Property::Char(x) => x.into(),
@@ -277,17 +279,17 @@ fn number(value: &Property) -> Option<f64> {
     })
 }
 
-/// The properties that are read from a vertex, a face, and strips.
+/// The properties that are read from vertices, faces, and strips.
 struct Element {
     position: [f64; 3],
     uv: [f64; 2],
     corners: Option<Vec<i64>>,
-    /// The error about a number that cannot be parsed.
+    /// The error for a number that cannot be parsed.
     broken: Option<String>,
 }
 
 impl Element {
-    /// Where to store a property's number, if it is read.
+    /// Where to store the number of a property, if the property is read.
     fn place(&mut self, name: &str) -> Option<&mut f64> {
         Some(match name {
             "x" => &mut self.position[0],

@@ -1,8 +1,9 @@
 //! STL, ASCII and binary.
 //!
-//! This is our own reader, because the maintained crate `stl_io` reads only one solid of a file that may have
-//! several, takes a binary file that begins with the word `solid` for ASCII, gives no line in its errors, and
-//! checks no size; what remained of it was a record of twelve numbers.
+//! This reader does not use the `stl_io` crate, because that crate reads only one solid from a file
+//! with several, takes a binary file that begins with the word `solid` for ASCII, does not report
+//! the line of an error, and does not check sizes. All that would be left is a record of twelve
+//! numbers.
 
 use std::io::{BufRead, Read, Seek};
 
@@ -22,7 +23,7 @@ const TRIANGLE: usize = 50;
 /// The first word of an ASCII file, in upper or lower case.
 const SOLID: &[u8] = b"solid";
 
-/// Reads all solids of a file of that size.
+/// Reads all solids from a file of the given size.
 pub(super) fn read<S: Coordinate>(
     mut input: impl BufRead + Seek,
     size: u64,
@@ -40,7 +41,7 @@ pub(super) fn read<S: Coordinate>(
     builder.finish()
 }
 
-/// The triangles after the header of a binary file of that size.
+/// Reads the triangles after the header of a binary file of the given size.
 fn binary<S: Coordinate>(
     header: &[u8],
     mut input: impl Read,
@@ -57,18 +58,19 @@ fn binary<S: Coordinate>(
              has {size}; it is cut off or not an STL"
         ));
     }
-    // A program that did not know the number of triangles in advance may write one that is too small. It is
-    // wrong if whole triangles fill the file, and if it is 0.
+    // A program that does not know the number of triangles in advance may write a number that is
+    // too small. More triangles are read if the number is 0, or if whole triangles fill the rest of
+    // the file.
     let behind = size - promised;
     if behind >= TRIANGLE as u64 && (triangles == 0 || behind.is_multiple_of(TRIANGLE as u64)) {
         let more = behind / TRIANGLE as u64;
-        let what = format!("triangles beyond the {triangles} that the header promises, read, too");
+        let what = format!("triangles beyond the {triangles} that the header promises, also read");
         builder.notes.add(what, more, None);
         triangles += more;
     }
     let over = size - HEADER as u64 - triangles * TRIANGLE as u64;
     if over > 0 {
-        builder.notes.add("bytes after the last triangle, left out", over, None);
+        builder.notes.add("bytes after the last triangle, skipped", over, None);
     }
     for _ in 0..triangles {
         let mut record = [0; TRIANGLE];
@@ -86,9 +88,9 @@ pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
     is_ascii(start, size) || promised(start) == Some(size)
 }
 
-/// Whether it is an ASCII file: it begins with `solid`, and is not a binary one whose free text does. A
-/// binary one has the size that its header implies or, if it is damaged, at least a zero byte in its free
-/// text or count.
+/// Whether the file is ASCII, that is, whether it begins with `solid` and is not a binary file
+/// whose free text does. A binary file has the size that its header implies or, if it is damaged,
+/// at least a zero byte in its free text or count.
 fn is_ascii(start: &[u8], size: u64) -> bool {
     let text = without_mark(start).trim_ascii_start();
     text.get(..SOLID.len()).is_some_and(|word| word.eq_ignore_ascii_case(SOLID))
@@ -105,7 +107,7 @@ fn promised(bytes: &[u8]) -> Option<u64> {
 /// The statements of a facet, one per line, by their first words.
 const FACET: [&str; 7] = ["facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet"];
 
-/// Solids made of facets; words in upper or lower case, names and normals ignored.
+/// Reads solids made of facets. Words may be in upper or lower case; names and normals are ignored.
 fn ascii<S: Coordinate>(
     mut lines: Lines<impl BufRead>,
     builder: &mut MeshBuilder<S>,
@@ -121,14 +123,10 @@ fn ascii<S: Coordinate>(
         let wrong = |cause: String| Err(Fault { line: Some(lines.number), cause });
         next = match next {
             None if word.starts_with("solid") => Some(0),
-            None => return wrong(format!("{} stands where solid is expected", quote(&word))),
+            None => return wrong(format!("{} instead of the expected solid", quote(&word))),
             Some(0) if word == "endsolid" => None,
             Some(place) if word != FACET[place] => {
-                return wrong(format!(
-                    "{} stands where {} is expected",
-                    quote(&word),
-                    FACET[place]
-                ));
+                return wrong(format!("{} instead of the expected {}", quote(&word), FACET[place]));
             }
             Some(place) => {
                 if let Some(corner) = place.checked_sub(2).and_then(|i| corners.get_mut(i)) {
@@ -149,7 +147,7 @@ fn ascii<S: Coordinate>(
     }
     match next {
         None => Ok(()),
-        // The file may end between facets without losing anything.
+        // If the file ends between facets, nothing is lost.
         Some(0) => {
             builder.notes.add("solids without endsolid, read as far as they go", 1, builder.line);
             Ok(())

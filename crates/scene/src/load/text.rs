@@ -1,4 +1,4 @@
-//! Byte order marks, which some editors put before a text.
+//! Byte order marks, which some editors put at the beginning of a text.
 
 use std::io::{BufRead, Read, Seek, SeekFrom};
 
@@ -7,12 +7,12 @@ use super::error::{Fault, fault};
 /// The mark of UTF-8.
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// The beginning of a file, without a mark.
+/// The beginning of a file without its mark.
 pub(super) fn without_mark(start: &[u8]) -> &[u8] {
     start.strip_prefix(MARK).unwrap_or(start)
 }
 
-/// Skips the mark at the beginning of a file. A text in UTF-16 is refused because of its mark.
+/// Skips the mark at the beginning of a file. Fails if the file begins with a UTF-16 mark.
 pub(super) fn skip_mark(input: &mut (impl BufRead + Seek)) -> Result<(), Fault> {
     let mut start = Vec::new();
     input.by_ref().take(MARK.len() as u64).read_to_end(&mut start)?;

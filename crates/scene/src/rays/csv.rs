@@ -1,6 +1,6 @@
-//! Rays as CSV: a line of names, then one ray per line.
+//! Rays as CSV: a line of column names, then one ray per line.
 
-/// The columns' names, in the order of a raw ray.
+/// The column names, in the order of a raw ray.
 pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
 
 /// The meaning of each column of a line, as an index into [`COLUMNS`].
@@ -12,7 +12,7 @@ impl Columns {
         names(line).all(|name| COLUMNS.contains(&&*name))
     }
 
-    /// The columns that the first line names, or an error message.
+    /// Parses the first line, which names the columns, or returns an error message.
     pub(super) fn of(line: &str) -> Result<Self, String> {
         let mut columns = Vec::new();
         for name in names(line) {
@@ -33,7 +33,7 @@ impl Columns {
         }
     }
 
-    /// The numbers of a line, in the order of a raw ray, or an error message.
+    /// Parses the numbers in a line, in the order of a raw ray, or returns an error message.
     pub(super) fn numbers(&self, line: &str) -> Result<[f64; 8], String> {
         let mut numbers = [0.0; 8];
         numbers[7] = f64::INFINITY;
@@ -58,11 +58,11 @@ fn names(line: &str) -> impl Iterator<Item = String> {
     line.split(',').map(|name| unquoted(name).to_ascii_lowercase())
 }
 
-/// A cell as a number.
+/// Parses a cell as a number.
 fn number(cell: &str) -> Result<f64, &'static str> {
     let cell = unquoted(cell);
     let number: f64 = cell.parse().map_err(|_| "is not a number")?;
-    // Infinity is accepted if it is written as such.
+    // Infinity is accepted only if it is written as such.
     if !number.is_finite() && cell.contains(|c: char| c.is_ascii_digit()) {
         return Err("is beyond the range of f64");
     }
@@ -74,7 +74,7 @@ fn unquoted(cell: &str) -> &str {
     cell.trim().trim_matches('"').trim()
 }
 
-/// A cell for an error message, shortened if long.
+/// Quotes a cell for an error message, shortened if it is long.
 pub(super) fn quote(cell: &str) -> String {
     let cell = unquoted(cell);
     let short: String = cell.chars().take(32).collect();

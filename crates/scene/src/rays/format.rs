@@ -12,9 +12,9 @@ use std::path::Path;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RaysFormat {
-    /// A line of column names, in any order: `ox`, `oy`, `oz`, `dx`, `dy`, `dz` and, optionally, `t_min`
-    /// (default 0) and `t_max` (default inf); then one ray per line. A number is the f64 nearest to its
-    /// decimal; `inf` and `nan` are numbers too.
+    /// A line of column names, followed by one ray per line. The columns, in any order, are `ox`,
+    /// `oy`, `oz`, `dx`, `dy`, `dz` and, optionally, `t_min` (default 0) and `t_max` (default inf).
+    /// Decimals are read as the nearest f64; `inf` and `nan` are also allowed.
     Csv,
     /// Eight little-endian f32 per ray: origin x y z, `t_min`, dir x y z, `t_max`.
     Raw,
@@ -23,7 +23,7 @@ pub enum RaysFormat {
 }
 
 impl RaysFormat {
-    /// The format for the extension of a name: `.csv`, `.f32` or `.f64`.
+    /// The format for a file name with the extension `.csv`, `.f32`, or `.f64`.
     pub fn of_name(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_ascii_lowercase();
         match ending.to_str()? {

@@ -18,10 +18,11 @@ use crate::rounding::Rounding;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
-/// The length limit of a line of eight numbers, so that a file without line ends does not size an allocation.
+/// The length limit of a line, which holds eight numbers. It bounds the memory that a file without
+/// line ends can take.
 const MAX_LINE: usize = 4096;
 
-/// Bytes of a raw ray, in f32 and in f64.
+/// The number of bytes in a raw ray, in f32 and in f64.
 const RAW: usize = size_of::<Ray>();
 const RAW64: usize = size_of::<Ray64>();
 
@@ -30,9 +31,9 @@ const PIECE: usize = 1 << 19;
 
 /// A stream of rays, from a file or any reader, in bounded memory.
 ///
-/// You choose the scalar, f32 or f64, in which you read them. The file's numbers are f32, f64, or the f64
-/// nearest to a decimal; a number that is not exact in the scalar is rounded and counted
-/// ([`Rays::rounding`]).
+/// You choose the scalar in which to read them, f32 or f64. The numbers in the file are f32, f64,
+/// or decimals, which are read as the nearest f64. Numbers that are not exact in your scalar are
+/// rounded and counted ([`Rays::rounding`]).
 ///
 /// ```
 /// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None, None)?;
@@ -45,7 +46,7 @@ pub struct Rays<'a> {
     name: PathBuf,
     input: BufReader<Box<dyn Read + Send + 'a>>,
     format: Format,
-    /// The number of the last line that was read, in a text, and how it ended.
+    /// In a text, the number of the last line that was read, and how the line ended.
     line: u64,
     end: LineEnd,
     /// The number of rays that were read.
@@ -64,7 +65,7 @@ impl<'a> Rays<'a> {
     /// Opens a file, or standard input for `-`; the format is chosen as in [`Rays::new`].
     ///
     /// # Errors
-    /// Fails if it cannot be opened, and as for [`Rays::new`].
+    /// Fails if the file cannot be opened, and as [`Rays::new`] does.
     pub fn open(path: &Path, format: Option<RaysFormat>) -> Result<Self> {
         if path.as_os_str() == "-" {
             return Self::new("<stdin>", io::stdin(), None, format);
@@ -79,15 +80,16 @@ impl<'a> Rays<'a> {
         Self::new(path, file, metadata.is_file().then_some(metadata.len()), format)
     }
 
-    /// Begins to read an input; `name` is for error messages, `size` is in bytes if known.
+    /// Begins to read an input. `name` is used in error messages, and `size` is the size in bytes
+    /// if it is known.
     ///
-    /// Without a `format`, the extension decides, as in [`RaysFormat::of_name`]. Otherwise it is CSV if its
-    /// first line that is not blank consists of column names. Anything else is an error, because any bytes
-    /// could be raw rays.
+    /// Without a `format`, the extension of `name` determines it, as in [`RaysFormat::of_name`].
+    /// For other extensions, the input is CSV if its first line that is not blank consists of
+    /// column names. Anything else is an error, because any bytes could be raw rays.
     ///
     /// # Errors
-    /// Fails if it cannot be read, its format is unknown, its line of names is wrong, or its size is not a
-    /// whole number of rays.
+    /// Fails if the input cannot be read, its format is unknown, its line of names is wrong, or its
+    /// size is not a whole number of rays.
     pub fn new(
         name: impl Into<PathBuf>,
         input: impl Read + Send + 'a,
@@ -119,12 +121,12 @@ impl<'a> Rays<'a> {
         Ok(rays)
     }
 
-    /// The total number of rays, if the file's size shows it.
+    /// The total number of rays, if it follows from the file's size.
     pub fn total(&self) -> Option<u64> {
         self.total
     }
 
-    /// Whether they are stored in f32.
+    /// Whether the rays are stored in f32.
     pub fn are_f32(&self) -> bool {
         matches!(self.format, Format::Raw)
     }
@@ -134,12 +136,12 @@ impl<'a> Rays<'a> {
         self.rounding
     }
 
-    /// Replaces `rays` by the next ones, at least one and at most `count`, or by none at the end. Waits for
-    /// one ray, but not for those that follow it.
+    /// Replaces the contents of `rays` with the next rays: at least one and at most `count`, or
+    /// none at the end. Waits for one ray, but not for those after it.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, a line contains something other than numbers, a number is beyond the
-    /// range of the scalar, or the last raw ray is cut off.
+    /// Fails if the file cannot be read, a line contains something other than numbers, a number is
+    /// beyond the range of the scalar, or the last raw ray is cut off.
     pub fn read<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         rays.clear();
         match self.format {
@@ -167,11 +169,11 @@ impl<'a> Rays<'a> {
             ray
         });
         self.rounding = rounding;
-        // The first error is reported, however many rays are read at a time.
+        // Report the first error, however many rays are read at a time.
         first.map_or(read, |cause| Err(self.wrong(cause)))
     }
 
-    /// The number of rays in a file of that size, which must be an integer.
+    /// Computes the number of rays in a file of the given size, which must be a whole number.
     fn expect(&mut self, size: Option<u64>, record: usize) -> Result<()> {
         if let Some(size) = size {
             if !size.is_multiple_of(record as u64) {
@@ -198,7 +200,7 @@ impl<'a> Rays<'a> {
             };
             let (records, _) = there.as_chunks::<N>();
             if records.is_empty() {
-                // A ray of which only the beginning has arrived.
+                // Only the beginning of a ray has arrived.
                 let mut record = Vec::new();
                 let read = self.input.by_ref().take(N as u64).read_to_end(&mut record);
                 read.map_err(|cause| self.unreadable(&cause))?;
@@ -239,13 +241,13 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// Reads the line of names. Unless the format is `certain`, only that line identifies it.
+    /// Reads the line of names. Unless the format is `certain`, only this line identifies it.
     fn read_names(&mut self, certain: bool) -> Result<()> {
         let unknown = |rays: &Self, why: &str| LoadError {
             path: rays.name.clone(),
             line: None,
             cause: format!(
-                "{why}; say what it is by --rays-format csv, raw or raw64, or by a name that ends in .csv, \
+                "{why}; give the format with --rays-format csv, raw or raw64, or with a name that ends in .csv, \
                  .f32 or .f64"
             ),
         };
@@ -264,7 +266,7 @@ impl<'a> Rays<'a> {
             }
         }
         if !certain && !Columns::are_named_by(&line) {
-            let why = format!("{} names no columns of rays, as CSV does", quote(&line));
+            let why = format!("{} does not name columns of rays, as CSV does", quote(&line));
             return Err(unknown(self, &why));
         }
         self.format = Format::Csv(Columns::of(&line).map_err(|cause| self.wrong(cause))?);
@@ -295,7 +297,7 @@ impl<'a> Rays<'a> {
         Ok(true)
     }
 
-    /// The error for a last record, of eight numbers, that is cut off.
+    /// The error for a last record, with eight numbers, that is cut off.
     fn ragged(&self, size: u64, record: usize) -> LoadError {
         let over = size % record as u64;
         let bits = 8 * (record / 8);
@@ -312,14 +314,14 @@ impl<'a> Rays<'a> {
         self.wrong("its rays need more memory than is available".to_owned())
     }
 
-    /// An error at this point: with the number of the last line, if the format has lines.
+    /// An error at this point, with the number of the last line if the format has lines.
     fn wrong(&self, cause: String) -> LoadError {
         LoadError { path: self.name.clone(), line: (self.line > 0).then_some(self.line), cause }
     }
 }
 
-/// The ray with eight numbers, in the order of a raw one; or an error message if a finite number is beyond
-/// the scalar's range.
+/// The ray with these eight numbers, in the order of a raw ray, or an error message if a finite
+/// number is beyond the range of the scalar.
 fn rounded<S: Coordinate>(
     numbers: [f64; 8],
     rounding: &mut Rounding,
@@ -335,7 +337,7 @@ fn rounded<S: Coordinate>(
     }
 }
 
-/// The ray with eight numbers, in the order of a raw one.
+/// The ray with these eight numbers, in the order of a raw ray.
 fn ray_of<S: Coordinate>([x, y, z, t_min, dx, dy, dz, t_max]: [S; 8]) -> RayOf<S> {
     RayOf::new([x, y, z], [dx, dy, dz]).between(t_min, t_max)
 }

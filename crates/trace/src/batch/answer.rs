@@ -1,24 +1,25 @@
-//! The possible answers of a batch, one per ray.
+//! The types of answers that a batch can have, with one answer per ray.
 
 use intertri::{Crossings, Hit, Hit32};
 
 use crate::tree::MeshTriangle;
 use crate::walk::BatchOutput;
 
-/// The answer to one ray.
+/// The answer for one ray.
 pub trait Answer: Copy + Send + Sync {
     /// The answer for a ray that hits nothing.
     const MISS: Self;
 
-    /// Whether rays that share an origin are traced in bundles for this answer, so that their order matters.
+    /// Whether rays with a common origin are traced in bundles for this answer, so that their order
+    /// affects the speed.
     const IN_BUNDLES: bool;
 
     /// Wraps a slice of answers for a traversal to write to.
     fn output(answers: &mut [Self]) -> BatchOutput<'_>;
 }
 
-/// What [`Query::closest_batch_into`](crate::Query::closest_batch_into) writes: [`Hit`], with t, u and v in
-/// f64, or [`Hit32`], with f32. The trait is sealed.
+/// The hits that [`Query::closest_batch_into`](crate::Query::closest_batch_into) writes: [`Hit`],
+/// with t, u, and v in f64, or [`Hit32`], with t, u, and v in f32. The trait is sealed.
 pub trait HitRecord: Answer {}
 
 impl HitRecord for Hit {}

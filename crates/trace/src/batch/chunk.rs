@@ -1,5 +1,5 @@
-//! A chunk of rays on one thread: coherent rays with a common origin in bundles, other coherent rays in
-//! packets, and the rest in streams.
+//! Traces a chunk of rays on one thread: coherent rays with a common origin in bundles, other
+//! coherent rays in packets, and the rest in streams.
 
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Counts, Filter, Ray, RayId};
@@ -17,25 +17,26 @@ use crate::walk::bundle::{
 use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
 
-/// Rays outside any bundle are traced as a stream once there are this many; more would not fit into the
-/// cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs lower their
-/// clock rate for a while after a bundle.
+/// Rays outside any bundle are traced as a stream once there are this many; more would not fit into
+/// the cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs
+/// lower their clock rate for a while after a bundle.
 const STREAM: usize = 4096;
 
-/// After a reversed bundle that was not worth its cost, the next rays are traced in packets: this many times
-/// as many, twice as many after each further failure, up to the second number. For example, shadow rays from
-/// one row of hits form a long, thin curve as seen from the light.
+/// After a reversed bundle that was not worth its cost, the next bundles are not reversed, and
+/// their rays are traced in packets. The first number is how many bundles this applies to. It
+/// doubles after each further failure, up to the second number. For example, shadow rays from one
+/// row of hits form a long, thin curve as seen from the light.
 const PATIENCE: [usize; 2] = [4, 64];
 
 /// The number of rays in the smallest bundle.
 const SMALLEST: usize = 16;
 
-/// If a bundle needs more packet tests per ray than this, the next bundles have no more than [`BUSY_RAYS`]
-/// rays, so that small triangles are tested against fewer windows that they miss.
+/// If a bundle needs more packet tests per ray than this, the next bundles have no more than
+/// [`BUSY_RAYS`] rays, so that small triangles are tested against fewer windows that they miss.
 const BUSY: usize = 5;
 const BUSY_RAYS: usize = 256;
 
-/// Consecutive rays, as the traversal sees them.
+/// Consecutive rays, with everything that the traversal needs.
 #[derive(Clone, Copy)]
 pub(super) struct Chunk<'a> {
     pub(super) tree: &'a Tree,
@@ -53,7 +54,7 @@ impl Chunk<'_> {
         }
     }
 
-    /// Classifies the origins of rays: those of parallel rays with beams, the rest with a stream.
+    /// Classifies the origins of rays, with beams for parallel rays and with a stream for the rest.
     fn trace_beams(self, containments: &mut [Containment]) -> Counts {
         let Self { tree, filter, rays, .. } = self;
         let mut counts = Counts::default();
@@ -67,8 +68,8 @@ impl Chunk<'_> {
     }
 }
 
-/// Traces rays of a chunk as a stream. Never inlined: otherwise each level's copy of the chunk would contain
-/// every level's stream.
+/// Traces rays of a chunk as a stream. Never inlined, because otherwise each level's copy of the
+/// chunk would contain every level's stream.
 #[inline(never)]
 fn trace_stream(
     chunk: &Chunk<'_>,
@@ -148,7 +149,8 @@ impl WithSimd for TraceChunk<'_, '_> {
                 Outcome::TooWide | Outcome::NotCoherent => (false, u64::MAX, 0),
             };
 
-            // The other rays wait for the next stream, except those whose any-hit query is already answered.
+            // The other rays wait for the next stream, except those whose any-hit query is already
+            // answered.
             if left != 0 || projection.has_outliers {
                 let over = |ray: usize| any && results.is_hit(ray);
                 let is_outlier = |ray: usize| projection.has_outliers && projection.is_outlier(ray);
@@ -189,8 +191,9 @@ fn write_bundle<S: Simd>(
     );
 }
 
-/// Makes a bundle of the rays if bundles are allowed and the rays share an origin. If reversed bundles are
-/// allowed, too, as for any-hit queries, a common end is enough, because such rays can be traced backward.
+/// Makes a bundle of the rays if bundles are allowed and the rays share an origin. If reversed
+/// bundles are also allowed, as for any-hit queries, a common end is enough, because such rays can
+/// be traced backward.
 #[inline(always)]
 fn bundle_of<'a>(
     (rays, next, first): (&'a [Ray], &'a [Ray], RayId),
@@ -207,13 +210,13 @@ fn bundle_of<'a>(
     reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
-/// Whether a bundle was worth its cost: most of its rays were traced.
+/// Whether a bundle was worth its cost, that is, whether most of its rays were traced.
 #[inline(always)]
 fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
     matches!(outcome, Outcome::Traced { left, .. } if 32 * left.count_ones() as usize <= rays.len())
 }
 
-/// The size of the next bundle: it grows again at positions where a larger bundle would begin.
+/// The size of the next bundle. It grows again at positions where a larger bundle would begin.
 fn next_size(mut size: usize, at: usize, is_busy: bool) -> usize {
     let most = if is_busy { BUSY_RAYS } else { RAYS };
     while size < most && at.is_multiple_of(4 * size) {

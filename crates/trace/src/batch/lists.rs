@@ -6,9 +6,9 @@
 //!   hits      a        b  c
 //! ```
 //!
-//! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. If bundles do not
-//! know t and the weights yet, these are computed for eight pairs at a time. The pairs are put in the order
-//! of the rays, then those of each ray are sorted.
+//! Streams and bundles list pairs of a ray and a triangle in the order in which they find them. If
+//! a bundle has not computed t and the weights, these are computed for eight pairs at a time. The
+//! pairs are then put in the order of the rays, and the pairs of each ray are sorted.
 
 use intertri::internal::exact::Side;
 use intertri::internal::{Pairs, Resolver};
@@ -25,14 +25,15 @@ use crate::util::memory::{NoMemory, room};
 use crate::util::threads;
 use crate::walk::{BatchOutput, HitPairs};
 
-/// The hits or crossings of many rays, one ray's after the other's: what
-/// [`Query::all_batch`](crate::Query::all_batch) and [`Query::crossings_batch`](crate::Query::crossings_batch) return.
+/// The hits or crossings of many rays, one ray after another, as returned by
+/// [`Query::all_batch`](crate::Query::all_batch) and
+/// [`Query::crossings_batch`](crate::Query::crossings_batch).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lists<T> {
-    /// The start of each ray's items and, after the last, their end: one more entry than there are rays,
-    /// starting at 0, as in Arrow's lists.
+    /// The start of each ray's items, followed by the end of the last ray's items. The offsets
+    /// start at 0 and have one more entry than there are rays, as in Apache Arrow's lists.
     pub offsets: Vec<i64>,
-    /// The items, each ray's by t; if two have the same t, by index.
+    /// The items. Those of each ray are sorted by t and, if two have the same t, by index.
     pub items: Vec<T>,
 }
 
@@ -69,11 +70,12 @@ impl<T> Lists<T> {
 
 /// An item of a list: a hit, or a crossing, which is a hit with its side.
 pub(crate) trait ListItem: Clone + Send {
-    /// Creates an item from a hit, and whether the ray leaves through it, which is expensive to compute.
+    /// Creates an item from a hit. `leaves` computes whether the ray leaves there, which is
+    /// expensive.
     fn new(hit: Hit, leaves: impl FnOnce() -> bool) -> Self;
     /// The hit.
     fn hit(&self) -> &Hit;
-    /// The hit, to be renamed.
+    /// The hit, mutably, so that it can be renamed.
     fn hit_mut(&mut self) -> &mut Hit;
 }
 
@@ -107,14 +109,16 @@ impl ListItem for Crossing {
     }
 }
 
-/// Rays that a thread takes at a time: few enough for their lists to stay in the cache.
+/// The number of rays that a thread takes at a time, small enough for their lists to stay in the
+/// cache.
 const CHUNK: usize = 1 << 12;
 
-/// Chunks per thread in a round, after which their lists are concatenated. Each round reuses the memory of
-/// the last, because allocating memory takes longer than finding the hits.
+/// The number of chunks per thread in a round. After a round, the lists of its chunks are
+/// concatenated. Each round reuses the memory of the last, because allocating memory takes longer
+/// than finding the hits.
 const ROUND: usize = 8;
 
-/// Lists every hit of many rays; with a `limit`, the first ones of each ray.
+/// Lists every hit of many rays or, with a `limit`, the first hits of each ray.
 pub(crate) fn lists<S: Backend, T: ListItem>(
     batch: &RayBatch<'_, S>,
     limit: Option<usize>,
@@ -124,8 +128,8 @@ pub(crate) fn lists<S: Backend, T: ListItem>(
     lists.offsets.push(0);
     let mut chunks = Vec::new();
     chunks.resize_with((ROUND * threads::count()).min(rays.div_ceil(CHUNK)), ChunkLists::new);
-    // In rounds, so that the scratch memory of chunks is reused, and only finished lists grow with the number
-    // of rays.
+    // Work in rounds, so that the scratch memory of chunks is reused and only finished lists grow
+    // with the number of rays.
     for from in (0..rays).step_by(chunks.len().max(1) * CHUNK) {
         let starts = (from..rays).step_by(CHUNK);
         threads::pieces(chunks.iter_mut().zip(starts.clone()), |_, (lists, from)| {
@@ -160,7 +164,7 @@ struct ChunkLists<T> {
     pairs: HitPairs,
     /// The end of each ray's items.
     ends: Vec<usize>,
-    /// For each ray in turn, the slot of each triangle it hits and the index of that pair.
+    /// Ray by ray, the slot of each triangle that the ray hits, and the index of that pair.
     slots: Vec<(LeafSlot, u32)>,
     items: Vec<T>,
     /// Whether memory has run out.
@@ -173,7 +177,7 @@ impl<T: ListItem> ChunkLists<T> {
         Self { pairs, ends, slots, items: Vec::new(), is_full: false }
     }
 
-    /// Forgets the last chunk.
+    /// Discards the lists of the last chunk.
     fn begin(&mut self) {
         self.ends.clear();
         self.items.clear();
@@ -207,11 +211,11 @@ impl<T: ListItem> ChunkLists<T> {
         let Chunk { tree, filter, rays, .. } = *chunk;
         let Self { pairs: HitPairs { pairs, hits: met, .. }, ends, slots, items, .. } = self;
 
-        // Count the pairs of each ray, and sum the counts to starts; placing the pairs advances these to
-        // ends.
+        // Count the pairs of each ray and add up the counts to get the starts. Placing the pairs
+        // advances the starts to the ends.
         ends.try_reserve(rays.len())?;
         ends.resize(rays.len(), 0);
-        // A counting sort by ray: it takes two passes over the pairs and no comparison.
+        // A counting sort by ray takes two passes over the pairs and no comparisons.
         for &(ray, _) in &*pairs {
             ends[ray.0 as usize] += 1;
         }
@@ -259,7 +263,7 @@ impl WithSimd for Meet<'_> {
     fn run<S: Simd>(self) {
         let Self { tree, rays, resolver, pairs: HitPairs { pairs, hits, .. } } = self;
 
-        // Eight pairs at a time, of any rays.
+        // Process eight pairs at a time, from any rays.
         let (mut eight, mut waiting) = (Pairs::new(), 0);
         let (mut ids, mut to) = ([(RayId(0), LeafSlot(0)); 8], [0; 8]);
         for (i, &(id, slot)) in pairs.iter().enumerate() {
@@ -281,7 +285,7 @@ impl WithSimd for Meet<'_> {
     }
 }
 
-/// Sorts the items of a ray, on the triangles in these slots, by t, then by position.
+/// Sorts the items of a ray by t, then by triangle. `slots` contains the slots of the triangles.
 #[inline(always)]
 fn sort<T: ListItem>(
     tree: &Tree,
@@ -295,7 +299,7 @@ fn sort<T: ListItem>(
             let (a, b) = (a.hit(), b.hit());
             a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle))
         });
-        // Only equal rounded t need the exact order, and most lists have none.
+        // The exact order is needed only if rounded t are equal, which is rare.
         if items.windows(2).any(|pair| pair[0].hit().t == pair[1].hit().t) {
             sort_ties(tree, resolver, ray, slots, items);
         }
@@ -353,7 +357,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::threads;
 
-    /// With more rays than fit in a round, each ray has its own list, whatever earlier chunks left behind.
+    /// With more rays than fit in a round, each ray has its own list, whatever earlier chunks left
+    /// behind.
     #[test]
     fn rounds_of_chunks_follow_each_other() {
         let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);

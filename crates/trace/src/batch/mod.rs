@@ -1,4 +1,4 @@
-//! Traces many rays in chunks on all threads; each chunk enters the CPU's instruction level once.
+//! Traces many rays in chunks on all threads. Each chunk dispatches to the CPU's SIMD level once.
 //!
 //! ```text
 //!   closest_batch ──► runs ──► pieces over threads ──► trace_part ──► bundles, packets or streams
@@ -31,8 +31,8 @@ use chunk::Chunk;
 use rows::{Run, runs};
 use tiles::Band;
 
-/// The largest number of rays that a thread takes at a time. The previous bundle determines the size of the
-/// next.
+/// A thread takes at least this many rays at a time, and at most [`CHUNKS`] times as many. Longer
+/// chunks help because each bundle determines the size of the next.
 const CHUNK: usize = 4096;
 const CHUNKS: usize = 16;
 
@@ -49,12 +49,12 @@ pub(crate) struct RayBatch<'a, S: Backend> {
 }
 
 impl<S: Backend> RayBatch<'_, S> {
-    /// Traces all rays, on all threads if there are any. Pixels that come in rows are traced in tiles.
+    /// Traces all rays, on all available threads. Rows of pixels are traced in tiles.
     ///
     /// # Panics
     /// Panics if there is not one answer per ray.
     pub(crate) fn trace<A: Answer>(&self, answers: &mut [A]) -> Counts {
-        assert_eq!(self.rays.len(), answers.len(), "one answer a ray");
+        assert_eq!(self.rays.len(), answers.len(), "one answer per ray");
         let runs: Vec<_> =
             self.runs::<A>().into_iter().map(|run| (Pieces::of(&run), run)).collect();
         let (mut pieces, mut rest) = (Vec::new(), answers);
@@ -74,8 +74,8 @@ impl<S: Backend> RayBatch<'_, S> {
 
     /// Splits the rays into runs that are traced in the same way.
     fn runs<A: Answer>(&self) -> Vec<Run> {
-        // Only bundles and packets benefit from tiles. They do not support selections, whose lists follow the order of
-        // the rays.
+        // Only bundles and packets benefit from tiles. They do not support selections, whose lists
+        // follow the order of the rays.
         if A::IN_BUNDLES && self.selection.is_none() {
             let line =
                 |i: usize| [self.rays[i].origin, self.rays[i].dir].map(|of| of.map(Into::into));
@@ -111,7 +111,7 @@ impl<S: Backend> RayBatch<'_, S> {
         counts
     }
 
-    /// Hands rays to a traversal in f32, one piece after the other.
+    /// Passes the rays to a traversal in f32, piece by piece.
     fn pieces(&self, range: Range<usize>, mut trace: impl FnMut(Chunk<'_>, Range<usize>)) {
         let Self { tree, originals, mode, selection, rays } = *self;
         for from in range.clone().step_by(S::PIECE) {
@@ -150,7 +150,7 @@ fn add<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(P) -> Counts + Sy
     counts.into_inner().unwrap_or_default()
 }
 
-/// How the rays of a run are distributed to threads.
+/// How the rays of a run are distributed among threads.
 struct Pieces {
     /// The number of rays in a piece.
     size: usize,
@@ -198,19 +198,20 @@ mod tests {
         Bvh::new(&triangles).unwrap()
     }
 
-    /// A picture of the sheet, and shadow rays from a light to it: bundles are used, and change no answer.
+    /// Closest and any hits for a picture of the sheet: bundles are used and do not change the
+    /// answers.
     #[test]
     fn bundles_are_taken_and_change_nothing() {
         bundles_change_nothing(&sheet(30));
     }
 
-    /// Many rays per triangle: the values they share are computed once.
+    /// With many rays per triangle, the values that they share are computed once.
     #[test]
     fn bundles_that_share_triangles_change_nothing() {
         bundles_change_nothing(&sheet(7));
     }
 
-    /// About thirty triangles per ray: bundles are tried, and most rays are traced one by one.
+    /// With about thirty triangles per ray, bundles are tried, but most rays are traced one by one.
     #[test]
     fn bundles_that_are_too_dense_change_nothing() {
         bundles_change_nothing(&sheet(360));
@@ -237,7 +238,7 @@ mod tests {
         }
         assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 2000);
 
-        // Every hit, to the sheet and beyond: hits of packets that the bundle left to others are listed once.
+        // Every hit of each ray: hits of packets that a bundle did not trace are listed once.
         let exact = Mode::exact();
         let (lists, of_exact) = (
             bvh.query().mode(mode).all_batch(&rays, None),
@@ -252,7 +253,7 @@ mod tests {
         );
         assert!(lists.items.len() > 2000 && of_exact.items.len() > 2000);
 
-        // The same in f64, with coordinates that are not exact in f32.
+        // The same test in f64, with coordinates that are not exact in f32.
         let off = |x: f32| f64::from(x) + 1e-9;
         let corners = |triangle: &Triangle| TriangleOf(triangle.0.map(|corner| corner.map(off)));
         let triangles: Vec<_> = bvh.to_triangles().iter().map(corners).collect();
@@ -263,7 +264,7 @@ mod tests {
         assert!(of_f64.iter().zip(&rays64).all(|(hits, ray)| *hits == bvh64.query().all(ray)));
         assert!(of_f64.items.len() > 2000);
 
-        // In another order the same rays are not coherent.
+        // In another order, the same rays are not coherent.
         let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();
         let bundled = hits.clone();
         bvh.query().mode(mode).closest_batch_into(&mixed, &mut hits);

@@ -1,7 +1,7 @@
 //! Detects which rays of a batch are pixels in rows.
 //!
-//! The caller does not say so, but at the end of each row the direction jumps back, or the origin if rays are
-//! parallel.
+//! The caller does not declare this, but at the end of each row the direction jumps back, or the
+//! origin does if the rays are parallel.
 //!
 //! ```text
 //!   ┌──────────────────────►
@@ -9,7 +9,8 @@
 //!   ...
 //! ```
 //!
-//! Looking at two rows and at the ends of some others costs almost nothing compared with tracing them.
+//! Looking at two rows and at the ends of some others costs almost nothing compared with tracing
+//! them.
 
 use std::ops::Range;
 
@@ -18,17 +19,18 @@ use super::tiles::{LOWEST, TILE};
 /// The smallest width of a picture, in pixels.
 const SHORTEST: usize = TILE;
 
-/// The largest width that is searched for.
+/// The largest width that is detected, in pixels.
 const LONGEST: usize = 1 << 14;
 
 /// The smallest height of a picture.
 const FEWEST: usize = LOWEST;
 
-/// A direction is compared with that of the ray this many pixels later. At the end of a row it must jump
-/// back by at least half of that, so rays may be jittered within their pixels.
+/// The direction of a ray is compared with that of the ray this many pixels later. At the end of a
+/// row, it must jump back by at least half of the difference, so rays may be jittered within their
+/// pixels.
 const STEP: usize = 8;
 
-/// If no rows begin here, they are searched for again after this many rays.
+/// If no rows are found at a ray, the search resumes after this many rays.
 const AGAIN: usize = 1 << 16;
 
 /// A run of consecutive rays.
@@ -40,7 +42,8 @@ pub struct Run {
     pub width: Option<usize>,
 }
 
-/// Splits `count` rays into runs of rows and of others. `line` returns the origin and the direction of a ray.
+/// Splits `count` rays into runs of pixels in rows, and runs of other rays. `line` returns the
+/// origin and the direction of a ray.
 pub fn runs(count: usize, line: impl Fn(usize) -> [[f64; 3]; 2]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut add = |rays: Range<usize>, width: Option<usize>| match runs.last_mut() {
@@ -72,7 +75,7 @@ struct Rows<F> {
     count: usize,
     /// The origin and the direction of a ray.
     line: F,
-    /// Whether they share a direction, and not an origin.
+    /// Whether they share a direction but not an origin.
     parallel: bool,
 }
 
@@ -97,21 +100,23 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         is_picture.then_some((begin, width))
     }
 
-    /// The end of the row that begins at a ray, if it is found soon.
+    /// The end of the row that begins at a ray, if it is found within [`LONGEST`] rays.
     fn end_of(&self, begin: usize) -> Option<usize> {
         let along = self.step(begin, begin + STEP)?;
         let most = self.count.min(begin + LONGEST);
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Whether the pixels jump back just before a ray, by at least half the change over this many pixels.
+    /// Whether the pixels jump back just before a ray, by at least half the change over this many
+    /// pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
-        // Compared along the row, in units of its steps, so that jitter within a few pixels is not a jump.
+        // Compare along the row, in units of its steps, so that jitter within a few pixels is not a
+        // jump.
         let half = 0.5 * (pixels as f64 / STEP as f64) * dot(along, along);
         self.step(ray - 1, ray).is_some_and(|step| dot(step, along) < -half)
     }
 
-    /// The number of consecutive rows of one picture.
+    /// The number of consecutive rows that belong to one picture.
     fn count(&self, begin: usize, width: usize) -> usize {
         // All rows of a picture start at one point, or are parallel.
         let shared = |ray: usize| bits((self.line)(ray)[usize::from(self.parallel)]);
@@ -125,7 +130,8 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         (0..(self.count - begin) / width).take_while(is_row).count()
     }
 
-    /// The difference of the directions of two rays; of parallel rays, of their origins.
+    /// The difference between the directions of two rays or, for parallel rays, between their
+    /// origins.
     fn step(&self, from: usize, to: usize) -> Option<[f64; 3]> {
         let pixel = |ray: usize| (self.line)(ray)[usize::from(!self.parallel)];
         (from.max(to) < self.count).then(|| {
@@ -154,7 +160,7 @@ mod tests {
         super::runs(rays.len(), |i| [rays[i].origin, rays[i].dir].map(|v| v.map(f64::from)))
     }
 
-    /// A camera's picture, row by row.
+    /// The rays of a camera's picture, row by row.
     fn rows(camera: f32, width: usize, height: usize) -> Vec<Ray> {
         let at = |i: usize| [(i % width) as f32, (i / width) as f32].map(|k| k / 100.0 - 1.0);
         let ray = |[x, y]: [f32; 2]| Ray::new([camera, 0.0, 0.0], [x, y, 3.0]);
@@ -168,7 +174,7 @@ mod tests {
         assert_eq!(runs(&rows(0.0, 40, 9)), [run(0..360, rows_of(40))]);
         assert_eq!(runs(&rows(0.0, 500, 20)), [run(0..10_000, rows_of(500))]);
 
-        // Two cameras, with an incomplete row at either end.
+        // The pictures of two cameras, with an incomplete row at either end.
         let two = [&rows(0.0, 50, 10)[20..], &rows(1.0, 60, 10)[..585]].concat();
         let seen = [run(0..30, None), run(30..480, rows_of(50)), run(480..1020, rows_of(60))];
         assert_eq!(runs(&two)[..3], seen);

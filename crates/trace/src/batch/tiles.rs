@@ -1,7 +1,8 @@
-//! Traces pixels that come in rows tile by tile.
+//! Traces rows of pixels tile by tile.
 //!
-//! Rays of one origin are fastest if 1024 consecutive ones form a narrow cone. A row of pixels is a flat fan,
-//! so a block of rows is read row by row, four pixels at a time, and copied to where its tiles need them:
+//! Rays with a common origin are fastest to trace if 1024 consecutive rays form a narrow cone. A
+//! row of pixels is a flat fan. So a block of rows is read row by row, four pixels at a time, and
+//! the rays are copied to their places in tiles:
 //!
 //! ```text
 //!   128 pixels of 32 rows          tiles of 32 by 32       in Z-order, by packets of 4 by 4
@@ -10,8 +11,8 @@
 //!   ──────────────────────►       └────┴────┴────┴────┘       8  9 12 13
 //! ```
 //!
-//! Memory is read and written in long runs, and a block fits the second-level cache. The answers do not
-//! depend on it.
+//! Memory is read and written in long runs, and a block fits into the second-level cache. Tiles do
+//! not change the answers.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -24,13 +25,14 @@ pub const TILE: usize = 32;
 /// The side of a packet in pixels.
 const PACKET: usize = 4;
 
-/// Pixels of a row that are copied at a time.
+/// The number of pixels of a row that are copied at a time.
 const ACROSS: usize = 4 * TILE;
 
-/// The least number of bands per thread: several, so that all threads finish at about the same time.
+/// The minimum number of bands per thread. There are several, so that all threads finish at about
+/// the same time.
 const BANDS: usize = 4;
 
-/// The least number of rows in a band of a picture.
+/// The minimum number of rows in a band of a picture.
 pub const LOWEST: usize = TILE / 4;
 
 /// Rows of pixels that are traced together.
@@ -43,7 +45,8 @@ pub struct Band {
     right: BlockOrder,
 }
 
-/// Where the pixels of a block are copied to: row by row, the start of each group of four among its rays.
+/// Where the pixels of a block are copied to. For each row, this lists where each group of four
+/// starts among the gathered rays.
 #[derive(Clone)]
 struct BlockOrder {
     width: usize,
@@ -51,10 +54,10 @@ struct BlockOrder {
     begins: Vec<u16>,
 }
 
-/// Several columns of a band.
+/// A block: several columns of a band.
 #[derive(Clone, Copy)]
 pub struct Block<'a> {
-    /// The index in the band of its first pixel.
+    /// The index of its first pixel in the band.
     first: usize,
     /// The width of the band's rows in pixels.
     row: usize,
@@ -62,7 +65,8 @@ pub struct Block<'a> {
 }
 
 impl Band {
-    /// A band of a picture whose rows have this width: as high as a tile, unless that leaves too few bands for the threads.
+    /// A band of a picture whose rows have this width. It is as high as a tile, unless that leaves
+    /// too few bands for the threads.
     pub fn of_picture(width: usize, pixels: usize, threads: usize) -> Self {
         let mut rows = TILE;
         // Make bands lower if there are too few for all threads.
@@ -72,23 +76,23 @@ impl Band {
         Self::new(width, rows)
     }
 
-    /// A band of this width in pixels; it has at most [`TILE`] rows.
+    /// A band with this width in pixels and at most [`TILE`] rows.
     pub fn new(width: usize, rows: usize) -> Self {
         let right = BlockOrder::new(width % ACROSS, rows);
         Self { width, rows, whole: BlockOrder::new(width.min(ACROSS), rows), right }
     }
 
-    /// The number of its pixels.
+    /// The number of pixels in the band.
     pub fn pixels(&self) -> usize {
         self.width * self.rows
     }
 
-    /// The number of its rows.
+    /// The number of rows in the band.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// This band, or one with the whole rows of fewer pixels.
+    /// This band or, if there are fewer pixels, a band with as many whole rows as they fill.
     pub fn within(&self, pixels: usize) -> Cow<'_, Self> {
         if pixels < self.pixels() {
             Cow::Owned(Self::new(self.width, pixels / self.width))
@@ -97,7 +101,7 @@ impl Band {
         }
     }
 
-    /// Its blocks, from left to right.
+    /// The blocks of the band, from left to right.
     pub fn blocks(&self) -> impl Iterator<Item = Block<'_>> {
         (0..self.width).step_by(ACROSS).map(|first| {
             let order = if first + ACROSS <= self.width { &self.whole } else { &self.right };
@@ -134,13 +138,13 @@ fn z_order() -> [(usize, usize); (TILE / PACKET).pow(2)] {
 }
 
 impl Block<'_> {
-    /// The number of its pixels.
+    /// The number of pixels in the block.
     pub fn pixels(&self) -> usize {
         self.order.width * self.order.height
     }
 
-    /// Its rows: for each, its pixels in the band, and where its groups of four begin among the gathered
-    /// rays.
+    /// The rows of the block. Each item is the range of the row's pixels in the band, and where the
+    /// row's groups of four begin among the gathered rays.
     pub fn rows(&self) -> impl Iterator<Item = (Range<usize>, &[u16])> {
         let BlockOrder { width, ref begins, .. } = *self.order;
         let rows = begins.chunks_exact(width.div_ceil(PACKET).max(1));
@@ -150,7 +154,8 @@ impl Block<'_> {
         })
     }
 
-    /// A row in groups of four: where they begin among the gathered rays, and how many rays each has.
+    /// The groups of four in a row: where each begins among the gathered rays, and how many rays it
+    /// has.
     pub fn fours(&self, row: usize) -> impl Iterator<Item = (usize, usize)> {
         let BlockOrder { width, ref begins, .. } = *self.order;
         let fours = width.div_ceil(PACKET);
@@ -160,14 +165,14 @@ impl Block<'_> {
             .map(move |(&begin, x)| (begin.into(), PACKET.min(width - x)))
     }
 
-    /// Copies its rays, out of rays that begin with the band's, tile by tile.
+    /// Copies the rays of the block tile by tile. The slice `rays` begins at the start of the band.
     pub(super) fn gather<R: Copy>(&self, rays: &[R], gathered: &mut Vec<R>) {
         gathered.resize(self.pixels(), rays[0]);
         for (row, begins) in self.rows() {
             let (fours, rest) = rays[row].as_chunks::<PACKET>();
             for (four, &begin) in fours.iter().zip(begins) {
-                // Four rays at a time, because a packet's row is contiguous both in the picture and in the
-                // tile.
+                // Copy four rays at a time, because a packet's row is contiguous both in the
+                // picture and in the tile.
                 gathered[begin.into()..][..PACKET].copy_from_slice(four);
             }
             if let Some(&begin) = begins.last() {
@@ -176,7 +181,7 @@ impl Block<'_> {
         }
     }
 
-    /// The rows of the next block, in this band or the one below; they may lie beyond the picture.
+    /// The rows of the next block, in this band or the one below. They may be beyond the picture.
     pub fn next_rows(&self) -> impl Iterator<Item = Range<usize>> {
         let BlockOrder { width, height, .. } = *self.order;
         let right = self.first + width;
@@ -191,7 +196,7 @@ impl Block<'_> {
         self.next_rows().filter_map(|row| rays.get(row)).for_each(prefetch_early);
     }
 
-    /// Writes its answers to the band's.
+    /// Copies the answers of the block to their places among the band's answers.
     pub fn scatter<A: Copy>(&self, found: &[A], answers: &mut [A]) {
         for (row, begins) in self.rows() {
             let (fours, rest) = answers[row].as_chunks_mut::<PACKET>();

@@ -1,7 +1,8 @@
-//! Builds the two-way tree top down, and plans on the way back up how to cut it into wide nodes.
+//! Builds the two-way tree from the top down and, on the way back up, plans how to cut it into wide
+//! nodes.
 //!
-//! A subtree over `n` triangles owns `n` consecutive references and `n - 1` consecutive nodes, so both sides
-//! of a cut can be built in parallel without sharing anything:
+//! A subtree over `n` triangles owns `n` consecutive references and `n - 1` consecutive nodes, so
+//! both sides of a cut can be built in parallel without sharing anything:
 //!
 //! ```text
 //!   refs   [ left: l ............ | right: n - l ........ ]
@@ -22,17 +23,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// With at least this many triangles, two sides are built in parallel, and progress is reported.
 const MANY: usize = 1 << 12;
 
-/// How many boxes one thread bins or measures at a time.
+/// The number of boxes that one thread bins or measures at a time.
 const CHUNK: usize = 1 << 15;
 
-/// Added to the area of every box, so that for boxes without area the tree with fewer nodes wins.
+/// Added to the area of every box, so that the tree with fewer nodes wins if boxes have no area.
 pub(super) const TRIFLE: f32 = 1e-20;
 
-/// The whole tree: at least one reference, and one node fewer.
+/// The whole tree, with at least one reference, and one node fewer than references.
 pub(super) struct Binary {
     pub refs: Vec<PrimRef>,
-    /// Each node's box; for inner nodes also, as words, the number of triangles on its left side and its
-    /// plan. Plain numbers, so that the memory is allocated as zeros and not touched before it is used.
+    /// Each node's box. The two words of an inner node are the number of triangles on its left side
+    /// and its plan. The entries are plain numbers, so that the memory can be allocated as zeros
+    /// and is not touched before it is used.
     inner: Box<[[f32; 8]]>,
     /// Nodes that replace those at the top if parts were moved; the root is the last.
     pub moved: Vec<Moved>,
@@ -45,8 +47,8 @@ pub(super) struct Moved {
     pub plan: Plan,
 }
 
-/// A part of the tree: `count` references from `first` on, and the nodes from `node` on; or one of [`Binary::moved`],
-/// which come after the nodes.
+/// A part of the tree: `count` references starting at `first`, and nodes starting at `node`. If
+/// `node` is beyond the nodes, it stands for an entry of [`Binary::moved`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Subtree {
     pub node: usize,
@@ -69,13 +71,12 @@ impl Binary {
     }
 
     fn moved(&self, part: Subtree) -> Option<&Moved> {
-        // A single triangle has no node.
-        // Moved nodes are numbered after those of the build.
+        // A single triangle has no node, and moved nodes are numbered after those of the build.
         let number = part.node.checked_sub(self.inner.len()).filter(|_| part.count > 1)?;
         self.moved.get(number)
     }
 
-    /// Whether a subtree has so few triangles that it is a block, which is not divided.
+    /// Whether a subtree has few enough triangles to be a block, which is not divided.
     pub(super) fn is_block(&self, part: Subtree) -> bool {
         part.count <= BLOCK && self.moved(part).is_none()
     }
@@ -94,7 +95,7 @@ impl Binary {
         if let Some(moved) = self.moved(part) {
             return moved.sides;
         }
-        // The left side has `left` references and `left - 1` nodes, right behind its parent's.
+        // The left side has `left` references and `left - 1` nodes, directly after its parent.
         let left = SimdAabb(self.inner[part.node]).word(0) as usize;
         let Subtree { node, first, count } = part;
         [
@@ -120,7 +121,8 @@ pub(super) fn build(
 ) -> Result<Binary, NoMemory> {
     let mut inner = zeros(refs.len() - 1)?;
     let builder = Builder::new(&refs, level, progress);
-    // Cuts are searched between the centres of boxes, so each part passes on the box around its centres.
+    // Cuts are placed between the centres of boxes, so each part passes on the box around its
+    // centres.
     let centres = builder.centres(&refs);
     builder.large(&mut refs, &mut inner, &centres, 0);
     Ok(Binary { refs, inner, moved: Vec::new() })
@@ -149,8 +151,8 @@ impl<'a> Builder<'a> {
             a
         };
         let all = gather(refs, &around, &both);
-        // Coordinates are scaled by the size of the scene, so that the areas of any scene are in the range of
-        // f32.
+        // Scale coordinates by the size of the scene, so that areas are in the range of f32 for any
+        // scene.
         let (total, done) = (refs.len(), AtomicUsize::new(0));
         Self { level, scale: all.bounds().scale(), total, done, progress }
     }
@@ -160,7 +162,8 @@ impl<'a> Builder<'a> {
         gather(refs, &one, &Centres::join)
     }
 
-    /// A subtree whose sides may be built in parallel. Its depth is bounded by [`MAX_DEPTH`].
+    /// Builds a subtree whose sides may be built in parallel. Its depth is bounded by
+    /// [`MAX_DEPTH`].
     fn large(
         &self,
         refs: &mut [PrimRef],
@@ -189,7 +192,8 @@ impl<'a> Builder<'a> {
     fn area<S: Simd>(&self, sides: &SimdAabb) -> f32 {
         let mut size = [0.0; 4];
         sides.size::<S>(Lanes::splat(self.scale)).store(&mut size);
-        // Half of the surface: the factor 2 is the same for all boxes, so it does not change comparisons.
+        // Half of the surface: the factor 2 is the same for all boxes, so it does not change
+        // comparisons.
         let [x, y, z, _] = size;
         x * (y + z) + y * z + TRIFLE
     }
@@ -216,7 +220,8 @@ impl WithSimd for Small<'_> {
             for r in &refs[1..] {
                 sides.join(&r.0);
             }
-            // A block needs no inner node; its first one stores the box. A single triangle has none.
+            // A block needs no inner nodes, but its first node stores the box. A single triangle
+            // has no node.
             if let Some(here) = inner.first_mut() {
                 *here = sides.0;
             }
@@ -234,8 +239,8 @@ impl WithSimd for Small<'_> {
     }
 }
 
-/// Partitions the references by the cheapest cut. Returns how many are on the left, and the boxes around
-/// the centres of both sides.
+/// Partitions the references by the cheapest cut. Returns how many are on the left, and the boxes
+/// around the centres of both sides.
 struct Cut<'a> {
     builder: &'a Builder<'a>,
     refs: &'a mut [PrimRef],
@@ -262,9 +267,8 @@ impl WithSimd for Cut<'_> {
                 return split::partition::<S>(refs, &binning, cut);
             }
         }
-        // All centres are equal, or the tree is too deep: cut the references in half, in order, at full
-        // blocks.
-        // Full blocks on the left, so that at most one block of the subtree is not full.
+        // All centres are equal, or the tree is too deep: cut the references in half, in order. The
+        // left side consists of full blocks, so that at most one block of the subtree is not full.
         ((count / 2).next_multiple_of(BLOCK), [*centres; 2])
     }
 }
@@ -363,7 +367,7 @@ fn gather<T: Send>(
     if refs.len() <= CHUNK {
         return one(refs);
     }
-    // Always at the middle, independent of the number of threads.
+    // Always split in the middle, independent of the number of threads.
     let (a, b) = refs.split_at(refs.len() / 2);
     let (a, b) = join(|| gather(a, one, both), || gather(b, one, both));
     both(a, b)
@@ -386,7 +390,8 @@ mod tests {
 
     #[test]
     fn depth_is_bounded() {
-        // Each is half as far out as the one before, so the heuristic peels off a few at a time.
+        // Each group is twice as far out as the previous one, so the heuristic peels off a few
+        // triangles at a time.
         let at = |i: i32| {
             let x = (i as f32).exp2();
             Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]])

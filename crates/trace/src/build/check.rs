@@ -1,13 +1,14 @@
-//! Checks that a tree is well formed. This is slow, and only for tests.
+//! Checks that a tree is well formed. This is slow and is used only in tests.
 
 use super::layout::{Layout, MAX_DEPTH};
 use crate::tree::{Aabb, BLOCK, EMPTY, HitBounds, LEAF, NONE, hit_bounds};
 use intertri::Triangle;
 
 impl Layout {
-    /// Traverses the whole tree. Fails with a message if a triangle with a box is not in exactly one block,
-    /// or one without a box is in any; if a box is not exactly that of its contents; if a node or block does
-    /// not have exactly one parent; or if the depth is not the stored one.
+    /// Traverses the whole tree. Fails with a message if a triangle with a box is not in exactly
+    /// one block, or a triangle without a box is in a block; if a box is not exactly the box of its
+    /// contents; if a node or block does not have exactly one parent; or if the depth differs from
+    /// the stored depth.
     pub(crate) fn check(&self, triangles: &[Triangle]) -> Result<(), String> {
         let mut walk = Walk {
             tree: self,
@@ -17,10 +18,11 @@ impl Layout {
             nodes: vec![0; self.nodes.len()],
             depth: 0,
         };
-        // Count every node and block when it is reached, from the root down. A child that is missing, has two
-        // parents or is part of a cycle shows in the counts.
+        // Count every node and block when it is reached, from the root down. A child that is
+        // missing, has two parents, or is part of a cycle shows up in the counts.
         walk.node(0, 1)?;
-        // Triangles with a box are in exactly one block. Others are never hit, or are leaves of a second tree.
+        // Triangles with a box are in exactly one block. Others are never hit, or are leaves of a
+        // second tree.
         let expected = |t: &Triangle| {
             let bounds = hit_bounds(t);
             u32::from(matches!(bounds, HitBounds::Box { .. } | HitBounds::Degenerate(_)))
@@ -53,7 +55,7 @@ impl Walk<'_> {
     fn node(&mut self, index: usize, depth: usize) -> Result<Aabb, String> {
         self.nodes[index] += 1;
         self.depth = self.depth.max(depth);
-        // Checked before the recursion, which would never end in a cycle.
+        // Check this before the recursion, which would never end in a cycle.
         if depth > MAX_DEPTH {
             return Err(format!("node {index} is {depth} deep"));
         }
@@ -64,7 +66,7 @@ impl Walk<'_> {
                 EMPTY => Aabb { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] },
                 leaf if leaf & LEAF != 0 => self.block((leaf & !LEAF) as usize)?,
                 child => {
-                    // Children are adjacent: none is farther than seven from another.
+                    // Children are adjacent, so no two are more than seven apart.
                     let base = *next.get_or_insert(child);
                     if base.abs_diff(child) > 7 || child as usize <= index {
                         return Err(format!("node {child} is not beside {base}"));
@@ -73,8 +75,8 @@ impl Walk<'_> {
                 }
             };
             let (bounds, sides) = (node.bounds(slot), content.without_least_sides());
-            // Test for equality, not only for containment: a box that is too large changes no answer, so no
-            // other test would notice it.
+            // Test for equality, not only for containment: a box that is too large does not change
+            // any answer, so no other test would notice it.
             if (0..3).any(|k| bounds.lo[k] != sides.lo[k] || bounds.hi[k] != sides.hi[k]) {
                 return Err(format!("node {index} slot {slot}: {bounds:?} around {content:?}"));
             }
@@ -88,8 +90,8 @@ impl Walk<'_> {
         let block: &[u32; BLOCK] = &self.tree.blocks[index];
         let full = block.iter().take_while(|&&i| i != NONE).count();
         let ascends = block[..full].windows(2).all(|w| w[0] < w[1]);
-        // The order of a block's triangles must not depend on how the build ran, or equal trees would have
-        // different bytes.
+        // The order of a block's triangles must not depend on how the build ran, or equal trees
+        // would have different bytes.
         if full == 0 || !ascends || block[full..].iter().any(|&i| i != NONE) {
             return Err(format!("block {index} is {block:?}"));
         }

@@ -1,11 +1,11 @@
 //! Plans how to cut a two-way tree into nodes of eight and blocks of eight.
 //!
-//! After Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs* (2017),
-//! section 3. For each two-way node and each `i`, this computes the least cost of representing the node's triangles by at
-//! most `i` children of some wide node:
+//! This follows Ylitie, Karras, and Laine, *Efficient Incoherent Ray Traversal on GPUs Through
+//! Compressed Wide BVHs* (2017), section 3. For each two-way node and each `i`, this computes the
+//! least cost of representing the node's triangles by at most `i` children of some wide node:
 //!
-//! - One child is either a wide node, whose eight slots are divided between the two sides, or a block, which
-//!   ends the two-way tree.
+//! - One child is either a wide node, whose eight slots are divided between the two sides, or a
+//!   block, which ends the two-way tree.
 //! - Several children either divide `i` between the two sides, or use only `i - 1`.
 
 /// The cost of visiting a node.
@@ -18,8 +18,8 @@ pub(crate) const LEAF: f32 = 1.0;
 #[derive(Clone, Copy)]
 pub(super) struct Costs([f32; 7]);
 
-/// The choices behind the costs of a two-way node, packed: three bits for each of 2 to 8 children
-/// (how many of them the left side gets; 0 means one fewer child).
+/// The choices behind the costs of a two-way node. For each number of children from 2 to 8, three
+/// bits store how many of them the left side gets, or 0 to use one child fewer.
 #[derive(Clone, Copy)]
 pub(super) struct Plan(pub u32);
 
@@ -53,7 +53,7 @@ impl Costs {
         let mut costs = [one; 7];
         for i in 1..7 {
             costs[i] = shared[i + 1];
-            // Fewer children cost no more: use that plan, which 0 stands for.
+            // If fewer children cost no more, use their plan, which is encoded as 0.
             if costs[i - 1] <= costs[i] {
                 costs[i] = costs[i - 1];
                 plan &= !(7 << (3 * (i - 1)));
@@ -64,7 +64,8 @@ impl Costs {
 }
 
 impl Plan {
-    /// How many of at most `children` (2 to 8) the left side gets; 0 for one child fewer.
+    /// How many children the left side gets if there may be up to `children` (2 to 8), or 0 to use
+    /// one child fewer.
     pub(super) fn left(self, children: usize) -> usize {
         (self.0 >> (3 * (children - 2)) & 7) as usize
     }

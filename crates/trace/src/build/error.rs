@@ -6,12 +6,12 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// Triangles are numbered with 31 bits.
+    /// There are more triangles than 31 bits can number.
     TooManyTriangles {
         /// The number of triangles.
         count: usize,
     },
-    /// There is too little memory.
+    /// There is not enough memory.
     OutOfMemory {
         /// The number of triangles.
         count: usize,
@@ -20,9 +20,9 @@ pub enum BuildError {
     BadIndex {
         /// The mesh, if there are several.
         geometry: usize,
-        /// The triangle within it.
+        /// The triangle within the mesh.
         triangle: usize,
-        /// The index of its vertex.
+        /// The vertex index that is out of bounds.
         index: u32,
         /// The number of vertices in the mesh.
         vertices: usize,

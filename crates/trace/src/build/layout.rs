@@ -10,18 +10,18 @@ use {
 /// The maximum number of nodes on a path from the root, for any triangles.
 pub(crate) const MAX_DEPTH: usize = 64;
 
-/// The hierarchy over a slice of triangles; it keeps their indices, not the triangles.
+/// The hierarchy over a slice of triangles. It keeps their indices, not the triangles.
 #[derive(Debug, Default)]
 pub(crate) struct Layout {
-    /// The first is the root. Children of a node that are nodes are adjacent.
+    /// The nodes, starting with the root. Those children of a node that are nodes are adjacent.
     pub nodes: Vec<Node>,
     /// Triangle indices, ascending, padded with [`crate::tree::NONE`].
     pub blocks: Vec<[u32; BLOCK]>,
-    /// Nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
+    /// The number of nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
     pub depth: usize,
-    /// How far outside its box the reference may hit a triangle of the blocks.
+    /// How far outside its box the reference may hit a triangle in the blocks.
     pub lean: f32,
-    /// Triangles that the reference may hit anywhere, ascending; they are in no block.
+    /// Triangles that the reference may hit anywhere, in ascending order. They are in no block.
     pub thin: Vec<u32>,
     /// Whether some of the triangles in blocks have no area.
     pub has_degenerate: bool,
@@ -36,8 +36,8 @@ impl Layout {
 
 #[cfg(test)]
 impl Layout {
-    /// The surface-area cost: the expected cost of a random line through the root's box, in units of one node
-    /// visit.
+    /// The surface-area cost: the expected cost of a random line through the root's box, in units
+    /// of one node visit.
     pub(crate) fn cost(&self) -> f64 {
         let mut root = Aabb::EMPTY;
         let children =

@@ -1,19 +1,21 @@
-//! The builder: takes triangles, and returns wide nodes and blocks of triangles.
+//! The builder, which takes triangles and returns wide nodes and blocks of triangles.
 //!
 //! ```text
 //! triangles ── prim_refs ──> boxes ── binary ──> two-way tree ── reinsert, wide ──> nodes of 8, blocks of 8
 //! ```
 //!
-//! 1. [`prim_refs`]: the box of each triangle, as one row of lanes ([`simd_aabb`]); triangles that are not
-//!    finite are left out.
-//! 2. [`binary`]: a two-way tree down to blocks of triangles by the surface-area heuristic: [`split`] sorts
-//!    boxes into a row of bins, and [`sweep`] finds its cheapest cut. On the way back up, [`collapse`] finds by
-//!    dynamic programming how to cut the tree into nodes of eight and blocks of eight at the least cost.
-//! 3. [`reinsert`]: moves parts of that tree if large triangles make it worthwhile.
-//! 4. [`wide`]: writes the nodes and blocks of that plan in the order in which rays visit them.
+//! 1. [`prim_refs`] computes the box of each triangle, as one row of lanes ([`simd_aabb`]).
+//!    Triangles that are not finite are skipped.
+//! 2. [`binary`] builds a two-way tree down to blocks of triangles with the surface-area heuristic:
+//!    [`split`] sorts boxes into a row of bins, and [`sweep`] finds the cheapest cut. On the way
+//!    back up, [`collapse`] finds by dynamic programming how to cut the tree into nodes of eight
+//!    and blocks of eight at the least cost.
+//! 3. [`reinsert`] moves parts of that tree if large triangles make it worthwhile.
+//! 4. [`wide`] writes the nodes and blocks of the plan in the order in which rays visit them.
 //!
-//! The result depends only on the triangles, never on the number of threads or the CPU's lanes. At its peak
-//! the builder uses about 64 bytes per triangle besides its input and the tree, which itself takes 14 to 30.
+//! The result depends only on the triangles, never on the number of threads or the CPU's lanes. At
+//! its peak, the builder uses about 64 bytes per triangle in addition to its input and the tree.
+//! The tree itself takes 14 to 30 bytes per triangle.
 
 mod binary;
 #[cfg(test)]
@@ -47,8 +49,8 @@ use prim_refs::{PrimRef, Prims};
 pub(crate) use triangles::Triangles;
 
 impl Tree {
-    /// Builds a hierarchy, and occasionally reports how many triangles are done, and of how many. The calls
-    /// may come from any thread and out of order.
+    /// Builds a hierarchy and occasionally reports how many triangles are done, and the total. The
+    /// calls may come from any thread and out of order.
     pub(crate) fn over(
         triangles: &(impl Triangles + ?Sized),
         progress: &(dyn Fn(usize, usize) + Sync),
@@ -69,9 +71,8 @@ impl Tree {
     ) -> Result<Self, NoMemory> {
         let Layout { nodes, blocks, depth, lean, thin, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
-        // A triangle's slot, with eight per leaf, has 32 bits.
-        // Leaves below the root come first; later ones are reached by the second tree or tested with every
-        // ray.
+        // A triangle's slot, with eight per leaf, has 32 bits. Leaves below the root come first;
+        // later ones are reached by the second tree or tested with every ray.
         let boxed = blocks.len();
         if boxed + thin.len() > MOST_LEAVES {
             return Err(NoMemory);
@@ -102,8 +103,8 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Adds leaves for triangles that are not below the root, and for those without area, which no ray hits.
-    /// Neighbours share leaves, below the second tree.
+    /// Adds leaves for triangles that are not below the root, and for those without area, which no
+    /// ray hits. Neighbours share leaves, which belong to the second tree.
     pub(crate) fn add_unboxed(
         &mut self,
         triangles: &(impl Triangles + ?Sized),
@@ -131,7 +132,8 @@ impl Tree {
     }
 }
 
-/// The wide nodes over numbered boxes, each of which is a leaf, and the depth of the nodes.
+/// Builds wide nodes over numbered boxes, each of which is a leaf, and returns the nodes and their
+/// depth.
 pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), NoMemory> {
     if boxes.is_empty() {
         return Ok((vec![Node::NO_CHILDREN], 1));
@@ -141,7 +143,7 @@ pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), No
     reinsert::reinsert(&mut binary);
     let Layout { mut nodes, blocks, depth, .. } = wide::write(&binary)?;
 
-    // Each block becomes a node, or its only box.
+    // Each block becomes a node or, if it has only one box, that box.
     let inner = nodes.len();
     nodes.try_reserve(blocks.len())?;
     for i in 0..inner {
@@ -164,7 +166,7 @@ pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), No
     Ok((nodes, depth + 1))
 }
 
-/// Groups triangles by eight, neighbours together, with the boxes around them.
+/// Groups neighbouring triangles by eight, and returns the groups with the boxes around them.
 fn in_eights(
     triangles: &(impl Triangles + ?Sized),
     some: &[u32],
@@ -193,7 +195,7 @@ fn in_eights(
             *index = some[i as usize];
             all.join(&bounds(index));
         }
-        // In ascending order, as in every leaf.
+        // Indices are in ascending order in every leaf.
         indices.sort_unstable();
         eights.push(indices);
         boxes.push(all);

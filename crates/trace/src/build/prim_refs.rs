@@ -31,11 +31,11 @@ impl PrimRef {
 pub(super) struct Prims {
     /// The boxes of all triangles that go below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// How far outside its box the reference may hit one of them.
+    /// How far outside its box the reference may hit one of these triangles.
     pub lean: f32,
     /// Triangles that the reference may hit anywhere.
     pub thin: Vec<u32>,
-    /// Whether some of those with a box have no area.
+    /// Whether some of the triangles with a box have no area.
     pub has_degenerate: bool,
 }
 
@@ -47,8 +47,8 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
     let mut refs = each(triangles.count(), |i| {
         let (mut sides, index) = match triangles.hit_bounds(i) {
             HitBounds::Box { bounds, lean } => {
-                // A plain load first: most triangles do not raise the maximum, and a write would move the
-                // cache line between cores.
+                // Start with a plain load: most triangles do not raise the maximum, and a write
+                // would move the cache line between cores.
                 if lean.to_bits() > most.load(Ordering::Relaxed) {
                     most.fetch_max(lean.to_bits(), Ordering::Relaxed);
                 }
@@ -63,15 +63,16 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
                 (SimdAabb::EMPTY, NONE)
             }
         };
-        // The whole row is used in f32 arithmetic, and a small index would be a subnormal number there.
+        // The whole row is used in f32 arithmetic, and a small index would be a subnormal number
+        // there.
         sides.set_word(0, index ^ NORMAL);
         PrimRef(sides)
     })?;
 
     let mut thin = Vec::new();
     if rare.into_inner() {
-        // Thin triangles are so rare that a second pass searches for them; a list in the first pass would
-        // have to be shared by all threads.
+        // Thin triangles are so rare that a second pass searches for them; a list in the first pass
+        // would have to be shared by all threads.
         let is_thin = |i: usize| matches!(triangles.hit_bounds(i), HitBounds::Thin(_));
         for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is_thin(i)) {
             thin.try_reserve(1)?;

@@ -1,10 +1,11 @@
 //! Reinsertion: moves parts of the two-way tree to where they cost less.
 //!
-//! After Bittner, Hapala and Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies* (2013):
+//! This follows Bittner, Hapala, and Havran, *Fast Insertion-Based Optimization of Bounding Volume
+//! Hierarchies* (2013):
 //!
 //! ```text
 //!        ·                  ·              a long box cannot be cut, so it makes every box around it large,
-//!      ╱   ╲              ╱   ╲            from the cut where it went to one side down to its block; higher
+//!      ╱   ╲              ╱   ╲            from the cut that put it on one side down to its block; higher
 //!     ·     ·     ─►     ·     ·           up, or beside another long one, it costs less
 //!    ╱ ╲   ╱ ╲          ╱ ╲   ╱ ╲
 //!   ▯ [══] ▯  ▯        ▯  ▯  ▯   ·
@@ -12,8 +13,9 @@
 //!                              ▯ [══]
 //! ```
 //!
-//! Only the nodes with the largest boxes are moved, because rays meet them most often. A trial with a few of
-//! them decides whether it is worthwhile: it is in interiors with long walls, not in scans.
+//! Only the nodes with the largest boxes are moved, because rays meet them most often. A trial with
+//! a few of them determines whether it is worthwhile, as it is for interiors with long walls but
+//! not for scans.
 
 use super::binary::{Binary, Moved, Subtree, TRIFLE};
 use super::collapse::Costs;
@@ -27,13 +29,13 @@ use std::collections::BinaryHeap;
 const SHARE: usize = 32;
 const MOST: usize = 2048;
 
-/// One in this many of them takes part in the trial.
+/// One in this many nodes takes part in the trial.
 const FEW: usize = 8;
 
 /// Reinsertion is worthwhile if it lowers the cost by at least this fraction.
 const LEAST_GAIN: f64 = 1.0 / 32.0;
 
-/// How many times each node is moved.
+/// The number of times each node is moved.
 const ROUNDS: usize = 2;
 
 /// With at least this many triangles, two sides are processed in parallel.
@@ -44,7 +46,8 @@ const NONE: usize = usize::MAX;
 
 /// Moves parts of a tree. Its boxes and plans are then like those of a new build.
 pub(super) fn reinsert(binary: &mut Binary) {
-    // The trial moves an eighth of the nodes once; only if that lowers the cost enough is the whole effort made.
+    // The trial moves an eighth of the nodes once. If that lowers the cost enough, all nodes are
+    // moved.
     let most = (binary.refs.len() / SHARE).min(MOST);
     if Top::of(binary, most / FEW).pays(1)
         && let mut top = Top::of(binary, most)
@@ -54,7 +57,7 @@ pub(super) fn reinsert(binary: &mut Binary) {
     }
 }
 
-/// The nodes with the largest boxes, from the root, which is the first, down to parts that stay unchanged.
+/// The nodes with the largest boxes, from the root (the first) down to parts that stay unchanged.
 struct Top(Vec<Node>);
 
 #[derive(Clone)]
@@ -79,7 +82,7 @@ impl Node {
 }
 
 impl Top {
-    /// At least `most` nodes, or all if there are fewer.
+    /// Collects at least `most` nodes, or all if there are fewer.
     fn of(binary: &Binary, most: usize) -> Self {
         let root = binary.root();
         let mut top = vec![Node::new(binary, root, NONE)];
@@ -107,7 +110,7 @@ impl Top {
         let (before, mut waiting) = (self.cost(), Vec::new());
         for _ in 0..rounds {
             let mut order: Vec<usize> = (1..self.0.len()).collect();
-            // Ordered by index if areas are equal, so that the result is the same on every machine.
+            // Order by index if areas are equal, so that the result is the same on every machine.
             order.sort_by_key(|&i| Reverse((self.0[i].area.to_bits(), i)));
             for i in order {
                 self.reinsert(i, &mut waiting);
@@ -116,12 +119,13 @@ impl Top {
         self.cost() < before * (1.0 - LEAST_GAIN)
     }
 
-    /// The areas of all nodes.
+    /// The total area of all nodes.
     fn cost(&self) -> f64 {
         self.0.iter().map(|node| node.area).sum()
     }
 
-    /// Removes a subtree and makes it the sibling of the node where that costs least. Its parent moves with it.
+    /// Removes a subtree and makes it the sibling of the node at which it costs least. Its parent
+    /// moves with it.
     fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
@@ -131,8 +135,8 @@ impl Top {
             return;
         }
         let sibling = if a == i { b } else { a };
-        // Take it out with its parent: the sibling moves up. The area of the parent, plus the shrinkage of
-        // all boxes above, is the cost that any new position has to beat.
+        // Take it out with its parent: the sibling moves up. The area of the parent, plus the
+        // shrinkage of all boxes above, is the cost that any new position has to beat.
         //         above              above            above
         //           │                  │                │
         //         parent     ─►     sibling     ─►      ···
@@ -158,7 +162,8 @@ impl Top {
         }
     }
 
-    /// Recomputes the boxes of a node and of all its ancestors. Returns how much their areas shrink.
+    /// Recomputes the boxes of a node and of all its ancestors. Returns how much their areas
+    /// shrink.
     fn find_bounds(&mut self, mut i: usize) -> f64 {
         let mut less = 0.0;
         while i != NONE
@@ -174,8 +179,8 @@ impl Top {
         less
     }
 
-    /// Finds the node next to which a box costs least, by branch and bound, starting from a position of known
-    /// cost.
+    /// Finds the node next to which a box costs least, by branch and bound, starting from a
+    /// position of known cost.
     fn cheapest_place(
         &self,
         bounds: &Aabb,
@@ -184,12 +189,13 @@ impl Top {
         waiting: &mut Vec<(f64, usize)>,
     ) -> usize {
         let own = area(bounds);
-        // Nodes whose children may be better siblings, each with the growth of itself and its ancestors.
+        // Nodes whose children may be better siblings, each with the growth of itself and its
+        // ancestors.
         waiting.clear();
         waiting.push((self.with(0, bounds) - self.0[0].area, 0));
         while let Some((grown, i)) = waiting.pop() {
-            // Below this node the new parent's area is at least the box's own, which gives a lower bound that
-            // prunes the search.
+            // Below this node the new parent's area is at least the box's own, which gives a lower
+            // bound that prunes the search.
             if grown + own >= cost {
                 continue;
             }
@@ -202,8 +208,8 @@ impl Top {
             // Push both, the nearer last, so that it is popped first.
             for k in [1 - near, near] {
                 if grown + both[k] < cost {
-                    // Next to `sides[k]`, the new parent has the area of both boxes, and the ancestors have
-                    // grown by `grown`.
+                    // Next to `sides[k]`, the new parent has the area of both boxes, and the
+                    // ancestors have grown by `grown`.
                     (cost, place) = (grown + both[k], sides[k]);
                 }
                 waiting.push((grown + grows[k], sides[k]));
@@ -212,14 +218,15 @@ impl Top {
         place
     }
 
-    /// The area of a node and a box.
+    /// The area of the box around a node and another box.
     fn with(&self, i: usize, bounds: &Aabb) -> f64 {
         area(&around(self.0[i].bounds, bounds))
     }
 
     /// Writes the inner nodes into the tree, unless some path would have more than `deepest` nodes.
     fn write(&self, binary: &mut Binary, deepest: usize) {
-        // A path that is too long would overflow the traversal's stacks, so the whole change is discarded.
+        // A path that is too long would overflow the traversal's stacks, so the whole change is
+        // discarded.
         if self.write_node(0, binary, (self.0[0].bounds.scale(), deepest)).is_none() {
             binary.moved.clear();
         }
@@ -270,7 +277,7 @@ impl Written {
     }
 }
 
-/// The area by which a build computes costs.
+/// The area from which a build computes costs.
 fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
     bounds.half_area(scale) + TRIFLE
 }
@@ -278,7 +285,7 @@ fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
 /// Half of a box's surface.
 fn area(bounds: &Aabb) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|k| f64::from(bounds.hi[k]) - f64::from(bounds.lo[k]));
-    // In f64, because the costs are sums of many areas, and small differences decide.
+    // Use f64, because the costs are sums of many areas, and small differences decide.
     x * (y + z) + y * z
 }
 
@@ -312,8 +319,8 @@ mod tests {
         binary::build(refs, Level::best(), &|_, _| ()).unwrap()
     }
 
-    /// Compares the position that is found with every possible position of the node, by the cost of the whole
-    /// tree.
+    /// Compares the position that is found with every possible position of the node, by the cost of
+    /// the whole tree.
     #[test]
     fn a_node_goes_where_it_costs_least() {
         let mut top = Top::of(&room(2000), 120);

@@ -4,8 +4,9 @@
 //!   -lo.x  -lo.y  -lo.z  word   hi.x  hi.y  hi.z  word
 //! ```
 //!
-//! With its lower sides negated, the union of two boxes is one maximum, and their sizes are one sum of
-//! halves. The two remaining lanes hold words, which the box operations ignore.
+//! Because the lower sides are negated, the union of two boxes is a single maximum, and the size of
+//! a box is the sum of its two halves. The two remaining lanes hold words, which the box operations
+//! ignore.
 
 use crate::tree::Aabb;
 use bytemuck::Zeroable;
@@ -17,7 +18,7 @@ use intertri::simd::{Lanes, Simd};
 pub(super) struct SimdAabb(pub [f32; 8]);
 
 impl SimdAabb {
-    /// The box around nothing; its union with another is the other.
+    /// The empty box. Its union with another box is the other box.
     pub(super) const EMPTY: Self = Self([f32::NEG_INFINITY; 8]);
 
     pub(super) fn of(Aabb { lo, hi }: &Aabb) -> Self {
@@ -40,12 +41,13 @@ impl SimdAabb {
         self.0[4 * which + 3] = f32::from_bits(word);
     }
 
-    /// Makes this the box around both: one instruction, where it is inlined at a level of eight lanes.
+    /// Extends this box to contain both. If it is inlined at a level with eight lanes, this is one
+    /// instruction.
     #[inline(always)]
     pub(super) fn join(&mut self, other: &Self) {
         for (a, b) in self.0.iter_mut().zip(&other.0) {
-            // A comparison compiles to `maxps`; `f32::max` would add instructions for NaN, which does not
-            // occur.
+            // A comparison compiles to `maxps`; `f32::max` would add instructions for NaN, which
+            // does not occur.
             *a = if *a > *b { *a } else { *b };
         }
     }
@@ -53,8 +55,8 @@ impl SimdAabb {
     /// The lengths along the axes, in units of `1 / scale`; the last lane is meaningless.
     #[inline(always)]
     pub(super) fn size<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
-        // hi - lo, because the lower sides are stored negated. Scaled first, because the difference might
-        // overflow.
+        // hi - lo, because the lower sides are stored negated. Scale first, because the difference
+        // might overflow.
         S::F32x4::load(&self.0[4..]) * scale + S::F32x4::load(&self.0) * scale
     }
 

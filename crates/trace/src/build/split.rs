@@ -1,7 +1,7 @@
 //! Finds where to cut a set of boxes in two.
 //!
-//! Boxes are sorted into bins by their centres (Wald, *On fast Construction of SAH-based Bounding Volume
-//! Hierarchies*, 2007):
+//! Boxes are sorted into bins by their centres (Wald, *On fast Construction of SAH-based Bounding
+//! Volume Hierarchies*, 2007):
 //!
 //! ```text
 //!   centres   .  . ..   |  .    .|.   . .   . . .
@@ -13,16 +13,19 @@ use super::simd_aabb::{CentreLanes, Centres, SimdAabb};
 use super::sweep::{Cuts, ROW};
 use intertri::simd::{Lanes, Mask, Simd};
 
-/// Sets of up to this many boxes use half the bins: evaluating all of them would take longer than filling them.
+/// Sets of up to this many boxes use half the bins: evaluating all of them would take longer than
+/// filling them.
 const SOME: usize = 32;
 
-/// Bins along each axis; a power of two, so that a mask keeps every index inside.
+/// The number of bins along each axis. It is a power of two, so that a mask keeps every index in
+/// bounds.
 const BINS: usize = ROW;
 
 /// With at least this many boxes, a second set of bins is worthwhile.
 const MANY: usize = 200;
 
-/// Adding this number rounds to an integer in the low bits: the vector form of a conversion.
+/// Adding this number rounds to an integer in the low bits, as a conversion would, but in vector
+/// form.
 const ROUND: f32 = 12_582_912.0;
 
 /// Maps a box to its bin along each axis.
@@ -37,8 +40,8 @@ pub(super) struct Binning {
 impl Binning {
     /// For `count` boxes with these centres.
     pub(super) fn new(count: usize, centres: &Centres, scale: f32) -> Self {
-        // Slightly less than all bins, so that the last centre falls into the last bin. If all centres are
-        // equal along an axis, all are in bin 0.
+        // Use slightly less than all bins, so that the last centre falls into the last bin. If all
+        // centres are equal along an axis, all are in bin 0.
         let bins = if count <= SOME { BINS / 2 } else { BINS };
         let sides = centres.lo.iter().zip(&centres.hi);
         let mut per_unit = [0.0; 4];
@@ -54,7 +57,8 @@ impl Binning {
     fn bins<S: Simd>(&self, centre: S::F32x4) -> [f32; 4] {
         let at = (centre - S::F32x4::load(&self.origin)) * S::F32x4::load(&self.per_unit);
         let mut bins = [0.0; 4];
-        // Adding 1.5 · 2^23 rounds to the nearest integer; minus a half makes that the next lower one.
+        // Adding 1.5 · 2^23 rounds to the nearest integer. Subtracting a half first makes it round
+        // down.
         ((at - S::F32x4::splat(0.5)) + S::F32x4::splat(ROUND)).store(&mut bins);
         bins
     }
@@ -62,7 +66,8 @@ impl Binning {
     /// The bin along one axis, with the same operations.
     #[inline(always)]
     fn bin(&self, sides: &SimdAabb, axis: usize) -> f32 {
-        // With the same operations as for all axes at once, so that a box never falls into another bin here.
+        // Use the same operations as for all axes at once, so that a box never falls into another
+        // bin here.
         let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
         (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }
@@ -79,8 +84,8 @@ impl Bins {
 
     #[inline(always)]
     pub(super) fn of<S: Simd>(refs: &[PrimRef], binning: &Binning) -> Self {
-        // Neighbours often go to the same bin, and each update would have to wait for the one before. So with
-        // many boxes, two sets of bins alternate.
+        // Neighbours often go to the same bin, and each update would have to wait for the previous
+        // one. So, with many boxes, two sets of bins alternate.
         let mut all = Self::EMPTY;
         let (pairs, last) = if refs.len() > MANY { refs.as_chunks::<2>() } else { (&[][..], refs) };
         for r in last {
@@ -122,7 +127,8 @@ impl Bins {
         self
     }
 
-    /// The cheapest cut: its axis and the first bin of its right side. `None` if all boxes are in one bin.
+    /// The cheapest cut: its axis and the first bin of its right side. `None` if all boxes are in
+    /// one bin.
     #[inline(always)]
     pub(super) fn best<S: Simd>(&self, binning: &Binning) -> Option<(usize, usize)> {
         let mut cuts = Cuts::new();
@@ -140,15 +146,15 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));
     let all = <S::F32x4 as Lanes>::Mask::from_bits(0b1111);
     for PrimRef(sides) in refs {
-        // Use the box around the centres, not around the boxes: one large triangle would otherwise leave most
-        // bins empty.
+        // Use the box around the centres, not around the boxes: one large triangle would otherwise
+        // leave most bins empty.
         centres.reach(sides.centre::<S>(scale), all);
     }
     centres.store()
 }
 
-/// Partitions the boxes in place by a cut. Returns how many are on the left, and the boxes around the
-/// centres of both sides.
+/// Partitions the boxes in place by a cut. Returns how many are on the left, and the boxes around
+/// the centres of both sides.
 #[inline(always)]
 pub(super) fn partition<S: Simd>(
     refs: &mut [PrimRef],
@@ -158,8 +164,8 @@ pub(super) fn partition<S: Simd>(
     let mut left = 0;
     let (mut a, mut b) = (CentreLanes::none(), CentreLanes::none());
     let (cut, scale) = (ROUND + first_right as f32, S::F32x4::splat(binning.scale));
-    // Without a branch, which would be mispredicted every other time: every reference is swapped to the end
-    // of the left side, which grows only if it belongs there.
+    // Avoid a branch, which would be mispredicted every other time: swap every reference to the end
+    // of the left side, which grows only if the reference belongs there.
     for i in 0..refs.len() {
         let r = refs[i];
         let (centre, bin) = (r.0.centre::<S>(scale), binning.bin(&r.0, axis));

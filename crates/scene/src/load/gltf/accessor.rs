@@ -8,9 +8,10 @@ use gltf::json::{Index, Root, accessor, buffer};
 use super::buffers::Buffers;
 use crate::load::error::{Fault, fault};
 
-/// A table whose rows are all within its bytes.
+/// A table whose rows are all within `bytes`.
 pub(super) struct Accessor<'a> {
-    /// The rows, one every `stride` bytes; empty for a sparse table without a buffer view, which has zeros.
+    /// The rows, one every `stride` bytes. Empty for a sparse table without a buffer view, whose
+    /// rows are zeros.
     bytes: &'a [u8],
     stride: usize,
     /// The number of rows.
@@ -25,7 +26,7 @@ pub(super) struct Accessor<'a> {
 struct Replaced<'a> {
     /// The rows' indices, in ascending order.
     rows: Vec<u32>,
-    /// Their numbers, row after row.
+    /// The new numbers, row by row.
     bytes: &'a [u8],
 }
 
@@ -37,7 +38,8 @@ pub(super) struct Tables<'a> {
 }
 
 impl<'a> Tables<'a> {
-    /// The table with this index, to be used as `what`; its rows must have that type.
+    /// The table with this index, whose rows must have the type `wanted`. Error messages call it
+    /// `what`.
     pub(super) fn get(
         self,
         index: Index<accessor::Accessor>,
@@ -87,7 +89,7 @@ impl<'a> Tables<'a> {
         Ok(Accessor { bytes, stride, count, component, normalized, replaced })
     }
 
-    /// The bytes of these rows, with their size and stride.
+    /// The bytes of `count` rows with the given size and stride.
     fn rows(
         self,
         view: Index<buffer::View>,
@@ -95,7 +97,7 @@ impl<'a> Tables<'a> {
         count: u64,
         (row, stride): (usize, usize),
     ) -> Result<&'a [u8], Fault> {
-        // The start and end, in numbers that cannot overflow.
+        // The start and end, computed in integers that cannot overflow.
         let from = u128::from(offset);
         let to = match u128::from(count).checked_sub(1) {
             Some(last) => from + last * stride as u128 + row as u128,
@@ -126,14 +128,14 @@ impl<'a> Tables<'a> {
         }));
         let ascend = rows.windows(2).all(|pair| pair[0] < pair[1]);
         if !ascend || rows.last().is_some_and(|&last| u64::from(last) >= count) {
-            return fault("has sparse indices that do not ascend, or that it has no rows for");
+            return fault("has sparse indices that do not ascend or are out of range");
         }
         Ok(Replaced { rows, bytes })
     }
 }
 
 impl Accessor<'_> {
-    /// The numbers of one row. Normalized integers stand for 0 to 1, or -1 to 1.
+    /// The numbers in one row. Normalized integers are mapped to 0 to 1, or to -1 to 1.
     pub(super) fn row<const N: usize>(&self, row: usize) -> [f64; N] {
         let size = self.component.size();
         let bytes = match self.replaced.rows.binary_search(&(row as u32)) {

@@ -11,10 +11,10 @@ use percent_encoding::percent_decode_str;
 use crate::load::error::{Fault, fault, quote};
 use crate::load::file::{Beside, open};
 
-/// All buffers of a file.
+/// All buffers of a glTF file.
 pub(super) struct Buffers<'a> {
     all: Vec<Bytes<'a>>,
-    /// The other files, each read once even if several buffers use it.
+    /// The external files. Each is read once, even if several buffers use it.
     files: HashMap<PathBuf, Vec<u8>>,
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Buffers<'a> {
 enum Bytes<'a> {
     Chunk(&'a [u8]),
     Inline(Vec<u8>),
-    /// The first bytes of a file, this many.
+    /// The given number of bytes at the start of a file.
     File(PathBuf, u64),
 }
 
@@ -85,7 +85,7 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// The bytes of a view of a buffer.
+    /// The bytes of a buffer view.
     pub(super) fn view(&self, root: &Root, index: usize) -> Result<&[u8], Fault> {
         let Some(view) = root.buffer_views.get(index) else {
             return fault(format!("there is no buffer view {index}"));
@@ -93,7 +93,7 @@ impl<'a> Buffers<'a> {
         let buffer = view.buffer.value();
         let Some(bytes) = self.bytes(buffer) else {
             return fault(format!(
-                "buffer view {index} names buffer {buffer}, which does not exist"
+                "buffer view {index} refers to buffer {buffer}, which does not exist"
             ));
         };
         let from = view.byte_offset.map_or(0, |offset| offset.0);
@@ -131,12 +131,12 @@ fn inline<'a>(i: usize, uri: &str) -> Result<Bytes<'a>, Fault> {
     }
 }
 
-/// Whether a URI contains its data; schemes may be in any case.
+/// Whether a URI contains its data. The case of a scheme does not matter.
 fn is_data(uri: &str) -> bool {
     uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
-/// The file that a buffer names, which must be in the model's folder or below it.
+/// The file that a buffer refers to, which must be in the model's folder or below it.
 fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf, Fault> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let Some(beside) = beside else {
@@ -149,7 +149,7 @@ fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf,
     path.map_or_else(|| fault(wrong(i, &name, "only files in the model's own folder are read")), Ok)
 }
 
-/// A path without `.` and `..`, if it stays below its start.
+/// The path without `.` and `..`, or `None` if it leaves the folder in which it starts.
 fn within(path: &Path) -> Option<PathBuf> {
     let mut within = PathBuf::new();
     for part in path.components() {
@@ -176,7 +176,7 @@ fn wrong(i: usize, name: &str, cause: &str) -> String {
     format!("buffer {i} is in the file {}: {cause}", quote(name))
 }
 
-/// The first bytes of a file.
+/// The first `length` bytes of a file.
 fn start_of(path: &Path, length: u64) -> Result<Vec<u8>, Fault> {
     let mut bytes = Vec::new();
     open(path)?.take(length).read_to_end(&mut bytes)?;

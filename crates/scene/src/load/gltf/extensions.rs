@@ -9,7 +9,7 @@ use super::transform::of_parts;
 use crate::load::error::{Fault, fault, quote};
 use crate::load::notes::Notes;
 
-/// Extensions that are supported, or do not change a mesh's shape, by prefixes of their names.
+/// Name prefixes of extensions that are supported or do not change a mesh's shape.
 const KNOWN: [&str; 28] = [
     INSTANCES,
     VISIBILITY,
@@ -41,7 +41,8 @@ const KNOWN: [&str; 28] = [
     "VRM",
 ];
 
-/// Compressions, and what they compress. A file that does not require one contains the same data without it.
+/// Compression extensions, and what they compress. A file that does not require one also contains
+/// the data uncompressed.
 const COMPRESSIONS: [(&str, &str); 3] = [
     ("KHR_draco_mesh_compression", "its meshes are compressed by Draco"),
     ("EXT_meshopt_compression", "its buffers are compressed by meshopt"),
@@ -54,14 +55,15 @@ const VISIBILITY: &str = "KHR_node_visibility";
 /// The maximum number of names in a note.
 const NAMED: usize = 4;
 
-/// Refuses unknown extensions that the file requires, and counts unknown ones that it only uses.
+/// Rejects unknown extensions that the file requires, and counts unknown extensions that it only
+/// uses.
 pub(super) fn check(root: &Root, notes: &mut Notes) -> Result<(), Fault> {
     let known = |name: &str| KNOWN.iter().any(|known| name.starts_with(known));
     if let Some(unknown) = root.extensions_required.iter().find(|name| !known(name)) {
         let compression = COMPRESSIONS.iter().find(|(name, _)| name == unknown);
         let what =
             compression.map_or("it needs an extension that is not supported", |(_, what)| what);
-        return fault(format!("{what} ({}); export the model without that", quote(unknown)));
+        return fault(format!("{what} ({}); export the model without it", quote(unknown)));
     }
     let is_unknown = |name: &&String| {
         !known(name) && !COMPRESSIONS.iter().any(|(compression, _)| compression == name)
@@ -84,7 +86,7 @@ fn of<'a>(node: &'a scene::Node, name: &str) -> Option<&'a Value> {
     node.extensions.as_ref()?.others.get(name)
 }
 
-/// Whether a node, with everything below it, is hidden.
+/// Whether a node is hidden, along with everything below it.
 pub(super) fn is_hidden(node: &scene::Node) -> bool {
     of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
 }

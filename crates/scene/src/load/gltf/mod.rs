@@ -1,7 +1,7 @@
-//! glTF 2.0, as text and as GLB; the crate `gltf` parses its JSON and its container.
+//! glTF 2.0, as text and as GLB. The `gltf` crate parses the JSON and the container.
 //!
-//! Nothing else of the crate is used. Its readers of accessors, and its validation too, use numbers of the
-//! file as indices and panic if they are wrong. Here every number of a file is checked first.
+//! Nothing else from that crate is used. Its accessor readers, and even its validation, use numbers
+//! from the file as indices and panic if they are wrong. This reader checks every number first.
 
 mod accessor;
 mod buffers;
@@ -43,7 +43,7 @@ pub(super) fn read<S: Coordinate>(
     input.read_to_end(&mut bytes)?;
     let (json, blob) = split(&bytes)?;
     let root: Root = gltf::json::deserialize::from_slice(&json).map_err(|error| {
-        // Text quoted from the file may contain anything.
+        // The message may quote arbitrary text from the file.
         let text: String =
             error.to_string().chars().filter(|c| !c.is_control()).take(120).collect();
         let line = Some(error.line() as u64).filter(|&line| line > 0 && blob.is_none());
@@ -67,7 +67,7 @@ fn split(bytes: &[u8]) -> Result<(Chunk<'_>, Option<Chunk<'_>>), Fault> {
     if !bytes.starts_with(MAGIC) {
         return Ok((bytes.into(), None));
     }
-    // The crate subtracts the header's size from the length.
+    // The crate subtracts the header's size from this length, so it must not be smaller.
     let length = bytes.get(8..HEADER).and_then(|length| length.try_into().ok());
     let length = length.map(u32::from_le_bytes);
     if length.is_none_or(|length| (length as usize) < HEADER) {

@@ -19,7 +19,7 @@ pub(super) fn walk<S: Coordinate>(primitives: &mut Primitives<'_, S>) -> Result<
     next.extend(roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)));
     while let Some((index, above)) = next.pop() {
         let Some(node) = root.nodes.get(index) else {
-            return fault(format!("node {index} is named, but there are {}", root.nodes.len()));
+            return fault(format!("node {index} does not exist; there are {}", root.nodes.len()));
         };
         if std::mem::replace(&mut reached[index], true) {
             return fault(format!("node {index} is reached twice; nodes must form a tree"));
@@ -29,7 +29,7 @@ pub(super) fn walk<S: Coordinate>(primitives: &mut Primitives<'_, S>) -> Result<
         }
         let transform = above * transform(node);
         add(primitives, node, transform, &joints).map_err(|fault| match node.skin {
-            // A mesh names itself in its errors.
+            // Errors about a mesh already contain its number.
             None => fault,
             Some(skin) => Fault { cause: format!("skin {skin}: {}", fault.cause), ..fault },
         })?;
@@ -51,7 +51,8 @@ fn add<S: Coordinate>(
     let weights = node.weights.as_deref();
     let copies = instances(tables, node, |count| primitives.spend(count))?;
     if let Some(skin) = node.skin {
-        // Only the joints place a skinned mesh, so its node does not matter, and there is one copy of it.
+        // Only the joints place a skinned mesh. The transform of its node does not matter, and the
+        // mesh is read once.
         if copies.is_some_and(|copies| copies.len() != 1) {
             primitives.builder.notes.add("skinned meshes with instances, read once", 1, None);
         }
@@ -65,7 +66,7 @@ fn add<S: Coordinate>(
     Ok(())
 }
 
-/// The matrices with which the joints of a skin place vertices, from the pose in which the mesh was bound to
+/// The matrices with which the joints of a skin place vertices. They map the mesh's bind pose to
 /// the joints' current pose.
 fn skin_of<S: Coordinate>(
     primitives: &mut Primitives<'_, S>,
@@ -92,7 +93,7 @@ fn skin_of<S: Coordinate>(
     skin.joints.iter().enumerate().map(joint).collect()
 }
 
-/// The transforms from each node's space to the scene's. Nodes in a cycle have none.
+/// The transform from each node's space to the scene's. For nodes in a cycle, it is NaN.
 fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     let mut transforms = vec![DMat4::NAN; root.nodes.len()];
     let mut reached = vec![false; root.nodes.len()];
@@ -100,7 +101,7 @@ fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
         tops(root).into_iter().map(|node| (node, DMat4::IDENTITY)).collect();
     while let Some((index, above)) = next.pop() {
         let Some(node) = root.nodes.get(index) else {
-            return fault(format!("node {index} is named, but there are {}", root.nodes.len()));
+            return fault(format!("node {index} does not exist; there are {}", root.nodes.len()));
         };
         if std::mem::replace(&mut reached[index], true) {
             return fault(format!("node {index} is reached twice; nodes must form a tree"));
@@ -117,7 +118,7 @@ fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     match root.scenes.get(index) {
         Some(scene) => Ok(scene.nodes.iter().map(Index::value).collect()),
         None if root.scene.is_some() => {
-            fault(format!("scene {index} is named, but there are {}", root.scenes.len()))
+            fault(format!("scene {index} does not exist; there are {}", root.scenes.len()))
         }
         None => Ok(tops(root)),
     }

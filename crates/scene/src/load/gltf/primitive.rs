@@ -13,8 +13,8 @@ use crate::load::builder::{MeshBuilder, NO_UV, push, strip};
 use crate::load::error::{Fault, fault};
 use crate::mesh::rounded;
 
-/// How many vertices and triangles a file may expand to, in addition to its size; nodes can repeat a mesh,
-/// and accessors the same bytes, without limit.
+/// The number of vertices and triangles that a file may expand to, in addition to its size. Without
+/// a limit, nodes could repeat a mesh, and accessors the same bytes, any number of times.
 const REPEATS: u64 = 1 << 24;
 
 /// Collects the primitives of all meshes.
@@ -27,9 +27,9 @@ pub(super) struct Primitives<'a, S> {
 
 /// How a mesh is placed.
 pub(super) struct Placement {
-    /// From the mesh's space to the scene's.
+    /// The transform from the mesh's space to the scene's.
     pub(super) transform: DMat4,
-    /// The transforms of the joints of its skin, each of which moves its share of a vertex.
+    /// The transforms of the skin's joints. Each joint moves a vertex in proportion to its weight.
     pub(super) joints: Vec<DMat4>,
 }
 
@@ -40,7 +40,8 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         Self { tables, left, builder }
     }
 
-    /// Adds a placed mesh, with its morph targets by `weights` or, if there are none, by its own weights.
+    /// Adds a placed mesh. Its morph targets use `weights` or, if there are none, the mesh's own
+    /// weights.
     pub(super) fn add(
         &mut self,
         index: usize,
@@ -49,7 +50,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
     ) -> Result<(), Fault> {
         let meshes = &self.tables.root.meshes;
         let Some(mesh) = meshes.get(index) else {
-            return fault(format!("mesh {index} is named, but there are {}", meshes.len()));
+            return fault(format!("mesh {index} does not exist; there are {}", meshes.len()));
         };
         let Mesh { primitives, weights: own, .. } = mesh;
         let weights = weights.or(own.as_deref()).unwrap_or_default();
@@ -127,7 +128,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         let indices = indices.map_or_else(|| Ok((0..count).collect()), |table| table.indices())?;
         if let Some(index) = indices.iter().find(|&&index| index >= count) {
             return fault(format!(
-                "its indices name vertex {index}, but there are {count}, from 0 on"
+                "its indices refer to vertex {index}, but there are {count}, numbered from 0"
             ));
         }
         let place = |index: u32| if index < uv_count { first_uv + index } else { NO_UV };
@@ -140,7 +141,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         };
         let over = each_triangle(mode, &indices, add)?;
         if over > 0 {
-            let what = "corners that make no whole triangle, left out";
+            let what = "corners that do not form a whole triangle, skipped";
             self.builder.notes.add(what, over as u64, None);
         }
         Ok(())
@@ -176,7 +177,7 @@ struct Vertices<'a> {
     positions: Accessor<'a>,
     /// For each morph target, its weight and the displacements of all vertices.
     morphs: Vec<(f64, Accessor<'a>)>,
-    /// For each set, four joints of a vertex and their weights.
+    /// For each set, the tables of every vertex's four joints and their weights.
     skin: Vec<(Accessor<'a>, Accessor<'a>)>,
     lacks_joints: bool,
     placement: &'a Placement,
@@ -237,7 +238,7 @@ impl<'a> Vertices<'a> {
         Ok((transform.transform_point3(position), transform))
     }
 
-    /// The joints' transforms, averaged with a vertex's weights.
+    /// The average of the joints' transforms, weighted by the weights of a vertex.
     fn blend(&self, vertex: usize) -> Result<DMat4, Fault> {
         let (mut sum, mut all) = (DMat4::ZERO, 0.0);
         for (joints, shares) in &self.skin {
@@ -247,14 +248,15 @@ impl<'a> Vertices<'a> {
                 }
                 let Some(transform) = self.placement.joints.get(joint as usize) else {
                     return fault(format!(
-                        "vertex {vertex} names joint {joint}, which its skin lacks"
+                        "vertex {vertex} refers to joint {joint}, which its skin lacks"
                     ));
                 };
                 sum += *transform * share;
                 all += share;
             }
         }
-        // The weights sum to 1 up to rounding. A vertex without joints keeps its bound position.
+        // Divide by the sum of the weights, which is 1 only up to rounding. A vertex without joints
+        // keeps its bind-pose position.
         Ok(if all > 0.0 { sum * (1.0 / all) } else { DMat4::IDENTITY })
     }
 }

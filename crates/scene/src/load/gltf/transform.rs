@@ -1,9 +1,9 @@
-//! Transforms from scale, rotation and translation.
+//! Transforms made from a scale, a rotation, and a translation.
 
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::scene;
 
-/// From a node's space to its parent's.
+/// The transform from a node's space to its parent's.
 pub(super) fn transform(node: &scene::Node) -> DMat4 {
     if let Some(matrix) = &node.matrix {
         return DMat4::from_cols_array(&matrix.map(f64::from));
@@ -16,7 +16,7 @@ pub(super) fn transform(node: &scene::Node) -> DMat4 {
 /// The transform that scales, then rotates, then translates.
 pub(super) fn of_parts(scale: [f64; 3], rotation: [f64; 4], translation: [f64; 3]) -> DMat4 {
     let rotation = DQuat::from_array(rotation);
-    // It should have unit length, and does up to f32 rounding.
+    // The rotation should have unit length, but f32 rounding may change its length slightly.
     let length = rotation.length();
     let rotation = if length > 0.0 { rotation / length } else { DQuat::IDENTITY };
     DMat4::from_scale_rotation_translation(DVec3::from(scale), rotation, DVec3::from(translation))
