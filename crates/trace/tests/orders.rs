@@ -236,7 +236,7 @@ fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
 fn parallel(dir: [f32; 3], x: usize, y: usize, jitter: f32) -> Ray {
     let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 200.0;
     let [u, v] = [x as f32 / 200.0 - 1.0 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
-    // The origins are in front of the scene, at more than its size.
+    // All origins are in one plane of constant z, in front of the scene.
     Ray::new([u - 2.5 * dir[0], v - 2.5 * dir[1], -2.5 * dir[2]], dir)
 }
 
