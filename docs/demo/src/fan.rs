@@ -134,8 +134,9 @@ impl Fan {
     }
 }
 
-/// Removes duplicate directions from a square of pixels, as far as they are equal to the one to the
-/// left or above. Returns the remaining directions, and the index of each pixel's direction.
+/// Finds the directions of a square of pixels, and reuses a direction if it equals that of the
+/// pixel to the left or above. Returns the different directions, and the index of each pixel's
+/// direction.
 fn differing(size: usize, dir: impl Fn(usize, usize) -> [f32; 3]) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (mut dirs, mut ray_of) = (Vec::with_capacity(size * size), Vec::with_capacity(size * size));
     let same = |a: [f32; 3], b: [f32; 3]| a.map(f32::to_bits) == b.map(f32::to_bits);
