@@ -1,12 +1,12 @@
-//! The points of grids: every answer must equal that of the single point.
+//! Classification of grids of points: every result must equal that of classifying the point alone.
 
 use intertri_trace::intertri::{Triangle64, TriangleOf};
 use intertri_trace::{BvhScalar, Containment, Solid};
 
 type Mesh = Vec<[[f64; 3]; 3]>;
 
-/// A prism over a convex polygon in the xy-plane; if `is_cracked`, with needles and triangles without area
-/// along its edges.
+/// A prism over a convex polygon in the xy-plane. If `is_cracked`, the upper edges are split, and
+/// needles, some without area, fill the gaps.
 fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh {
     let at = |i: usize, z: f64| [corners[i][0], corners[i][1], z];
     let count = corners.len();
@@ -18,7 +18,7 @@ fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh 
     for (i, j) in (0..count).map(|i| (i, (i + 1) % count)) {
         let [a, b, c, d] = [at(i, low), at(j, low), at(j, high), at(i, high)];
         if is_cracked {
-            // The upper edge is split near its middle, and a needle fills the gap.
+            // Split the upper edge near its midpoint, and fill the gap with a needle.
             let mut m = [0, 1, 2].map(|k| 0.5 * c[k] + 0.5 * d[k]);
             m[0] += 1e-9;
             mesh.extend([[a, b, c], [a, c, m], [a, m, d], [m, c, d]]);
@@ -29,7 +29,7 @@ fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh 
     mesh
 }
 
-/// A globe of `rings` rings of triangles.
+/// A sphere of `rings` rings of triangles.
 fn globe(rings: usize, centre: f64) -> Mesh {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % rings) as f64 / rings as f64);
@@ -46,12 +46,13 @@ fn globe(rings: usize, centre: f64) -> Mesh {
     halves.collect()
 }
 
-/// The same mesh with its axes permuted.
+/// The mesh with its axes rotated by `by` places.
 fn rolled(mesh: &Mesh, by: usize) -> Mesh {
     mesh.iter().map(|t| t.map(|p| [0, 1, 2].map(|k| p[(k + by) % 3]))).collect()
 }
 
-/// Compares a grid with its points. Returns how many are inside, outside and on triangles.
+/// Compares a grid with its points classified one by one. Returns the numbers of points inside,
+/// outside, and on the surface.
 fn check<S: BvhScalar>(solid: &Solid<S>, axes: [&[S]; 3]) -> [usize; 3] {
     let [x, y, z] = axes;
     let all = solid.classify_grid(axes);
@@ -70,7 +71,8 @@ fn check<S: BvhScalar>(solid: &Solid<S>, axes: [&[S]; 3]) -> [usize; 3] {
     counts
 }
 
-/// Grids of halves, of thirds, of decreasing steps, and of corners and their neighbouring numbers.
+/// Checks four grids: steps of 1/2, steps of 1/3, decreasing steps, and coordinates of corners with
+/// neighbouring numbers.
 fn check_all<S: BvhScalar>(mesh: &Mesh, offset: [f64; 3]) -> [usize; 3] {
     let corner = |p: [f64; 3]| [0, 1, 2].map(|k| S::nearest(p[k] + offset[k]));
     let triangles: Vec<TriangleOf<S>> = mesh.iter().map(|t| TriangleOf(t.map(corner))).collect();
@@ -137,8 +139,8 @@ fn grids_are_their_points() {
     assert!(counts.iter().all(|&count| count > 10_000), "{counts:?}");
 }
 
-/// Open meshes, coordinates that descend or are not finite, and empty grids also give the answers of their
-/// points.
+/// The same holds for open meshes, for coordinates that descend or are not finite, and for empty
+/// grids.
 #[test]
 fn other_grids_are_their_points() {
     let square = [[1.0, 1.0], [5.0, 1.0], [5.0, 5.0], [1.0, 5.0]];
@@ -160,7 +162,7 @@ fn other_grids_are_their_points() {
     assert!(open.open_edges() > 0 && check(&open, [&up, &up, &up])[0] > 100);
 }
 
-/// Sizes whose products underflow or overflow.
+/// Coordinates so small or large that their products underflow or overflow.
 #[test]
 fn grids_of_extreme_sizes_are_their_points() {
     let slanted = [[1.0, 0.0], [7.0, 6.0], [6.0, 7.0], [0.0, 1.0]];

@@ -1,5 +1,5 @@
-//! Too little memory is an error where one is promised, and never an abort: every call is repeated, and each
-//! time another of its allocations fails.
+//! Running out of memory must never abort, and must be an error in every call that promises one.
+//! Each call is repeated, and each time a different one of its allocations fails.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -11,19 +11,20 @@ use intertri_trace::internal::on_this_thread;
 use intertri_trace::intertri::{Hit, Ray, Ray64, Triangle, Triangle64};
 use intertri_trace::{Bvh, ClosestPoint, Containment, Media, Solid};
 
-/// Smaller allocations do not fail: a thread's own memory has a fixed size, and is too small to run out.
+/// Smaller allocations always succeed. Among them is each thread's scratch memory, which has a
+/// small, fixed size.
 const LEAST: usize = 1 << 19;
 
-/// The system's allocator, which can be set to fail one allocation of a thread.
+/// The system allocator, with a switch that makes one of a thread's allocations fail.
 struct Failing;
 
 std::thread_local! {
-    /// How many large allocations succeed before one fails; if negative, all do.
+    /// The number of large allocations that succeed before one fails. If negative, all succeed.
     static LEFT: Cell<i64> = const { Cell::new(-1) };
     static HAS_FAILED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether this allocation fails.
+/// Whether the next allocation, of `size` bytes, must fail.
 fn fails(size: usize) -> bool {
     if size < LEAST || LEFT.get() < 0 {
         return false;
@@ -60,25 +61,26 @@ unsafe impl GlobalAlloc for Failing {
 #[global_allocator]
 static ALLOCATOR: Failing = Failing;
 
-/// Repeats a call until no allocation fails, and returns how many failed. `call` returns whether it got the
-/// right answer, or an error.
+/// Repeats a call, failing its first allocation, then its second, and so on, until none is left to
+/// fail. Returns the number of failed allocations. `call` returns true if the result is right, and
+/// false if it is an error.
 fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     for allocation in 0.. {
-        // If the program aborts, this is the last line.
+        // If the program aborts, this line is the last one printed.
         println!("{name}: allocation {allocation} fails");
         LEFT.set(allocation);
         HAS_FAILED.set(false);
         let is_done = on_this_thread(&mut call);
         LEFT.set(-1);
         if !HAS_FAILED.get() {
-            assert!(is_done, "{name} fails although memory suffices");
+            assert!(is_done, "{name} fails although no allocation failed");
             return allocation as usize;
         }
     }
     unreachable!("some call has no more allocations")
 }
 
-/// A closed bumpy ball of `rings` rings, with a few needles and a triangle without area next to it.
+/// A closed, bumpy ball of `rings` rings. Triangles at its poles are needles or have no area.
 fn ball(rings: usize) -> Vec<Triangle64> {
     let point = |i: usize, j: usize| {
         let (a, b) = (i as f64 / rings as f64, (j % (2 * rings)) as f64 / rings as f64);
@@ -102,8 +104,8 @@ fn in_f32(triangles: &[Triangle64]) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle(t.0.map(|corner| corner.map(|x| x as f32)))).collect()
 }
 
-/// Every call that creates or changes a hierarchy, or lists hits: returns an error, or the result that it has
-/// with enough memory.
+/// Checks every call that creates or changes a hierarchy or lists hits: it must return an error or
+/// the same result as with enough memory.
 macro_rules! calls {
     ($scalar:ty, $ray:ident, $triangles:expr) => {{
         let triangles = $triangles;
@@ -133,7 +135,7 @@ macro_rules! calls {
             some += usize::from(failed > 0);
         };
         let without = |work: &mut dyn FnMut() -> bool| {
-            // Allocations of the check itself do not fail.
+            // Allocations made by the check itself must not fail.
             let left = LEFT.replace(-1);
             let holds = work();
             LEFT.set(left);
@@ -235,7 +237,7 @@ macro_rules! calls {
             Err(_) => false,
         });
 
-        // These have no error: if memory runs out, they make do with less.
+        // These calls cannot return an error: if memory runs out, they continue with less.
         check("classify_batch_into", &mut || {
             let mut all = without_failing(|| vec![Containment::Outside; points.len()]);
             solid.classify_batch_into(&points, &mut all);
@@ -275,7 +277,7 @@ macro_rules! calls {
     }};
 }
 
-/// Runs code of the check itself, whose allocations do not fail.
+/// Runs part of the check itself, with no failing allocations.
 fn without_failing<T>(work: impl FnOnce() -> T) -> T {
     let left = LEFT.replace(-1);
     let made = work();
@@ -283,7 +285,8 @@ fn without_failing<T>(work: impl FnOnce() -> T) -> T {
     made
 }
 
-/// Run by [`no_allocation_that_fails_aborts`], so that it may abort.
+/// [`no_allocation_that_fails_aborts`] runs this test in a child process, which can abort without
+/// ending the other tests.
 #[test]
 #[ignore = "aborts where the other test fails"]
 fn all_calls() {

@@ -1,4 +1,5 @@
-//! Batches of rays in typical orders: each answer must equal the single ray's, bit for bit.
+//! Batches of rays in typical orders: each result must equal that of tracing the ray alone, bit for
+//! bit.
 
 use std::sync::OnceLock;
 
@@ -6,7 +7,7 @@ use intertri::internal::exact::attributes32;
 use intertri::{Crossings, Hit, Hit32, Mode, Ray, Ray64, RayOf, Triangle, TriangleOf};
 use intertri_trace::{Bvh, BvhScalar, MeshTriangle};
 
-/// A pseudo-random number in -1..1, made from two indices.
+/// A pseudo-random number in -1..1, computed from two indices.
 fn number(i: usize, k: usize) -> f32 {
     let x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(k as u32 * 7 + 11);
     (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
@@ -28,23 +29,24 @@ fn scene() -> &'static Bvh {
     })
 }
 
-/// The width of the widest picture here, in pixels, and its height.
+/// The width of the widest image and the height of the tallest one, in pixels.
 const WIDEST: usize = 1100;
 const HIGHEST: usize = 41;
 
-/// The ray through a pixel from a camera, moved from the pixel's centre by at most `jitter`.
+/// The ray from a camera through a pixel, offset from the pixel's centre by up to `jitter` pixels.
 fn pixel(camera: usize, x: usize, y: usize, jitter: f32) -> Ray {
     let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 600.0;
     let [u, v] = [x as f32 / 600.0 - 0.9 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
     Ray::new([0.1 * camera as f32, 0.05, -2.5], [u, v, 2.0])
 }
 
-/// The rays of a picture, row by row.
+/// The rays of an image, row by row.
 fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
     (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
 }
 
-/// A closest hit in f32: the f64 hit rounded or, in the mode `exact`, the true values rounded.
+/// The expected closest hit in f32: the f64 hit rounded or, in the mode `exact`, the true values
+/// rounded.
 fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hit>) -> Hit32 {
     let Some(hit) = hit else { return Hit32::MISS };
     match bvh.triangle(&hit) {
@@ -56,7 +58,7 @@ fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hi
     }
 }
 
-/// Compares every query with the answers for single rays.
+/// Compares every batch query with single rays.
 fn check(name: &str, rays: &[Ray]) {
     let bvh = scene();
     for mode in [Mode::certified(), Mode::exact(), Mode::once()] {
@@ -116,7 +118,7 @@ fn check(name: &str, rays: &[Ray]) {
     }
 }
 
-/// The scene in f64, with coordinates that are not exact in f32.
+/// The scene in f64, with coordinates that f32 cannot represent exactly.
 fn scene64() -> &'static Bvh<f64> {
     static SCENE: OnceLock<Bvh<f64>> = OnceLock::new();
     SCENE.get_or_init(|| {
@@ -169,7 +171,7 @@ fn several_cameras_in_a_batch_get_what_each_ray_gets_alone() {
 
 #[test]
 fn rows_that_end_early_get_what_each_ray_gets_alone() {
-    // Row 12 is incomplete at its end, row 20 has a gap.
+    // The end of row 12 is missing, and row 20 has a gap.
     let mut rays = rows(0, 129, 36, 0.0);
     rays.drain(20 * 129 + 40..20 * 129 + 60);
     rays.drain(12 * 129 + 100..13 * 129);
@@ -199,7 +201,7 @@ fn columns_and_tiles_get_what_each_ray_gets_alone() {
     check("tiles", &tiles);
 }
 
-/// A batch is split into chunks, and its skip lists with it.
+/// A batch is split into chunks, and each chunk must get the skip lists of its own rays.
 #[test]
 fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     let (bvh, mut passed) = (scene(), 0);
@@ -221,7 +223,7 @@ fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     assert!(passed > 1000, "{passed}");
 }
 
-/// Puts things in a random order.
+/// Shuffles a list, in the same way on every run.
 fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
     for i in (1..all.len()).rev() {
         let share = 0.5 + 0.5 * number(i, 7);
@@ -230,11 +232,11 @@ fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
     all
 }
 
-/// A ray of an orthographic camera, off its pixel's middle by so much at most.
+/// A ray of an orthographic camera, offset from its pixel's centre by up to `jitter` pixels.
 fn parallel(dir: [f32; 3], x: usize, y: usize, jitter: f32) -> Ray {
     let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 200.0;
     let [u, v] = [x as f32 / 200.0 - 1.0 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
-    // Origins lie in a plane about perpendicular to the direction, twice the scene's size away.
+    // All origins are in one plane of constant z, in front of the scene.
     Ray::new([u - 2.5 * dir[0], v - 2.5 * dir[1], -2.5 * dir[2]], dir)
 }
 
@@ -274,7 +276,7 @@ fn parallel_rays_with_ends_and_nan_get_what_each_ray_gets_alone() {
 fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
     let rays = shuffled(parallel_rows([0.25, -0.1, 0.9], 500, 41, 0.2));
     check("parallel, shuffled", &rays);
-    // From wherever a camera's rays hit, toward the sun.
+    // Rays toward the sun, from the points where a camera's rays hit.
     let bvh = scene();
     let seen = rows(0, 700, 41, 0.0);
     let toward = |ray: &Ray| {
@@ -290,8 +292,8 @@ fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
     check("toward the sun, shuffled", &shuffled([&rays[..]; 8].concat()));
 }
 
-/// Shadow rays from the hits of a picture, row by row, which are traced in bundles from the light or in
-/// packets.
+/// Shadow rays from an image's hits toward a light, row by row. They are traced in bundles,
+/// reversed so that they start at the light, or in packets.
 #[test]
 fn rays_toward_a_light_get_what_each_ray_gets_alone() {
     let bvh = scene();
@@ -308,7 +310,7 @@ fn rays_toward_a_light_get_what_each_ray_gets_alone() {
     check("toward a light, few", &[&few[..], &rays[..], &shuffled(few.clone())].concat());
 }
 
-/// A scanner on a vehicle: 64 rays one above the other, from a point that moves.
+/// A scanner on a vehicle: columns of 64 rays, from an origin that moves.
 #[test]
 fn rays_of_a_moving_origin_get_what_each_ray_gets_alone() {
     for moved in [1e-3, 0.02, 0.3] {

@@ -1,9 +1,11 @@
-//! Points inside, outside, on and near the surface: batches and single points must agree.
+//! Batches and single points must be classified alike, for points inside, outside, on, and near the
+//! surface.
 
 use intertri::Triangle;
 use intertri_trace::{Bvh, Containment, Solid};
 
-/// A sphere made of rings; its corners run counter-clockwise as seen from outside.
+/// A sphere of `rings` rings. Seen from outside, the corners of each triangle run
+/// counter-clockwise.
 fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f32 / rings as f32, (i % rings) as f32 / rings as f32);
@@ -23,7 +25,7 @@ fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
 
 #[test]
 fn a_batch_tells_what_single_points_are_told() {
-    // Two that overlap, and one inside out within the first.
+    // Two spheres that overlap, and a small one inside the first, turned inside out.
     let small = globe(8, 0.0).into_iter().map(|intertri::TriangleOf([a, b, c])| {
         Triangle([a, c, b].map(|corner| corner.map(|x| 0.25 * x)))
     });
@@ -31,7 +33,8 @@ fn a_batch_tells_what_single_points_are_told() {
         globe(16, 0.0).into_iter().chain(globe(20, 1.0)).chain(small).collect();
     let solid = Solid::new(&mesh).unwrap();
 
-    // Corners, midpoints of edges and nearby points, a grid through everything, and invalid points.
+    // Corners, midpoints of edges, points next to corners, a grid through the whole mesh, and
+    // extreme or invalid points.
     let mut points: Vec<[f32; 3]> = mesh.iter().flat_map(|t| t.0).collect();
     points.extend(mesh.iter().map(|t| [0, 1, 2].map(|k| 0.5 * (t.0[0][k] + t.0[1][k]))));
     points.extend(mesh.iter().map(|t| [t.0[0][0].next_up(), t.0[0][1], t.0[0][2].next_down()]));
@@ -52,13 +55,13 @@ fn a_batch_tells_what_single_points_are_told() {
     assert!(count(Containment::Surface) >= 3 * mesh.len());
     let counts = [1, 2].map(|times| count(Containment::Inside(times)));
     assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
-    // Inside the inverted one, nothing winds around a point.
+    // Inside the inverted sphere, the winding numbers of the two spheres around the point cancel.
     assert_eq!(solid.classify([0.1, -0.02, 0.01]), Containment::Inside(1));
     assert_eq!(solid.classify([-0.1, -0.02, 0.01]), Containment::Outside);
     assert_eq!(solid.classify([0.5, 0.01, 0.02]), Containment::Inside(2));
 }
 
-/// Masks only affect rays: they cannot take one of two meshes out of a solid.
+/// Masks affect only rays. They cannot remove one of two meshes from a solid.
 #[test]
 fn masks_do_not_open_a_solid() {
     let (one, other) = (globe(12, 0.0), globe(12, 5.0));

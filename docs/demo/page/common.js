@@ -1,18 +1,18 @@
-// ---- Shared by both pictures: colours, directions, pointers ----
+// ---- Functions that both views use: colours, directions, input ----
 
 const $ = (id) => document.getElementById(id);
 const NUMBER = new Intl.NumberFormat("en");
 
-/** A colour of the style sheet as [r, g, b]. */
+/** Returns a colour of the style sheet as [r, g, b]. */
 function colour(name) {
   const text = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16));
 }
-/** A colour as a canvas stores it in memory. */
+/** Packs a colour into the 32-bit word that a canvas stores. */
 const packed = ([r, g, b]) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
 const mixed = (a, b, x) => a.map((c, i) => Math.round(c + (b[i] - c) * x));
 
-/** The directions right, up and forward of a view, from its angles in degrees. */
+/** Returns the right, up, and forward directions of a view with these angles in degrees. */
 function axes(yaw, pitch) {
   const [y, p] = [yaw, pitch].map((angle) => angle * Math.PI / 180);
   const forward = [Math.sin(y) * Math.cos(p), Math.sin(p), Math.cos(y) * Math.cos(p)];
@@ -27,7 +27,7 @@ function axes(yaw, pitch) {
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
 
-/** A number for people to read: 3,000 or 2.4e-7. */
+/** Formats a number for display, such as 3,000 or 2.4e-7. */
 function readable(x) {
   if (x === 0) return "0";
   const size = Math.abs(x);
@@ -35,7 +35,7 @@ function readable(x) {
   return x.toExponential(1).replace("e+", "e");
 }
 
-/** Drags turn, the wheel and two fingers magnify, arrow keys turn, plus and minus magnify. */
+/** Makes a canvas navigable: dragging and arrow keys turn; the wheel, pinching, and plus and minus zoom. */
 function navigate(canvas, { turn, magnify }) {
   const pointers = new Map();
   let apart = 0;
@@ -65,7 +65,7 @@ function navigate(canvas, { turn, magnify }) {
     canvas.addEventListener(end, (e) => pointers.delete(e.pointerId));
   }
   canvas.addEventListener("wheel", (e) => {
-    if (document.activeElement !== canvas && !e.ctrlKey) return; // the page scrolls until the picture is chosen
+    if (document.activeElement !== canvas && !e.ctrlKey) return; // the wheel scrolls the page unless the canvas has the focus
     e.preventDefault();
     magnify(-e.deltaY / 240);
   }, { passive: false });
@@ -80,7 +80,7 @@ function navigate(canvas, { turn, magnify }) {
   });
 }
 
-/** Calls `draw` once in the next frame, however often it is requested; then `rest` once there were no requests for a while. */
+/** Returns a function that requests a redraw. `draw` runs at most once per frame, and `rest` after a pause in the requests. */
 function scheduler(draw, rest) {
   let asked = false, timer = 0;
   return () => {
@@ -97,7 +97,7 @@ function scheduler(draw, rest) {
   };
 }
 
-/** Does work in pieces, one for each frame, until other such work begins. */
+/** Returns a function that runs a list of jobs, a few in each frame, until it is called with other jobs. */
 function pieces() {
   let current = 0;
   return (jobs) => {

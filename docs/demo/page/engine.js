@@ -1,15 +1,15 @@
-// ---- The WebAssembly module behind functions of plain data ----
+// ---- A JavaScript interface to the WebAssembly module ----
 
-const CLASSES = 5; // beside the mesh, right, leak, one too many, wrong
+const CLASSES = 5; // background, right, leak, double, wrong
 
-/** Unpacks one of the embedded modules: gzip in base64. */
+/** Unpacks an embedded module, which is compressed with gzip and encoded in base64. */
 async function unpack(text) {
   const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The module with SIMD if the browser supports it; `#plain` in the address selects the other. */
+/** Compiles the module with SIMD, or the one without if the browser lacks SIMD or the address ends in `#plain`. */
 async function chooseModule() {
   const modules = JSON.parse(document.getElementById("modules").textContent);
   if (!location.hash.includes("plain")) {
@@ -29,7 +29,7 @@ class Engine {
     return engine;
   }
 
-  /** Makes a fresh instance: at the start, and after a trap ended the last one. */
+  /** Creates a new instance, at the start and after a trap has made the previous one unusable. */
   async restart() {
     this.wasm = (await WebAssembly.instantiate(this.module)).exports;
     this.wasm.method_names();
@@ -47,7 +47,7 @@ class Engine {
     const view = new DataView(this.wasm.memory.buffer, at, 8 * numbers.length);
     numbers.forEach((x, i) => view.setFloat64(8 * i, x, true));
   }
-  /** The counts of each class, and one byte for each pixel. */
+  /** Decodes the last output: the number of pixels in each class, then one byte for each pixel. */
   counted() {
     const bytes = this.bytes();
     const view = new DataView(bytes.buffer, bytes.byteOffset, 4 * CLASSES);
@@ -64,7 +64,7 @@ class Engine {
     return this.counted();
   }
 
-  /** Loads a model. If it is not a model, throws an Error with the library's message. */
+  /** Loads a model. Throws an Error with the library's message if the file cannot be read as one. */
   model(name, bytes) {
     const label = new TextEncoder().encode(name);
     const at = this.wasm.buffer(label.length + bytes.length);
@@ -91,7 +91,7 @@ class Engine {
     return this.counted();
   }
 
-  /** The golden report: rows of section, level, lines, here, committed, verdict. */
+  /** Computes the golden report. Its rows have the section, level, lines, hash here, committed hash, and verdict. */
   golden() {
     this.wasm.golden();
     const text = this.text();

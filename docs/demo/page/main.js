@@ -1,9 +1,9 @@
 // ---- The page ----
 
-/** Exposed to the tests of the page. */
+/** State that the tests of the page read. */
 const page = window.intertri = { ready: false };
 
-/** Computes the golden answers after the pictures are drawn. */
+/** Computes the golden results and shows their hashes. */
 function bits(engine) {
   const { text, rows } = engine.golden();
   const body = $("hashes").tBodies[0];
@@ -30,13 +30,13 @@ async function start() {
   try {
     engine = await Engine.load();
   } catch (e) {
-    $("scope-title").textContent = "This browser has no WebAssembly, or too old a one.";
+    $("scope-title").textContent = "This browser does not support WebAssembly, or is too old.";
     throw e;
   }
   page.module = engine.name;
   page.engine = engine;
   $("module-note").textContent = engine.name === "simd128"
-    ? "Computed by WebAssembly with SIMD; add #plain to the address for the module without."
+    ? "Computed by WebAssembly with SIMD. Add #plain to the address to use the module without SIMD."
     : "Computed by WebAssembly without SIMD.";
   const pictures = [microscope(engine), modelView(engine)];
   const recolour = () => pictures.forEach((picture) => picture.recolour());
@@ -49,7 +49,7 @@ async function start() {
   });
   setTimeout(() => {
     bits(engine);
-    page.fan.change(); // the first picture's time was that of code not yet compiled
+    page.fan.change(); // draws again, because the first time included compiling the module
     page.ready = true;
   }, 600);
 }

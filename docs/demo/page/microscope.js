@@ -20,7 +20,7 @@ function microscope(engine) {
   const offset = () => [1, 0.7, 0.4].map((x) => x * away());
   const view = () => axes(state.yaw, state.pitch);
 
-  /** The input of the module, and of the native test. */
+  /** The numbers that describe the view, for the module and for the native program of the tests. */
   function numbers(size = SIZE) {
     const { right, up, forward } = view();
     return [size, width(), 0, 0, ...offset(), ...right, ...up, ...forward, DISTANCE,
@@ -65,7 +65,7 @@ function microscope(engine) {
     const bad = leaks + doubles + wrongs;
     $("scope-title").textContent = `${engine.methods[state.method]}: ` +
       (bad === 0 ? "every ray is right" : `${NUMBER.format(bad)} of ${NUMBER.format(SIZE * SIZE)} rays are wrong`);
-    $("scope-speed").textContent = `${time.toFixed(1)} ms, truth included`;
+    $("scope-speed").textContent = `${time.toFixed(1)} ms, including exact`;
     labels();
     overview();
     page.frame = { time, counts: picture.counts };
@@ -89,7 +89,7 @@ function microscope(engine) {
     for (const id of ["zoom", "offset", "yaw", "pitch"]) $(id).value = state[id];
   }
 
-  // The triangles from afar, with their coordinates rounded to f32.
+  // The overview of the triangles, with their coordinates rounded to f32.
   const svg = $("overview");
   const make = (name, attributes) => {
     const element = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -124,20 +124,20 @@ function microscope(engine) {
       change();
     });
   });
-  /** The position of a corner in the picture from afar: its offset from the vertex, across the view. */
+  /** Returns the position of a corner in the overview, relative to the vertex. */
   function seen(corner) {
     const { right, up } = view();
     const from = corner.map((x, k) => x - state.vertex[k]);
     return [dot(from, right), dot(from, up)];
   }
-  /** Moves a corner across the view. */
+  /** Moves a corner to a position in the overview. */
   function place(i, x, y) {
     const { right, up } = view();
     const [oldX, oldY] = seen(state.corners[i]);
     state.corners[i] = state.corners[i].map((c, k) => c + (x - oldX) * right[k] + (y - oldY) * up[k]);
     change();
   }
-  /** Moves a corner by the step that f32 has at its place. */
+  /** Moves a corner to the next f32 number along x or y. */
   function nudge(corner, dx, dy) {
     return corner.map((x, k) => {
       const by = [dx, dy, 0][k], at = offset()[k];
@@ -166,7 +166,7 @@ function microscope(engine) {
     handles.forEach((handle, i) => handle.setAttribute("transform", `translate(${text(corners[i]).replace(" ", ",")})`));
   }
 
-  // The methods, one row for each.
+  // The table of methods, with one row for each.
   engine.methods.forEach((name, method) => {
     const tr = $("methods").tBodies[0].insertRow();
     const picture = document.createElement("canvas");

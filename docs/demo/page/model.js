@@ -1,4 +1,4 @@
-// ---- A model of one's own ----
+// ---- A model of your own ----
 
 function modelView(engine) {
   const WIDTH = 512, HEIGHT = 384, DISTANCE = 4, FIELD = 2.3 / HEIGHT / 4;
@@ -11,7 +11,7 @@ function modelView(engine) {
 
   const away = () => (state.away === 0 ? 0 : 10 ** (state.away / 4));
   const pixel = () => FIELD * 2 ** -state.close;
-  /** The input of the module, and of the native test, for a picture that is `by` times smaller. */
+  /** The numbers that describe the view, for the module and for the native tests. The picture is `by` times smaller. */
   function numbers(by = 1) {
     const { right, up, forward } = axes(state.yaw, state.pitch);
     return [WIDTH / by, HEIGHT / by, pixel() * by, ...state.shift, ...[1, 0.7, 0.4].map((x) => x * away()),
@@ -34,7 +34,7 @@ function modelView(engine) {
     context.drawImage(small, 0, 0, WIDTH, HEIGHT);
   }
 
-  /** Traces the whole picture and shows it. Setting the view may rebuild the hierarchy, which is not timed as tracing. */
+  /** Traces the whole picture and shows it. Setting the view can rebuild the hierarchy; that time is not included in the rate. */
   function trace(by) {
     if (!engine.look(numbers(by))) return;
     looked = by;
@@ -44,7 +44,7 @@ function modelView(engine) {
     traced = pixels.slice();
     paint(by, traced);
     const rate = traced.length / seconds / 1e6;
-    $("model-speed").textContent = `${rate.toFixed(1)} million rays a second, one thread`;
+    $("model-speed").textContent = `${rate.toFixed(1)} million rays per second on one thread`;
     page.rate = rate;
     scale = by;
   }
@@ -58,7 +58,7 @@ function modelView(engine) {
   }
 
   const inPieces = pieces();
-  /** Traces the whole picture, then compares the method, some rows of tiles at a time. */
+  /** Traces the picture at full resolution if needed, then compares the selected method with it, a few rows of tiles at a time. */
   function rest() {
     if (state.triangles === 0) return;
     if (looked !== 1 || scale !== 1) guarded(() => trace(1));
@@ -84,7 +84,7 @@ function modelView(engine) {
   }
   const change = scheduler(draw, rest);
 
-  /** Lights up wrong pixels, each with a ring, so that even a single one is visible. */
+  /** Highlights wrong pixels. If there are only a few, each gets a ring, so that even a single pixel is easy to see. */
   function light() {
     for (const { x, y, mark } of wrong) {
       const word = marks[mark];
@@ -103,11 +103,11 @@ function modelView(engine) {
 
   function verdict(method, [, , leaks, falls, others]) {
     const bad = leaks + falls + others, name = engine.methods[method], all = NUMBER.format(WIDTH * HEIGHT);
-    const parts = [[leaks, "hit nothing"], [falls, "hit what is not there"], [others, "hit another triangle"]];
+    const parts = [[leaks, "hit nothing"], [falls, "hit a triangle where there is none"], [others, "hit the wrong triangle"]];
     $("model-wrong").replaceChildren();
     const strong = document.createElement("b");
     strong.textContent = bad === 0 ? `${name} gets every pixel right` : `${name} gets ${NUMBER.format(bad)} of ${all} pixels wrong`;
-    const rest = bad === 0 ? " in this view. Move it away from the origin, or magnify."
+    const rest = bad === 0 ? " in this view. Move the model away from the origin, or zoom in."
       : `: ${parts.filter(([n]) => n > 0).map(([n, what]) => `${NUMBER.format(n)} ${what}`).join(", ")}.`;
     $("model-wrong").append(strong, rest);
   }
@@ -121,19 +121,19 @@ function modelView(engine) {
     $("model-error").hidden = text === "";
     $("model-error").textContent = text;
   }
-  /** A trap, such as running out of memory, ends an instance. The page continues with a fresh one. */
+  /** Runs `work`. After a trap, such as running out of memory, an instance is unusable, so the page continues with a new one. */
   function guarded(work) {
     try {
       return work();
     } catch (e) {
       if (!(e instanceof WebAssembly.RuntimeError || e instanceof RangeError)) throw e;
       state.triangles = 0;
-      complain("This is more than the browser's memory holds.");
+      complain("The browser has run out of memory.");
       engine.restart();
     }
   }
 
-  /** Loads a model under a name. */
+  /** Loads a model with the function `load`, and shows it under a name. */
   function take(name, load, from = {}) {
     complain("");
     try {
@@ -146,7 +146,7 @@ function modelView(engine) {
       change();
     } catch (e) {
       if (e instanceof WebAssembly.RuntimeError || e instanceof RangeError) {
-        complain(`${name}: this is more than the browser's memory holds.`);
+        complain(`${name}: the browser has run out of memory.`);
         state.triangles = 0;
         engine.restart();
       } else {
@@ -169,7 +169,7 @@ function modelView(engine) {
     if (state.triangles) $("model-title-out").textContent = `${state.name}, ${NUMBER.format(state.triangles)} triangles`;
   }
 
-  /** The built-in scene, seen from close enough: it stands on a wide floor. */
+  /** Shows the built-in scene from close up, because its floor is much wider than its objects. */
   const takeBuiltIn = () => take("Built-in scene", () => engine.builtIn(), { close: 2, shift: [0.004, 0.012] });
 
   const drop = $("drop");
@@ -178,7 +178,7 @@ function modelView(engine) {
   }
   for (const name of ["dragleave", "drop"]) drop.addEventListener(name, () => drop.classList.remove("over"));
   drop.addEventListener("drop", (e) => { e.preventDefault(); open(e.dataTransfer.files[0]); });
-  // A file dropped next to the picture must not replace the page.
+  // The browser must not open a file that is dropped next to the picture.
   for (const name of ["dragover", "drop"]) window.addEventListener(name, (e) => e.preventDefault());
   $("open").addEventListener("click", () => $("file").click());
   $("file").addEventListener("change", () => { open($("file").files[0]); $("file").value = ""; });
@@ -191,7 +191,7 @@ function modelView(engine) {
   }
   navigate(canvas, {
     turn(dx, dy) {
-      // Move by as much as the picture shows.
+      // The step is proportional to the visible area.
       const by = 2 ** -state.close;
       if (state.close > 4) {
         state.shift = [state.shift[0] - dx * by * 0.003, state.shift[1] + dy * by * 0.003];

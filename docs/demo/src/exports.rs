@@ -1,5 +1,5 @@
-//! The functions that the page calls. It writes numbers and bytes to [`buffer`], calls one, and reads
-//! [`output`].
+//! The functions that the page calls. The page writes its input to [`buffer`], calls a function,
+//! and reads the result from [`output`].
 
 // Exported functions need `#[unsafe(no_mangle)]`.
 #![allow(unsafe_code)]
@@ -10,7 +10,7 @@ use crate::fan::{CLASSES, Fan};
 use crate::methods::METHODS;
 use crate::model::Model;
 
-/// The state kept between calls.
+/// The state that is kept between calls.
 struct State {
     input: Vec<u8>,
     output: Vec<u8>,
@@ -26,13 +26,13 @@ fn state() -> MutexGuard<'static, State> {
 }
 
 impl State {
-    /// The input bytes as numbers.
+    /// Decodes the input as little-endian f64 numbers.
     fn numbers(&self) -> Vec<f64> {
         let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().expect("eight"));
         self.input.chunks_exact(8).map(number).collect()
     }
 
-    /// Writes counts as output, then one byte per pixel.
+    /// Outputs the counts, then one byte per pixel.
     fn put(&mut self, counts: [u32; CLASSES], pixels: &[u8]) {
         self.output.clear();
         for count in counts {
@@ -41,7 +41,8 @@ impl State {
         self.output.extend(pixels);
     }
 
-    /// Stores a model and returns its number of triangles. On an error, outputs the message and returns 0.
+    /// Stores a model and returns its number of triangles. For an error, outputs the message and
+    /// returns 0.
     fn take(&mut self, model: Result<Model, String>) -> u32 {
         match model {
             Ok(model) => {
@@ -66,19 +67,19 @@ pub extern "C" fn buffer(len: usize) -> *mut u8 {
     input.as_mut_ptr()
 }
 
-/// The address of the last output.
+/// Returns the address of the last output.
 #[unsafe(no_mangle)]
 pub extern "C" fn output() -> *const u8 {
     state().output.as_ptr()
 }
 
-/// The length of the last output in bytes.
+/// Returns the length of the last output in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn output_len() -> usize {
     state().output.len()
 }
 
-/// Outputs the report of the golden answers. Returns 1 if every answer equals the committed one.
+/// Outputs the report of the golden results. Returns 1 if all hashes equal the committed ones.
 #[unsafe(no_mangle)]
 pub extern "C" fn golden() -> u32 {
     let (text, same) = intertri_golden::report();
@@ -93,7 +94,8 @@ pub extern "C" fn method_names() {
     state().output = names.into_bytes();
 }
 
-/// Reads a fan from the numbers of the input. Returns 1 if they describe one.
+/// Sets the fan from the numbers in the input buffer. Returns 1 if they describe a fan, otherwise
+/// 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn fan_set() -> u32 {
     let mut state = state();
@@ -101,7 +103,8 @@ pub extern "C" fn fan_set() -> u32 {
     state.fan.is_some().into()
 }
 
-/// Outputs a method's counts and pixels for the fan. Returns 0 if there is no fan or no such method.
+/// Outputs a method's counts and pixels for the fan. Returns 0 if there is no fan or no such
+/// method.
 #[unsafe(no_mangle)]
 pub extern "C" fn fan_picture(method: usize) -> u32 {
     let mut state = state();
@@ -111,8 +114,8 @@ pub extern "C" fn fan_picture(method: usize) -> u32 {
     1
 }
 
-/// Loads a model from the input: a name of `name_len` bytes, then the file. Returns the number of triangles;
-/// on an error, outputs the message and returns 0.
+/// Loads a model from the input buffer, which has a file name of `name_len` bytes and then the
+/// file. Returns the number of triangles. On an error, outputs the message and returns 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_load(name_len: usize) -> u32 {
     let mut state = state();
@@ -122,13 +125,14 @@ pub extern "C" fn model_load(name_len: usize) -> u32 {
     state.take(model)
 }
 
-/// Loads the built-in scene. Returns the number of triangles.
+/// Loads the built-in scene and returns its number of triangles.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_built_in() -> u32 {
     state().take(Model::built_in())
 }
 
-/// Sets the view from the numbers of the input. Returns 1 if they describe one.
+/// Sets the view of the model from the numbers in the input buffer. Returns 1 if they describe a
+/// view, otherwise 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_look() -> u32 {
     let mut state = state();
@@ -136,7 +140,7 @@ pub extern "C" fn model_look() -> u32 {
     state.model.as_mut().is_some_and(|model| model.look(&numbers)).into()
 }
 
-/// Traces rows of the picture and outputs one byte per pixel.
+/// Traces the rows `first..end` of the picture and outputs one byte per pixel.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_trace(first: usize, end: usize) {
     let mut state = state();
@@ -144,8 +148,8 @@ pub extern "C" fn model_trace(first: usize, end: usize) {
     state.output = model.trace(first..end);
 }
 
-/// Compares rows of tiles with a method; outputs counts and one byte per pixel. Returns 0 if there is no such
-/// method.
+/// Compares a method with the traced picture, in the rows of tiles `first..end`. Outputs the counts
+/// and one byte per pixel. Returns 0 if there is no model or no such method.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_compare(method: usize, first: usize, end: usize) -> u32 {
     let mut state = state();

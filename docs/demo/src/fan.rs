@@ -1,51 +1,55 @@
-//! A vertex where triangles meet, seen through a square of pixels that may be as small as one step of f32.
+//! A vertex where triangles meet, viewed through a square of pixels. A pixel can be smaller than
+//! the spacing of f32 numbers.
 
 use intertri::{Ray, RayPacket, Triangle};
 
 use crate::input::{Numbers, double, single};
 use crate::methods::{METHODS, Pairs, Sink};
 
-/// The most pixels along a side.
+/// The maximum number of pixels along a side.
 const MAX_SIZE: usize = 1024;
-/// The most triangles of a fan: as many as a pixel's bits can name.
+/// The maximum number of triangles in a fan: each has one bit in a `u8`.
 const MAX_CORNERS: usize = 8;
 
-/// How a pixel compares with the truth.
+/// How a method's hits at a pixel compare with those of `exact`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Class {
-    /// Correctly a miss.
+    /// Both miss.
     Background,
-    /// Correctly a hit, of the same triangles.
+    /// Both hit the same triangles.
     Right,
-    /// A miss where there is a triangle.
+    /// The method misses, but `exact` hits.
     Leak,
-    /// More triangles than there are, the right ones among them.
+    /// The method hits the right triangles and others.
     Double,
-    /// Wrong triangles.
+    /// The method hits wrong triangles.
     Wrong,
 }
 
 /// The number of classes.
 pub const CLASSES: usize = 5;
 
-/// The fan and its rays.
+/// A fan of triangles around a vertex, and its rays.
 #[derive(Clone, Debug)]
 pub struct Fan {
     triangles: Vec<Triangle>,
-    /// The distinct rays, and which of them each pixel uses: pixels smaller than a step of f32 share rays.
+    /// The distinct rays. Pixels smaller than the spacing of f32 numbers share rays.
     packets: Vec<RayPacket<8>>,
+    /// The index of each pixel's ray.
     ray_of: Vec<u32>,
-    /// For each ray, one bit per triangle.
+    /// The triangles that each ray hits according to `exact`, one bit per triangle.
     truth: Vec<u8>,
 }
 
 impl Fan {
-    /// Reads a fan from numbers: pixels per side, width of a pixel, two shifts of the picture's middle, the
-    /// offset from the origin (3), right, up and forward (9), the distance of the eye, the number of corners
-    /// around the vertex, the vertex (3), the corners (3 each). Returns `None` if they do not describe a fan.
+    /// Reads a fan from numbers, in this order: the number of pixels per side, the width of a
+    /// pixel, the shift of the picture's centre (2), the offset from the origin (3), the right, up,
+    /// and forward directions (9), the distance of the eye, the number of corners around the
+    /// vertex, the vertex (3), and the corners (3 each). Returns `None` if the numbers do not
+    /// describe a fan.
     ///
-    /// Uses only `+ - * /`, so that the rays have the same bits everywhere.
+    /// This function uses only `+ - * /`, so the rays have the same bits on every platform.
     pub fn new(numbers: &[f64]) -> Option<Self> {
         let mut numbers = Numbers::new(numbers);
         let size = numbers.count(MAX_SIZE)?;
@@ -65,7 +69,8 @@ impl Fan {
         let eye = single([0, 1, 2].map(|k| middle[k] - distance * forward[k]));
         let from = double(eye);
         let half = (size / 2) as f64;
-        // Along a row only the first product changes, along a column only the second.
+        // The product with `right` changes only along a row, and the product with `up` only along a
+        // column, so each is computed once.
         let column = |x: usize| {
             let x = shift[0] + (x as f64 - half) * pixel;
             [0, 1, 2].map(|k| middle[k] + x * right[k])
@@ -90,9 +95,9 @@ impl Fan {
         Some(fan)
     }
 
-    /// The triangles that each ray hits according to a method, as bits.
+    /// Returns the triangles that each ray hits according to a method, one bit per triangle.
     fn hit_by(&self, method: usize) -> Vec<u8> {
-        /// For each packet, one byte per triangle with one bit per ray.
+        /// One word for each packet. It has one byte for each triangle, with one bit for each ray.
         struct Bits(Vec<u64>);
         impl Sink for Bits {
             #[inline]
@@ -107,8 +112,9 @@ impl Fan {
         hit.0.into_iter().flat_map(|bits| transposed(bits).to_le_bytes()).collect()
     }
 
-    /// The number of pixels in each class according to a method, and the pixels: the class is in the low four
-    /// bits, the first true triangle above them.
+    /// Returns the number of pixels in each class for a method, and one byte for each pixel. The
+    /// low four bits are the class, and the bits above them are the index of the first triangle
+    /// that `exact` hits.
     ///
     /// # Panics
     /// Panics if there is no such method.
@@ -128,8 +134,9 @@ impl Fan {
     }
 }
 
-/// The directions of a square of pixels that differ from the ones to the left and above, and which of them
-/// each pixel uses.
+/// Finds the directions of a square of pixels, and reuses a direction if it equals that of the
+/// pixel to the left or above. Returns the different directions, and the index of each pixel's
+/// direction.
 fn differing(size: usize, dir: impl Fn(usize, usize) -> [f32; 3]) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (mut dirs, mut ray_of) = (Vec::with_capacity(size * size), Vec::with_capacity(size * size));
     let same = |a: [f32; 3], b: [f32; 3]| a.map(f32::to_bits) == b.map(f32::to_bits);
@@ -150,7 +157,7 @@ fn differing(size: usize, dir: impl Fn(usize, usize) -> [f32; 3]) -> (Vec<[f32; 
     (dirs, ray_of)
 }
 
-/// Transposes eight bytes of eight bits.
+/// Transposes an 8×8 matrix of bits, stored one row per byte.
 fn transposed(bits: u64) -> u64 {
     let swap = |x: u64, by: u32, mask: u64| {
         let differ = (x ^ x >> by) & mask;
@@ -161,7 +168,7 @@ fn transposed(bits: u64) -> u64 {
     swap(x, 28, 0x0000_0000_f0f0_f0f0)
 }
 
-/// The class of a pixel that shows the triangles `hit`.
+/// Classifies a pixel where a method hits the triangles `hit` and `exact` the triangles `truth`.
 fn classify(hit: u8, truth: u8) -> Class {
     match (hit, truth) {
         (0, 0) => Class::Background,
@@ -186,7 +193,7 @@ mod tests {
 
     #[test]
     fn each_pixel_has_its_own_ray() {
-        // A negative and a positive zero are different directions.
+        // Directions that differ only in the sign of a zero count as different.
         let dir =
             |x: usize, y: usize| [(x / 2) as f32, y.min(2) as f32, if x < 6 { 0.0 } else { -0.0 }];
         let (dirs, ray_of) = differing(8, dir);

@@ -1,8 +1,8 @@
-//! The computations of `docs/demo/index.html`: pictures of a vertex by the known methods, a model traced by
-//! `exact`, and the golden answers.
+//! The computations of `docs/demo/index.html`: pictures of a vertex by well-known methods, a model
+//! traced with `exact`, and the golden results.
 //!
-//! The page calls the functions of [`exports`]. They need no `unsafe` blocks, because the page writes to one
-//! buffer of this module and reads from another.
+//! The page calls the functions in [`exports`]. They need no `unsafe` blocks, because they take no
+//! pointers: the page writes to one buffer of this module and reads from another.
 
 pub mod exports;
 pub mod fan;

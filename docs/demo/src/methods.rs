@@ -1,4 +1,5 @@
-//! The methods that the page compares, behind one interface: rays of one origin against triangles.
+//! A common interface to the methods that the page compares. They test packets of rays against
+//! triangles.
 
 use intertri::simd::{Level, Mask, Simd, Vec3, WithSimd};
 use intertri::{
@@ -10,25 +11,25 @@ use intertri_lab::methods::moller_trumbore::MollerTrumbore;
 use intertri_lab::methods::woop::Woop;
 use intertri_lab::methods::{Intersector, Number, Real};
 
-/// Receives hits: packet, bits of the lanes, triangle, and the t of each lane.
+/// Receives hits: the packet, the lanes that hit as bits, the triangle, and the t of each lane.
 pub(crate) trait Sink {
     fn hits(&mut self, packet: usize, bits: u32, triangle: usize, t: &[f64; 8]);
 }
 
-/// Packets of rays, and triangles. Every pair is tested, one triangle after another within a packet.
+/// Packets of rays, and triangles. Each packet is tested against all triangles in order.
 #[derive(Clone, Copy)]
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
     pub(crate) triangles: &'a [Triangle],
-    /// Whether to find each ray's closest hit with its t, or only the pairs that hit. When closest hits are
-    /// requested, a method may report all hits, in the order of the triangles.
+    /// Whether to report closest hits with their t, or all hits without t. If closest hits are
+    /// requested, a method can still report all hits, in the order of the triangles.
     pub(crate) closest: bool,
 }
 
-/// A method: its name, its significant bits, and its answers.
+/// A method to test rays against triangles.
 #[derive(Clone, Copy)]
 pub struct Method {
-    /// The name, as the page shows it.
+    /// The name, as shown on the page.
     pub name: &'static str,
     run: fn(Pairs<'_>, &mut dyn Sink),
 }
@@ -57,7 +58,8 @@ macro_rules! mode {
     };
 }
 
-/// All methods, in the order of the page. The last one is taken as the truth.
+/// All methods, in the order in which the page shows them. The others are compared with the last
+/// one.
 pub static METHODS: [Method; 8] = [
     published!("Möller–Trumbore f32", MollerTrumbore { epsilon: 0.0 }, false),
     published!("Baldwin–Weber f32", BaldwinWeber, false),
@@ -114,7 +116,7 @@ fn published<M: Intersector, L: Real>(intersector: M, pairs: Pairs<'_>, sink: &m
     }
 }
 
-/// A mode of the kernel.
+/// Runs a mode of the kernel on packets and triangles.
 struct OfMode<'a> {
     mode: Mode,
     pairs: Pairs<'a>,

@@ -1,4 +1,5 @@
-//! A model, traced by `exact` through a hierarchy, and by the other methods for comparison.
+//! A model, which is traced with `exact` through a hierarchy, and with the other methods for
+//! comparison.
 
 use std::path::Path;
 
@@ -11,14 +12,14 @@ use crate::input::{Numbers, along, single};
 use crate::methods::{METHODS, Pairs, Sink};
 use crate::tiles::{SIDE, View, ball, by_tile};
 
-/// The most pixels along a side.
+/// The maximum number of pixels along a side.
 const MAX_SIZE: usize = 2048;
 
 /// A model and its view.
 pub struct Model {
     /// The triangles as read from the file.
     original: Vec<Triangle>,
-    /// The triangles moved by the offset and rounded.
+    /// The triangles moved by the offset and rounded to f32.
     triangles: Vec<Triangle>,
     offset: [f64; 3],
     bvh: Bvh,
@@ -27,7 +28,7 @@ pub struct Model {
     look: Option<Look>,
 }
 
-/// A view, and what is known about its pixels.
+/// A view, the hits of its pixels, and the lists of triangles for its tiles once they are needed.
 struct Look {
     view: View,
     hits: Vec<Hit>,
@@ -35,19 +36,19 @@ struct Look {
 }
 
 impl Model {
-    /// Reads a model file: OBJ, PLY, STL, glTF or GLB, also compressed with gzip.
+    /// Reads a model file in OBJ, PLY, STL, glTF, or GLB format, optionally compressed with gzip.
     ///
     /// # Errors
-    /// Says in one line what is wrong with the file.
+    /// Returns a one-line description of the error if the file is not a valid model.
     pub fn from_file(name: &str, bytes: &[u8]) -> Result<Self, String> {
         let mesh = read(Path::new(name), bytes).map_err(|e| e.to_string())?;
         Self::new(mesh.to_triangles())
     }
 
-    /// The built-in scene.
+    /// Loads the built-in scene.
     ///
     /// # Errors
-    /// Fails if there is not enough memory.
+    /// Returns an error if there is not enough memory.
     pub fn built_in() -> Result<Self, String> {
         Self::new(Scene::built_in().mesh.to_triangles())
     }
@@ -69,9 +70,10 @@ impl Model {
         self.original.is_empty()
     }
 
-    /// Sets the view from numbers: width, height, width of a pixel at distance 1, two shifts of the picture's
-    /// middle, the model's offset in units of its radius (3), right, up and forward (9), the distance of the
-    /// eye in units of the radius. Returns false if they do not describe a view.
+    /// Sets the view from numbers, in this order: the width and height in pixels, the width of a
+    /// pixel at distance 1, the shift of the picture's centre (2), the model's offset in units of
+    /// its radius (3), the right, up, and forward directions (9), and the distance of the eye in
+    /// units of the radius. Returns false if the numbers do not describe a view.
     pub fn look(&mut self, numbers: &[f64]) -> bool {
         self.try_look(numbers).is_some()
     }
@@ -99,8 +101,8 @@ impl Model {
         Some(())
     }
 
-    /// Traces rows of the picture with `exact`. A pixel is 0 where nothing is hit, else 1 to 255: how much
-    /// the triangle faces the eye.
+    /// Traces rows of the picture with `exact`. Returns one byte for each pixel: 0 for a miss, and
+    /// 1 to 255 for a hit, depending on how directly the triangle faces the ray.
     pub fn trace(&mut self, rows: std::ops::Range<usize>) -> Vec<u8> {
         let Some(look) = &mut self.look else { return vec![] };
         let [width, height] = look.view.size;
@@ -117,9 +119,9 @@ impl Model {
         rays.iter().zip(&*hits).map(shade).collect()
     }
 
-    /// Runs a method on rows of tiles (eight rows of pixels each) and compares it with the result of
-    /// [`Model::trace`]. Returns the number of pixels in each class, and the class of each pixel, tile row by
-    /// tile row.
+    /// Runs a method on rows of tiles, which are eight pixels high, and compares its hits with
+    /// those of [`Model::trace`]. Returns the number of pixels in each class, and the class of each
+    /// pixel, row by row.
     ///
     /// # Panics
     /// Panics if there is no such method.
@@ -165,7 +167,7 @@ impl Model {
     }
 }
 
-/// The class of a pixel. `Double` stands for a hit where there is no triangle.
+/// Classifies a pixel. Here, `Double` means a hit where there is no triangle.
 fn classify(found: Option<u32>, truth: Option<u32>) -> Class {
     match (found, truth) {
         (None, None) => Class::Background,
@@ -176,7 +178,7 @@ fn classify(found: Option<u32>, truth: Option<u32>) -> Class {
     }
 }
 
-/// The closest hits of packets; if two have the same t, the first wins.
+/// Keeps the closest hit of each ray. If two hits have the same t, the first one wins.
 struct Closest {
     t: Vec<[f64; 8]>,
     triangle: Vec<[Option<u32>; 8]>,
@@ -200,14 +202,14 @@ impl Sink for Closest {
     }
 }
 
-/// The ray through a pixel.
+/// Returns the ray through a pixel's centre.
 fn ray(view: &View, column: usize, row: usize) -> Ray {
     let [x, y] = view.at(column, row);
     let [right, up, forward] = view.axes;
     Ray::new(view.eye, single(along(forward, [right, up], x, y)))
 }
 
-/// How much a triangle faces a ray, from 1 to 255.
+/// Returns how directly a triangle faces a ray, from 1 (edge-on) to 255 (perpendicular).
 fn facing(TriangleOf(corners): &Triangle, ray: &Ray) -> u8 {
     let [a, b, c] = corners.map(|p| p.map(f64::from));
     let edge = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - a[k]);
@@ -224,8 +226,9 @@ mod tests {
     use super::Model;
     use crate::methods::METHODS;
 
-    /// The tiles' lists lose no hit: with them, `exact` answers as with the hierarchy, from near and far,
-    /// close to the origin and far from it. Other methods answer differently, so this test can fail.
+    /// The lists of triangles for the tiles lose no hit: with them, `exact` finds the same hits as
+    /// with the hierarchy, at several zoom levels, near the origin and far from it. Other methods
+    /// find different hits, which shows that this test can detect an error.
     #[test]
     fn tiles_show_what_the_hierarchy_shows() {
         let mut model = Model::built_in().unwrap();

@@ -1,17 +1,18 @@
-//! Lists the triangles that a square of pixels may see: every triangle of a model is projected onto the
-//! picture with a margin.
+//! Lists the triangles that may be visible in each tile, a square of pixels. Every triangle of a
+//! model is projected onto the picture, with a margin.
 //!
-//! The laboratory's methods have no hierarchy. With these lists they answer as a loop over all triangles
-//! would.
+//! The published methods have no hierarchy. With these lists, they find the same hits as a loop
+//! over all triangles.
 
 use intertri::Triangle;
 
 use crate::input::double;
 
-/// Pixels along the side of a tile: a packet is one row of a tile.
+/// The number of pixels along the side of a tile. A packet has the rays of one row of a tile.
 pub(crate) const SIDE: usize = 8;
 
-/// The view as numbers: `at = forward + x right + y up`, with the x and y of each pixel.
+/// A view. The direction through a pixel is `forward + x right + y up`, with the x and y of
+/// [`View::at`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     pub(crate) size: [usize; 2],
@@ -22,7 +23,7 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// The x and y of a pixel's centre.
+    /// Returns the x and y of a pixel's centre.
     pub(crate) fn at(&self, column: usize, row: usize) -> [f64; 2] {
         let [width, height] = self.size.map(|n| n as f64);
         [
@@ -31,7 +32,7 @@ impl View {
         ]
     }
 
-    /// Where a point appears, in pixels; `None` if it is not in front of the eye.
+    /// Projects a point to pixel coordinates. Returns `None` if it is not in front of the eye.
     fn project(&self, point: [f32; 3]) -> Option<[f64; 2]> {
         let [right, up, forward] = self.axes;
         let seen = [0, 1, 2].map(|k| f64::from(point[k]) - f64::from(self.eye[k]));
@@ -45,21 +46,22 @@ impl View {
         })
     }
 
-    /// How many pixels a ray may be off because of rounding to f32 and the errors of the methods.
+    /// Returns the largest error, in pixels, that rounding to f32 and the methods' errors can
+    /// cause.
     fn margin(&self) -> f64 {
         let longest = self.axes.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
         2.0 + longest * f64::from(f32::EPSILON) * 16.0 / self.pixel
     }
 }
 
-/// For each tile, row by row, the indices of its triangles in ascending order.
+/// Returns the indices of each tile's triangles in ascending order. The tiles are in row order.
 pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
     let [columns, rows] = view.size.map(|n| n.div_ceil(SIDE));
     let mut tiles = vec![vec![]; columns * rows];
     let margin = view.margin();
     for (index, triangle) in triangles.iter().enumerate() {
         let seen = triangle.0.map(|corner| view.project(corner));
-        // A triangle that is partly behind the eye may appear anywhere.
+        // A triangle that is partly behind the eye can appear anywhere in the picture.
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for corner in seen {
             let corner = corner.map_or([[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]], |p| [p, p]);
@@ -71,7 +73,7 @@ pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
         if seen.iter().all(Option::is_none) {
             continue;
         }
-        // Casts saturate, so numbers out of range become the nearest one in range.
+        // Casts saturate, so numbers that are out of range become the nearest number in range.
         let first = |k: usize| ((low[k] - margin).max(0.0) / SIDE as f64) as usize;
         let end = |k: usize, n: usize| {
             let last = (high[k] + margin) / SIDE as f64;
@@ -86,7 +88,7 @@ pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
     tiles
 }
 
-/// The centre and radius of a ball around all corners.
+/// Returns the centre and radius of a sphere around all corners.
 pub(crate) fn ball(triangles: &[Triangle]) -> ([f64; 3], f64) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for corner in triangles.iter().flat_map(|triangle| triangle.0) {

@@ -1,4 +1,4 @@
-// Small models in every format that the page takes, made here: a torus, so that a hole can be seen.
+// Generates a small model, a torus, in every format that the page reads.
 
 function torus(around = 24, across = 12) {
   const vertices = [], faces = [];
@@ -65,7 +65,7 @@ function glb() {
 
 export const MODELS = { "torus.obj": Buffer.from(obj), "torus.ply": Buffer.from(ply), "torus.stl": stl(), "torus.glb": glb() };
 
-/** Files that are not models, each with a word that the message must contain. */
+/** Invalid files, each with a pattern that the error message must match. */
 export const BROKEN = {
   "cut.obj": [Buffer.from("v 0 0 0\nv 1 0 0\nf 1 2 3\n"), /cut\.obj/],
   "cut.stl": [stl().subarray(0, 200), /cut\.stl/],

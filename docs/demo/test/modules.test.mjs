@@ -1,5 +1,5 @@
-// The WebAssembly inside docs/demo/index.html, both modules, without a browser: node --test modules.test.mjs.
-// The page's own engine.js calls them.
+// Tests both WebAssembly modules in docs/demo/index.html without a browser: node --test modules.test.mjs.
+// The modules are called through the page's own engine.js.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -23,25 +23,25 @@ for (const [name, packed] of Object.entries(JSON.parse(modules))) {
 }
 const both = Object.entries(engines);
 
-/** Six triangles around a vertex, far from the origin, 64 by 64 pixels of a width. */
+/** Returns a view of six triangles around a vertex far from the origin: 64 by 64 pixels of the given width. */
 function fan(width) {
   const { right, up, forward } = axes(25, 20);
   const corners = [0, 1, 2, 3, 4, 5].map((i) => [Math.cos(i), Math.sin(i), 0.1 * i]);
   return [64, width, 0, 0, 1000, 700, 400, ...right, ...up, ...forward, 4, corners.length, 0.1, 0.2, 0.3, ...corners.flat()];
 }
-/** A view from a distance of 4 of a model that is moved away: 128 by 96 pixels of a width. */
+/** Returns a view of a model that is moved away from the origin: 128 by 96 pixels of the given width, from a distance of 4. */
 function look(away, pixel = 0.008, [yaw, pitch] = [30, 35]) {
   const { right, up, forward } = axes(yaw, pitch);
   return [128, 96, pixel, 0, 0, away, 0.7 * away, 0.4 * away, ...right, ...up, ...forward, 4];
 }
 
-test("there are two, of the same methods", () => {
+test("both modules have the same methods", () => {
   assert.deepEqual(both.map(([name]) => name), ["simd", "plain"]);
   assert.deepEqual(engines.simd.methods, engines.plain.methods);
   assert.match(engines.simd.methods.at(-1), /exact/);
 });
 
-test("their golden answers are the committed ones", () => {
+test("both modules compute the committed golden results", () => {
   const [simd, plain] = both.map(([, engine]) => engine.golden().rows);
   assert.ok(simd.some(([, level]) => level === "simd128") && plain.every(([, level]) => level === "portable"));
   for (const [section, level, , here, committed, verdict] of [...simd, ...plain]) {
@@ -49,7 +49,7 @@ test("their golden answers are the committed ones", () => {
   }
 });
 
-test("around a vertex exact is right and others are not, in both modules", () => {
+test("around a vertex, exact is right and other methods are not, in both modules", () => {
   for (const width of [2 ** -14, 2 ** -24]) {
     const counts = both.map(([, engine]) => {
       assert.ok(engine.fan(fan(width)));
@@ -80,7 +80,7 @@ test("a model is the same in every format", () => {
   assert.equal(seen.size, 2);
 });
 
-test("the lists of tiles lose no hit, from afar and near, at home and far away", () => {
+test("the lists of triangles for tiles lose no hit, at several zoom levels and distances from the origin", () => {
   const engine = engines.simd;
   const wrong = engine.methods.map(() => 0);
   engine.builtIn();
@@ -103,7 +103,7 @@ test("the lists of tiles lose no hit, from afar and near, at home and far away",
   }
 });
 
-test("a file that is not a model gets a clear message, and the next one is read", () => {
+test("an invalid file gets a clear message, and the next file is still read", () => {
   for (const [, engine] of both) {
     for (const [name, [bytes, words]] of Object.entries(BROKEN)) {
       assert.throws(() => engine.model(name, bytes), (e) => words.test(e.message) && !e.message.includes("\n"), name);

@@ -1,6 +1,6 @@
-// docs/demo/index.html in a real browser: npm test. Needs Chromium (CHROMIUM, or /usr/bin/chromium) and a native binary
-// that computes the same answers: cargo build --release --bin native --target-dir target/native, in docs/demo.
-// SHOTS=DIR keeps screenshots.
+// Tests docs/demo/index.html in a real browser: npm test. This needs Chromium (CHROMIUM, or /usr/bin/chromium) and the
+// native program that computes the same results. To build it, run this command in docs/demo:
+// cargo build --release --bin native --target-dir target/native. SHOTS=DIR keeps screenshots.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -49,7 +49,7 @@ function native(...args) {
 }
 const shownCounts = (page) => page.$$eval("#methods tbody tr", (rows) =>
   rows.map((row) => [...row.querySelectorAll("td.n")].slice(0, 3).map((td) => Number(td.textContent.replaceAll(",", "")))));
-/** Drops bytes on the picture as a file of that name. */
+/** Drops a file with this name and content on the picture. */
 async function drop(page, name, bytes) {
   await page.evaluate(([name, text]) => {
     const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
@@ -73,16 +73,16 @@ after(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-test("it is one file, of at most four megabytes", () => {
+test("the page is one file of at most four mebibytes", () => {
   assert.ok(statSync(PAGE).size <= 4 << 20);
 });
 
-test("it loads without errors, and makes no network requests", () => {
+test("the page loads without errors and makes no network requests", () => {
   assert.deepEqual(faults, []);
   assert.deepEqual([...new Set(requests)].filter((url) => !url.startsWith("data:")), [URL_OF_PAGE]);
 });
 
-test("its golden hashes are those of the native library", async () => {
+test("the golden hashes equal those of the native library", async () => {
   const golden = await page.evaluate(() => window.intertri.golden);
   const report = execFileSync(NATIVE, ["golden"], { encoding: "utf8" });
   const rows = report.split("\n").filter((line) => line.includes("0x")).map((line) => line.trim().split(/\s+/));
@@ -93,12 +93,12 @@ test("its golden hashes are those of the native library", async () => {
   assert.match(await page.textContent("#bits-verdict"), /The same bits/);
 });
 
-test("dragging a corner changes the counts as the native library says", async () => {
+test("after a corner is dragged, the counts equal those of the native library", async () => {
   const before = await shownCounts(page);
   const said = async () => native("fan", ...await page.evaluate(() => window.intertri.fan.numbers()))
     .map(([, , leaks, doubles, wrongs]) => [leaks, doubles, wrongs]);
   assert.deepEqual(before, await said());
-  assert.ok(before[0].some((n) => n > 0), "there is something to see");
+  assert.ok(before[0].some((n) => n > 0), "some method has a leak, a double, or a wrong hit");
   assert.deepEqual(before.at(-1), [0, 0, 0]);
 
   for (const [corner, dx, dy] of [[0, -40, 25], [3, 30, 30]]) {
@@ -116,7 +116,7 @@ test("dragging a corner changes the counts as the native library says", async ()
   assert.deepEqual(dragged, await said());
 });
 
-test("sliders and keys change the picture, and the counts stay right", async () => {
+test("sliders and keys change the picture, and the counts still equal the native ones", async () => {
   await page.locator("#offset").fill("12");
   await page.locator("#scope").focus();
   const yaw = await page.inputValue("#yaw");
@@ -135,7 +135,7 @@ test("sliders and keys change the picture, and the counts stay right", async () 
   await page.click("#fan-reset");
 });
 
-test("a dropped file is drawn in every format, with the same pixels wrong as natively", async () => {
+test("dropped files of every format are drawn, with the same wrong pixels as natively", async () => {
   for (const [name, bytes] of Object.entries(MODELS)) {
     await drop(page, name, bytes);
     await page.waitForFunction((name) => document.getElementById("model-title-out").textContent.startsWith(`${name},`), name);
@@ -143,14 +143,14 @@ test("a dropped file is drawn in every format, with the same pixels wrong as nat
     assert.match(await page.textContent("#model-title-out"), new RegExp(`${TRIANGLES} triangles`));
     const path = join(folder, name);
     writeFileSync(path, bytes);
-    // If a model is moved far away, f32 makes errors.
+    // Far from the origin, the f32 methods make errors.
     for (const away of ["0", "18"]) {
       await page.evaluate(() => { window.intertri.compared = null; });
       await page.locator("#away").fill(away);
       await idle(page);
       const [numbers, { method, counts }] = await page.evaluate(() => [window.intertri.model.numbers(), window.intertri.compared]);
       assert.deepEqual(counts, native("model", path, ...numbers)[method], `${name} moved by ${away}`);
-      assert.ok(counts[0] > 1000 && counts[1] > 1000, "a torus, and what is around it");
+      assert.ok(counts[0] > 1000 && counts[1] > 1000, "the torus and the background are both visible");
     }
   }
   assert.equal(await page.isHidden("#model-error"), true);
@@ -161,7 +161,7 @@ test("a dropped file is drawn in every format, with the same pixels wrong as nat
   assert.ok(colours > 20, `${colours} colours`);
 });
 
-test("a file that is not a model gets a clear message, and the page goes on", async () => {
+test("an invalid file gets a clear message, and the page keeps working", async () => {
   for (const [name, [bytes, words]] of Object.entries(BROKEN)) {
     await drop(page, name, bytes);
     await page.waitForFunction((name) => document.getElementById("model-error").textContent.includes(name), name);
@@ -175,7 +175,7 @@ test("a file that is not a model gets a clear message, and the page goes on", as
   assert.deepEqual(faults, []);
 });
 
-test("sixty pictures a second of the vertex", async () => {
+test("the vertex view is drawn fast enough", async () => {
   const times = await page.evaluate(async () => {
     const times = [], { fan } = window.intertri;
     for (let method = 0; method < 8; method++) {
@@ -192,13 +192,13 @@ test("sixty pictures a second of the vertex", async () => {
   const median = (list) => list.sort((a, b) => a - b)[list.length >> 1];
   for (let method = 0; method < 8; method++) {
     const time = median(times.filter(([m]) => m === method).map(([, t]) => t));
-    console.log(`method ${method}: ${time.toFixed(1)} ms a picture`);
+    console.log(`method ${method}: ${time.toFixed(1)} ms per frame`);
   }
-  // Other work on the machine may slow the page down, so the bound is generous.
+  // The limit is generous, because other processes can slow the page down.
   assert.ok(median(times.map(([, t]) => t)) < 50);
 });
 
-test("the module without SIMD gives the same bits", async () => {
+test("the module without SIMD computes the same bits", async () => {
   const plain = await open("#plain");
   assert.equal(await plain.evaluate(() => window.intertri.module), "plain");
   assert.equal(await page.evaluate(() => window.intertri.module), "simd128");
@@ -207,7 +207,7 @@ test("the module without SIMD gives the same bits", async () => {
   await plain.close();
 });
 
-test("wide and narrow, light and dark", async () => {
+test("the page fits wide and narrow screens, in light and dark mode", async () => {
   for (const [name, width, height] of [["wide", 1280, 900], ["narrow", 390, 844]]) {
     for (const scheme of ["light", "dark"]) {
       const other = await open("", { width, height, scheme });

@@ -1,9 +1,9 @@
-// How fast the page is, with SIMD and without.
+// Measures the speed of the page, with SIMD and without.
 //
-//     node rate.mjs MODEL...    rays a second on the page and in the native library, one row for each model; - is the
-//                               built-in scene. The best of several runs, one thread.
-//     node rate.mjs             milliseconds for a picture of the vertex, by method and width of a pixel: the answers of
-//                               exact, the method, and the canvas. The median of several.
+//     node rate.mjs MODEL...    rays per second on the page and in the native library, one row for each model; - is the
+//                               built-in scene. The best of several runs on one thread.
+//     node rate.mjs             milliseconds for a frame of the vertex view, for each method and pixel width. They include
+//                               exact, the method, and drawing. The median of several frames.
 
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -41,7 +41,7 @@ const measure = ([name, text]) => {
   }
   return { rate: numbers[0] * numbers[1] / best / 1e3, numbers };
 };
-/** The milliseconds for a picture as the page draws it, by width of a pixel and method. */
+/** Measures the milliseconds for a frame as the page draws it, for each pixel width and method. */
 const pictures = async (zooms) => {
   const { fan, engine } = window.intertri;
   const rows = [];
@@ -65,7 +65,7 @@ const pictures = async (zooms) => {
 
 const [simd, plain] = [await pageWith(""), await pageWith("#plain")];
 const models = process.argv.slice(2);
-if (models.length) console.log("model                 native    simd128      plain   (million rays a second)");
+if (models.length) console.log("model                 native    simd128      plain   (millions of rays per second)");
 for (const file of models) {
   const given = file === "-" ? ["", ""] : [basename(file), readFileSync(file).toString("base64")];
   const [a, b] = [await simd.evaluate(measure, given), await plain.evaluate(measure, given)];
@@ -75,9 +75,9 @@ for (const file of models) {
 }
 const zooms = [18, 24, 25.5, 30];
 for (const [name, of] of models.length ? [] : [["simd128", simd], ["plain", plain]]) {
-  await of.bringToFront(); // others are drawn seldom
+  await of.bringToFront(); // browsers rarely draw pages in the background
   const { rows, methods } = await of.evaluate(pictures, zooms);
-  console.log(`\n${`a picture, ms, ${name}`.padEnd(24)}${zooms.map((zoom) => `2^-${zoom}`.padStart(9)).join("")}`);
+  console.log(`\n${`ms per frame, ${name}`.padEnd(24)}${zooms.map((zoom) => `2^-${zoom}`.padStart(9)).join("")}`);
   methods.forEach((method, i) => {
     console.log(method.padEnd(24) + rows.map((row) => row[i].toFixed(1).padStart(9)).join(""));
   });

@@ -1,6 +1,7 @@
-//! Scenes of instances must answer as the flattened `Bvh<f64>` does, bit for bit.
+//! Queries of an instanced scene must return the same results as the flattened `Bvh<f64>`, bit for
+//! bit.
 //!
-//! `INTERTRI_INSTANCE_RAYS` sets how many rays are compared; the default is 200,000.
+//! `INTERTRI_INSTANCE_RAYS` sets the number of rays to compare; the default is 200,000.
 
 mod scenes;
 
@@ -15,13 +16,13 @@ use intertri_trace::{
 };
 use scenes::{KINDS, Matrix, Mesh, Numbers, ONE, add, matrix, meshes, placed, placement};
 
-/// A scene, and its flattened triangles.
+/// A scene, and the meshes, matrices, and masks from which the flattened scene is built.
 struct Pair {
     scene: Scene,
     placed: BTreeMap<InstanceId, (Mesh, Matrix, u32)>,
 }
 
-/// A flattened scene: the instance and index of each geometry.
+/// A flattened scene. `names` holds each geometry's instance and its index in that instance.
 struct Flat {
     solid: Solid<f64>,
     names: Vec<(InstanceId, u32)>,
@@ -54,7 +55,7 @@ impl Pair {
         self.placed.remove(&id).unwrap();
     }
 
-    /// What queries with a mask see.
+    /// Flattens the part of the scene that is visible to queries with the mask `seen`.
     fn flat(&self, seen: u32) -> Flat {
         let (mut all, mut names, mut masks) = (Vec::new(), Vec::new(), Vec::new());
         for (&id, (mesh, matrix, mask)) in &self.placed {
@@ -95,7 +96,8 @@ fn bits(hit: &SceneHit) -> (InstanceId, [u64; 3], u32, u32) {
     (*instance, [hit.t, hit.u, hit.v].map(f64::to_bits), hit.geometry, hit.triangle)
 }
 
-/// A ray toward a scene: arbitrary, or toward a corner or an edge, or along an edge or a wall.
+/// A ray near a scene: arbitrary, aimed at a corner, an edge, or an interior point, or along an
+/// edge or a wall.
 fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     let Triangle64([a, b, c]) = numbers.one_of(triangles);
     let Triangle64([d, ..]) = numbers.one_of(triangles);
@@ -125,7 +127,7 @@ fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
         _ => Ray64::new(away, numbers.point()),
     };
     match numbers.below(6) {
-        // Met exactly at the far end, which is open, or at the near end.
+        // A target at t = 1 is exactly at the far end, which is excluded, or at the near end.
         0 => ray.between(0.0, 1.0),
         1 => ray.between(1.0, f64::INFINITY),
         2 => ray.between(numbers.number(), 2.0 * numbers.number()),
@@ -133,7 +135,8 @@ fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     }
 }
 
-/// A point at a scene: a corner, on an edge or in a triangle, as far as rounding allows; near one, or far away.
+/// A point at or near a corner, an edge's midpoint, or an interior point of a triangle (up to
+/// rounding), or far from it.
 fn point(numbers: &mut Numbers, triangles: &[Triangle64]) -> [f64; 3] {
     let [Triangle64([a, b, c]), Triangle64([d, ..])] = [0; 2].map(|_| numbers.one_of(triangles));
     let size = (0..3).map(|k| (d[k] - a[k]).abs().max((b[k] - a[k]).abs())).fold(0.0, f64::max);
@@ -143,7 +146,7 @@ fn point(numbers: &mut Numbers, triangles: &[Triangle64]) -> [f64; 3] {
     add(near, numbers.point(), size * numbers.one_of(&[0.0, 0.0, 1e-9, 0.1, 1.0, 1e3]))
 }
 
-/// Compares every verb for some rays and points, and returns how many rays hit.
+/// Compares all queries for random rays and points, and returns the number of rays that hit.
 fn check(pair: &mut Pair, numbers: &mut Numbers, rays: usize, what: &str) -> usize {
     let seen = numbers.one_of(&[u32::MAX, u32::MAX, 0b01, 0b10]);
     let (snapshot, flat) = (pair.scene.commit().unwrap().mask(seen), pair.flat(seen));
@@ -159,14 +162,15 @@ fn check(pair: &mut Pair, numbers: &mut Numbers, rays: usize, what: &str) -> usi
     compare(&snapshot, &flat, &some[..rays], what)
 }
 
-/// Rays in about one direction, which are traced in packets: parallel, from one origin, or to one end. Among them are
-/// some that aim at a corner or an edge, and now and then one that looks for nothing or has extreme numbers.
+/// Adds 64 rays in roughly one direction, which are traced in packets. They are parallel, share an
+/// origin, or share an end point. Some are aimed at a corner or an edge, and a few have an empty
+/// interval or extreme coordinates.
 fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray64>) {
     let first = ray(numbers, triangles);
     let length = first.dir.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let spread = length * numbers.one_of(&[1e-9, 1e-3, 0.02, 0.2]);
     let kind = numbers.below(3);
-    // An axis along which a component is 0, with a sign.
+    // The axis along which directions have a component of +0 or -0, if it is below 3.
     let (flat, zero) = (numbers.below(9), numbers.one_of(&[0.0, -0.0]));
     for i in 0..64 {
         let off = if i == 0 { [0.0; 3] } else { numbers.point().map(|x| x * 0.5 * spread) };
@@ -192,7 +196,8 @@ fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray6
             2 => one.dir = numbers.one_of(&[[0.0; 3], [f64::NAN; 3]]),
             _ => {}
         }
-        // Few, because integers take a thousand times as long.
+        // These are rare, because they need integer arithmetic, which takes a thousand times as
+        // long.
         match numbers.below(5000) {
             0 => one.origin = [1e300; 3],
             1 => one.dir = one.dir.map(|x| x * numbers.one_of(&[1e-310, 1e-290, 1e290])),
@@ -247,8 +252,8 @@ fn rays() -> usize {
     rays.map_or(200_000, |rays| rays.parse().expect("INTERTRI_INSTANCE_RAYS is a number"))
 }
 
-/// Scenes with each kind of placement; then some instances move, some are hidden or removed, and others are
-/// added.
+/// Compares scenes with each kind of placement, and compares them again after some instances have
+/// been moved, hidden, or removed, and others added.
 #[test]
 fn answers_are_those_of_the_flattened_scene() {
     let mut numbers = Numbers(1);
@@ -259,7 +264,7 @@ fn answers_are_those_of_the_flattened_scene() {
             break;
         }
         let kind = round % KINDS;
-        // Extreme numbers are left to integers, which take a thousand times as long.
+        // Extreme placements need integer arithmetic, which takes a thousand times as long.
         let each = if (11..13).contains(&kind) { 20 } else { 2000 };
         let mut pair = Pair::new();
         let count = numbers.one_of(&[1, 2, 9, 40]);
@@ -288,7 +293,7 @@ fn answers_are_those_of_the_flattened_scene() {
     assert!(hits * 3 > done, "{hits} of {done}");
 }
 
-/// At every instruction level, and compared with a plain loop over the triangles.
+/// Results are the same at every SIMD level, and agree with a plain loop over the triangles.
 #[test]
 fn answers_do_not_depend_on_the_level() {
     let mut numbers = Numbers(2);
@@ -313,7 +318,8 @@ fn answers_do_not_depend_on_the_level() {
     }
 }
 
-/// They have points, but no inside and no surface that a ray could meet.
+/// Triangles without area can be the closest to a point, but no ray hits them and they enclose
+/// nothing.
 #[test]
 fn triangles_without_an_area_are_near_points_alone() {
     let segment = Triangle64([[3.0, 0.0, 0.0], [3.0, 2.0, 0.0], [3.0, 1.0, 0.0]]);
@@ -330,7 +336,8 @@ fn triangles_without_an_area_are_near_points_alone() {
     assert_eq!(snapshot.classify(points[0]), Containment::Outside);
 }
 
-/// A snapshot keeps its state while the scene goes on, and equal hits belong to the lower instance.
+/// A snapshot keeps its state while the scene changes. If two hits have the same t, the lower
+/// instance wins.
 #[test]
 fn a_snapshot_is_one_state() {
     let at = |z: f64| matrix(ONE, [1.0; 3], [0.0, 0.0, z]);
@@ -354,11 +361,11 @@ fn a_snapshot_is_one_state() {
     scene.remove(ids[2]).unwrap();
     assert_eq!(seen(&first), expected);
     assert_eq!((seen(&scene.commit().unwrap()), scene.len()), (vec![(ids[1], 10.0)], 2));
-    // A mirrored wall flips its face.
+    // Mirroring the wall swaps its front and back faces.
     let front = first.closest(&ray).unwrap().leaves;
     scene.place(ids[1], matrix(ONE, [-1.0, 1.0, 1.0], [0.0; 3])).unwrap();
     assert_eq!(scene.commit().unwrap().closest(&ray).unwrap().leaves, !front);
-    // The number of the removed instance is free.
+    // The removed instance's number is used again.
     assert_eq!(scene.add(mesh, at(0.0)), Ok(ids[2]));
 }
 

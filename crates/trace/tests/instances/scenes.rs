@@ -1,4 +1,4 @@
-//! Meshes and placements of several kinds, the same on every run.
+//! Meshes and placements for the tests of instanced scenes; they are the same on every run.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use intertri_trace::{Bvh, SceneMesh};
 
 pub(crate) type Matrix = [f64; 12];
 
-/// Numbers that are the same on every run.
+/// A pseudo-random generator (SplitMix64), seeded with its field.
 pub(crate) struct Numbers(pub(crate) u64);
 
 impl Numbers {
@@ -23,7 +23,7 @@ impl Numbers {
         (self.bits() % end as u64) as usize
     }
 
-    /// In -1..1.
+    /// A number in -1..1.
     pub(crate) fn number(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
@@ -41,7 +41,8 @@ pub(crate) fn add(a: [f64; 3], b: [f64; 3], by: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| a[k] + by * b[k])
 }
 
-/// A sphere of some rings; its corners run counter-clockwise as seen from outside.
+/// A sphere of `rings` rings. Seen from outside, the corners of each triangle run
+/// counter-clockwise.
 pub(crate) fn globe(rings: usize) -> Vec<Triangle64> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % rings) as f64 / rings as f64);
@@ -58,7 +59,7 @@ pub(crate) fn globe(rings: usize) -> Vec<Triangle64> {
     halves.collect()
 }
 
-/// A cube of small squares with axis-aligned walls.
+/// An axis-aligned cube, with `cells` by `cells` squares on each side.
 pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     let mut all = Vec::new();
     for side in 0..6 {
@@ -77,7 +78,7 @@ pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     all
 }
 
-/// Triangles of any shape and size, some without area or with a NaN.
+/// Random triangles of all shapes and sizes, some of them with no area or with a NaN coordinate.
 pub(crate) fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     let triangle = |numbers: &mut Numbers| {
         let (a, size) = (numbers.point(), 0.5 * numbers.number().abs().powi(3));
@@ -94,7 +95,7 @@ pub(crate) fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     (0..count).map(|_| triangle(numbers)).collect()
 }
 
-/// A mesh for instances to share, and its geometries for the flattened scene.
+/// A mesh that instances share, with its geometries for the flattened scene.
 #[derive(Clone)]
 pub(crate) struct Mesh {
     pub(crate) shared: SceneMesh,
@@ -131,7 +132,7 @@ impl Mesh {
     }
 }
 
-/// The masks of geometries. A single one is visible to all queries.
+/// One mask for each geometry. A mesh's only geometry is visible to all queries.
 pub(crate) fn masks(count: usize) -> Vec<u32> {
     let of = |geometry: usize| if count == 1 { u32::MAX } else { [0b10, 0b11, 0b01][geometry % 3] };
     (0..count).map(of).collect()
@@ -149,13 +150,13 @@ pub(crate) fn meshes(numbers: &mut Numbers) -> Vec<Mesh> {
         Mesh::in_f64(vec![cube(3), Vec::new(), soup(numbers, 40)]),
         Mesh::in_f32(&[soup(numbers, 200)]),
         Mesh::in_f64(vec![soup(numbers, 120)]),
-        // Far from its own origin.
+        // Meshes far from their own origins.
         Mesh::in_f64(vec![moved(1e6)]),
         Mesh::in_f32(&[moved(1e3)]),
     ]
 }
 
-/// A rotation about some axis.
+/// A random rotation.
 pub(crate) fn rotation(numbers: &mut Numbers) -> [[f64; 3]; 3] {
     let mut q = [numbers.number(), numbers.number(), numbers.number(), numbers.number()];
     let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -168,7 +169,7 @@ pub(crate) fn rotation(numbers: &mut Numbers) -> [[f64; 3]; 3] {
     ]
 }
 
-/// `a · diagonal`, and a place.
+/// The linear part `a · diagonal`, with the translation `at`.
 pub(crate) fn matrix(a: [[f64; 3]; 3], diagonal: [f64; 3], at: [f64; 3]) -> Matrix {
     let mut m = [0.0; 12];
     for i in 0..3 {
@@ -182,14 +183,15 @@ pub(crate) fn matrix(a: [[f64; 3]; 3], diagonal: [f64; 3], at: [f64; 3]) -> Matr
 
 pub(crate) const ONE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// The kinds of placements: their size and position.
+/// The number of placement kinds that [`placement`] distinguishes; they differ in size, shape, and
+/// position.
 pub(crate) const KINDS: usize = 14;
 
 pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
     let near = numbers.point().map(|x| 3.0 * x);
     let turned = rotation(numbers);
     match kind {
-        // On a grid, so that walls lie upon each other.
+        // On a grid, so that walls of different instances coincide.
         0 => matrix(ONE, [1.0; 3], near.map(f64::round)),
         1 => matrix(turned, [1.0; 3], near),
         2 => {
@@ -204,10 +206,11 @@ pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
             let sheared = [numbers.point(), numbers.point(), numbers.point()];
             matrix(sheared, [2.0; 3], near)
         }
-        // Tiny, far out: corners are rounded by a share of the mesh.
+        // Tiny and far away: rounding moves the corners by a noticeable fraction of the mesh's
+        // size.
         5 => matrix(turned, [1e-6; 3], add([1e7, -1e7, 3e6], near, 1e-6)),
         6 => matrix(turned, [1e6; 3], near.map(|x| 1e6 * x)),
-        // Condition numbers up to 1e12.
+        // Matrices with condition numbers up to 1e12.
         7 => {
             let sides = numbers.point().map(|x| 10_f64.powf(6.0 * x));
             let other = rotation(numbers);
@@ -224,7 +227,7 @@ pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
         }
         9 => matrix(turned, [1.0; 3], add([1e7, 2e7, -3e7], near, 1.0)),
         10 => matrix(turned, [1e-3, 1e-3, 1e-3], add([1e12, 0.0, 1e12], near, 1e-3)),
-        // Beyond what lanes decide, and corners that overflow.
+        // Coordinates too extreme for the SIMD lanes to decide; some corners overflow.
         11 => matrix(turned, [1e-150; 3], near.map(|x| 1e-150 * x)),
         12 => matrix(turned, [numbers.one_of(&[1e120, 1e301, 1e308]); 3], near.map(|x| 1e120 * x)),
         _ => {
@@ -234,7 +237,7 @@ pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
     }
 }
 
-/// The definition.
+/// The position of a point in an instance, by definition: every operation is rounded, in this order.
 pub(crate) fn placed(m: &Matrix, [x, y, z]: [f64; 3]) -> [f64; 3] {
     [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
 }

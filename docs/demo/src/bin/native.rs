@@ -1,9 +1,10 @@
-//! Computes the demo page's answers natively, so that a test can compare them with those of the page.
+//! Computes the demo page's results natively, so that a test can compare them with those of the
+//! page.
 //!
-//!     native fan NUMBERS...            each method's counts, one line per method
-//!     native model FILE NUMBERS...     each method's counts, one line per method; - is the built-in scene
-//!     native golden                    the report of the golden answers
-//!     native rate FILE NUMBERS...      million rays per second of exact, the best of several runs
+//!     native fan NUMBERS...          pixel counts of each method, one line per method
+//!     native model FILE NUMBERS...   the same for a model; - is the built-in scene
+//!     native golden                  the report of the golden results
+//!     native rate FILE NUMBERS...    the speed of exact in millions of rays per second, best run
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -29,10 +30,10 @@ fn run(args: &[String]) -> Result<(), String> {
         ["golden"] => {
             let (text, same) = intertri_golden::report();
             print!("{text}");
-            if same { Ok(()) } else { Err("not the committed answers".into()) }
+            if same { Ok(()) } else { Err("the results differ from the committed ones".into()) }
         }
         ["fan", ref rest @ ..] => {
-            let fan = Fan::new(&numbers(rest)?).ok_or("no fan")?;
+            let fan = Fan::new(&numbers(rest)?).ok_or("invalid fan")?;
             print_counts(|method| fan.picture(method).0);
             Ok(())
         }
@@ -53,11 +54,11 @@ fn run(args: &[String]) -> Result<(), String> {
             println!("{:.3}", rays / seconds.fold(f64::INFINITY, f64::min) / 1e6);
             Ok(())
         }
-        _ => Err("give fan, model, rate or golden".into()),
+        _ => Err("usage: native fan|model|golden|rate ...".into()),
     }
 }
 
-/// Loads a model and sets up the view. Returns the model and the height of the picture.
+/// Loads a model and sets its view. Returns the model and the picture's height in pixels.
 fn looked_at(file: &str, view: &[&str]) -> Result<(Model, usize), String> {
     let mut model = if file == "-" {
         Model::built_in()?
@@ -66,7 +67,7 @@ fn looked_at(file: &str, view: &[&str]) -> Result<(Model, usize), String> {
     };
     let view = numbers(view)?;
     if !model.look(&view) {
-        return Err("no view".into());
+        return Err("invalid view".into());
     }
     Ok((model, view[1] as usize))
 }

@@ -1,7 +1,8 @@
-//! Ray streams: incoherent rays, many active at once, each advancing one step at a time.
+//! Ray streams for incoherent rays: many rays are active at once, and each advances one step at a
+//! time.
 //!
-//! Like the dynamic ray streams of Barringer and Akenine-Möller, *Dynamic Ray Stream Traversal* (2014), this
-//! sorts rays by what they do next; here, each ray has its own stack.
+//! Rays are grouped by the kind of step they take next, as in Barringer and Akenine-Möller,
+//! *Dynamic Ray Stream Traversal* (2014). Unlike there, each ray has its own stack.
 
 mod active;
 mod every_hit;

@@ -1,4 +1,5 @@
-//! The nodes that active rays are at: tests their boxes, and decides where each ray goes next.
+//! The node step of a stream: tests the child boxes of each active ray's node and picks what the
+//! ray visits next.
 
 use intertri::internal::prefetch;
 use intertri::simd::{Level, Simd, WithSimd};
@@ -7,8 +8,8 @@ use super::active::{ACTIVE, RayState, Set};
 use crate::tree::{LEAF, Tree};
 use crate::walk::single::{BOTTOM, SlabLanes, Stack};
 
-/// Tests the boxes of the nodes that rays of an octant are at. Returns the rays now at an inner node and the
-/// rays that hit no child.
+/// Visits the current nodes of the rays in `at`, which all point into the same octant. Returns the
+/// rays that are now at an inner node, and the rays that hit no child.
 #[inline(always)]
 pub(super) fn visit_nodes(
     level: Level,
@@ -30,8 +31,8 @@ pub(super) fn visit_nodes(
     }
 }
 
-/// The nodes that rays of an octant are at. The octant is a constant, so which side of a box is the near one
-/// is known at compile time.
+/// The node step for rays of one octant. The octant is a constant, so the near and far sides of a
+/// box are known at compile time.
 struct Nodes<'a, const OCTANT: usize> {
     tree: &'a Tree,
     states: &'a mut [RayState; ACTIVE],
@@ -52,7 +53,7 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
             let node = &tree.nodes[state.next as usize];
             let lanes = SlabLanes::<S::F32x8>::unpack(&state.slabs, OCTANT);
             let (met, near) = lanes.meet(node, state.t_min, state.far);
-            // All children that are met go onto the stack except for the first, which the ray visits next.
+            // The ray visits the nearest child that it hits next; the others go onto its stack.
             let next = stacks.push::<S>(&mut state.top, node, OCTANT, met, near);
             state.next = next;
             at_node.put(place, next & LEAF == 0);
@@ -62,7 +63,7 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
     }
 }
 
-/// Prefetches those of `things` that rays visit next.
+/// Prefetches the nodes or leaves that these rays visit next.
 #[inline(always)]
 pub(super) fn prefetch_next<T>(things: &[T], states: &[RayState; ACTIVE], at: Set) {
     for place in at.places() {

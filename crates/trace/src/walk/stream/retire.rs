@@ -1,4 +1,5 @@
-//! Rays of a stream that are done: hits wait until t and weights can be computed for eight of them at once.
+//! Finished rays of a stream. Their hits are collected until t, u, and v can be computed for eight
+//! at once.
 
 use intertri::internal::{Pairs, Resolver};
 use intertri::simd::Simd;
@@ -7,7 +8,7 @@ use intertri::{ClosestHit, LeafSlot, Ray, RayId};
 use crate::tree::Tree;
 use crate::walk::BatchOutput;
 
-/// Waiting hits.
+/// The hits of finished rays whose t, u, and v have not been computed yet.
 pub(crate) struct Retired<'a> {
     resolver: Resolver<'a>,
     pairs: Pairs,
@@ -16,12 +17,12 @@ pub(crate) struct Retired<'a> {
 }
 
 impl<'a> Retired<'a> {
-    /// None yet.
+    /// Creates an empty collection.
     pub(crate) fn new(resolver: Resolver<'a>) -> Self {
         Self { resolver, pairs: Pairs::new(), ids: Default::default(), len: 0 }
     }
 
-    /// Takes the closest hit of a ray.
+    /// Adds the closest hit of a finished ray.
     #[inline(always)]
     pub(crate) fn retire<S: Simd>(
         &mut self,
@@ -31,7 +32,7 @@ impl<'a> Retired<'a> {
         closest: &ClosestHit,
         output: &mut BatchOutput<'_>,
     ) {
-        // Outputs without t, u and v are complete at once.
+        // Outputs without t, u, and v need no further work.
         if output.write(id.0 as usize, closest) {
             return;
         }
@@ -41,15 +42,15 @@ impl<'a> Retired<'a> {
             self.ids[self.len] = (id, slot);
             self.resolver.prefetch((id, slot));
             self.len += 1;
-            // Eight pairs fill the lanes in which t, u and v are computed; a single one would leave most of
-            // them idle.
+            // Eight pairs fill all lanes; computing t, u, and v for each pair alone would leave
+            // most lanes idle.
             if self.len == 8 {
                 self.flush::<S>(output);
             }
         }
     }
 
-    /// Answers the hits that still wait.
+    /// Computes and writes the hits collected so far.
     #[inline(always)]
     pub(crate) fn flush<S: Simd>(&mut self, output: &mut BatchOutput<'_>) {
         let Self { resolver, ref pairs, ref ids, len } = *self;
@@ -68,7 +69,7 @@ impl<'a> Retired<'a> {
     }
 }
 
-/// Writes hits to the positions of their rays.
+/// Writes each hit to the position of its ray.
 #[inline(always)]
 fn write<H: Copy>(to: &mut [H], ids: &[(RayId, LeafSlot)], hits: &[H]) {
     for (hit, &(id, _)) in hits.iter().zip(ids) {

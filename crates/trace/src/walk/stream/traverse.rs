@@ -1,7 +1,7 @@
 //! The traversal of a ray stream.
 //!
-//! A single ray waits at every step for the one before. Here 64 rays take turns, and while one waits, the CPU
-//! executes the others' steps.
+//! Each step of a single ray depends on the step before it. Here 64 rays take turns, so while one
+//! ray waits for memory or arithmetic, the CPU executes steps of the others.
 //!
 //! ```text
 //!   rays of an octant ──► start ◄────────── retire
@@ -15,8 +15,9 @@
 //!                    └──────┴──────────────────────────┘
 //! ```
 //!
-//! If the hierarchy is larger than the caches, what a ray visits next is prefetched at the end of its turn.
-//! Which ray does what next is written into lists without a branch, so nothing is mispredicted.
+//! If the hierarchy is larger than the caches, the node or leaf that a ray visits next is
+//! prefetched at the end of its turn. The sets of rays at nodes, at leaves, and done are updated
+//! without branches, because those branches would often be mispredicted.
 
 use intertri::simd::{Simd, WithSimd};
 use intertri::{ClosestHit, Counts, Filter, Ray, RayId};
@@ -35,18 +36,18 @@ use crate::walk::single::{
     All, BOTTOM, Closest, SingleRay, Slabs, Stack, TraversalScratch, octant,
 };
 
-/// A hierarchy with more bytes than this is not expected to stay in the caches. In tests the limit is small,
-/// so that prefetching is tested, too.
+/// A hierarchy larger than this many bytes is not expected to fit in the caches. In unit tests the
+/// limit is small, so that prefetching is tested too.
 const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
 
-/// Answers the rays with these ids.
+/// Traces the rays with these ids and writes their results to `output`.
 pub(crate) struct Stream<'a, 'b> {
     pub(crate) tree: &'a Tree,
     pub(crate) filter: Filter<'a>,
     pub(crate) rays: &'a [Ray],
     pub(crate) ids: &'a [RayId],
     pub(crate) output: &'a mut BatchOutput<'b>,
-    /// Which triangles are considered.
+    /// The triangles that may be hit: masks, skip lists, and predicates.
     pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) counts: &'a mut Counts,
 }
@@ -59,9 +60,9 @@ impl WithSimd for Stream<'_, '_> {
         let Self { tree, filter, rays, ids, output, selection, counts } = self;
         let (any, few) = (output.any(), nearest_few(output));
         let Some(first) = rays.first() else { return };
-        // Slots that no ray has taken yet need some value; it is never used.
+        // Slots that have not held a ray yet need a placeholder, which is never read.
         let idle = AtLeaves { ray: filter.prepare_ray(first), closest: ClosestHit::new(0.0) };
-        // The rays that come after this stream's are prefetched while these are traced.
+        // While this stream is traced, the rays after its last one are prefetched.
         let next = ids.last().map_or(0, |&last| last.0 as usize + 1);
         let after = (ids.first().copied().unwrap_or_default(), ids.len());
         let memory = filter.resolver().memory_after(after, &rays[next..]);
@@ -83,8 +84,8 @@ impl WithSimd for Stream<'_, '_> {
             retired: Retired::new(filter.resolver()),
             prefetch: Prefetch::of(memory, ids.len()),
         };
-        // Rays of one octant enter every box through the same three sides, so these need not be selected for
-        // each ray.
+        // Rays of one octant enter every box through the same three sides, so the near sides need
+        // not be selected for each ray.
         for (octant, waiting) in by_octant(rays, ids).iter().enumerate() {
             active.traverse::<S>(octant, waiting);
         }
@@ -92,7 +93,7 @@ impl WithSimd for Stream<'_, '_> {
     }
 }
 
-/// The nearest hits of each active ray, if their number is limited.
+/// One list of nearest hits for each active ray, or no lists if the number of hits is not limited.
 fn nearest_few(output: &BatchOutput<'_>) -> Vec<NearestFew> {
     let is_limited = matches!(output, BatchOutput::Pairs(pairs) if pairs.limit.is_some());
     let few = if is_limited { ACTIVE } else { 0 };
@@ -108,7 +109,7 @@ fn by_octant(rays: &[Ray], ids: &[RayId]) -> [Vec<RayId>; 8] {
     octants
 }
 
-/// The rays that take turns.
+/// The active rays, which take turns, and everything that their traversal needs.
 struct Active<'a, 'b> {
     tree: &'a Tree,
     filter: Filter<'a>,
@@ -117,10 +118,10 @@ struct Active<'a, 'b> {
     selection: &'a ActiveSelection<'a>,
     counts: &'a mut Counts,
     any: bool,
-    /// The nearest hits of each ray, if their number is limited.
+    /// One list of nearest hits for each slot; empty if the number of hits is not limited.
     few: Vec<NearestFew>,
     margin: Margin,
-    /// Whether traversal finds all triangles by their boxes.
+    /// Whether every leaf has a box, so that traversal reaches all triangles.
     all_boxed: bool,
     large: bool,
     stacks: Stack,
@@ -137,13 +138,14 @@ impl Active<'_, '_> {
         let mut waiting = waiting.iter();
         let every = self.output.every();
 
-        // At first all slots are free.
+        // Initially, all slots are free.
         let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
         loop {
-            // Each round moves every active ray by one node or one leaf. A ray is in at most one of the three sets.
+            // Each round advances every active ray by one node or one leaf. A slot is in at most one
+            // of the three sets.
             stop::heed();
             nodes = nodes.union(self.start::<S>(free, &mut waiting));
-            // No ray is active, and `start` found none waiting.
+            // No ray is active, and `start` found no waiting ray.
             if nodes.union(leaves).is_empty() {
                 return;
             }
@@ -155,12 +157,13 @@ impl Active<'_, '_> {
                 visit_nodes(filter.level(), octant, tree, states, stacks, nodes);
             let at_leaf = nodes.without(at_node, met_nothing);
 
-            // Pop the next from the stack.
-            // A ray pops if it met no child, or if it has tested a leaf and is not done.
+            // Rays that hit no child pop from their stacks, and so do rays that have tested a leaf and
+            // are not done.
             let popping = met_nothing.union(leaves.without(free, Set::EMPTY));
             let (popped_node, done) = self.pop::<S>(popping);
             free = free.union(done);
-            // The popped entry is a node, a leaf, or the bottom of the stack, which frees the slot.
+            // A popped entry is a node, a leaf, or the bottom of the stack. At the bottom, the ray
+            // is done and its slot is free.
             leaves = at_leaf.union(popping.without(popped_node, free));
             nodes = at_node.union(popped_node);
             if self.large {
@@ -173,7 +176,8 @@ impl Active<'_, '_> {
         }
     }
 
-    /// Starts waiting rays in free slots. The few that must not start in a stream are traced one by one.
+    /// Starts waiting rays in the free slots. The few rays that a stream cannot handle are traced
+    /// one by one instead.
     #[inline(always)]
     fn start<'n, S: Simd>(
         &mut self,
@@ -185,8 +189,9 @@ impl Active<'_, '_> {
         for place in free.places() {
             for &id in waiting.by_ref() {
                 let ray = &self.rays[id.0 as usize];
-                // A ray with an empty interval or extreme numbers is traced alone, and so is every ray of a
-                // tree that has leaves without a box, because their traversal differs.
+                // A ray with an empty interval or extreme coordinates is traced alone. If the tree
+                // has leaves without a box, every ray is traced alone, because those leaves need a
+                // different traversal.
                 let starts = self.all_boxed && ray.t_min < ray.t_max;
                 let Some(slabs) = Slabs::new::<S>(ray, &self.margin).filter(|_| starts) else {
                     if self.output.every() {
@@ -199,7 +204,7 @@ impl Active<'_, '_> {
                 };
                 let (t_min, far, mut top) = (ray.t_min, ray.t_max, self.stacks.bottom(place));
                 if tree.thin_root != BOTTOM {
-                    // The second tree lies at the bottom of the stack and is visited after the first.
+                    // The second tree is pushed first, so it is visited after the main one.
                     self.stacks.entries().push_root(&mut top, tree.thin_root);
                 }
                 let slabs = slabs.packed();
@@ -218,7 +223,7 @@ impl Active<'_, '_> {
         started
     }
 
-    /// Traces alone a ray that must not start in a stream.
+    /// Finds the closest or any hit of a ray that a stream cannot handle.
     #[cold]
     fn alone(&mut self, ray: &Ray, id: RayId) -> ClosestHit {
         let Self { tree, ref filter, selection, any, .. } = *self;
@@ -233,7 +238,7 @@ impl Active<'_, '_> {
         closest
     }
 
-    /// The same for every hit.
+    /// Finds every hit of a ray that a stream cannot handle.
     #[cold]
     fn every_alone(&mut self, id: RayId) {
         let Self { tree, ref filter, rays, selection, .. } = *self;
@@ -246,7 +251,7 @@ impl Active<'_, '_> {
         collector.take_alone(&slots, self.output);
     }
 
-    /// Tests the triangles of the leaves that rays are at. Returns the rays that are done.
+    /// Tests each ray against the triangles of its leaf. Returns the rays that are done.
     #[inline(always)]
     fn visit_leaves<S: Simd>(&mut self, leaves: Set) -> Set {
         let Self { tree, filter, any, selection, states, at_leaves, counts, .. } = self;
@@ -256,14 +261,14 @@ impl Active<'_, '_> {
             let leaf = (state.next ^ LEAF) as usize;
             let (ray, closest) = (&at.ray, &mut at.closest);
             closest_in_leaf::<S>(selection, tree, filter, ray, leaf, closest, counts);
-            // Boxes that begin beyond the best hit are dropped from now on.
+            // From now on, boxes beyond the closest hit so far are culled.
             state.far = closest.t_hi();
             done.put(place, *any && closest.is_hit());
         }
         done
     }
 
-    /// The same for every hit.
+    /// Like `visit_leaves`, but collects every hit.
     #[inline(always)]
     fn visit_every<S: Simd>(&mut self, leaves: Set) -> Set {
         let Self { tree, filter, rays, selection, states, at_leaves, few, output, counts, .. } =
@@ -280,7 +285,7 @@ impl Active<'_, '_> {
             let id = at.ray.id();
             let ray = &rays[id.0 as usize];
             let lanes = hits.sure | hits.undecided;
-            // Only candidate lanes are filtered, so masks and predicates are evaluated for few triangles.
+            // Masks and predicates are evaluated only for the few lanes that may be hits.
             let lanes = selected(selection, tree, (id, ray), leaf, lanes, filter.resolver());
             (hits.sure, hits.undecided) = (hits.sure & lanes, hits.undecided & lanes);
             let (tree, filter, few, far) = (*tree, *filter, few.get_mut(place), state.far);
@@ -291,8 +296,8 @@ impl Active<'_, '_> {
         done
     }
 
-    /// Pops what rays visit next from their stacks. Returns the rays now at an inner node, and those that
-    /// have nothing left.
+    /// Pops the next entry of each ray's stack. Returns the rays that are now at an inner node, and
+    /// the rays whose stacks are empty.
     #[inline(always)]
     fn pop<S: Simd>(&mut self, popping: Set) -> (Set, Set) {
         let (mut at_node, mut done) = (Set::EMPTY, Set::EMPTY);
@@ -326,8 +331,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// Rays of every direction and origin, and a few that must not start in a stream, one by one and in a
-    /// stream.
+    /// Compares a stream with single rays, for random rays and for a few that a stream cannot
+    /// handle.
     #[test]
     fn in_a_stream_each_ray_gets_its_own_answer() {
         let mut random = random();
@@ -351,7 +356,7 @@ mod tests {
         rays[22].dir = [1e-40, 0.0, -1e-40];
         rays[23].dir = [0.0, -0.0, -1.0];
 
-        // With a triangle without a box, none starts in a stream.
+        // Once one triangle has no box, every ray is traced alone.
         for huge in [false, true] {
             if huge {
                 triangles.push(Triangle([[3e38; 3], [-3e38, 0.0, 3e38], [0.0, 3e38, -3e38]]));
