@@ -1,4 +1,5 @@
 //! The runner of the differential tests, which computes each query in every possible way.
+//!
 //! The expected answers are those of the scalar f64 reference, triangle by triangle, or of integer
 //! arithmetic in the modes `exact` and `once`. The runner compares whether there is a hit, which
 //! triangle it is, and every bit of t, without any epsilon.

@@ -1,6 +1,7 @@
 //! Measures how much of each error bound of the mode `certified` is used. It compares the filter's
 //! numbers with exact arithmetic, for every family and in a search that climbs toward the largest
 //! error.
+//!
 //! `docs/numerics/certified.md` derives the bounds. A share above 1 refutes the derivation. If a
 //! share stays small, the constant is larger than necessary.
 
@@ -43,17 +44,17 @@ fn float(x: &Relaxed) -> f64 {
 struct Shares([f64; 14]);
 
 /// The columns of the table:
-/// - the errors of V, W, U, D and T over their bounds, without the rounding of the last sum where
-/// only the
-///   sign matters;
-/// - the distance of the reference's t from the middle of its enclosure, over half of the
-///   enclosure; /// - *box*: the same for the quotients T/D that the bounds of T and D allow; /// -
-///   *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
+///
+/// - the errors of V, W, U, D and T over their bounds, without the rounding of the last sum if only
+///   the sign matters;
+/// - the distance of the reference's t from the middle of its enclosure, over half of the enclosure;
+/// - *box*: the same for the quotients T/D that the bounds of T and D allow;
+/// - *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
 /// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last attempt;
 /// - *sharp T* and *sharp t*: the error of T over the bound of the last attempt, and the position
 ///   of the reference's t in the remaining enclosure;
 /// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound;
-/// - *precheck* and *precheck D*: the errors of V, W and U, and of D, over the bound of the precheck.
+/// - *precheck* and *precheck D*: the errors of V, W and U, and of D, over the precheck's bound.
 const NAMES: [&str; 14] = [
     "V, W",
     "U",

@@ -1,5 +1,6 @@
 //! Tests how traversal widens boxes: in scenes with very different sizes, with far origins, and
 //! with rays along the sides of boxes.
+//!
 //! If a box is too small, traversal loses hits by a few units in the last place. So every ray here
 //! is aimed at something that barely touches its box: a corner, an edge, a triangle in a face of
 //! its box, or a hit at the end of the ray.

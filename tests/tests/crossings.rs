@@ -1,4 +1,5 @@
 //! Tests crossings: each point of a mesh belongs to exactly one triangle, whichever query you use.
+//!
 //! Slices in the mode `once`, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the
 //! batches must agree, bit for bit, for rays aimed at edges and corners of closed meshes. The
 //! signed crossings of every ray through such a mesh add up to the winding number of its origin.

@@ -1,5 +1,6 @@
 //! The functions that the fuzz targets call. Each makes a query from bytes and panics if two
 //! answers differ.
+//!
 //! The fuzzers (`fuzz/`) find the bytes. The ordinary tests pass the saved ones (`fuzz/corpus`,
 //! `tests/fixtures`) to the same functions, on stable Rust.
 
