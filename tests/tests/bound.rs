@@ -47,7 +47,8 @@ struct Shares([f64; 14]);
 ///
 /// - the errors of V, W, U, D and T over their bounds, without the rounding of the last sum if only
 ///   the sign matters;
-/// - the distance of the reference's t from the middle of its enclosure, over half of the enclosure;
+/// - the distance of the reference's t from the middle of its enclosure, over half of the
+///   enclosure;
 /// - *box*: the same for the quotients T/D that the bounds of T and D allow;
 /// - *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
 /// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last attempt;

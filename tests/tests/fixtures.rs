@@ -1,6 +1,7 @@
-//! What went wrong once, or could easily: every scene in the folder of fixtures, replayed.
+//! Replays every scene in the folder `fixtures`: scenes that once failed, or could easily fail.
 //!
-//! Whatever a test prints when it fails can be put there, as a file with a line on what it shows.
+//! If a test fails, you can save the scene that it prints as a file in this folder, with a line
+//! that explains it.
 
 use crate::common;
 use intertri::simd::Level;
@@ -27,7 +28,8 @@ fn every_fixture_agrees_with_the_reference() {
         let hits = check_kernel(&scene).unwrap_or_else(|e| panic!("{name}: {e}"));
         check_hierarchy(&scene, &levels).unwrap_or_else(|e| panic!("{name}: {e}"));
 
-        // A fixture says how many hits there are, so that one that hits nothing does so on purpose.
+        // A fixture states the number of hits, so that a scene without hits is known to be
+        // intentional.
         let hits = format!("# {hits} hits");
         assert!(text.lines().any(|line| line == hits), "{name} wants the line `{hits}`");
     }

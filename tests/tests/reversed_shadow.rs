@@ -1,4 +1,5 @@
-//! Many rays toward one point, such as a light, against the reference's plain loop, for all families.
+//! Traces many rays toward one point, such as a light, for all families, and compares the answers
+//! with the reference's plain loop.
 
 use crate::common;
 use intertri::simd::Level;
