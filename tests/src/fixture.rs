@@ -59,7 +59,8 @@ pub fn parse(text: &str) -> Result<Scene, String> {
 
 fn hex(text: &str) -> Result<u64, String> {
     let digits = text.trim().strip_prefix("0x").unwrap_or("");
-    u64::from_str_radix(digits, 16).map_err(|_| format!("`{text}` is not like 0x3f800000"))
+    u64::from_str_radix(digits, 16)
+        .map_err(|_| format!("`{text}` is not hexadecimal like 0x3f800000"))
 }
 
 fn floats<const N: usize>(text: &str) -> Result<[f32; N], String> {
@@ -69,5 +70,5 @@ fn floats<const N: usize>(text: &str) -> Result<[f32; N], String> {
     };
     let all: Vec<f32> = text.split(',').map(float).collect::<Result<_, String>>()?;
     let count = all.len();
-    all.try_into().map_err(|_| format!("{count} numbers where {N} belong"))
+    all.try_into().map_err(|_| format!("expected {N} numbers, found {count}"))
 }

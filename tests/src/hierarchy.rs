@@ -61,10 +61,10 @@ fn check_mode(
         let name = |hit: Hit| MeshTriangle { triangle: hit.triangle, geometry: hit.geometry };
         let plain = (one.map(bits), one.map(name), one.is_some());
         if (kept.0.map(bits), kept.1, kept.2) != plain {
-            return Err(of("kept query", format!("{kept:?} is not that of {one:?}")));
+            return Err(of("kept query", format!("{kept:?} differs from {one:?}")));
         }
         if any[i] != want.is_some() || bvh.query().mode(mode).any(ray) != want.is_some() {
-            return Err(of("any", format!("is not that of {want:?}")));
+            return Err(of("any", format!("differs from {want:?}")));
         }
         let all = query.all(ray);
         for (limit, lists) in &lists {

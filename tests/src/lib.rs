@@ -97,7 +97,7 @@ where
                     if bits(found) != bits(*want) {
                         let level = level.name();
                         return Err(format!(
-                            "{name} {level}, closest of {N} rays, {form}: {found:?}, the truth {want:?}\n{ray:?}"
+                            "{name} {level}, closest of {N} rays, {form}: {found:?}, expected {want:?}\n{ray:?}"
                         ));
                     }
                 }
@@ -300,7 +300,7 @@ fn check_slices(scene: &Scene, (mode, name, truth): TrueMode<'_>) -> Result<(), 
             return Err(of("weights", format!("{}, {} are not {u}, {v}", one.u, one.v)));
         }
         if mode.any(&scene.triangles, ray) != want.is_some() {
-            return Err(of("any", format!("is not that of {want:?}")));
+            return Err(of("any", format!("differs from {want:?}")));
         }
         let all = mode.all(&scene.triangles, ray);
         let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
@@ -332,7 +332,7 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), 
     if bits(got) == bits(want) {
         return Ok(());
     }
-    Err(format!("(triangle, t) is {got:?}, the truth {want:?}"))
+    Err(format!("(triangle, t) is {got:?}, expected {want:?}"))
 }
 
 /// All fields of a hit as bits; its weights may be NaN.

@@ -286,8 +286,8 @@ impl Ratio {
         if x.is_nan() {
             return false;
         }
-        // Compare with the points halfway to both neighbours, `inner` toward 0 and `outer` away from it.
-        // Below a power of two the spacing is halved.
+        // Compare with the points halfway to both neighbours, `inner` toward 0 and `outer` away
+        // from it. Below a power of two, the spacing is halved.
         let length = i64::from(64 - m.abs().leading_zeros());
         let exponent = (e + length - i64::from(digits)).max(last);
         let (sign, size) = (m.signum(), m.abs() >> (exponent - e));
@@ -302,7 +302,8 @@ impl Ratio {
     }
 }
 
-/// The bits from one power of ε to the next: more than the difference in length between any two terms.
+/// The number of bits from one power of ε to the next, which is more than the difference in length
+/// between any two terms.
 const STEP: usize = 600;
 /// [`STEP`] for f64.
 const STEP_64: usize = 6500;
@@ -433,7 +434,7 @@ mod tests {
     fn both_routes_agree() {
         let (mut rng, mut small, mut crossed) = (Rng::new(5), 0, 0);
         for i in 0..200_000 {
-            // From numbers with many trailing zeros to numbers that fill 128 bits.
+            // The numbers range from many trailing zeros to results that fill 128 bits.
             let (size, scale) = (1 << (1 + i % 23), 2.0_f32.powi(i % 19));
             let mut number = || rng.within(size) as f32 * if rng.one_in(3) { scale } else { 1.0 };
             let mut vector = || [number(), number(), number()];

@@ -183,7 +183,7 @@ fn interval_holds(case: &Case, t: f64, level: Level) {
         for (t_min, t_max) in [(0.0, at_least), (at_most, f32::INFINITY)] {
             let ray = case.ray.between(t_min, t_max);
             let seen = Evidence::of(&ray, &case.triangle, Threshold::ZERO, level);
-            assert!(!seen.out_of_range, "{t} is left out of {t_min}..{t_max}\n{case:?}");
+            assert!(!seen.out_of_range, "{t} is rejected in {t_min}..{t_max}\n{case:?}");
         }
     }
 }
@@ -214,7 +214,8 @@ impl Shares {
         Some(shares)
     }
 
-    /// The errors of the terms over their bounds: in the precheck, in the filter, and at the last attempt.
+    /// The errors of the terms over their bounds, in the precheck, in the filter, and at the last
+    /// attempt.
     fn of_terms(seen: &Evidence, exact: &Terms) -> Self {
         let &Evidence { v, w, u, edge, u_edge, den, den_err, num, num_err, .. } = seen;
         let share_vw = share(v, &exact.v, edge).max(share(w, &exact.w, edge));

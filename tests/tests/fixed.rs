@@ -1,5 +1,5 @@
-//! Tests the mode `fixed`: compared with its scalar i128 reference and with rational arithmetic, on
-//! closed meshes, and by its golden hash.
+//! Tests the mode `fixed` against its scalar i128 reference and rational arithmetic, on closed
+//! meshes, and by its golden hash.
 
 use intertri::fixed::{Ray, Triangle};
 use intertri::simd::Level;

@@ -49,8 +49,8 @@ fn what_is_written_reads_back_bit_for_bit() {
 fn a_wrong_line_is_named() {
     let says = |text: &str, what: &str| assert_eq!(parse(text).unwrap_err(), what);
     says("", "there is no threshold");
-    says("threshold 0x0\n\nray 0x0", "line 3: 1 numbers where 8 belong");
-    says("# words\ntriangle 1.0", "line 2: `1.0` is not like 0x3f800000");
+    says("threshold 0x0\n\nray 0x0", "line 3: expected 8 numbers, found 1");
+    says("# words\ntriangle 1.0", "line 2: `1.0` is not hexadecimal like 0x3f800000");
     says("triangle 0x100000000", "line 1: `0x100000000` is not 32 bits");
     says("square 0x0", "line 1: `square` is not threshold, triangle or ray");
     says("ray", "line 1: nothing after the word");

@@ -77,7 +77,8 @@ pub(crate) fn flatten<S: Scalar>(corners: &mut [[S; 3]; 3], unit: f64) {
     match which / 3 {
         0 => corners[i] = corners[j],
         1 => *corners = [corners[which % 3]; 3],
-        // The third corner is at the midpoint of the others, or beyond one of them by the same distance.
+        // The third corner is at the midpoint of the others, or beyond one of them by the distance
+        // between them.
         shape => {
             let (a, b, k) = (corners[i], corners[j], 3 - i - j);
             let [a, b] = [a, b].map(|corner| corner.map(Into::<f64>::into));

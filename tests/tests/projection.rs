@@ -168,7 +168,7 @@ fn the_bounds_hold_and_are_not_idle() {
         worst[0] = worst[0].max(best);
     }
     println!("search: edges {:.3} depth {:.3}", worst[0], worst[1]);
-    assert!(worst[0] > 0.08 && worst[1] > 0.1, "bounds that nothing comes near: {worst:?}");
+    assert!(worst[0] > 0.08 && worst[1] > 0.1, "no input comes near the bounds: {worst:?}");
 }
 
 /// Computes whether a triangle's rectangle reaches a window of size zero at the ray's point.
@@ -252,6 +252,6 @@ fn rays_that_pass_the_origin_have_room_and_not_much_more() {
         "off the origin: edges {:.3} depth {:.3}; {seen} of {closest} reached",
         worst[0], worst[1]
     );
-    assert!(worst[0] > 0.55 && worst[1] > 0.55, "room that nothing needs: {worst:?}");
+    assert!(worst[0] > 0.55 && worst[1] > 0.55, "the margins are too large: {worst:?}");
     assert!(2 * seen > closest);
 }

@@ -18,8 +18,8 @@ fn any_bits() -> BoxedStrategy<f32> {
     any::<u32>().prop_map(f32::from_bits).boxed()
 }
 
-/// Small integers. Rays meet edges exactly, triangles coincide, and hits are at the end of an
-/// interval.
+/// Small integers, so that rays meet edges exactly, triangles coincide, and hits are at the ends of
+/// intervals.
 fn grid() -> BoxedStrategy<f32> {
     (-2..=2_i8).prop_map(f32::from).boxed()
 }

@@ -156,9 +156,9 @@ fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     triangles
 }
 
-/// Every face of a convex body that faces the light must be lit inside, at its corners and at the
-/// midpoints of its edges, and every other face must be dark inside. A naive shadow ray reports
-/// many lit points as dark.
+/// If a face of a convex body faces the light, its inner points, corners and midpoints of edges
+/// must be lit. The inner points of every other face must be dark. A naive shadow ray reports many
+/// lit points as dark.
 fn lit_faces_are_lit<S: Float>() {
     let triangles = sphere::<S>(24);
     let bvh = Bvh::new(&triangles).unwrap();

@@ -20,7 +20,8 @@ pub fn models(bytes: &[u8]) {
         // Neither the kind of line ending nor a missing one at the end may make a difference.
         if !file.contains(&b'\r') {
             let lines = file.split(|&b| b == b'\n').collect::<Vec<_>>();
-            // Compared as text, in which all NaNs are equal: unused vertices may have any coordinates.
+            // Compare as text, in which all NaNs are equal, because unused vertices may have any
+            // coordinates.
             let result = format!("{result:?}");
             for end in [&b"\r\n"[..], b"\r"] {
                 assert_eq!(format!("{:?}", model(name, &lines.join(end))), result);

@@ -50,7 +50,7 @@ pub fn fixed(bytes: &[u8]) {
 /// ```text
 ///        tip
 ///       / | \        (tip, r0, r1), (tip, r1, r2), ...
-///     r0--r1--r2     and with the other tip turned round: every edge is run through both ways
+///     r0--r1--r2     and, reversed, with the other tip: every edge is traversed both ways
 ///       \ | /
 ///       other
 /// ```

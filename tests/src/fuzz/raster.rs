@@ -38,7 +38,7 @@ pub fn clip(bytes: &[u8]) {
     let (mut one, mut other) = (Scratch::default(), Scratch::default());
     let outline = clip_facet(corners.iter().copied(), walls, &mut one);
     let turned = clip_facet(corners.iter().rev().copied(), walls, &mut other);
-    assert_eq!(sorted(outline), sorted(turned), "turned round: {corners:?}");
+    assert_eq!(sorted(outline), sorted(turned), "reversed: {corners:?}");
 
     let in_range = |p: &Point4| p.boundaries().iter().all(|x| x.abs() <= f64::MAX / 4.0);
     let usable = corners.iter().all(in_range);
@@ -219,8 +219,9 @@ fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
     }
 }
 
-/// Compares pictures by z-buffer and by rays, and shadows by volumes and by rays: only the differences that
-/// `docs/raster.md` proves possible are allowed. Caps and silhouettes must close exactly.
+/// Compares pictures by z-buffer with pictures by rays, and shadows by volumes with shadows by
+/// rays. Only the differences that `docs/raster.md` proves possible are allowed. Caps and
+/// silhouettes must close exactly.
 pub fn shadows(bytes: &[u8]) {
     const SIZE: (u32, u32) = (20, 15);
     let mut input = Input::new(bytes);

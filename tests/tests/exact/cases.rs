@@ -40,7 +40,7 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f32) -> [f32; 3] {
 /// A pair with arbitrary bits.
 fn any(rng: &mut Rng) -> (Ray, Triangle) {
     let mut bits = |rng: &mut Rng| {
-        // Sometimes a number that is not finite.
+        // Keep some numbers that are not finite.
         let x = f32::from_bits(rng.bits() as u32);
         if x.is_finite() || rng.one_in(4) { x } else { rng.within(2) as f32 }
     };

@@ -49,7 +49,7 @@ fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
 /// A pair with arbitrary bits.
 fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
     let mut bits = |rng: &mut Rng| {
-        // Sometimes a number that is not finite.
+        // Keep some numbers that are not finite.
         let x = f64::from_bits(rng.bits());
         if x.is_finite() || rng.one_in(4) { x } else { f64::from(rng.within(2)) }
     };

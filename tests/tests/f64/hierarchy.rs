@@ -189,7 +189,7 @@ fn what_is_not_finite_or_nothing() {
     assert!(Bvh::<f64>::new(&[]).unwrap().closest(&rays[0]).is_none());
 }
 
-/// A t that overflows f64 is infinite, and a t that underflows is 0. An unbounded ray has both as
+/// A t that overflows f64 is infinite, and a t that underflows is 0. For an unbounded ray, both are
 /// hits.
 #[test]
 fn t_beyond_f64() {

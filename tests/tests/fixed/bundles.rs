@@ -32,8 +32,8 @@ fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     all
 }
 
-/// Rays from one origin in a narrow cone: exactly toward corners and midpoints of edges, on a raster, and
-/// scattered.
+/// Rays from one origin in a narrow cone. They go exactly toward corners and midpoints of edges,
+/// are on a raster, or are scattered.
 fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Option<Vec<Ray>> {
     let (b, q) = (1 << grid.bits().b(), 1 << grid.bits().q());
     let place = n.below(scene.len() as u64) as usize;

@@ -107,7 +107,7 @@ fn batches(seed: u64, batches: usize) {
         hits += check_crossings(&rays, &triangles).unwrap_or_else(|why| panic!("{why}"));
     }
     println!(
-        "{} pairs, {hits} crossings, every form and level like the scalar reference",
+        "{} pairs, {hits} crossings, every form and level agrees with the scalar reference",
         batches * 64
     );
     assert!(hits > batches, "too few crossings: {hits}");

@@ -1,5 +1,5 @@
 //! Compares media along rays with rational arithmetic. The solids are convex, have integer
-//! coordinates, and are nested, touch and overlap. Rays go toward corners and edges and along
+//! coordinates, and may be nested, touch or overlap. Rays go toward corners and edges and along
 //! walls, and also start there.
 
 mod convex;

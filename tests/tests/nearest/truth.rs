@@ -64,7 +64,8 @@ pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig
     all.into_iter().min_by(|a, b| a.0.cmp(&b.0)).expect("six")
 }
 
-/// Whether a float is an exact number correctly rounded, that is, whether no other float is nearer.
+/// Whether a float is the correctly rounded value of an exact number, that is, whether no other
+/// float is nearer.
 pub(crate) fn is_rounded(x: f64, exact: &RBig) -> bool {
     let off = |x: f64| {
         let d = RBig::try_from(x).unwrap() - exact;

@@ -78,8 +78,8 @@ fn dot(a: [Wide; 3], b: [Wide; 3]) -> Wide {
     a[0].times(b[0]).plus(a[1].times(b[1])).plus(a[2].times(b[2]))
 }
 
-/// The winding number of triangles around a point that is on none of them, by van Oosterom and Strackee's
-/// formula.
+/// The winding number of triangles around a point that is on none of them, by the formula of van
+/// Oosterom and Strackee.
 pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 3]) -> f64 {
     let mut sum = Wide::ZERO;
     for TriangleOf(corners) in triangles {

@@ -214,7 +214,7 @@ fn rays_are_aimed_where_crossings_are_counted() {
 fn any_numbers_have_a_winding_number() {
     let mut rng = Rng::new(3);
     for exponent in [-1060, -700, -300, 0, 300, 700, 1021] {
-        // A subnormal power is a product of two.
+        // Multiply two powers, because the whole power may be subnormal.
         let scale = 2.0_f64.powi(exponent / 2) * 2.0_f64.powi(exponent - exponent / 2);
         for number in [0, 4, 7] {
             let plain = mesh(number, &mut rng);
