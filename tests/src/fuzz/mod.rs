@@ -1,7 +1,7 @@
 //! The functions that the fuzz targets call. Each makes a query from bytes and panics if two
 //! answers differ.
 //!
-//! The fuzzers (`fuzz/`) find the bytes. The ordinary tests pass the saved ones (`fuzz/corpus`,
+//! The fuzzers (`fuzz/`) find the bytes. The ordinary tests pass the saved ones (`fuzz/seeds`,
 //! `tests/fixtures`) to the same functions, on stable Rust.
 
 mod exact;
