@@ -4,7 +4,7 @@ import re
 
 import griffe
 
-# A paragraph of prompts, unless the line before it underlines a heading.
+# Matches a paragraph of doctest prompts, unless the line before it underlines a heading.
 PARAGRAPH = re.compile(r"(?<!---\n)^(?P<code>>>> (?:.+\n?)+)", re.MULTILINE)
 
 

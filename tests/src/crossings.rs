@@ -1,4 +1,4 @@
-//! The mode `fixed` against its scalar reference in i128: every form, width and level.
+//! Compares the mode `fixed` with its scalar reference in i128, in every form, width and level.
 
 use intertri::fixed::{
     Block, Crossing, IntWidth, Packet, Prepared, Ray, RayLanes, SeenTriangle, Triangle, scalar,
@@ -13,7 +13,8 @@ struct Pairs<'a> {
     answers: [[Option<Crossing>; 8]; 8],
 }
 
-/// Compares every pair, including the numerator and denominator of t. Returns how many cross.
+/// Compares every pair, including the numerator and denominator of t. Returns the number of pairs
+/// that cross.
 ///
 /// # Errors
 /// The first difference.
@@ -41,7 +42,7 @@ impl WithSimd for &Pairs<'_> {
 }
 
 impl Pairs<'_> {
-    /// One ray against a block of N triangles.
+    /// Tests each ray against blocks of N triangles.
     #[inline(always)]
     fn blocks<S: Simd, const FILTER: bool, const N: usize>(&self) -> Result<(), String>
     where
@@ -67,7 +68,7 @@ impl Pairs<'_> {
         Ok(())
     }
 
-    /// N rays against one triangle.
+    /// Tests packets of N rays against each triangle.
     #[inline(always)]
     fn packets<S: Simd, const FILTER: bool, const N: usize>(&self) -> Result<(), String>
     where
@@ -106,7 +107,7 @@ impl Pairs<'_> {
     }
 }
 
-/// Compares crossings, each of which must be reported once.
+/// Compares crossings. Each must be reported exactly once.
 fn same(
     found: &[Option<Crossing>],
     answers: &[Option<Crossing>],

@@ -1,7 +1,7 @@
-//! Scenes as text: printed by failing tests, and kept as fixtures.
+//! Scenes as text. Failing tests print them, so that you can keep them as fixtures.
 //!
 //! ```text
-//! # A line of words, to be skipped.
+//! # A comment.
 //! threshold 0x3e112e0be826d695                     the bits of an f64
 //! triangle 0x3f800000,0x00000000,...               nine f32: c1, c2, c3
 //! ray 0x00000000,...                               eight f32: origin, t_min, dir, t_max
@@ -13,7 +13,7 @@ use intertri::{Ray, Triangle};
 
 use crate::Scene;
 
-/// A scene as text with every bit, to keep as a fixture.
+/// Writes a scene as text, with every bit, so that you can keep it as a fixture.
 pub fn as_source(scene: &Scene) -> String {
     let bits = |x: &f32| format!("{:#010x}", x.to_bits());
     let list = |xs: Vec<String>| xs.join(",");
@@ -28,10 +28,10 @@ pub fn as_source(scene: &Scene) -> String {
     lines.join("\n")
 }
 
-/// Reads a scene that [`as_source`] wrote; lines that begin with `#` and empty lines are skipped.
+/// Reads a scene that [`as_source`] wrote. Skips empty lines and lines that begin with `#`.
 ///
 /// # Errors
-/// The number of the bad line, and what is wrong with it.
+/// The number of the invalid line, and what is wrong with it.
 pub fn parse(text: &str) -> Result<Scene, String> {
     let (mut triangles, mut rays, mut threshold) = (Vec::new(), Vec::new(), None);
     for (number, line) in (1..).zip(text.lines().map(str::trim)) {
@@ -59,7 +59,8 @@ pub fn parse(text: &str) -> Result<Scene, String> {
 
 fn hex(text: &str) -> Result<u64, String> {
     let digits = text.trim().strip_prefix("0x").unwrap_or("");
-    u64::from_str_radix(digits, 16).map_err(|_| format!("`{text}` is not like 0x3f800000"))
+    u64::from_str_radix(digits, 16)
+        .map_err(|_| format!("`{text}` is not hexadecimal like 0x3f800000"))
 }
 
 fn floats<const N: usize>(text: &str) -> Result<[f32; N], String> {
@@ -69,5 +70,5 @@ fn floats<const N: usize>(text: &str) -> Result<[f32; N], String> {
     };
     let all: Vec<f32> = text.split(',').map(float).collect::<Result<_, String>>()?;
     let count = all.len();
-    all.try_into().map_err(|_| format!("{count} numbers where {N} belong"))
+    all.try_into().map_err(|_| format!("expected {N} numbers, found {count}"))
 }

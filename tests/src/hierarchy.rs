@@ -1,4 +1,4 @@
-//! The hierarchy against a plain loop: index, bits of t, any, all, batches.
+//! Compares the hierarchy with a plain loop: index, bits of t, any, all, batches.
 
 use crate::scene::Scene;
 use crate::truth::Truth;
@@ -7,8 +7,8 @@ use intertri::simd::Level;
 use intertri::{Hit, Mode, Threshold};
 use intertri_trace::{Bvh, MeshTriangle};
 
-/// Runs every query of the hierarchy for every ray of a scene, in every mode. Returns the number of rays that
-/// hit anything, according to the reference.
+/// Runs every query of the hierarchy for every ray of a scene, in every mode. Returns the number of
+/// rays that hit something, according to the reference.
 ///
 /// # Errors
 /// The first difference.
@@ -32,7 +32,7 @@ fn check_mode(
     (mode, name, truth): TrueMode<'_>,
 ) -> Result<usize, String> {
     let rays = &scene.rays;
-    // One query for all rays, so that its scratch memory is reused.
+    // Use one query for all rays, so that its scratch memory is reused.
     let mut query = bvh.query().mode(mode);
     let (closest, any) = (query.closest_batch(rays), query.any_batch(rays));
     let limits = [None, Some(0), Some(1), Some(3), Some(usize::MAX)];
@@ -61,10 +61,10 @@ fn check_mode(
         let name = |hit: Hit| MeshTriangle { triangle: hit.triangle, geometry: hit.geometry };
         let plain = (one.map(bits), one.map(name), one.is_some());
         if (kept.0.map(bits), kept.1, kept.2) != plain {
-            return Err(of("kept query", format!("{kept:?} is not that of {one:?}")));
+            return Err(of("kept query", format!("{kept:?} differs from {one:?}")));
         }
         if any[i] != want.is_some() || bvh.query().mode(mode).any(ray) != want.is_some() {
-            return Err(of("any", format!("is not that of {want:?}")));
+            return Err(of("any", format!("differs from {want:?}")));
         }
         let all = query.all(ray);
         for (limit, lists) in &lists {

@@ -1,7 +1,8 @@
-//! The runner of the differential tests: one query, computed in every possible way.
+//! The runner of the differential tests, which computes each query in every possible way.
 //!
-//! The truth is the scalar f64 reference, triangle by triangle; for the modes `exact` and `once`, integers. The runner
-//! compares whether there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
+//! The expected answers are those of the scalar f64 reference, triangle by triangle, or of integer
+//! arithmetic in the modes `exact` and `once`. The runner compares whether there is a hit, which
+//! triangle it is, and every bit of t, without any epsilon.
 
 mod crossings;
 mod fixture;
@@ -20,7 +21,7 @@ pub use solid::is_on;
 use truth::Truth;
 pub use truth::reference_ray;
 
-/// Runs the Rust examples of the README and of two pages as doctests.
+/// Runs the Rust examples in the README and in two other pages as doctests.
 #[cfg(doctest)]
 mod pages {
     #[doc = include_str!("../../docs/embed.md")]
@@ -40,8 +41,8 @@ use intertri::{
 /// A mode, its name in messages, and its expected answers.
 type TrueMode<'a> = (Mode, &'static str, &'a Truth);
 
-/// Tests every pair of a scene in every mode, level, width and form of the kernel. Returns the number of
-/// pairs that hit, according to the reference.
+/// Tests every pair of a ray and a triangle in every mode, level, width and form of the kernel.
+/// Returns the number of pairs that hit, according to the reference.
 ///
 /// # Errors
 /// The first difference, with everything needed to reproduce it.
@@ -71,8 +72,8 @@ fn at((mode, name, truth): TrueMode<'_>, level: Level) -> TrueMode<'_> {
     (mode.at(level), name, truth)
 }
 
-/// The closest hits of packets and of their single rays: packets of one ray, of neighbours, and of neighbours
-/// moved to a common origin.
+/// Checks the closest hits of packets and of their rays one by one, for packets of one ray, of
+/// neighbours, and of neighbours moved to a common origin.
 fn check_packets<const N: usize>(
     scene: &Scene,
     (mode, name, truth): TrueMode<'_>,
@@ -96,7 +97,7 @@ where
                     if bits(found) != bits(*want) {
                         let level = level.name();
                         return Err(format!(
-                            "{name} {level}, closest of {N} rays, {form}: {found:?}, the truth {want:?}\n{ray:?}"
+                            "{name} {level}, closest of {N} rays, {form}: {found:?}, expected {want:?}\n{ray:?}"
                         ));
                     }
                 }
@@ -106,8 +107,9 @@ where
     Ok(())
 }
 
-/// The closest hits of a packet: for each triangle all rays, and for each ray eight triangles at a time.
-/// Triangles are stored in reverse order, so that slots differ from indices.
+/// Finds the closest hits of a packet in three ways: triangle by triangle, with all triangles in
+/// one call, and ray by ray with eight triangles at a time. Triangles are stored in reverse order,
+/// so that slots differ from indices.
 struct PacketClosest<'a, const N: usize> {
     filter: Filter<'a>,
     packet: &'a RayPacket<N>,
@@ -143,7 +145,7 @@ where
             Some((index as usize, hits.t[lane]))
         });
 
-        // All triangles in one call, in their own order, so that slots equal indices.
+        // Pass all triangles in one call, in their original order, so that slots equal indices.
         let prepared: Vec<_> = triangles.iter().map(PreparedTriangle::new).collect();
         let mut closest = ClosestHits::new(&packet.t_max);
         filter.packet_closest_of_in(&rays, &prepared, live, &mut closest, counts);
@@ -179,7 +181,8 @@ where
     }
 }
 
-/// Packets of N rays and blocks of N triangles, built once and tested in all modes at every level.
+/// Builds packets of N rays and blocks of N triangles once, and tests them in all modes at every
+/// level.
 fn check_width<const N: usize>(scene: &Scene, modes: &[TrueMode<'_>]) -> Result<(), String>
 where
     Lane<N>: Width,
@@ -194,7 +197,7 @@ where
     Ok(())
 }
 
-/// Packets of rays against each triangle, and each ray against blocks of triangles.
+/// Tests packets of rays against each triangle, and each ray against blocks of triangles.
 fn check_forms<const N: usize>(
     scene: &Scene,
     (mode, name, truth): TrueMode<'_>,
@@ -278,7 +281,7 @@ fn same<const N: usize>(
     Ok(())
 }
 
-/// The queries over slices: closest, any, all.
+/// Checks the queries over slices: closest, any, all.
 fn check_slices(scene: &Scene, (mode, name, truth): TrueMode<'_>) -> Result<(), String> {
     let level = mode.level().name();
     let blocks = Blocks::new(&scene.triangles);
@@ -297,7 +300,7 @@ fn check_slices(scene: &Scene, (mode, name, truth): TrueMode<'_>) -> Result<(), 
             return Err(of("weights", format!("{}, {} are not {u}, {v}", one.u, one.v)));
         }
         if mode.any(&scene.triangles, ray) != want.is_some() {
-            return Err(of("any", format!("is not that of {want:?}")));
+            return Err(of("any", format!("differs from {want:?}")));
         }
         let all = mode.all(&scene.triangles, ray);
         let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
@@ -329,7 +332,7 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), 
     if bits(got) == bits(want) {
         return Ok(());
     }
-    Err(format!("(triangle, t) is {got:?}, the truth {want:?}"))
+    Err(format!("(triangle, t) is {got:?}, expected {want:?}"))
 }
 
 /// All fields of a hit as bits; its weights may be NaN.

@@ -1,6 +1,7 @@
-//! The truth about a ray and a triangle, in integers of any size. It takes another route than the kernel:
-//! where the kernel uses three volumes, this applies Cramer's rule to `c1 + u (c2 - c1) + v (c3 - c1)`, and
-//! where the kernel has a tie rule, this actually moves the direction.
+//! The true answer for a ray and a triangle, in arbitrary-precision integers. It is computed
+//! differently from the kernel. The kernel uses three volumes, but this module applies Cramer's
+//! rule to `c1 + u (c2 - c1) + v (c3 - c1)`. The kernel has a tie rule, but this module actually
+//! moves the direction.
 
 use std::cmp::Ordering;
 
@@ -10,7 +11,7 @@ use intertri::{RayOf, Scalar, TriangleOf};
 
 type Vector<I> = [I; 3];
 
-/// Where the line of a ray meets the plane of a triangle.
+/// The point where the line of a ray meets the plane of a triangle.
 pub struct Truth {
     t: Ratio,
     u: Ratio,
@@ -26,7 +27,7 @@ struct Ratio {
     exponent: i64,
 }
 
-/// The integers m and e of a finite number `m * 2^e`.
+/// Splits a finite number `m * 2^e` into the integers m and e.
 fn parts(x: f64) -> (i64, i64) {
     let (bits, size) = (x.to_bits(), x.abs().to_bits());
     let (field, fraction) = ((size >> 52) as i64, (size & ((1 << 52) - 1)) as i64);
@@ -34,13 +35,13 @@ fn parts(x: f64) -> (i64, i64) {
     (if bits >> 63 == 0 { m } else { -m }, field.max(1) - 1075)
 }
 
-/// Vectors as multiples of a common power of two.
+/// Converts vectors to multiples of a common power of two, and returns its exponent.
 fn integers<S: Scalar>(vectors: &[[S; 3]]) -> (Vec<Vector<IBig>>, i64) {
     let low = Scale::of(vectors).low;
     (vectors.iter().map(|&v| vector(v, low)).collect(), low)
 }
 
-/// A vector as multiples of `2^low`.
+/// Converts a vector to multiples of `2^low`.
 fn vector<S: Scalar, I: Integer>(v: [S; 3], low: i64) -> Vector<I> {
     v.map(|x| {
         let (m, e) = parts(x.into());
@@ -48,7 +49,7 @@ fn vector<S: Scalar, I: Integer>(v: [S; 3], low: i64) -> Vector<I> {
     })
 }
 
-/// A range that numbers fit in: all are multiples of `2^low` below `2^(low + bits)`.
+/// The range of some numbers: all are multiples of `2^low` and below `2^(low + bits)` in size.
 struct Scale {
     low: i64,
     bits: i64,
@@ -68,12 +69,12 @@ impl Scale {
     }
 }
 
-/// `x * 2^by`, which is an integer.
+/// `x * 2^by`, which must be an integer.
 fn shifted(x: IBig, by: i64) -> IBig {
     if by < 0 { x >> by.unsigned_abs() as usize } else { x << by as usize }
 }
 
-/// Whether a point lies on a triangle. A triangle without area contains no points.
+/// Whether a point is on a triangle. A triangle without area contains no points.
 pub fn is_on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     let [c1, c2, c3] = triangle.0;
     let (points, _) = integers(&[point, c1, c2, c3]);
@@ -162,9 +163,9 @@ fn scales<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Scale, Scale)
     (Scale::of(&[ray.origin, c1, c2, c3]), Scale::of(&[ray.dir]))
 }
 
-/// Whether 128 bits hold everything that [`IntegerPair`] computes: with points below `2^b`, differences are
-/// below `2^(b + 1)` and t below `2^(3b + 6)`; with a direction below `2^d`, everything else is below
-/// `2^(2b + d + 7)`.
+/// Whether everything that [`IntegerPair`] computes fits in 128 bits. If points are below `2^b`,
+/// differences are below `2^(b + 1)` and t is below `2^(3b + 6)`. If the direction is also below
+/// `2^d`, everything else is below `2^(2b + d + 7)`.
 fn are_small(points: &Scale, dir: &Scale) -> bool {
     points.bits <= 40 && dir.bits <= 39
 }
@@ -204,7 +205,7 @@ impl Truth {
 
     /// Whether t is within the ray's interval.
     pub fn is_within<S: Scalar>(&self, ray: &RayOf<S>) -> bool {
-        // Both ends are compared as given, even if negative: t is not negative.
+        // Negative ends need no special case, because t is not negative.
         let (near, far): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
         let from = !near.is_finite() || self.t.cmp(near).is_ge();
         let to = !far.is_finite() || self.t.cmp(far).is_lt();
@@ -219,13 +220,14 @@ impl Truth {
         over(a, b).cmp(&over(b, a))
     }
 
-    /// Whether three f64 are t, u and v, each correctly rounded to nearest, ties to even.
+    /// Whether three f64 numbers are t, u and v, each correctly rounded to nearest, with ties to
+    /// even.
     pub fn are_rounded(&self, [t, u, v]: [f64; 3]) -> bool {
         let numbers = [(&self.t, t), (&self.u, u), (&self.v, v)];
         numbers.iter().all(|(exact, x)| exact.is_rounded(*x, &F64))
     }
 
-    /// Whether three f32 are t, u and v, each rounded once.
+    /// Whether three f32 numbers are t, u and v, each rounded once.
     pub fn are_rounded_to_f32(&self, [t, u, v]: [f32; 3]) -> bool {
         let numbers = [(&self.t, t), (&self.u, u), (&self.v, v)];
         numbers.iter().all(|(exact, x)| exact.is_rounded(f64::from(*x), &F32))
@@ -233,8 +235,8 @@ impl Truth {
 
     /// An f64 near t.
     pub fn t_f64(&self) -> f64 {
-        // Divide with more digits than an f64 has, then scale in two steps: the power of two may exceed any
-        // f64.
+        // Divide with more digits than an f64 has, then scale in two steps, because the power of
+        // two may exceed the range of f64.
         let up = self.t.den.bit_len() as i64 - self.t.num.bit_len() as i64 + 60;
         let q = shifted(self.t.num.clone(), up.max(0)) / shifted(self.t.den.clone(), (-up).max(0));
         let (q, e) = (i64::try_from(q).unwrap() as f64, (self.t.exponent - up) as i32);
@@ -268,11 +270,11 @@ impl Ratio {
         left.cmp(&shifted(right, e - low))
     }
 
-    /// Whether `x` is the nearest number of the format, the even one if two are equally near.
+    /// Whether `x` is the nearest number of the format, or the even one if two are equally near.
     fn is_rounded(&self, x: f64, &Format { digits, last, top }: &Format) -> bool {
         let (m, e) = parts(x);
-        // Numbers up to half the smallest one round to zero, those from half a unit above the largest to
-        // infinity.
+        // Numbers up to half of the smallest number round to zero. Numbers from half a unit above
+        // the largest number on round to infinity.
         if m == 0 {
             return self.cmp_parts(1, last - 1).is_le() && self.cmp_parts(-1, last - 1).is_ge();
         }
@@ -284,8 +286,8 @@ impl Ratio {
         if x.is_nan() {
             return false;
         }
-        // Compare with the points halfway to both neighbours, `inner` toward 0 and `outer` away from it.
-        // Below a power of two the spacing is halved.
+        // Compare with the points halfway to both neighbours, `inner` toward 0 and `outer` away
+        // from it. Below a power of two, the spacing is halved.
         let length = i64::from(64 - m.abs().leading_zeros());
         let exponent = (e + length - i64::from(digits)).max(last);
         let (sign, size) = (m.signum(), m.abs() >> (exponent - e));
@@ -300,14 +302,15 @@ impl Ratio {
     }
 }
 
-/// The bits from one power of ε to the next: more than the difference in length between any two terms.
+/// The number of bits from one power of ε to the next, which is more than the difference in length
+/// between any two terms.
 const STEP: usize = 600;
 /// [`STEP`] for f64.
 const STEP_64: usize = 6500;
 
-/// How a ray crosses a triangle by the once rule: `Some(true)` if it leaves, `Some(false)` if it enters,
-/// `None` if neither. The direction is moved by (ε, ε², ε³), with an ε smaller than any difference between
-/// two terms.
+/// How a ray crosses a triangle by the once rule: `Some(true)` if it leaves, `Some(false)` if it
+/// enters, and `None` if it does neither. The direction is moved by (ε, ε², ε³), where ε is smaller
+/// than any difference between two terms.
 pub fn once<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -316,7 +319,7 @@ pub fn once<S: Scalar>(
     if !is_finite(ray, triangle) || ray.dir == [S::ZERO; 3] {
         return None;
     }
-    // A ray that is strictly inside or outside stays there.
+    // If the ray passes strictly inside or outside, the move does not change that.
     if let Some(truth) = truth {
         let weights = truth.weights();
         if weights.iter().any(|weight| *weight < IBig::ZERO) {
@@ -333,7 +336,7 @@ pub fn once<S: Scalar>(
     once_moved(ray, triangle, (points, dir))
 }
 
-/// [`once`] by actually moving the direction.
+/// Computes [`once`] by actually moving the direction.
 fn once_moved<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -355,8 +358,8 @@ fn once_moved<S: Scalar>(
     Some(moved.leaves)
 }
 
-/// [`once`] by polynomials: everything that is linear in the direction is a polynomial in ε, whose sign is
-/// that of its first nonzero coefficient.
+/// Computes [`once`] with polynomials: everything that is linear in the direction is a polynomial
+/// in ε, which has the sign of its first nonzero coefficient.
 fn once_by_powers<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -371,14 +374,14 @@ fn once_by_powers<S: Scalar>(
     (leaves.is_ne() && inside == [leaves; 4]).then(|| leaves.is_gt())
 }
 
-/// The integers to compute in.
+/// The integer type of a computation.
 trait Integer: Sized {
-    /// `m * 2^by`, which is an integer.
+    /// `m * 2^by`, which must be an integer.
     fn of(m: i64, by: i64) -> Self;
     fn plus(&self, other: &Self) -> Self;
     fn minus(&self, other: &Self) -> Self;
     fn times(&self, other: &Self) -> Self;
-    /// The same number as an integer of any size.
+    /// The same number as an arbitrary-precision integer.
     fn big(self) -> IBig;
 }
 
@@ -425,12 +428,13 @@ mod tests {
 
     use super::*;
 
-    /// Compares 128-bit integers with integers of any size, and powers of ε with a moved direction.
+    /// Compares 128-bit integers with arbitrary-precision integers, and powers of ε with a moved
+    /// direction.
     #[test]
     fn both_routes_agree() {
         let (mut rng, mut small, mut crossed) = (Rng::new(5), 0, 0);
         for i in 0..200_000 {
-            // From numbers with many trailing zeros to numbers that fill 128 bits.
+            // The numbers range from many trailing zeros to results that fill 128 bits.
             let (size, scale) = (1 << (1 + i % 23), 2.0_f32.powi(i % 19));
             let mut number = || rng.within(size) as f32 * if rng.one_in(3) { scale } else { 1.0 };
             let mut vector = || [number(), number(), number()];

@@ -2,7 +2,7 @@
 
 use intertri::{Ray, Triangle};
 
-/// Triangles and rays, and the threshold of the test: finite and at least 0.
+/// Triangles, rays, and the threshold of the test, which is finite and not negative.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The triangles.

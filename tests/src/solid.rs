@@ -1,6 +1,6 @@
 //! Exact geometry on the grid.
 
-/// Whether a point lies on a triangle, which may degenerate to a segment or a point.
+/// Whether a point is on a triangle, which may be degenerate: a segment or a point.
 pub fn is_on(point: [i32; 3], corners: [[i32; 3]; 3]) -> bool {
     let sub = |a: [i32; 3], b: [i32; 3]| [0, 1, 2].map(|i| i128::from(a[i]) - i128::from(b[i]));
     let [a, b, c] = corners.map(|p| sub(p, point));
@@ -12,7 +12,7 @@ pub fn is_on(point: [i32; 3], corners: [[i32; 3]; 3]) -> bool {
     let sides = [cross(b, c), cross(c, a), cross(a, b)];
     let normal = [0, 1, 2].map(|i| sides[0][i] + sides[1][i] + sides[2][i]);
     if normal == [0; 3] {
-        // Collinear: on the segment between two corners, or at one of them.
+        // The corners are collinear, so the point must be on the segment between two of them.
         sides == [[0; 3]; 3] && (dot(a, b) <= 0 || dot(b, c) <= 0 || dot(c, a) <= 0)
     } else {
         dot(a, normal) == 0 && sides.iter().all(|&side| dot(side, normal) >= 0)

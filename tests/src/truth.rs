@@ -1,4 +1,5 @@
-//! The true answers for a scene, pair by pair: by the scalar f64 reference, or by integers alone.
+//! The true answers for a scene, pair by pair, from the scalar f64 reference or from integers
+//! alone.
 
 use intertri::internal::exact::{self, Tier};
 use intertri::{Ray, Rule, Triangle};
@@ -6,12 +7,12 @@ use intertri_reference as reference;
 
 use crate::scene::Scene;
 
-/// The answers of a plain loop over a scene.
+/// The answers of a plain loop over all rays and triangles of a scene.
 pub(crate) struct Truth {
     plain: Plain,
     /// The t of each ray and triangle, NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
-    /// The answers for each ray, computed once and compared with all others.
+    /// The answers for each ray, computed once and compared with those of every query.
     pub(crate) answers: Vec<Answers>,
 }
 
@@ -21,19 +22,20 @@ pub(crate) struct Answers {
     pub(crate) closest: Option<(usize, f64)>,
     /// The weights of the triangle's second and third corner.
     pub(crate) weights: Option<(f64, f64)>,
-    /// The index and the bits of t of every hit, sorted by t (exact or not), then by index.
+    /// The index and the bits of t of every hit, sorted by t (exact t in the exact modes), then by
+    /// index.
     pub(crate) all: Vec<(usize, u64)>,
 }
 
-/// The source of the truth for one pair.
+/// The source of the true answer for one pair.
 enum Plain {
     /// The document's tables.
     Reference(reference::Scene),
-    /// Integers, without a filter or f64 in front.
+    /// Integers alone, without a filter or f64.
     Exact(Rule, Vec<Triangle>),
 }
 
-/// The reference's ray.
+/// Converts a ray to the reference's type.
 pub fn reference_ray(ray: &Ray) -> reference::Ray {
     reference::Ray::new(ray.origin, ray.dir)
 }
@@ -78,7 +80,7 @@ impl Truth {
 }
 
 impl Plain {
-    /// t, if the ray hits the triangle within its interval.
+    /// Returns t if the ray hits the triangle within its interval.
     fn hit(&self, obj: usize, ray: &Ray) -> Option<f64> {
         match self {
             Self::Reference(scene) => {
@@ -99,7 +101,7 @@ impl Plain {
         Answers { closest, weights, all: self.all(ray, t) }
     }
 
-    /// The first hit; among equals, the lowest index.
+    /// The first hit. If several have the same t, the lowest index wins.
     fn closest(&self, ray: &Ray, is_hit: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         match self {
             Self::Reference(scene) => {

@@ -1,8 +1,9 @@
-//! Measures how much of each bound of the mode `certified` is used: the filter's numbers are compared with
-//! exact arithmetic, over every family and during a search that climbs toward the largest error.
+//! Measures how much of each error bound of the mode `certified` is used. It compares the filter's
+//! numbers with exact arithmetic, for every family and in a search that climbs toward the largest
+//! error.
 //!
-//! `docs/numerics/certified.md` derives the bounds. A share above 1 refutes the derivation; a constant whose
-//! share stays small is larger than necessary.
+//! `docs/numerics/certified.md` derives the bounds. A share above 1 refutes the derivation. If a
+//! share stays small, the constant is larger than necessary.
 
 use dashu_ratio::Relaxed;
 use intertri::internal::Evidence;
@@ -38,22 +39,23 @@ fn float(x: &Relaxed) -> f64 {
     x.to_f64().value()
 }
 
-/// The share of each bound that a test uses; 0 where a bound does not apply.
+/// The share of each bound that a test uses, or 0 if a bound does not apply.
 #[derive(Clone, Copy, Debug, Default)]
 struct Shares([f64; 14]);
 
 /// The columns of the table:
 ///
-/// - the errors of V, W, U, D and T over their bounds, the rounding of the last sum left out where only the
-///   sign matters;
-/// - how far from the middle of its enclosure the reference's t lies, in halves of the enclosure;
+/// - the errors of V, W, U, D and T over their bounds, without the rounding of the last sum if only
+///   the sign matters;
+/// - the distance of the reference's t from the middle of its enclosure, over half of the
+///   enclosure;
 /// - *box*: the same for the quotients T/D that the bounds of T and D allow;
 /// - *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
 /// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last attempt;
-/// - *sharp T* and *sharp t*: the error of T over the bound of the last attempt, and where the reference's t
-///   lies in the enclosure that remains;
+/// - *sharp T* and *sharp t*: the error of T over the bound of the last attempt, and the position
+///   of the reference's t in the remaining enclosure;
 /// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound;
-/// - *precheck* and *precheck D*: the errors of V, W and U, and of D, over the bound of the precheck.
+/// - *precheck* and *precheck D*: the errors of V, W and U, and of D, over the precheck's bound.
 const NAMES: [&str; 14] = [
     "V, W",
     "U",
@@ -71,7 +73,8 @@ const NAMES: [&str; 14] = [
     "precheck D",
 ];
 
-/// The edges of a triangle, the direction of a ray, and the five terms of their test, without rounding.
+/// The edges of a triangle, the direction of a ray, and the five terms of the intersection test,
+/// without rounding.
 struct Terms {
     h4: Exact,
     h5: Exact,
@@ -95,7 +98,8 @@ impl Terms {
         Self { h4, h5, dir: d, v, w, u, den, num }
     }
 
-    /// How much the reference's noise is magnified, over what the proof allows.
+    /// The factor by which the reference's noise is magnified, over the limit that the proof
+    /// allows.
     fn rho(&self) -> f64 {
         let length = |x: &Exact| float(&dot(x, x)).sqrt();
         let rho = length(&self.h4) * length(&self.h5) * length(&self.dir) / float(&self.den).abs();
@@ -108,8 +112,8 @@ fn off(hat: f32, exact: &Relaxed) -> f64 {
     float(&(real(hat) - exact)).abs()
 }
 
-/// The error of a sum as a share of its bound. The rounding of the last addition changes no sign and does not
-/// count.
+/// The error of a sum as a share of its bound. The rounding of the last addition cannot change the
+/// sign, so it does not count.
 fn share(hat: f32, exact: &Relaxed, bound: f32) -> f64 {
     (off(hat, exact) - U * f64::from(hat.abs())).max(0.0) / f64::from(bound)
 }
@@ -130,8 +134,9 @@ impl Reference {
         Self { tables, line, t }
     }
 
-    /// The largest term whose sign the reference gets wrong, over its bound: how far from an edge it chooses
-    /// the wrong side. Computes the document's three values with its operations.
+    /// The largest term whose sign the reference gets wrong, over its bound. This is how far from
+    /// an edge the reference chooses the wrong side. Computes the document's three values with the
+    /// document's operations.
     fn noise(&self, exact: &Terms, sharp: [f32; 3]) -> f64 {
         let Self { tables, line, t } = self;
         let tri = &tables.trian[0];
@@ -152,8 +157,8 @@ impl Reference {
     }
 }
 
-/// How much of the enclosure of t is used: by the reference's t, by the quotients that the bounds of D and T
-/// allow, and by the reference's t in the enclosure of the last attempt.
+/// Returns how much of the enclosure of t is used by the reference's t, by the quotients that the
+/// bounds of D and T allow, and by the reference's t in the enclosure of the last attempt.
 fn enclosure(seen: &Evidence, t: f64) -> [f64; 3] {
     let [lo, hi] = [seen.t_lo, seen.t_hi].map(f64::from);
     if !(hi.is_finite() && lo.is_finite()) {
@@ -178,14 +183,14 @@ fn interval_holds(case: &Case, t: f64, level: Level) {
         for (t_min, t_max) in [(0.0, at_least), (at_most, f32::INFINITY)] {
             let ray = case.ray.between(t_min, t_max);
             let seen = Evidence::of(&ray, &case.triangle, Threshold::ZERO, level);
-            assert!(!seen.out_of_range, "{t} is left out of {t_min}..{t_max}\n{case:?}");
+            assert!(!seen.out_of_range, "{t} is rejected in {t_min}..{t_max}\n{case:?}");
         }
     }
 }
 
 impl Shares {
-    /// The shares that a test uses at one level. `None` if an input is not finite or f32 overflows, because
-    /// nothing is decided then.
+    /// The shares that a test uses at one level. `None` if an input is not finite or f32 overflows,
+    /// because the filter decides nothing then.
     fn of(case: &Case, level: Level) -> Option<Self> {
         let Case { ray, triangle, threshold } = case;
         let seen = Evidence::of(ray, triangle, Threshold::new(*threshold).ok()?, level);
@@ -209,7 +214,8 @@ impl Shares {
         Some(shares)
     }
 
-    /// The errors of the terms over their bounds: in the precheck, in the filter, and at the last attempt.
+    /// The errors of the terms over their bounds, in the precheck, in the filter, and at the last
+    /// attempt.
     fn of_terms(seen: &Evidence, exact: &Terms) -> Self {
         let &Evidence { v, w, u, edge, u_edge, den, den_err, num, num_err, .. } = seen;
         let share_vw = share(v, &exact.v, edge).max(share(w, &exact.w, edge));
@@ -242,7 +248,7 @@ impl Shares {
     }
 }
 
-/// Separate and fused operations.
+/// A level with separate multiplications and additions, and one with fused operations.
 fn levels() -> impl Iterator<Item = Level> {
     [Some(Level::PORTABLE), Level::avx2()].into_iter().flatten()
 }
@@ -275,13 +281,14 @@ fn no_family_uses_more_than_the_bound() {
     }
 }
 
-/// Fifteen numbers: the ray's origin and direction, and the corners.
+/// Makes a case from fifteen numbers: the ray's origin and direction, and the corners.
 fn case(x: &[f32; 15]) -> Case {
     let p = |i: usize| [x[i], x[i + 1], x[i + 2]];
     Case { ray: Ray::new(p(0), p(3)), triangle: Triangle::new(p(6), p(9), p(12)), threshold: 0.0 }
 }
 
-/// Climbs from a start, changing one to three numbers at a time. Returns the largest share and its input.
+/// Searches from a start for a larger share, changing one to three numbers at a time. Returns the
+/// largest share and its input.
 fn climb(
     rng: &mut Rng,
     level: Level,
@@ -321,8 +328,9 @@ fn climb(
     (most, best)
 }
 
-/// A starting point: the two edges, the vector to the first corner and the direction are almost along axes,
-/// so that every product is nearly the product of the lengths and every sum rounds.
+/// A starting point for a search. The two edges, the vector to the first corner and the direction
+/// are almost parallel to axes, so that every product is nearly the product of the lengths and
+/// every sum rounds.
 fn start(rng: &mut Rng) -> [f32; 15] {
     let mut near_axis = || {
         let mut x = [0; 3].map(|_| rng.signed() * rng.log(1e-6, 1e-1));
@@ -337,7 +345,8 @@ fn start(rng: &mut Rng) -> [f32; 15] {
     std::array::from_fn(|i| all[i / 3][i % 3] as f32)
 }
 
-/// Where earlier searches ended: the column, the constants that this input needs, and its numbers.
+/// The results of earlier searches: the column, the constant that this input needs, and its
+/// numbers.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "they are data")]
 const FOUND: [(usize, &str, [f32; 15]); 11] = [
@@ -414,7 +423,7 @@ fn half_of_a_constant_would_not_do() {
     }
 }
 
-/// No search from any of many starting points exceeds the bound.
+/// Searches from many starting points. None may exceed the bound.
 #[test]
 fn no_search_gets_beyond_the_bound() {
     let search = |what: usize| {

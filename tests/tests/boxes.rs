@@ -1,9 +1,9 @@
-//! Boxes as the traversal widens them: scenes with very different sizes, far origins, rays along the sides of
-//! boxes.
+//! Tests how traversal widens boxes: in scenes with very different sizes, with far origins, and
+//! with rays along the sides of boxes.
 //!
-//! If a box is too small, traversal loses hits in the last digits. So every ray here is aimed at something
-//! that barely touches its box: a corner, an edge, a triangle in a face of its box, a hit at the end of the
-//! ray.
+//! If a box is too small, traversal loses hits by a few units in the last place. So every ray here
+//! is aimed at something that barely touches its box: a corner, an edge, a triangle in a face of
+//! its box, or a hit at the end of the ray.
 
 use intertri::simd::Level;
 use intertri::{Ray, Ray64, Triangle, Triangle64, TriangleOf};
@@ -12,7 +12,7 @@ use intertri_tests::{Scene, as_source, check_hierarchy};
 
 use crate::f64::hierarchy::check as check64;
 
-/// A number of any sign whose size is a power of two times 1 to 2.
+/// A number of either sign whose size is between two powers of two.
 fn sized(rng: &mut Rng, exponents: [i32; 2]) -> f32 {
     let size = rng.log(f64::from(exponents[0]).exp2(), f64::from(exponents[1]).exp2());
     if rng.one_in(2) { size as f32 } else { -size as f32 }
@@ -33,7 +33,8 @@ fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle
     (0..count).map(triangle).collect()
 }
 
-/// A point of a triangle that its box barely contains: a corner, the middle of an edge, or one inside.
+/// A point of a triangle: a corner, the midpoint of an edge, or a point inside. The box barely
+/// contains most of them.
 fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     let middle = |p: &[f32; 3], q: &[f32; 3]| [0, 1, 2].map(|k| 0.5 * p[k] + 0.5 * q[k]);
     match rng.below(6) {
@@ -46,12 +47,12 @@ fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     }
 }
 
-/// A ray to a point of a triangle: from near or far, along axes or not, of any length, ending near the point
-/// or not.
+/// A ray to a point of a triangle, from near or far, sometimes along axes, of any length, and
+/// sometimes ending near the point.
 fn toward(rng: &mut Rng, triangle: &Triangle, origins: [i32; 2]) -> Ray {
     let to = place(rng, triangle);
     let mut origin = [(); 3].map(|()| sized(rng, origins));
-    // Aligned with the point along one or two axes: the direction is 0 there, or nearly.
+    // Align the origin with the point along some axes, where the direction is then 0 or nearly 0.
     for axis in 0..3 {
         if rng.one_in(4) {
             origin[axis] = to[axis];
@@ -83,7 +84,7 @@ fn checked(triangles: Vec<Triangle>, rays: Vec<Ray>, levels: &[Level], what: &st
     })
 }
 
-/// Clusters of very different sizes in one scene, and rays at all of them.
+/// Makes a scene with clusters of very different sizes, and rays toward all of them.
 fn scene(rng: &mut Rng, sizes: [i32; 2], origins: [i32; 2]) -> (Vec<Triangle>, Vec<Ray>) {
     let mut triangles = Vec::new();
     for _ in 0..=rng.below(6) {
@@ -135,8 +136,8 @@ fn sizes_from_one_end_of_f32_to_the_other() {
     assert!(hits > 500, "{hits}");
 }
 
-/// Many rays from one origin in rows, toward a small mesh next to a ground and a stray triangle: bundles
-/// whose frusta barely meet the mesh's corners.
+/// Traces many rays in rows from one origin, toward a small mesh next to a large ground and a stray
+/// triangle. They form bundles whose frusta barely meet the mesh's corners.
 #[test]
 fn bundles_in_wide_scenes() {
     let levels: Vec<Level> = Level::all().collect();
@@ -161,7 +162,8 @@ fn bundles_in_wide_scenes() {
     assert!(hits > 1000, "{hits}");
 }
 
-/// Needles of every thinness, the thinnest without a normal in f64; rays in packets and alone.
+/// Tests needles of every thinness, the thinnest of which have no normal in f64, with rays in
+/// packets and alone.
 #[test]
 fn needles_have_boxes() {
     let levels: Vec<Level> = Level::all().collect();
@@ -190,7 +192,7 @@ fn needles_have_boxes() {
     assert!(hits > 1500, "{hits}");
 }
 
-/// Wide scenes in f64, even where f32 loses all digits of the detail.
+/// Tests wide scenes in f64, including scenes in which f32 loses all digits of the detail.
 #[test]
 fn wide_scenes_in_f64() {
     let mut rng = Rng::new(6);
@@ -217,7 +219,8 @@ fn wide_scenes_in_f64() {
     assert!(hits > 1500, "{hits}");
 }
 
-/// Found by hand: clamped along one axis alone, the origin was on another line, which misses.
+/// A case found by hand: when the origin was clamped along only one axis, it moved off the ray's
+/// line, and the ray missed.
 #[test]
 fn a_ray_from_beyond_f32_keeps_its_line() {
     let triangle = TriangleOf([[0.0, -1.0, -1.0], [0.0, 1.0, -1.0], [0.0, 0.0, 2.0]]);
@@ -229,7 +232,8 @@ fn a_ray_from_beyond_f32_keeps_its_line() {
     assert_eq!(check64("from beyond f32", &[triangle], &rays), rays.len());
 }
 
-/// Rays in f64 from beyond the range of f32: far along some axes, and less far along others.
+/// Tests f64 rays that start beyond the range of f32, far along some axes and less far along
+/// others.
 #[test]
 fn origins_beyond_f32() {
     let mut rng = Rng::new(7);
@@ -239,8 +243,9 @@ fn origins_beyond_f32() {
             .iter()
             .map(|t| TriangleOf(t.0.map(|p| p.map(f64::from))))
             .collect();
-        // Along some axes the ray is level, near the middle. Along the others its line goes through the
-        // middle exactly, because the origin is a power of two times the direction.
+        // Along some axes the direction is 0 and the origin is near the centre. Along the others,
+        // the line passes exactly through the centre, because the origin is a power of two times
+        // the direction.
         let ray = |_| {
             let steep = [(); 3].map(|()| if rng.one_in(3) { 0 } else { rng.below(70) as i32 });
             let mut dir = steep.map(|e| (1.0 + 0.25 * rng.below(4) as f64) * f64::from(-e).exp2());
@@ -258,7 +263,7 @@ fn origins_beyond_f32() {
             Ray64::new(origin, dir).between(0.0, t_max)
         };
         let rays: Vec<Ray64> = (0..32).map(ray).collect();
-        // As many of one origin, for bundles.
+        // Duplicate each ray, so that neighbours share an origin and form bundles.
         let rays: Vec<Ray64> = rays.iter().flat_map(|&ray| [ray; 2]).collect();
         hits += check64(&format!("scene {i}"), &triangles, &rays);
     }

@@ -1,4 +1,5 @@
-//! Many rays from one origin at once, against the reference's plain loop: all families.
+//! Traces bundles of rays with a common origin through all families, and compares the answers with
+//! the reference's plain loop.
 
 use crate::common;
 use intertri::simd::Level;
@@ -6,8 +7,8 @@ use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_hierarchy};
 
-/// Rays with the origin of `ray` and similar directions: scattered, on a raster, or aimed at corners and
-/// edges, where some of them end.
+/// Rays with the same origin as `ray` and similar directions: scattered, on a raster, or aimed at
+/// corners and edges, where some of them end.
 fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> Vec<Ray> {
     let size = ray.dir.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
     let (spread, kind) = (rng.log(1e-7, 1.0) as f32 * size, rng.below(3));

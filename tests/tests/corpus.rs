@@ -1,10 +1,10 @@
-//! Runs the fuzzers' seeds and findings through the same entries, without a fuzzer.
+//! Passes the fuzzers' seeds and findings to the same entry points, without a fuzzer.
 
 use std::path::{Path, PathBuf};
 
 use intertri_tests::fuzz::{ENTRIES, Entry};
 
-/// All files of a folder; none if it does not exist.
+/// All files in a folder, or none if it does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -22,7 +22,7 @@ fn replay(name: &str, entry: Entry) {
         println!("{}", path.display());
         entry(&std::fs::read(&path).unwrap());
     }
-    // No bytes at all, and more bytes than any entry reads.
+    // Also try an empty input, and more bytes than any entry point reads.
     entry(&[]);
     for byte in [0, 1, 0x7f, 0x80, 0xff] {
         entry(&[byte; 1000]);

@@ -1,8 +1,8 @@
-//! Crossings: each point of a mesh belongs to one triangle, whichever query is used.
+//! Tests crossings: each point of a mesh belongs to exactly one triangle, whichever query you use.
 //!
-//! Slices in the mode `once`, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the batches must agree, bit
-//! for bit, on rays aimed at edges and corners of closed meshes. Through such a mesh every ray crosses as often as the
-//! mesh winds around its origin.
+//! Slices in the mode `once`, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the
+//! batches must agree, bit for bit, for rays aimed at edges and corners of closed meshes. The
+//! signed crossings of every ray through such a mesh add up to the winding number of its origin.
 
 use intertri::simd::Level;
 use intertri::{Crossing, Crossings, Hit, Mode, RayOf, Scalar, SliceScalar, TriangleOf};
@@ -12,7 +12,7 @@ use intertri_trace::{Bvh, BvhScalar};
 
 use crate::exact::solids::meshes;
 
-/// The limits of lists: none, 0, 1, a few, and more than the number of hits.
+/// Limits on the length of lists: none, 0, 1, a few, and more than the number of hits.
 const LIMITS: [Option<usize>; 5] = [None, Some(0), Some(1), Some(3), Some(usize::MAX)];
 
 /// All fields of a hit as bits.
@@ -26,8 +26,9 @@ fn all_bits(crossings: &[Crossing]) -> Vec<([u64; 5], bool)> {
     crossings.iter().map(|crossing| (bits(&crossing.hit), crossing.leaves)).collect()
 }
 
-/// The crossings of rays by a plain loop over a slice, the truth in this file; `exact` and `f64` compare it
-/// with rationals. All queries of the mode `once` over the slice must agree with it.
+/// The crossings of rays by a plain loop over a slice. This is the expected answer in this file;
+/// the modules `exact` and `f64` compare it with rational arithmetic. All queries of the mode
+/// `once` over the slice must agree with it.
 fn of_slice<S: SliceScalar>(
     triangles: &[TriangleOf<S>],
     rays: &[RayOf<S>],
@@ -50,7 +51,7 @@ fn of_slice<S: SliceScalar>(
     each.collect()
 }
 
-/// All queries of a hierarchy that involve crossings.
+/// Checks all queries of a hierarchy that involve crossings.
 fn check<S: SliceScalar + BvhScalar>(
     what: &str,
     bvh: &Bvh<S>,
@@ -81,7 +82,7 @@ fn check<S: SliceScalar + BvhScalar>(
         assert_eq!(bits(&closest[i]), bits(&hit), "{}", at());
         assert_eq!([any[i], once.any(ray)], [hit.is_hit(); 2], "{}", at());
 
-        // Lists end at their limit.
+        // Lists must end at their limit.
         for ((limit, list), hits) in lists.iter().zip(&once_lists) {
             let some = &want[..want.len().min(limit.unwrap_or(usize::MAX))];
             assert_eq!(all_bits(list.of(i)), all_bits(some), "{limit:?}, {}", at());
@@ -96,7 +97,7 @@ fn check<S: SliceScalar + BvhScalar>(
     }
 }
 
-/// A crossing as a list.
+/// Converts an optional crossing to a slice.
 trait AsSliceOfOne {
     fn as_slice_of_one(&self) -> &[Crossing];
 }
@@ -107,9 +108,9 @@ impl AsSliceOfOne for Option<&Crossing> {
     }
 }
 
-/// Rays from one point exactly at corners and at midpoints of edges, where the scalar represents the
-/// differences; into triangles, along axes, and anywhere. Neighbours share this origin, so they form a
-/// bundle.
+/// Rays from one point toward corners, midpoints of edges and the insides of triangles, along axes,
+/// and anywhere. They hit corners and edges exactly if the scalar can represent the differences.
+/// All rays share an origin, so they form a bundle.
 fn aimed<S: Scalar>(
     triangles: &[TriangleOf<S>],
     origin: [S; 3],
@@ -137,8 +138,8 @@ fn aimed<S: Scalar>(
     (0..count).map(&mut ray).filter(|ray| ray.dir != [S::ZERO; 3]).collect()
 }
 
-/// Rays around a mesh, from points that are not on it. The first ray from each point is the one that all
-/// others are compared with.
+/// Rays around a mesh, from points that are not on it, grouped by their origin. The other rays of a
+/// group are compared with its first one.
 fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec<RayOf<S>>> {
     let corners = || triangles.iter().flat_map(|triangle| triangle.0);
     let end = |k: usize, most: fn(f64, f64) -> f64| {
@@ -146,7 +147,7 @@ fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec
     };
     let ends = [0, 1, 2].map(|k| [end(k, f64::min), end(k, f64::max)]);
     let mut origin = || {
-        // On a grid of the mesh's size, so that many differences are exact.
+        // Use a grid of the mesh's size, so that many differences are exact.
         ends.map(|[low, high]| S::nearest(low + (rng.unit() * 64.0).round() / 48.0 * (high - low)))
     };
     let origins: Vec<[S; 3]> = (0..6)
@@ -156,8 +157,8 @@ fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec
     origins.into_iter().map(|origin| aimed(triangles, origin, 48, rng)).collect()
 }
 
-/// Every ray from one point crosses a closed mesh equally often, counted with sign; so no crossing is lost or
-/// counted twice.
+/// Checks that all rays from one point have the same sum of signed crossings, so that no crossing
+/// is lost or counted twice. Returns the sum.
 fn all_agree(what: &str, crossings: &[Vec<Crossing>]) -> i64 {
     let signed = |crossings: &Vec<Crossing>| {
         crossings.iter().map(|c| if c.leaves { 1 } else { -1 }).sum::<i64>()
@@ -167,7 +168,7 @@ fn all_agree(what: &str, crossings: &[Vec<Crossing>]) -> i64 {
     winding
 }
 
-/// Closed meshes, each transformed by `place`.
+/// Checks closed meshes whose corners are transformed by `place`.
 fn closed_meshes<S: SliceScalar + BvhScalar>(place: impl Fn([f32; 3]) -> [S; 3], seed: u64) {
     let (mut rng, mut crossed, mut inside, mut ties) = (Rng::new(seed), 0, 0, 0);
     for mesh in meshes(1) {
@@ -198,15 +199,16 @@ fn closed_meshes_in_f64() {
     closed_meshes::<f64>(|p| p.map(f64::from), 2);
 }
 
-/// At coordinates where f32 loses most digits of the mesh, and at coordinates that use all digits of f64.
+/// Moves the meshes to coordinates where f32 loses most of their digits, and to coordinates that
+/// use all digits of f64.
 #[test]
 fn closed_meshes_far_out_in_f64() {
     closed_meshes::<f64>(|p| p.map(|x| f64::from(x) + 1_048_576.0), 3);
     closed_meshes::<f64>(|p| p.map(|x| f64::from(x) / 3.0 - 5e5), 4);
 }
 
-/// A closed mesh twice, as two geometries: if two crossings have the same t, the lower geometry comes first,
-/// even if a limit cuts the list between them.
+/// Uses each closed mesh twice, as two geometries. If two crossings have the same t, the lower
+/// geometry must come first, even if a limit cuts the list between them.
 fn two_geometries<S: SliceScalar + BvhScalar>(place: impl Fn([f32; 3]) -> [S; 3]) {
     let mut rng = Rng::new(5);
     let mut cut = 0;
@@ -224,7 +226,8 @@ fn two_geometries<S: SliceScalar + BvhScalar>(place: impl Fn([f32; 3]) -> [S; 3]
             }
             check(mesh.name, &bvh, &rays, &want, level);
             for all in want.iter().filter(|all| !all.is_empty()) {
-                // A ray through a corner may cross two faces of one mesh at one t, and both of the other.
+                // A ray through a corner may cross two faces of one copy at the same t, and then
+                // also both faces of the other.
                 let [one, other] = [0, 1].map(|geometry| {
                     let of_it = all.iter().filter(|crossing| crossing.hit.geometry == geometry);
                     let named = |c: &Crossing| (c.hit.t.to_bits(), c.hit.triangle, c.leaves);
@@ -249,7 +252,7 @@ fn ties_between_geometries_in_f64() {
     two_geometries::<f64>(|p| p.map(|x| f64::from(x) / 3.0 + 1e6));
 }
 
-/// Intervals that begin or end at a crossing, or between two.
+/// Tests intervals that begin or end at a crossing or next to it.
 #[test]
 fn intervals_cut_crossings() {
     let mut rng = Rng::new(6);

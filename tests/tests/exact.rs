@@ -1,4 +1,5 @@
-//! The arithmetic of the mode `exact`: each tier against rationals, and the theorems on closed meshes.
+//! Tests the arithmetic of the mode `exact`: each tier is compared with rational arithmetic, and
+//! the theorems are checked on closed meshes.
 
 mod cases;
 mod meshes;

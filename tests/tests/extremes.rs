@@ -1,4 +1,4 @@
-//! Extreme numbers through the public interface: no panic, no hang, no lost hit.
+//! Tests the public API with extreme numbers. It must not panic, hang or lose hits.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -8,7 +8,8 @@ use intertri::{Mode, Ray, Triangle};
 use intertri_tests::{Scene, check_hierarchy, check_kernel};
 use intertri_trace::Bvh;
 
-/// The number of hits in a scene, after checking the kernel and the hierarchy against the reference.
+/// Checks the kernel and the hierarchy against the reference. Returns the number of hits in the
+/// scene.
 fn hits(triangles: Vec<Triangle>, rays: Vec<Ray>, threshold: f64) -> usize {
     let scene = Scene { triangles, rays, threshold };
     let hits = check_kernel(&scene).unwrap_or_else(|why| panic!("{why}"));
@@ -17,14 +18,14 @@ fn hits(triangles: Vec<Triangle>, rays: Vec<Ray>, threshold: f64) -> usize {
     hits
 }
 
-/// Rays along z through the centres of the squares of a 4 by 4 board with side `s`.
+/// Rays along z through the centres of the squares of a 4 by 4 board whose side is `s`.
 fn through_a_board(s: f32, from: f32, dir: f32) -> Vec<Ray> {
     let at = |i: i32| s * ((i as f32 + 0.5) / 4.0 - 0.5);
     let ray = |i| Ray::new([at(i % 4), at(i / 4), from], [0.0, 0.0, dir]);
     (0..16).map(ray).collect()
 }
 
-/// The board's 32 triangles, in z = 0.
+/// The 32 triangles of the board, in the plane z = 0.
 fn board(s: f32) -> Vec<Triangle> {
     let at = |i: i32| s * (i as f32 / 4.0 - 0.5);
     let square = |i: i32| {
@@ -42,7 +43,8 @@ fn every_size_of_scene_that_f32_has() {
         let s = 2.0_f32.powi(exponent);
         assert_eq!(hits(board(s), through_a_board(s, -s, s), 0.0), 32, "2^{exponent}");
     }
-    // Three eighths of the largest number are rounded, so most rays hit only one of the two.
+    // Three eighths of the largest number is not exact, so most rays hit only one of the two
+    // triangles.
     let max = f32::MAX;
     assert_eq!(hits(board(max), through_a_board(max, -max, max), 0.0), 22);
 }

@@ -1,4 +1,5 @@
-//! The mode `fixed`: against its scalar i128 reference and rationals, on closed meshes, and its golden hash.
+//! Tests the mode `fixed` against its scalar i128 reference and rational arithmetic, on closed
+//! meshes, and by its golden hash.
 
 use intertri::fixed::{Ray, Triangle};
 use intertri::simd::Level;
@@ -13,7 +14,7 @@ mod rationals;
 mod scalar;
 mod solids;
 
-/// A hierarchy over a grid: the snapped triangles in f32, with each crossing counted once and t defined as in
+/// A hierarchy over grid triangles in f32. Each crossing counts once, and t is defined as in
 /// [`Fixed`].
 ///
 /// [`Fixed`]: intertri::fixed::Fixed
@@ -30,7 +31,7 @@ impl GridBvh {
     }
 }
 
-/// A query of such a hierarchy.
+/// A query of a [`GridBvh`].
 struct GridQuery<'a>(Query<'a>);
 
 impl GridQuery<'_> {
@@ -67,17 +68,17 @@ impl GridQuery<'_> {
     }
 }
 
-/// The same rays in f32.
+/// Converts rays to f32.
 fn lines(rays: &[Ray]) -> Vec<Line> {
     rays.iter().map(|ray| *ray.to_f32()).collect()
 }
 
-/// A hit with t in multiples of the direction before snapping.
+/// Converts the t of a hit to multiples of the direction before snapping.
 fn for_caller(ray: &Ray, hit: Hit) -> Hit {
     if hit.is_hit() { Hit { t: ray.t_of_caller(hit.t), ..hit } } else { hit }
 }
 
-/// A generator of numbers that are the same on every machine.
+/// A random number generator whose numbers are the same on every machine.
 struct Numbers(u64);
 
 impl Numbers {
@@ -88,12 +89,12 @@ impl Numbers {
         x ^ x >> 31
     }
 
-    /// `0..n`
+    /// A number in `0..n`.
     fn below(&mut self, n: u64) -> u64 {
         self.next() % n
     }
 
-    /// `-limit..=limit`
+    /// A number in `-limit..=limit`.
     fn within(&mut self, limit: i32) -> i32 {
         (self.below(2 * limit as u64 + 1) as i64 - i64::from(limit)) as i32
     }

@@ -1,6 +1,7 @@
-//! What went wrong once, or could easily: every scene in the folder of fixtures, replayed.
+//! Replays every scene in the folder `fixtures`: scenes that once failed, or could easily fail.
 //!
-//! Whatever a test prints when it fails can be put there, as a file with a line on what it shows.
+//! If a test fails, you can save the scene that it prints as a file in this folder, with a line
+//! that explains it.
 
 use crate::common;
 use intertri::simd::Level;
@@ -27,7 +28,8 @@ fn every_fixture_agrees_with_the_reference() {
         let hits = check_kernel(&scene).unwrap_or_else(|e| panic!("{name}: {e}"));
         check_hierarchy(&scene, &levels).unwrap_or_else(|e| panic!("{name}: {e}"));
 
-        // A fixture says how many hits there are, so that one that hits nothing does so on purpose.
+        // A fixture states the number of hits, so that a scene without hits is known to be
+        // intentional.
         let hits = format!("# {hits} hits");
         assert!(text.lines().any(|line| line == hits), "{name} wants the line `{hits}`");
     }
@@ -47,8 +49,8 @@ fn what_is_written_reads_back_bit_for_bit() {
 fn a_wrong_line_is_named() {
     let says = |text: &str, what: &str| assert_eq!(parse(text).unwrap_err(), what);
     says("", "there is no threshold");
-    says("threshold 0x0\n\nray 0x0", "line 3: 1 numbers where 8 belong");
-    says("# words\ntriangle 1.0", "line 2: `1.0` is not like 0x3f800000");
+    says("threshold 0x0\n\nray 0x0", "line 3: expected 8 numbers, found 1");
+    says("# words\ntriangle 1.0", "line 2: `1.0` is not hexadecimal like 0x3f800000");
     says("triangle 0x100000000", "line 1: `0x100000000` is not 32 bits");
     says("square 0x0", "line 1: `square` is not threshold, triangle or ray");
     says("ray", "line 1: nothing after the word");

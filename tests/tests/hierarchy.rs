@@ -1,4 +1,4 @@
-//! The hierarchy against the reference's plain loop: all families in scenes of all sizes.
+//! Compares the hierarchy with the reference's plain loop, for all families in scenes of all sizes.
 
 use crate::common;
 use intertri::simd::Level;
@@ -8,14 +8,15 @@ use intertri_lab::rng::Rng;
 use intertri_tests::{Scene, as_source, check_hierarchy};
 use intertri_trace::Bvh;
 
-/// Every family in scenes of 1 to 5,000 triangles.
+/// Tests every family in scenes of 1 to 5,000 triangles.
 fn scenes(each: usize, seed: u64) {
     let levels: Vec<Level> = Level::all().collect();
     common::each_family(|_, family| {
         let mut rng = Rng::new(seed);
         let (mut rays, mut hits) = (0, 0);
         for i in 0..each {
-            // Sizes are log-uniform; the larger scenes, which take most of the time, run at one level only.
+            // Sizes are log-uniform. The larger scenes take most of the time, so they run at only
+            // one level.
             let size = rng.log(1.0, 5000.0) as usize;
             let some = if size > 300 { &levels[i % levels.len()..][..1] } else { &levels };
             let scene = common::scene(family, &mut rng, size, 40);
@@ -40,7 +41,7 @@ fn every_family_in_many_scenes_of_all_sizes() {
     scenes(2000, 4);
 }
 
-/// Few triangles: every number at which a block or a node becomes full.
+/// Tests small numbers of triangles, including all at which a block or a node becomes full.
 #[test]
 fn small_scenes_of_every_size() {
     let levels: Vec<Level> = Level::all().collect();
@@ -67,7 +68,7 @@ fn no_triangles_and_triangles_at_one_point() {
     assert_eq!(checked(vec![], rays()), 0);
     assert_eq!(checked(vec![Triangle([[1.0; 3]; 3]); 100], rays()), 0);
 
-    // A hundred copies of one triangle: the lowest index wins.
+    // Among a hundred copies of one triangle, the lowest index must win.
     let triangle = Triangle::new([-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]);
     assert_eq!(checked(vec![triangle; 100], rays()), 1);
     let bvh = Bvh::new(&vec![triangle; 100_000]).unwrap();
@@ -76,7 +77,7 @@ fn no_triangles_and_triangles_at_one_point() {
     assert_eq!(bvh.query().mode(Mode::certified()).all(&ray).len(), 100_000);
 }
 
-/// Axis-parallel rays in the faces of boxes, from inside boxes, and along their edges.
+/// Tests axis-parallel rays in the faces of boxes, from inside boxes, and along their edges.
 #[test]
 fn rays_in_the_faces_of_boxes() {
     let mut triangles = Vec::new();
@@ -99,7 +100,7 @@ fn rays_in_the_faces_of_boxes() {
     assert!(checked(triangles, rays) > 500);
 }
 
-/// A scene that spans the range of f32, and tiny triangles next to it.
+/// Tests a triangle that spans the range of f32 next to tiny ones.
 #[test]
 fn the_whole_range_of_f32() {
     let max = f32::MAX;

@@ -1,17 +1,18 @@
-//! Indexed meshes: their hierarchies are those of their triangles, and a bad index is an error.
+//! Tests indexed meshes. Their hierarchies must equal those of their triangles, and a bad index
+//! must be an error.
 
 use intertri::{Ray, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_trace::{BuildError, Bvh, BvhScalar, IndexedMesh, RefitError};
 
-/// Vertices, and triangles over them.
+/// Vertices, and triangles as indices of vertices.
 struct Indexed<S> {
     vertices: Vec<[S; 3]>,
     indices: Vec<[u32; 3]>,
 }
 
 impl<S: Scalar> Indexed<S> {
-    /// Random vertices and triangles; a few are not finite or use one vertex twice.
+    /// Random vertices and triangles. Some triangles are not finite, or use one vertex twice.
     fn random(vertices: usize, triangles: usize, rng: &mut Rng) -> Self {
         let vertex = |i: usize, rng: &mut Rng| {
             let mut p = rng.cube().map(S::nearest);
@@ -40,7 +41,8 @@ impl<S: Scalar> Indexed<S> {
     }
 }
 
-/// A saved hierarchy contains its whole state: two that save the same bytes are the same.
+/// Asserts that two hierarchies are the same. A saved file contains the whole state, so comparing
+/// the bytes is enough.
 fn assert_same<S: BvhScalar>(one: &Bvh<S>, other: &Bvh<S>, what: &str) {
     assert!(one.to_bytes() == other.to_bytes(), "{what}");
 }
@@ -53,7 +55,7 @@ fn good_indices<S: BvhScalar>() {
         let mut bvh = Bvh::from_indexed(&first.vertices, &first.indices).unwrap();
         assert_same(&bvh, &Bvh::new(&first.triangles()).unwrap(), &what);
 
-        // Other vertices, and other triangles over them.
+        // Refit to other vertices, and to other triangles.
         let mut other = Bvh::new(&first.triangles()).unwrap();
         for _ in 0..3 {
             let moved = Indexed::<S>::random(vertices, triangles, &mut rng);
@@ -106,7 +108,7 @@ fn several_meshes_in_f64() {
 
 const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
 
-/// The error names the first bad index: its triangle, and its mesh if there are several.
+/// The error must name the first bad index, its triangle, and its mesh if it is not the first.
 #[test]
 fn a_bad_index_is_named() {
     let bad = |indices: &[[u32; 3]]| Bvh::from_indexed(&SQUARE, indices).unwrap_err();
@@ -126,7 +128,7 @@ fn a_bad_index_is_named() {
     assert_eq!(error.to_string(), "triangle 1 has vertex 3, but there are 3 vertices");
 }
 
-/// A refit that fails changes nothing.
+/// A refit that fails must not change anything.
 #[test]
 fn a_refit_with_a_bad_index_changes_nothing() {
     let mut bvh = Bvh::from_indexed(&SQUARE, &[[0, 1, 2], [3, 2, 1]]).unwrap();

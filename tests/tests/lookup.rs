@@ -1,11 +1,11 @@
-//! Looking up the triangle of a hit and its normal, and spawning rays from it, with several meshes, after
-//! refits, and with triangles that are not finite.
+//! Tests looking up the triangle and the normal of a hit, and spawning rays from it, with several
+//! meshes, after refits, and with triangles that are not finite.
 
 use intertri::{Hit, Mode, Ray, RayOf, Scalar, SliceScalar, TriangleOf, spawn_ray, spawn_ray_to};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, BvhScalar};
 
-/// Triangles of all kinds: small ones, some that share corners, have no area, or are not finite.
+/// Small triangles, some of which have equal corners, have no area, or are not finite.
 fn mixed<S: Scalar>(count: usize, rng: &mut Rng) -> Vec<TriangleOf<S>> {
     let mut triangle = |i: usize| {
         let at = rng.cube();
@@ -30,12 +30,12 @@ fn is_finite<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
     triangle.0.as_flattened().iter().all(|&x| Into::<f64>::into(x).is_finite())
 }
 
-/// A hit of a triangle, with the ids that queries report.
+/// A hit on a triangle, with the ids that queries report.
 fn named(geometry: usize, triangle: usize) -> Hit {
     Hit { t: 1.0, u: 0.25, v: 0.25, triangle: triangle as u32, geometry: geometry as u32 }
 }
 
-/// Every triangle of the meshes is found by its ids, and no other ids find one.
+/// Checks that the ids of every triangle find it, and that no other ids find a triangle.
 fn check<S: BvhScalar>(what: &str, bvh: &Bvh<S>, meshes: &[&[TriangleOf<S>]]) {
     assert_eq!(bvh.geometries(), meshes.len(), "{what}");
     for (geometry, mesh) in meshes.iter().enumerate() {
@@ -58,7 +58,7 @@ fn check<S: BvhScalar>(what: &str, bvh: &Bvh<S>, meshes: &[&[TriangleOf<S>]]) {
     assert_eq!((bvh.triangle(&Hit::MISS), bvh.normal(&Hit::MISS)), (None, None), "{what}");
 }
 
-/// Meshes of these sizes.
+/// The sizes of the meshes in each scene.
 const SIZES: [&[usize]; 6] = [&[], &[0], &[1], &[200], &[7, 0, 90, 1], &[0, 40, 40, 0]];
 
 fn slices<S>(meshes: &[Vec<TriangleOf<S>>]) -> Vec<&[TriangleOf<S>]> {
@@ -78,7 +78,7 @@ fn triangles_are_found_by_their_names<S: BvhScalar>() {
         let loaded = Bvh::<S>::from_bytes(&bvh.to_bytes()).unwrap();
         check(&format!("{what}, saved and loaded"), &loaded, &all);
 
-        // Refitted several times; each time different triangles are not finite.
+        // Refit several times. Each time, different triangles are not finite.
         for turn in 0..4 {
             for mesh in &mut meshes {
                 *mesh = mixed(mesh.len(), &mut rng);
@@ -103,7 +103,7 @@ fn triangles_are_found_by_their_names_in_f64() {
     triangles_are_found_by_their_names::<f64>();
 }
 
-/// A refit that fails, after and before a lookup.
+/// Tests a refit that fails between two lookups.
 #[test]
 fn a_refit_that_fails_loses_no_triangle() {
     let triangles = mixed::<f32>(50, &mut Rng::new(2));
@@ -113,7 +113,7 @@ fn a_refit_that_fails_loses_no_triangle() {
     check("after", &bvh, &[&triangles]);
 }
 
-/// Several threads look up at once, including the first lookup.
+/// Several threads look up triangles at the same time, including the very first lookup.
 #[test]
 fn many_threads_look_up_at_once() {
     let triangles = mixed::<f32>(5000, &mut Rng::new(3));
@@ -130,7 +130,8 @@ fn bits<S: Scalar>(ray: &RayOf<S>) -> [u64; 8] {
     [a, b, c, t_min, d, e, f, t_max].map(|x| Into::<f64>::into(x).to_bits())
 }
 
-/// Rays that leave a hit are the kernel's, and hit no part of the triangle that they leave.
+/// Rays spawned by a hierarchy must equal those of the kernel, and must not hit the triangle that
+/// they leave.
 fn spawned_rays_leave_their_triangle<S: BvhScalar + SliceScalar>() {
     let (mut rng, mut left) = (Rng::new(4), 0);
     let (one, other) = (mixed::<S>(300, &mut rng), mixed::<S>(200, &mut rng));
@@ -176,7 +177,7 @@ fn spawned_rays_leave_their_triangle_in_f64() {
     spawned_rays_leave_their_triangle::<f64>();
 }
 
-/// A ray spawned from a miss or an unknown triangle hits nothing, whatever its interval is set to.
+/// A ray spawned from a miss or an unknown triangle must not hit anything, whatever its interval.
 fn rays_from_a_miss_stay_empty<S: BvhScalar>() {
     let wall = |z: f64| {
         let corners = [[-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]];
@@ -220,7 +221,8 @@ fn rays_from_a_miss_stay_empty_in_f64() {
     rays_from_a_miss_stay_empty::<f64>();
 }
 
-/// In the document's operations a comparison with NaN is false, so these rays need care.
+/// In the document's operations, comparisons with NaN are false, so such rays need a separate test
+/// in every mode.
 #[test]
 fn rays_from_a_miss_are_empty_in_every_mode() {
     let wall = |z: f32| TriangleOf([[-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]]);

@@ -1,4 +1,5 @@
-//! The differential tests as one program: it is linked once, and its tests run in parallel.
+//! The differential tests. They form a single program, which is linked only once and runs its tests
+//! in parallel.
 
 mod bound;
 mod boxes;

@@ -1,4 +1,4 @@
-//! The closest point, compared with rationals computed by another route.
+//! Compares the closest point with rational arithmetic, which computes it differently.
 
 pub(crate) mod truth;
 
@@ -11,7 +11,8 @@ use intertri_trace::{Bvh, ClosestPoint};
 
 use truth::{is_rounded, is_within_one_ulp, truth};
 
-/// Numbers of many kinds: small grids, anywhere, close together, over the whole range, subnormal.
+/// A generator of numbers of many kinds: small grids, anywhere, close together, over the whole
+/// range, subnormal.
 struct Numbers {
     rng: Rng,
     kind: usize,
@@ -39,7 +40,7 @@ impl Numbers {
         [self.number(), self.number(), self.number()]
     }
 
-    /// A triangle, sometimes a needle or one without area.
+    /// A triangle, which is sometimes a needle or has no area.
     fn triangle(&mut self) -> Triangle {
         let mut t = Triangle([self.point(), self.point(), self.point()]);
         if self.unit() < 0.25 {
@@ -54,7 +55,7 @@ impl Numbers {
         t
     }
 
-    /// A point anywhere, at a corner, on an edge, or above a face.
+    /// A point anywhere, at a corner, on an edge, near a face, or beyond a corner.
     fn point_near(&mut self, t: &Triangle) -> [f32; 3] {
         let [a, b, c] = t.0;
         let (u, v) = (self.unit() as f32, self.unit() as f32);
@@ -68,15 +69,16 @@ impl Numbers {
     }
 }
 
-/// Takes the area from a triangle: two equal corners, three equal corners, or all collinear in any order. The
-/// line is exact if the coordinates have bits to spare.
+/// Changes a triangle so that it has no area: two or three equal corners, or three collinear
+/// corners in any order. The corners are exactly collinear if the coordinates have spare bits.
 pub(crate) fn flatten<S: Scalar>(corners: &mut [[S; 3]; 3], unit: f64) {
     let which = (unit * 12.0) as usize;
     let [i, j] = [[0, 1], [1, 2], [2, 0]][which % 3];
     match which / 3 {
         0 => corners[i] = corners[j],
         1 => *corners = [corners[which % 3]; 3],
-        // The third corner is at the midpoint of the others, or beyond one of them by the same distance.
+        // The third corner is at the midpoint of the others, or beyond one of them by the distance
+        // between them.
         shape => {
             let (a, b, k) = (corners[i], corners[j], 3 - i - j);
             let [a, b] = [a, b].map(|corner| corner.map(Into::<f64>::into));
@@ -123,7 +125,7 @@ fn every_tier_is_right_of_every_pair() {
             }
         }
 
-        // The bounds of the lanes.
+        // Check the bounds of the lanes.
         let vec3 = |p: [f32; 3]| Vec3::<f64>::splat(p.map(f64::from));
         let bounds = squares(one.0.map(vec3), vec3(point));
         let bound = |x: f64| RBig::try_from(x).unwrap();

@@ -1,5 +1,6 @@
-//! Measures how much of the projection's bounds is used: the forms and the inverse depth of triangles are
-//! compared with f64, whose own error is a billionth of the bounds, and with the reference's t.
+//! Measures how much of the projection's error bounds is used. It compares the forms and the
+//! inverse depth of triangles with f64, whose own error is a billionth of the bounds, and with the
+//! reference's t.
 
 use crate::common;
 use intertri::internal::{Frame, Windows};
@@ -30,7 +31,7 @@ struct Case {
     triangle: Triangle,
     ray: Ray,
     axes: [[f32; 3]; 3],
-    /// How far the ray passes from the projection's origin.
+    /// The offset at which the ray passes the projection's origin.
     off: [f32; 3],
 }
 
@@ -40,7 +41,7 @@ impl Case {
     }
 }
 
-/// Axes that are orthogonal up to rounding, the first approximately along `dir`.
+/// Axes that are orthogonal up to rounding. The first is approximately parallel to `dir`.
 fn axes(dir: V, rng: &mut Rng) -> Option<[[f32; 3]; 3]> {
     let unit = |v: V| v.map(|x| x / dot(v, v).sqrt());
     let depth = unit(unit(dir).map(|x| x + 0.1 * rng.signed()));
@@ -71,15 +72,15 @@ impl WithSimd for Compute<'_> {
     }
 }
 
-/// The shares of the bounds that are used: of the edges, and of the inverse depth. `None` if the projection
-/// decides nothing.
+/// The shares of the bounds that a case uses, for the edges and for the inverse depth. `None` if
+/// the projection decides nothing.
 fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     let (values, err, unit) = level.run(Compute(case))?;
     if values.iter().any(|x| !x.is_finite()) {
         return None;
     }
 
-    // The same values in f64, in the frame's axes.
+    // Compute the same values in f64, in the frame's axes.
     let Case { triangle, ray, axes, off } = *case;
     let into = |v: V| axes.map(|axis| dot(to_f64(axis), v));
     let [c1, c2, c3] = triangle.0.map(to_f64);
@@ -91,7 +92,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     let t = dot(n, a);
     let fu = sub(sub(n, fv), fw);
 
-    // The edges' sign follows the sign of T.
+    // The edges have the sign of T.
     let unit = f64::from(unit) * t.signum();
     let edge = [fu, fv, fw]
         .iter()
@@ -99,7 +100,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
         .map(|(f, value)| (f64::from(value) - dot(*f, point) / unit).abs())
         .fold(0.0, f64::max);
 
-    // The reference's t if it has one, else the plane's.
+    // Use the reference's t if it has one, otherwise that of the plane.
     let scene = reference::Scene::from_triangles([triangle.0]);
     let line = reference::Ray::new(ray.origin, ray.dir);
     let mut hit = 0.0;
@@ -110,7 +111,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     Some([edge, (f64::from(values[3]) - s).abs() / f64::from(err)])
 }
 
-/// No family exceeds a bound, and a search finds inputs that use most of it.
+/// No family may exceed a bound, and a search must find inputs that use a fair share of it.
 #[test]
 fn the_bounds_hold_and_are_not_idle() {
     let levels: Vec<Level> = Level::all().collect();
@@ -135,7 +136,7 @@ fn the_bounds_hold_and_are_not_idle() {
         worst = [worst[0].max(most[0]), worst[1].max(most[1])];
     }
 
-    // Climbs toward the largest share of the edges' bound, one number at a time.
+    // Climb toward the largest share of the edges' bound, one number at a time.
     for seed in 0..12 {
         let mut rng = Rng::new(100 + seed);
         let corner = |rng: &mut Rng| rng.cube().map(|x| x as f32);
@@ -167,10 +168,10 @@ fn the_bounds_hold_and_are_not_idle() {
         worst[0] = worst[0].max(best);
     }
     println!("search: edges {:.3} depth {:.3}", worst[0], worst[1]);
-    assert!(worst[0] > 0.08 && worst[1] > 0.1, "bounds that nothing comes near: {worst:?}");
+    assert!(worst[0] > 0.08 && worst[1] > 0.1, "no input comes near the bounds: {worst:?}");
 }
 
-/// Which windows of size zero, at the rays' points, a triangle's rectangle reaches.
+/// Computes whether a triangle's rectangle reaches a window of size zero at the ray's point.
 struct Reached<'a>(&'a Case);
 
 impl WithSimd for Reached<'_> {
@@ -189,8 +190,9 @@ impl WithSimd for Reached<'_> {
     }
 }
 
-/// Rays that pass the origin: a search for inputs that use most of the margins made for them, in the bounds
-/// of the edges, of the depth, and of the rectangle. Half of the margin would not suffice.
+/// Tests rays that miss the origin by a small offset. A search looks for inputs that use most of
+/// the margins for such rays, in the bounds of the edges, of the depth, and of the rectangle. Half
+/// of each margin would not be enough.
 #[test]
 fn rays_that_pass_the_origin_have_room_and_not_much_more() {
     let mut worst = [0.0_f64; 2];
@@ -226,7 +228,7 @@ fn rays_that_pass_the_origin_have_room_and_not_much_more() {
                 }
             }
 
-            // For a ray through a point of an edge or near it, is the triangle reached?
+            // If a ray passes just inside an edge, the rectangle must reach its point.
             let [c1, c2, c3] = next.triangle.0.map(to_f64);
             let weight = rng.unit();
             let on_edge = [0, 1, 2].map(|k| c1[k] + weight * (c2[k] - c1[k]));
@@ -250,6 +252,6 @@ fn rays_that_pass_the_origin_have_room_and_not_much_more() {
         "off the origin: edges {:.3} depth {:.3}; {seen} of {closest} reached",
         worst[0], worst[1]
     );
-    assert!(worst[0] > 0.55 && worst[1] > 0.55, "room that nothing needs: {worst:?}");
+    assert!(worst[0] > 0.55 && worst[1] > 0.55, "the margins are too large: {worst:?}");
     assert!(2 * seen > closest);
 }

@@ -1,7 +1,7 @@
-//! Scenes of arbitrary numbers, shrunk until only the failure is left.
+//! Tests scenes of arbitrary numbers. Proptest shrinks a failing scene to a minimal one.
 //!
-//! The families know where a ray/triangle test breaks; these scenes do not. A failure is printed as a
-//! fixture, and its seed is kept in `fixtures/proptest-regressions`.
+//! The families target known weaknesses of ray/triangle tests; these scenes do not. A failure is
+//! printed as a fixture, and its seed is saved in `fixtures/proptest-regressions`.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -13,12 +13,13 @@ use std::cell::Cell;
 const KEPT: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/proptest-regressions/properties.txt");
 
-/// Any f32: every bit pattern, including NaN and infinities.
+/// Any f32, including NaN and infinities.
 fn any_bits() -> BoxedStrategy<f32> {
     any::<u32>().prop_map(f32::from_bits).boxed()
 }
 
-/// A small integer: rays meet edges exactly, triangles coincide, hits fall on the end of an interval.
+/// Small integers, so that rays meet edges exactly, triangles coincide, and hits are at the ends of
+/// intervals.
 fn grid() -> BoxedStrategy<f32> {
     (-2..=2_i8).prop_map(f32::from).boxed()
 }
@@ -28,7 +29,7 @@ fn mixed() -> BoxedStrategy<f32> {
     prop_oneof![8 => -2.0..2.0_f32, 8 => grid(), 1 => any_bits()].boxed()
 }
 
-/// 1 to 20 triangles and 1 to 20 rays of such numbers.
+/// Scenes of 1 to 20 triangles and 1 to 20 rays with such numbers.
 fn scenes(x: &BoxedStrategy<f32>) -> impl Strategy<Value = Scene> + use<> {
     let point = || [x.clone(), x.clone(), x.clone()];
     let triangle = [point(), point(), point()].prop_map(Triangle);
@@ -49,7 +50,7 @@ fn scenes(x: &BoxedStrategy<f32>) -> impl Strategy<Value = Scene> + use<> {
     })
 }
 
-/// Checks 256 scenes, always the same ones, which must have at least `hits_at_least` hits.
+/// Checks 256 scenes, which are the same in every run and must have at least `hits_at_least` hits.
 fn hold(x: &BoxedStrategy<f32>, hits_at_least: usize) {
     let mut runner = TestRunner::new(Config {
         cases: 256,

@@ -1,5 +1,5 @@
-//! Several meshes, masks, culled faces and skipped triangles against a plain loop over the selected
-//! triangles.
+//! Compares queries with several meshes, masks, culled faces and skipped triangles with a plain
+//! loop over the selected triangles.
 
 use crate::common;
 use dashu_ratio::RBig;
@@ -33,12 +33,12 @@ impl<'a> Selection<'a> {
         bvh.query().mode(mode).mask(self.mask).faces(self.faces).skip(self.skip)
     }
 
-    /// The same query, with its settings made in another order.
+    /// The same query, with its settings applied in another order.
     fn reordered(self, bvh: &'a Bvh, mode: Mode) -> Query<'a> {
         bvh.query().skip(self.skip).faces(self.faces).mask(self.mask).mode(mode)
     }
 
-    /// The selection for the i-th ray alone, which is the first ray of its query.
+    /// The selection for a query of the i-th ray alone.
     fn alone(self, i: usize) -> Self {
         Self { skip: self.skip.get(i..i + 1).unwrap_or(&[]), ..self }
     }
@@ -57,7 +57,7 @@ impl Meshes {
         Self { scene, first, bvh }
     }
 
-    /// Converts a hit with a position among all triangles to the ids that queries report.
+    /// Converts a hit whose index counts all triangles to the ids that queries report.
     fn renamed(&self, hit: Hit) -> Hit {
         let (geometry, triangle) = match hit.triangle {
             Hit::NO_TRIANGLE => (0, Hit::NO_TRIANGLE),
@@ -67,7 +67,7 @@ impl Meshes {
         Hit { geometry, triangle, ..hit }
     }
 
-    /// The positions of the triangles that are selected for a ray.
+    /// The indices, among all triangles, of those that are selected for a ray.
     fn counting(&self, selection: &Selection<'_>, number: usize, ray: &Ray) -> Vec<u32> {
         let skipped = selection.skip.get(number).copied().unwrap_or(&[]);
         let counts = |i: &u32| {
@@ -85,7 +85,7 @@ impl Meshes {
         (0..self.scene.triangles.len() as u32).filter(counts).collect()
     }
 
-    /// Converts a hit among the selected triangles to the ids among all.
+    /// Converts a hit on the selected triangles to the ids that queries report.
     fn of_counting(&self, counting: &[u32], hit: Hit) -> Hit {
         self.renamed(Hit { triangle: counting[hit.triangle as usize], ..hit })
     }
@@ -95,7 +95,7 @@ impl Meshes {
         counting.iter().map(|&i| self.scene.triangles[i as usize]).collect()
     }
 
-    /// Runs every query for every ray.
+    /// Checks every query for every ray. Returns the number of hits.
     fn check(&self, mode: Mode, selection: &Selection<'_>) -> usize {
         let (rays, query) = (&self.scene.rays[..], selection.query(&self.bvh, mode));
         let (closest, any) = (query.closest_batch(rays), query.any_batch(rays));
@@ -161,13 +161,13 @@ impl Meshes {
     }
 }
 
-/// All fields of a hit as bits; its weights may be NaN.
+/// All fields of a hit as bits, because its weights may be NaN.
 fn bits(hit: &Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = *hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
 }
 
-/// The sign of the direction along the normal, in rationals.
+/// The sign of the dot product of the direction and the normal, in rational arithmetic.
 fn along_normal(ray: &Ray, triangle: &Triangle) -> i32 {
     let exact = |v: [f32; 3]| v.map(|x| RBig::try_from(x).ok());
     let [Some(dx), Some(dy), Some(dz)] = exact(ray.dir) else { return 0 };
@@ -190,11 +190,11 @@ fn along_normal(ray: &Ray, triangle: &Triangle) -> i32 {
     }
 }
 
-/// Runs all kinds of selections. Returns the total number of hits.
+/// Checks all kinds of selections. Returns the total number of hits.
 fn selections(meshes: &Meshes, level: Level) -> usize {
     let threshold = Threshold::new(meshes.scene.threshold).unwrap();
     let modes = [Mode::certified_with(threshold), Mode::exact(), Mode::once()];
-    // Each ray skips its first hits, another ray's hit, or nothing.
+    // Each ray skips its first hit, all its hits, an unrelated triangle, or nothing.
     let all = meshes.bvh.query().at(level).all_batch(&meshes.scene.rays, None).unwrap();
     let other = [Hit { triangle: 1, geometry: 2, ..Hit::MISS }, Hit::MISS];
     let skips: Vec<&[Hit]> = (all.iter().enumerate())
@@ -237,8 +237,8 @@ fn every_family_in_meshes_by_every_selection() {
     assert!(hits > 10_000);
 }
 
-/// The same triangles in both meshes: if two hits have the same t, the lower geometry wins, then the lower
-/// triangle.
+/// Puts the same triangles into both meshes. If two hits have the same t, the lower geometry wins,
+/// then the lower triangle.
 #[test]
 fn ties_go_by_the_position_in_the_whole() {
     let mut rng = Rng::new(40);
@@ -254,7 +254,7 @@ fn ties_go_by_the_position_in_the_whole() {
     }
 }
 
-/// A bundle of rays from one origin, and one that differing masks prevent.
+/// Tests a bundle of rays from one origin, with and without a mask.
 #[test]
 fn rays_of_one_origin_go_by_the_selection() {
     let at = |x: i32, y: i32, z: f32| {
@@ -292,7 +292,7 @@ fn a_single_ray_has_one_list_or_none() {
     bvh.query().skip(&[&[], &[]]).closest(&Ray::new([0.0; 3], [0.0, 0.0, 1.0]));
 }
 
-/// A geometry whose mask is 0 is also hidden from queries without a mask.
+/// A geometry whose mask is 0 must be hidden even from queries without a mask.
 #[test]
 fn a_geometry_without_a_mask_never_counts() {
     let wall = [Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0])];

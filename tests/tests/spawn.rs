@@ -1,11 +1,11 @@
-//! Rays that start on a triangle never hit it, and start where the documentation says.
+//! Rays spawned on a triangle must never hit it, and must start where the documentation says.
 
 use crate::common;
 use intertri::{Hit, Mode, Ray, Triangle, spawn_ray, spawn_ray_to};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// Every family, with directions of all kinds, many of them nearly in the triangle's plane.
+/// Tests every family, with directions of all kinds, many of them nearly in the triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(21));
@@ -29,7 +29,7 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
                     );
                     let at = point(&hit, &triangle);
                     moved += u32::from(!near(&triangle, at, &next, 0.51));
-                    // The normal in f64 must be nearly right.
+                    // This limit only holds if the f64 normal is nearly right.
                     let is_small = at.iter().chain(&dir.map(f64::from)).all(|x| x.abs() < 1e38);
                     if sure_normal(&triangle) && is_small {
                         assert!(
@@ -46,13 +46,14 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
     assert!(left > 50_000 && moved > left / 20, "{left}, {moved} moved");
 }
 
-/// The point with the given weights.
+/// The point of a triangle with the weights of a hit.
 fn point(hit: &Hit, triangle: &Triangle) -> [f64; 3] {
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     [0, 1, 2].map(|k| (0..3).map(|i| weights[i] * f64::from(triangle.0[i][k])).sum())
 }
 
-/// Whether a ray starts within `units` units of a point: units in its last place, or of f64 rounding.
+/// Whether a ray starts within `units` units of a point. A unit is that of the point's last place,
+/// or of f64 rounding if that is larger.
 fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let last_place = largest(&at) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);
@@ -61,7 +62,8 @@ fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     (0..3).all(|k| (f64::from(next.origin[k]) - at[k]).abs() <= units * unit)
 }
 
-/// Whether f64 determines the axis nearest to the normal, and its sign, beyond the rounding of its products.
+/// Whether the f64 normal is large enough that rounding cannot change its dominant axis or its
+/// sign.
 fn sure_normal(triangle: &Triangle) -> bool {
     let [a, b, c] = triangle.0.map(|c| c.map(f64::from));
     let most = (0..3).fold(0.0_f64, |most, k| most.max((b[k] - a[k]).abs() * 3.0));
@@ -69,11 +71,11 @@ fn sure_normal(triangle: &Triangle) -> bool {
     triangle.normal().iter().any(|n| n.abs() > 1e-12 * most)
 }
 
-/// If no start can be found, the ray hits nothing, whatever interval it is given later.
+/// If there is no valid start, the ray must not hit anything, whatever interval you set later.
 #[test]
 fn a_ray_without_a_start_stays_empty() {
-    // Units in the last place below the largest number: the midpoint of an edge rounds to behind the
-    // triangle, and a step outward is infinite.
+    // The coordinates are a few units in the last place below the largest number, so the midpoint
+    // of an edge rounds to a point behind the triangle, and a step outward is infinite.
     let corner = |v: [u32; 3]| v.map(|below| f32::from_bits(f32::MAX.to_bits() - below));
     let triangle = Triangle([corner([0, 0, 1]), corner([0, 1, 0]), corner([2, 0, 0])]);
     let hit = Hit { t: 1.0, u: 0.0, v: 0.5, triangle: 0, geometry: 0 };
@@ -92,7 +94,7 @@ fn a_ray_without_a_start_stays_empty() {
     assert!(!spawn_ray(&hit, &triangle, [-1.0, 0.1, -1.0]).origin[0].is_nan());
 }
 
-/// A ray to a target ends there, and does not hit the triangle that it starts on.
+/// A ray to a target must end there, and must not hit the triangle that it starts on.
 #[test]
 fn a_ray_to_a_target_ends_there() {
     let (exact, mut rng) = (Mode::exact(), Rng::new(23));

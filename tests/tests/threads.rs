@@ -1,4 +1,4 @@
-//! Threads: which types are `Send` and `Sync`, and on which threads batches run.
+//! Tests which types are `Send` and `Sync`, and on which threads batches run.
 
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Barrier};
@@ -8,7 +8,8 @@ use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, ClosestPoint, CrossingLists, HitLists, Query, Solid};
 
-/// Compiles only if a hierarchy can be shared between threads, and a query sent to one.
+/// Compiles only if hierarchies can be shared between threads, and queries can be sent to another
+/// thread.
 #[test]
 fn types_can_be_sent_and_shared() {
     fn shared<T: Send + Sync + 'static>() {}
@@ -24,7 +25,7 @@ fn types_can_be_sent_and_shared() {
     sent::<Query<'_, f64>>();
 }
 
-/// A mesh and rays toward it: a bundle from one point, and rays from anywhere.
+/// A mesh, and rays toward it: rays from anywhere, and a bundle from one point.
 fn scene() -> (Vec<Triangle>, Vec<Ray>) {
     let mut rng = Rng::new(1);
     let f32s = |v: [f64; 3]| v.map(|x| x as f32);
@@ -46,7 +47,7 @@ fn scene() -> (Vec<Triangle>, Vec<Ray>) {
     (triangles, rays)
 }
 
-/// All batches of a query return what the same query returns on one thread.
+/// Checks that all batches of a query return the same answers as on one thread.
 fn batches_agree(query: &Query<'_>, alone: &Query<'_>, rays: &[Ray]) {
     assert_eq!(query.closest_batch(rays), alone.closest_batch(rays));
     assert_eq!(query.any_batch(rays), alone.any_batch(rays));
@@ -70,11 +71,11 @@ fn answers_do_not_depend_on_threads() {
     for threads in [1, 2, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| batches_agree(&bvh.query(), &alone, &rays));
-        // A hierarchy that is built and refitted in the pool is the same, too.
+        // A hierarchy that is built in the pool must also be the same.
         let built = pool.install(|| Bvh::new(&triangles).unwrap());
         assert!(built.to_bytes() == bvh.to_bytes());
     }
-    // A query made by another thread, and one sent to it.
+    // Send a query to another thread.
     let mut query = bvh.query();
     let want: Vec<_> = rays.iter().map(|ray| bvh.closest(ray)).collect();
     let found = std::thread::scope(|scope| {
@@ -84,8 +85,8 @@ fn answers_do_not_depend_on_threads() {
     assert!(found == want);
 }
 
-/// While every thread of the global pool is busy, a batch on this thread completes, and so does one in a pool
-/// of the caller: neither waits for the global pool.
+/// While every thread of the global pool is busy, a batch on the calling thread must complete, and
+/// so must a batch in the caller's own pool. Neither may wait for the global pool.
 #[test]
 fn batches_run_where_they_are_told_to() {
     let (triangles, rays) = scene();
@@ -93,7 +94,8 @@ fn batches_run_where_they_are_told_to() {
     let want = bvh.closest_batch(&rays);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
 
-    // Every thread of the global pool reaches the barrier, then waits until it is released.
+    // Every thread of the global pool reaches the first barrier, and then waits until the test
+    // releases it.
     let all_are_busy = Arc::new(Barrier::new(rayon::current_num_threads() + 1));
     let released = Arc::new(Barrier::new(rayon::current_num_threads() + 1));
     let (busy, end) = (all_are_busy.clone(), released.clone());

@@ -1,4 +1,5 @@
-//! Mutual visibility of points, against a plain loop in rationals; and surfaces that do not shade themselves.
+//! Compares the mutual visibility of points with a plain loop in rational arithmetic, and checks
+//! that surfaces do not shadow themselves.
 
 use dashu_ratio::RBig;
 use intertri::{Hit, RayOf, TriangleOf};
@@ -8,9 +9,9 @@ use intertri_trace::{Bvh, BvhScalar};
 
 use crate::nearest::truth::truth;
 
-/// f32 or f64.
+/// The scalar type of a test, f32 or f64.
 trait Float: BvhScalar + From<f32> {
-    /// 16 rounding units.
+    /// The reach of an end: 16 rounding units.
     const REACH: f64;
     fn of(x: f64) -> Self;
 }
@@ -29,7 +30,7 @@ impl Float for f64 {
     }
 }
 
-/// Whether an end lies on a triangle, by definition, in rationals.
+/// Whether an end lies on a triangle by definition, in rational arithmetic.
 fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>) -> bool {
     let largest = |p: &[S; 3]| p.iter().fold(0.0, |most: f64, &x| most.max(x.into().abs()));
     let most = triangle.0.iter().chain([a, b]).map(largest).fold(0.0, f64::max);
@@ -37,7 +38,7 @@ fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>
     truth(end, triangle).0 <= &reach * &reach
 }
 
-/// Whether a plain loop finds no triangle between the ends of a segment.
+/// Whether a plain loop finds no triangle that hides one end of a segment from the other.
 fn sees<S: Float>([a, b]: &[[S; 3]; 2], triangles: &[TriangleOf<S>], skip: &[u32]) -> bool {
     let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
     let ray = RayOf::new(*a, dir).between(S::ZERO, S::ONE);
@@ -50,7 +51,8 @@ fn sees<S: Float>([a, b]: &[[S; 3]; 2], triangles: &[TriangleOf<S>], skip: &[u32
     !triangles.iter().enumerate().any(hides)
 }
 
-/// A mesh of triangles that share corners, on a small grid or anywhere, and points on, next to and off them.
+/// Random triangles, on a small grid or anywhere, and a generator of points on them, next to them,
+/// and away from them.
 struct Scene<S: Float> {
     rng: Rng,
     triangles: Vec<TriangleOf<S>>,
@@ -71,7 +73,7 @@ impl<S: Float> Scene<S> {
         Self { rng, triangles, size: size * (1.0 + off) }
     }
 
-    /// A point on a corner, an edge or a face up to rounding; a few units away from it; or anywhere.
+    /// A point on a corner, an edge or a face, up to rounding, or at a small distance from it.
     fn point(&mut self) -> [S; 3] {
         let triangle = self.triangles[(self.rng.unit() * 30.0) as usize];
         let (mut u, mut v) = (self.rng.unit(), self.rng.unit());
@@ -108,7 +110,7 @@ fn agrees_with_a_plain_loop<S: Float>() {
             saved += u32::from(visible && bvh.any(&ray));
         }
 
-        // The triangles that segments skip: the first one that they hit, and another.
+        // Each segment skips the first triangle that it hits, and another one.
         let named = |&[a, b]: &[[S; 3]; 2]| {
             let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
             let first = bvh.closest(&RayOf::new(a, dir)).unwrap_or(Hit::MISS);
@@ -139,7 +141,7 @@ fn points_see_each_other_as_a_plain_loop_says_in_f64() {
     agrees_with_a_plain_loop::<f64>();
 }
 
-/// A sphere with this many rings of faces.
+/// A sphere with the given number of rings of faces.
 fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     use std::f64::consts::PI;
     let at = |i: usize, j: usize| {
@@ -154,8 +156,9 @@ fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     triangles
 }
 
-/// Every face of a convex body that faces the light is lit at its centre, its corners and the midpoints of
-/// its edges; every other face is dark. A naive ray finds many lit points dark.
+/// If a face of a convex body faces the light, its inner points, corners and midpoints of edges
+/// must be lit. The inner points of every other face must be dark. A naive shadow ray reports many
+/// lit points as dark.
 fn lit_faces_are_lit<S: Float>() {
     let triangles = sphere::<S>(24);
     let bvh = Bvh::new(&triangles).unwrap();
@@ -202,8 +205,8 @@ fn lit_faces_of_a_sphere_are_lit_in_f64() {
     lit_faces_are_lit::<f64>();
 }
 
-/// Ends that are not finite see nothing, a point sees itself, and segments longer than the largest number are
-/// valid.
+/// An end that is not finite sees nothing, a point sees itself, and segments longer than the
+/// largest number are valid.
 #[test]
 fn segments_of_all_sizes() {
     let far = f32::MAX;

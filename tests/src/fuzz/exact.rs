@@ -1,5 +1,5 @@
-//! The mode `exact` against integers of any size: pairs at every tier, scenes through every query, and closed
-//! fans around points.
+//! Compares the mode `exact` with arbitrary-precision integers: pairs at every tier, scenes with
+//! every query, and closed fans around points.
 
 use intertri::internal::exact::{self, Side, Tier};
 use intertri::simd::Level;
@@ -10,7 +10,7 @@ use super::input::Input;
 use crate::oracle::{self, Truth};
 use crate::{Scene, as_source};
 
-/// A scene or a fan.
+/// Makes a scene or a fan from the bytes, and checks it.
 pub fn exact(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     match input.below(4) {
@@ -18,7 +18,7 @@ pub fn exact(bytes: &[u8]) {
         1 => fan(&mut input),
         2 => queries(&input.scene(24, 10)),
         _ => {
-            // Move all rays to one origin, toward the same targets: a bundle.
+            // Move all rays to one origin and keep their targets, so that they form a bundle.
             let mut scene = input.scene(24, 20);
             let origin = scene.rays[0].origin;
             for ray in &mut scene.rays {
@@ -30,18 +30,18 @@ pub fn exact(bytes: &[u8]) {
     }
 }
 
-/// Fails with the scene as a fixture.
+/// Asserts equality, and prints the scene as a fixture on failure.
 macro_rules! same {
     ($scene:expr, $found:expr, $want:expr, $what:expr) => {
         assert_eq!($found, $want, "{}\n{}", $what, as_source($scene))
     };
 }
 
-/// The truth about a ray: the triangles that it hits within its interval, in order, and those among them that
-/// it crosses.
+/// The true answers for a ray: the triangles that it hits within its interval, in order, and those
+/// of them that it crosses.
 struct Hits {
     closed: Vec<(usize, Truth)>,
-    /// The triangles' indices, and whether the ray leaves there.
+    /// For each crossing, the triangle's index and whether the ray leaves there.
     once: Vec<(usize, bool)>,
 }
 
@@ -103,7 +103,7 @@ fn tier_name(tier: Tier) -> String {
     format!("{tier:?}")
 }
 
-/// Whether a hit is that of a triangle, with its numbers rounded once.
+/// Whether a hit is on the expected triangle, with t, u and v rounded once.
 fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     match want {
         None => !hit.is_hit(),
@@ -111,8 +111,8 @@ fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     }
 }
 
-/// Compares plain loops and the hierarchy on a scene: closest, any, all, crossings; one by one and in
-/// batches; by the closed rule, and by the rule that assigns each point to one triangle.
+/// Compares plain loops and the hierarchy on a scene: closest, any, all and crossings, one by one
+/// and in batches, by the closed rule and by the rule that assigns each point to one triangle.
 fn queries(scene: &Scene) {
     let (triangles, rays) = (&scene.triangles[..], &scene.rays[..]);
     let truth: Vec<Hits> = rays.iter().map(|ray| Hits::of(ray, triangles)).collect();
@@ -154,7 +154,7 @@ fn queries(scene: &Scene) {
     }
 }
 
-/// Compares the crossings of a scene through every query.
+/// Compares the crossings of a scene, with every query.
 fn crossings(scene: &Scene, bvh: &Bvh, truth: &[Hits], level: Level) {
     let (triangles, rays, once) = (&scene.triangles[..], &scene.rays[..], Mode::once().at(level));
     let lists = bvh.query().at(level).crossings_batch(rays, None).unwrap();
@@ -179,8 +179,9 @@ fn crossings(scene: &Scene, bvh: &Bvh, truth: &[Hits], level: Level) {
     }
 }
 
-/// Two fans from two tips to one rim, closed whatever their corners are. From a point off the surface, the
-/// signed crossings are the same in every direction, and where they are not 0 no ray leaks.
+/// Builds two fans from two tips to a common rim, which are closed whatever their corners are. From
+/// a point off the surface, the sum of signed crossings must be the same in every direction, and if
+/// it is not 0, no ray may leak.
 fn fan(input: &mut Input<'_>) {
     let (tip, other) = (input.point(), input.point());
     let rim: Vec<[f32; 3]> = (0..3 + input.below(6)).map(|_| input.point()).collect();
@@ -220,7 +221,7 @@ fn fan(input: &mut Input<'_>) {
         same!(&scene, count.signed, i64::from(winding), format!("{ray:?}"));
         same!(&scene, any || winding == 0, true, format!("{ray:?} leaks"));
     }
-    // The crossings of one of the rays, in integers.
+    // Compare the crossings of one of the rays in integers.
     let crossing =
         |triangle| oracle::once(&rays[0], triangle, oracle::truth(&rays[0], triangle).as_ref());
     let sides = triangles.iter().filter_map(crossing).map(|leaves| if leaves { 1 } else { -1 });

@@ -1,4 +1,4 @@
-//! Files: whatever they contain, reading returns a model or a one-line error.
+//! Model files. Whatever they contain, reading must return a model or a one-line error.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -8,7 +8,7 @@ use intertri_scene::{LoadError, Mesh, read};
 
 use super::input::Input;
 
-/// The first byte chooses a format, or a mesh to write and read back; the rest is the file.
+/// The first byte chooses a format, or a mesh to write and read back. The rest is the file.
 pub fn models(bytes: &[u8]) {
     let Some((&first, file)) = bytes.split_first() else { return };
     if first >= 0x80 {
@@ -17,10 +17,11 @@ pub fn models(bytes: &[u8]) {
     let name = ["a.obj", "a.ply", "a.stl", "a", "a.gltf", "a.glb"][first as usize % 6];
     let result = model(name, file);
     if name == "a.obj" {
-        // Line endings do not matter, nor whether the last line has one.
+        // Neither the kind of line ending nor a missing one at the end may make a difference.
         if !file.contains(&b'\r') {
             let lines = file.split(|&b| b == b'\n').collect::<Vec<_>>();
-            // Compared as text, in which all NaNs are equal: unused vertices may have any coordinates.
+            // Compare as text, in which all NaNs are equal, because unused vertices may have any
+            // coordinates.
             let result = format!("{result:?}");
             for end in [&b"\r\n"[..], b"\r"] {
                 assert_eq!(format!("{:?}", model(name, &lines.join(end))), result);
@@ -30,13 +31,13 @@ pub fn models(bytes: &[u8]) {
     }
 }
 
-/// Reads a model. The result must be sound and survive being written and read again; an error must be one
-/// line.
+/// Reads a model. The result must be sound and remain the same when it is written and read again.
+/// An error must be one line.
 fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     let result = read(Path::new(name), bytes);
     match &result {
         Ok(mesh) => {
-            // A glTF file may use its data many times.
+            // A glTF file can use its data several times, so the model can be larger than the file.
             let most = bytes.len() + if name.starts_with("a.gl") { 1 << 24 } else { 0 };
             assert!(!mesh.triangles.is_empty() && mesh.triangles.len() <= most);
             assert!(mesh.positions.len() <= most);
@@ -60,7 +61,7 @@ fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     result
 }
 
-/// Writes a mesh of finite numbers in every format.
+/// Makes a mesh of finite numbers, writes it in every format, and reads it back.
 fn written(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let count = 1 + input.below(8);

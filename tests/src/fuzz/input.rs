@@ -1,4 +1,4 @@
-//! Makes scenes from bytes, degenerate more often than not.
+//! Makes scenes from bytes. Most of them are degenerate.
 
 use arbitrary::Unstructured;
 use intertri::{Ray, Triangle};
@@ -17,12 +17,12 @@ enum Kind {
     Grid(f32),
     /// Small integers times a scale, moved by a few ulps.
     Ulps(f32),
-    /// Any bits, including NaN and denormals.
+    /// Any bits, including NaN and subnormal numbers.
     Bits,
 }
 
 impl<'a> Input<'a> {
-    /// Chooses the kind of numbers by the first bytes.
+    /// Uses the first bytes to choose the kind of numbers.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let mut input = Self { bytes: Unstructured::new(bytes), kind: Kind::Bits };
         let kind = input.below(8);
@@ -35,12 +35,12 @@ impl<'a> Input<'a> {
         input
     }
 
-    /// The same bytes as small integers only, for which every exact answer is available.
+    /// Reads the bytes as small integers only, for which every exact answer is available.
     pub(super) fn on_a_grid(bytes: &'a [u8]) -> Self {
         Self { bytes: Unstructured::new(bytes), kind: Kind::Grid(1.0) }
     }
 
-    /// A scale: mostly 1, else a power of two or any number.
+    /// A scale: mostly 1, otherwise a power of two or any number.
     fn scale(&mut self) -> f32 {
         match self.below(4) {
             0 | 1 => 1.0,
@@ -54,7 +54,7 @@ impl<'a> Input<'a> {
         self.bytes.int_in_range(0..=end - 1).unwrap_or(0)
     }
 
-    /// `-limit..=limit`
+    /// A number in `-limit..=limit`.
     pub(super) fn within(&mut self, limit: i32) -> i32 {
         self.bytes.int_in_range(-limit..=limit).unwrap_or(0)
     }
@@ -64,17 +64,17 @@ impl<'a> Input<'a> {
         of[self.below(of.len())]
     }
 
-    /// A f32 of any bits.
+    /// An f32 with any bits.
     fn bits(&mut self) -> f32 {
         f32::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// A f64 of any bits.
+    /// An f64 with any bits.
     pub(super) fn double(&mut self) -> f64 {
         f64::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// A number of the kind; in the kind with ulps, one in sixteen has any bits.
+    /// A number of the chosen kind. With [`Kind::Ulps`], one in sixteen has any bits.
     pub(super) fn number(&mut self) -> f32 {
         match self.kind {
             Kind::Grid(scale) => self.within(4) as f32 * scale,
@@ -98,7 +98,8 @@ impl<'a> Input<'a> {
         (0..count).map(|_| Triangle([(); 3].map(|()| self.one_of(&points)))).collect()
     }
 
-    /// A ray: arbitrary, or from anywhere to a corner or the middle of an edge, or along an edge.
+    /// A ray: arbitrary, along an edge or an axis, or to a corner, a midpoint of an edge or a point
+    /// inside.
     pub(super) fn ray(&mut self, triangles: &[Triangle]) -> Ray {
         let [c1, c2, c3] = self.one_of(triangles).0;
         let origin = if self.below(8) == 0 { c3 } else { self.point() };
@@ -115,7 +116,7 @@ impl<'a> Input<'a> {
             }
             _ => self.point(),
         };
-        // The target point has t = 1, so these ends are met exactly.
+        // The target has t = 1, so these intervals begin or end exactly there.
         let ray = Ray::new(origin, dir);
         match self.below(6) {
             0 => ray.between(0.0, 1.0),
@@ -140,7 +141,7 @@ impl<'a> Input<'a> {
     }
 }
 
-/// Moves a number by some ulps, up or down, across zero too.
+/// Moves a number up or down by some ulps, possibly across zero.
 fn steps(x: f32, steps: i32) -> f32 {
     (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
 }

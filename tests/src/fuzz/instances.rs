@@ -1,4 +1,5 @@
-//! Scenes of instances, moved between two commits, compared with a plain loop over the flattened triangles.
+//! Compares scenes of instances, which move between two commits, with a plain loop over the
+//! flattened triangles.
 
 use std::sync::Arc;
 
@@ -9,10 +10,11 @@ use intertri_trace::{
 
 use super::input::Input;
 
-/// A mesh, an instance of it, and the matrix if the instance is visible.
+/// A mesh, an instance of it, and the instance's matrix.
 type Instance<'a> = (&'a [Triangle], InstanceId, [f64; 12]);
 
-/// Two meshes in either scalar, a few instances, and rays toward the placed triangles.
+/// Makes two meshes, one in f32 and one in f64, places a few instances, and checks rays toward the
+/// placed triangles.
 pub fn instances(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let meshes = [input.triangles(20), input.triangles(20)];
@@ -47,7 +49,8 @@ pub fn instances(bytes: &[u8]) {
     check(&mut input, &scene.commit().expect("few instances"), &placed);
 }
 
-/// The numbers of a matrix: of the input's kind, some with any bits, often axis-aligned.
+/// A matrix whose numbers are of the input's kind, some with any bits. It is often only a
+/// translation.
 fn matrix(input: &mut Input<'_>) -> [f64; 12] {
     let mut matrix = [0.0; 12];
     let kind = input.below(4);
@@ -67,7 +70,7 @@ fn widened(Triangle(corners): Triangle) -> Triangle64 {
     Triangle64(corners.map(|corner| corner.map(f64::from)))
 }
 
-/// A placed triangle, by definition.
+/// A triangle as placed in the world, by definition.
 fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
     let at = |[x, y, z]: [f64; 3]| {
         [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
@@ -75,7 +78,7 @@ fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
     Triangle64(widened(triangle).0.map(at))
 }
 
-/// Compares every query for several rays.
+/// Compares every query for several rays and points.
 fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>]) {
     let (mut all, mut names) = (Vec::new(), Vec::new());
     for (triangles, id, matrix) in placed {
@@ -112,7 +115,7 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
         let hits: Vec<_> = crossings.map(|hit| (found(hit), hit.leaves)).collect();
         assert_eq!(hits, expected, "{ray:?} {placed:?}");
 
-        // Where the ray starts, a corner, and about where it hits.
+        // The ray's origin, a corner, and a point near the hit.
         let at = closest.map_or(1.0, |(.., [t, _, _])| f64::from_bits(t));
         let hit = [0, 1, 2].map(|k| ray.origin[k] + at * ray.dir[k]);
         for point in [ray.origin, all[0].0[0], hit] {

@@ -1,4 +1,4 @@
-//! The mode `fixed`: against its scalar reference, and around closed fans.
+//! Checks the mode `fixed` against its scalar reference, and around closed fans.
 
 use std::array::from_fn;
 
@@ -7,7 +7,8 @@ use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks, scalar};
 use super::input::Input;
 use crate::{check_crossings, is_on};
 
-/// Eight rays and eight triangles at the limits of the bit budgets, in every form and at every level.
+/// Checks eight rays and eight triangles at the limits of the bit budgets, in every form and at
+/// every level.
 pub fn fixed(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let (b, q) = input.one_of(&[(20, 18), (19, 20), (17, 24), (16, 16), (3, 2), (1, 1)]);
@@ -20,7 +21,7 @@ pub fn fixed(bytes: &[u8]) {
         _ => input.within(limit.min(3)),
     };
 
-    // Triangles over a few points; rays at those points, along edges, and anywhere.
+    // The triangles share a few points. The rays go to these points, along edges, and anywhere.
     let points: [[i32; 3]; 6] = from_fn(|_| from_fn(|_| number(far)));
     let dirs: [[i32; 3]; 4] = from_fn(|_| from_fn(|_| number(long)));
     let triangles: [Triangle; 8] =
@@ -43,13 +44,13 @@ pub fn fixed(bytes: &[u8]) {
     check_crossings(&rays, &triangles).unwrap_or_else(|why| panic!("{why}"));
 }
 
-/// Two fans from two tips to one rim, closed whatever their corners are. From a point off the surface, exits
-/// minus entries must be the same for every ray.
+/// Builds two fans from two tips to a common rim, which are closed whatever their corners are. From
+/// a point off the surface, exits minus entries must be the same for every ray.
 ///
 /// ```text
 ///        tip
 ///       / | \        (tip, r0, r1), (tip, r1, r2), ...
-///     r0--r1--r2     and with the other tip turned round: every edge is run through both ways
+///     r0--r1--r2     and, reversed, with the other tip: every edge is traversed both ways
 ///       \ | /
 ///       other
 /// ```
@@ -74,7 +75,7 @@ pub fn fans(bytes: &[u8]) {
     if corners.iter().any(|&corners| is_on(origin, corners)) {
         return;
     }
-    // Toward every corner and the middle of every edge, along the axes, and anywhere.
+    // Aim at every corner and the midpoint of every edge, along the axes, and anywhere.
     let to = |p: [i32; 3]| [0, 1, 2].map(|i| p[i] - origin[i]);
     let mut dirs = vec![[1, 0, 0], [0, -1, 0], [0, 0, 1], point(&mut input)];
     for [a, b, _] in &corners {
@@ -89,7 +90,8 @@ pub fn fans(bytes: &[u8]) {
         let expected = *winding.get_or_insert(count.signed);
         assert_eq!(count.signed, expected, "{origin:?} {dir:?} {count:?}\n{corners:?}");
 
-        // The closest hit is the scalar one's, compared as a ratio; the number of hits equals the count.
+        // The closest hit must be that of the scalar reference, compared as a ratio, and the number
+        // of hits must equal the count.
         let (mut best, mut all) = (intertri::fixed::Best::default(), 0);
         for (triangle, index) in triangles.iter().zip(0..) {
             if let Some(crossing) = scalar::crossing(&ray, triangle) {

@@ -1,7 +1,8 @@
-//! The functions that the fuzzers call. Each makes a query from bytes and panics if two answers differ.
+//! The functions that the fuzz targets call. Each makes a query from bytes and panics if two
+//! answers differ.
 //!
-//! Fuzzers (`fuzz/`) find the bytes. The ordinary tests replay the ones that were kept (`fuzz/corpus`,
-//! `tests/fixtures`) through the same functions, on stable Rust.
+//! The fuzzers (`fuzz/`) find the bytes. The ordinary tests pass the saved ones (`fuzz/seeds`,
+//! `tests/fixtures`) to the same functions, on stable Rust.
 
 mod exact;
 mod files;
@@ -25,7 +26,7 @@ pub use text::{numbers, rays};
 /// A function that takes any bytes and panics if an answer is wrong.
 pub type Entry = fn(&[u8]);
 
-/// All entries by name.
+/// All entry points with their names.
 pub const ENTRIES: &[(&str, Entry)] = &[
     ("kernel", kernel),
     ("hierarchy", hierarchy),

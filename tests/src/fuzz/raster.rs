@@ -1,4 +1,4 @@
-//! Clipping, the z-buffer and the shadow volumes, against their references.
+//! Compares clipping, the z-buffer and the shadow volumes with their references.
 
 use std::array::from_fn;
 use std::collections::HashMap;
@@ -14,8 +14,9 @@ use intertri_scene::Camera;
 
 use super::input::Input;
 
-/// Clipping: an edge is cut as the reference cuts it, and the same from both ends; a facet is the same from
-/// both sides, inside the walls, and present wherever its edges are.
+/// Checks clipping. An edge must be cut as in the reference, and in the same way from both ends. A
+/// facet must be the same from both sides, lie inside the walls, and be present if one of its edges
+/// is.
 pub fn clip(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let any_double = input.below(4) == 0;
@@ -37,7 +38,7 @@ pub fn clip(bytes: &[u8]) {
     let (mut one, mut other) = (Scratch::default(), Scratch::default());
     let outline = clip_facet(corners.iter().copied(), walls, &mut one);
     let turned = clip_facet(corners.iter().rev().copied(), walls, &mut other);
-    assert_eq!(sorted(outline), sorted(turned), "turned round: {corners:?}");
+    assert_eq!(sorted(outline), sorted(turned), "reversed: {corners:?}");
 
     let in_range = |p: &Point4| p.boundaries().iter().all(|x| x.abs() <= f64::MAX / 4.0);
     let usable = corners.iter().all(in_range);
@@ -55,13 +56,14 @@ pub fn clip(bytes: &[u8]) {
     }
 }
 
-/// A bound on the rounding errors of points computed from these.
+/// A bound on the rounding errors of points that are computed from `points`.
 fn rounding(points: &[Point4]) -> f64 {
     let all = points.iter().flat_map(|p| [p.x, p.y, p.z, p.w]);
     all.fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())) * 1e-12 + f64::MIN_POSITIVE
 }
 
-/// Checks one edge. Returns whether more of it is visible than rounding explains, clear of the walls.
+/// Checks one edge. Returns whether the middle of its visible part is clear of the walls by more
+/// than rounding errors.
 fn edge(a: Point4, c: Point4) -> bool {
     let there = |p: Point4| reference::Point4::new(p.x, p.y, p.z, p.w);
     let back = |p: reference::Point4| Point4::new(p.x, p.y, p.z, p.w);
@@ -85,7 +87,7 @@ fn edge(a: Point4, c: Point4) -> bool {
                 assert!(outcode(old.boundaries()) != 0 || old == new, "{old:?} {new:?}");
             }
         }
-        // If an edge touches an edge of the volume, rounding may decide.
+        // If the edge only touches an edge of the clip volume, rounding decides.
         (Some((from, to)), None) | (None, Some((from, to))) => {
             assert!(apart(from, to) <= room, "{a:?} {c:?}: {found:?} {expected:?}");
         }
@@ -118,9 +120,9 @@ const SIDE: u32 = 16;
 /// A corner in the image: x and y in quarters of pixels, and its depth.
 type Corner = (i32, i32, f32);
 
-/// Triangles whose corners are at quarters of pixels, so that snapping moves nothing. The nearest one that
-/// covers a pixel's centre by document B's reference must own it, and three triangles that partition a fourth
-/// must share its pixels.
+/// Draws triangles whose corners are at quarters of pixels, so that snapping does not move them. A
+/// pixel must show the nearest triangle that covers its centre according to the reference of
+/// document B, and three triangles that partition a fourth must share its pixels.
 pub fn z_buffer(bytes: &[u8]) {
     let mut input = Input::on_a_grid(bytes);
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
@@ -146,12 +148,13 @@ fn unproject((x, y, depth): Corner) -> [f32; 3] {
     [(x - 32) as f32 / 32.0 * depth, (32 - y) as f32 / 32.0 * depth, -depth]
 }
 
-/// The corner in raster space, as document B's z-buffer expects it.
+/// The corner in raster space, as the z-buffer of document B expects it.
 fn project((x, y, depth): Corner) -> Vector {
     Vector::new(f64::from(x) / 4.0, f64::from(y) / 4.0, -1.0 / f64::from(depth))
 }
 
-/// Each pixel must show one of the nearest triangles that the reference finds there when it draws each alone.
+/// Each pixel must show one of the nearest triangles that the reference finds there if it draws
+/// each triangle on its own.
 fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     let soup: Vec<Triangle> = outlines.iter().map(|o| Triangle(o.map(unproject))).collect();
     let drawn = triangles(view, &soup, 1e-9);
@@ -195,7 +198,8 @@ fn drawn_alone(outline: &[Corner; 3]) -> z_buffer::ZBuffer {
     picture
 }
 
-/// The three triangles around an inner point must cover each pixel of the outer one once.
+/// The three triangles around an inner point must cover each pixel of the outer triangle exactly
+/// once.
 fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
     let turn = |a: Corner, b: Corner| (b.0 - a.0) * (inner.1 - a.1) - (b.1 - a.1) * (inner.0 - a.0);
     let turns = [turn(a, b), turn(b, c), turn(c, a)];
@@ -215,8 +219,9 @@ fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
     }
 }
 
-/// Compares pictures by z-buffer and by rays, and shadows by volumes and by rays: only the differences that
-/// `docs/raster.md` proves possible are allowed. Caps and silhouettes must close exactly.
+/// Compares pictures by z-buffer with pictures by rays, and shadows by volumes with shadows by
+/// rays. Only the differences that `docs/raster.md` proves possible are allowed. Caps and
+/// silhouettes must close exactly.
 pub fn shadows(bytes: &[u8]) {
     const SIZE: (u32, u32) = (20, 15);
     let mut input = Input::new(bytes);
@@ -229,8 +234,8 @@ pub fn shadows(bytes: &[u8]) {
     let adjacency = Adjacency::new(&soup);
     let Ok(volume) = Volume::new(&adjacency, light) else { return };
 
-    // Every edge of the oriented faces is traversed equally often both ways, or the silhouette counts the
-    // difference.
+    // The oriented faces must traverse every edge equally often in both directions, or the
+    // silhouette must contain the difference.
     let mut open = HashMap::new();
     let facing = intertri_raster::facing(&adjacency, &light);
     for (&[a, b, c], facing) in adjacency.faces().iter().zip(facing) {
@@ -246,7 +251,7 @@ pub fn shadows(bytes: &[u8]) {
     }
     assert!(open.values().all(|&count| count == 0), "{light:?} {soup:?}");
 
-    // The same camera, rasterized and ray traced.
+    // Rasterize and ray trace with the same camera.
     let (eye, target) = (input.point(), input.point());
     let Ok(camera) = Camera::new(eye, target, Camera::UP, 70.0) else { return };
     let Ok(view) = View::new(camera.eye(), camera.axes(), camera.half_height(), SIZE.0, SIZE.1)
@@ -275,7 +280,7 @@ pub fn shadows(bytes: &[u8]) {
     }
 }
 
-/// Whether light reaches the point that a pixel shows; the triangle there does not shadow itself.
+/// Whether light reaches the point that a pixel shows. The triangle there does not shadow itself.
 fn sees(view: &View, pixel: u32, hit: &Hit, soup: &[Triangle], light: Light) -> bool {
     if !hit.is_hit() {
         return true;

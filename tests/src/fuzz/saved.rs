@@ -1,5 +1,5 @@
-//! Saved hierarchies, over f32 and f64: any bytes load with an error, or as a hierarchy that answers
-//! correctly.
+//! Saved hierarchies over f32 and f64. Whatever the bytes are, loading must either fail with an
+//! error or return a hierarchy with correct answers.
 
 use intertri::{Hit, Mode, RayOf, TriangleOf};
 use intertri_trace::internal::seal;
@@ -7,8 +7,9 @@ use intertri_trace::{Bvh, BvhScalar, LoadError, SAVED_MAGIC};
 
 use super::input::Input;
 
-/// The first byte chooses: a file as it is, the same with repaired checksums, or a scene of one or several
-/// meshes that is saved, damaged at some words, and repaired. Its highest bit chooses f64.
+/// The first byte chooses the input: a file as it is, a file with repaired checksums, or a scene of
+/// one or several meshes that is saved and damaged at some words before its checksums are repaired.
+/// The highest bit chooses f64.
 pub fn saved(bytes: &[u8]) {
     let Some((&first, rest)) = bytes.split_first() else { return };
     match (first % 4, first >> 7) {
@@ -23,7 +24,7 @@ pub fn saved(bytes: &[u8]) {
     }
 }
 
-/// Loads a file in either scalar.
+/// Loads a file as f32 and as f64.
 fn loaded(file: &[u8], more: &[u8]) {
     let scalar = |found: &Result<(), LoadError>| matches!(found, Err(LoadError::Scalar { .. }));
     let (one, other) = (answers::<f32>(file, more), answers::<f64>(file, more));
@@ -46,7 +47,7 @@ fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
         Bvh::new(&triangles).unwrap()
     };
     if input.below(2) == 1 {
-        // Triangles in another order match no tree that was built.
+        // No build would produce this tree for the triangles in their new order.
         let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(&triangles)).collect();
         bvh.refit(&moved).unwrap();
     }
@@ -69,7 +70,8 @@ fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
     loaded(&file[..end], bytes);
 }
 
-/// Loads a file; the result must answer like a hierarchy built over the same triangles.
+/// Loads a file. The result must return the same answers as a hierarchy built over the same
+/// triangles.
 fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     let mut bvh = match Bvh::<S>::from_bytes(file) {
         Ok(bvh) => bvh,
@@ -103,8 +105,8 @@ fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Hits among several meshes are a subset of the hits among the same triangles in one mesh, under different
-/// ids, in the same order, and each for the right triangle.
+/// The hits on several meshes must be a subset of the hits on the same triangles in one mesh. They
+/// have different ids, but the same order, and each must refer to the right triangle.
 fn names_are_sound<S: FuzzScalar>(several: &Bvh<S>, one: &Bvh<S>, rays: &[RayOf<S>]) {
     let mut names = Vec::new();
     for ray in rays {
@@ -172,7 +174,7 @@ impl FuzzScalar for f32 {
     }
 }
 
-/// Numbers of f32, moved and given more digits.
+/// Uses f32 numbers that are moved and scaled, so that they have more digits.
 impl FuzzScalar for f64 {
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>> {
         let triangles = input.triangles(at_most);

@@ -1,22 +1,23 @@
-//! Scenes of triangles and rays, through every query, against the reference.
+//! Compares every query on scenes of triangles and rays with the reference.
 
 use intertri::simd::Level;
 
 use super::input::Input;
 use crate::{as_source, check_hierarchy, check_kernel};
 
-/// Packets and blocks in every mode, width, form and level.
+/// Checks packets and blocks in every mode, width, form and level.
 pub fn kernel(bytes: &[u8]) {
     let scene = Input::new(bytes).scene(6, 6);
     check_kernel(&scene).unwrap_or_else(|why| panic!("{why}\n{}", as_source(&scene)));
 }
 
-/// The hierarchy, at the CPU's best level and at the scalar level.
+/// Checks the hierarchy at the CPU's best level and at the portable level.
 pub fn hierarchy(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let mut scene = input.scene(40, 10);
 
-    // Every other time, all rays start at one origin and keep their targets: a bundle.
+    // Half of the time, move all rays to one origin and keep their targets, so that they form a
+    // bundle.
     if input.below(2) == 1 {
         let origin = scene.rays[0].origin;
         for ray in &mut scene.rays {

@@ -1,23 +1,23 @@
-//! Files of rays, and the numbers of the command line and of the answers.
+//! Files of rays, and numbers on the command line and in the answers.
 
 use intertri::Ray;
 use intertri_scene::{LoadError, MAX_PIXELS, Rays, RaysFormat};
 
 use super::input::Input;
 
-// The program is not a library, but this file of it stands alone.
+// The program is not a library, but this file does not depend on the rest of it.
 #[path = "../../../crates/cli/src/io/numbers.rs"]
 mod numbers;
 
-/// Reads a file of rays in every format. The rays must be the same whatever the chunk size, and survive being
-/// written and read in each format; an error must be one line.
+/// Reads a file of rays in every format. The rays must not depend on the chunk size, and must
+/// remain the same when they are written and read in each format. An error must be one line.
 pub fn rays(bytes: &[u8]) {
     let formats = [RaysFormat::Csv, RaysFormat::Raw, RaysFormat::Raw64].map(Some);
     for format in formats.into_iter().chain([None]) {
         let all = read(bytes, 1 << 30, None, format);
         assert_eq!(all, read(bytes, 1, None, format));
         assert_eq!(all, read(bytes, 7, None, format));
-        // A wrong file size is reported before any number is read.
+        // A wrong file size must be reported before any number is read.
         let sized = read(bytes, 100, Some(bytes.len() as u64), format);
         assert!(sized == all || sized.1.is_some() && all.1.is_some(), "{sized:?} {all:?}");
         let (rays, error) = all;
@@ -37,14 +37,14 @@ fn written_again(rays: &[[u32; 8]]) {
     let again = read(&raw, 100, Some(raw.len() as u64), Some(RaysFormat::Raw));
     assert_eq!(again, (rays.to_vec(), None));
 
-    // Text keeps only the fact that a number is NaN; nor does a conversion to f64 keep more.
+    // Neither text nor a conversion to f64 preserves the bits of a NaN.
     let bits = |x: f32| if x.is_nan() { 0 } else { x.to_bits() };
     let plain = |ray: &[u32; 8]| ray.map(f32::from_bits).map(bits);
     let wide = rays.iter().flatten().map(|&bits| f64::from(f32::from_bits(bits)));
     let raw64: Vec<u8> = wide.flat_map(f64::to_le_bytes).collect();
     let mut csv = String::from("\u{feff}\n t_max, \"dz\",dy,dx,t_min,oz,oy,ox\r\n");
     for ray in rays {
-        // Written with all digits, a decimal is read as the nearest f64.
+        // With all digits, the decimal is read as exactly this f64.
         let cells = ray.map(|bits| f64::from(f32::from_bits(bits)).to_string());
         csv += &cells.into_iter().rev().collect::<Vec<_>>().join(", ");
         csv += "\r\n";
@@ -56,7 +56,7 @@ fn written_again(rays: &[[u32; 8]]) {
     }
 }
 
-/// The bits of all rays in the order of a raw file, or an error.
+/// Returns the bits of all rays in the order of a raw file, or an error.
 fn read(
     bytes: &[u8],
     count: usize,
@@ -85,8 +85,8 @@ fn read(
     }
 }
 
-/// The numbers of the command line, checked against a short model of each; and the decimals of answers, which
-/// must read back to the same bits with no digit to spare.
+/// Compares the command line's number parsers with a short model of each, and checks that the
+/// decimals of answers are short and read back to the same bits.
 pub fn numbers(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     let number = text.parse::<f64>().ok();

@@ -1,5 +1,5 @@
-//! Compares pairs with rationals: both rules at every tier, the ends of the interval, order, and the rounding
-//! of t, u, v.
+//! Compares pairs with rational arithmetic: both rules at every tier, the ends of the interval, the
+//! order of hits, and the rounding of t, u and v.
 
 use intertri::internal::exact::{
     self, Side, Tier, attributes, attributes_from, attributes32, crossing_from, order, order_from,
@@ -31,7 +31,7 @@ macro_rules! floats {
 
 floats!(f32, f64);
 
-/// Counts of what was compared.
+/// The number of comparisons of each kind.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     pairs: usize,
@@ -55,7 +55,7 @@ impl Counts {
     }
 }
 
-/// The exact answer for a pair, for the unbounded ray.
+/// The exact answer for a pair, without the ray's interval.
 struct Case<S: Scalar> {
     triangle: TriangleOf<S>,
     truth: Option<Truth>,
@@ -63,7 +63,7 @@ struct Case<S: Scalar> {
     once: Option<bool>,
 }
 
-/// Checks a ray, which is the pair's except for its interval; at every tier if `all` is set.
+/// Checks a ray, which is the pair's ray with any interval. If `all` is set, checks every tier.
 fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Counts) {
     let Case { triangle, truth, once: leaves } = case;
     let truth = truth.as_ref().filter(|truth| truth.is_within(ray));
@@ -82,7 +82,7 @@ fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Coun
     counts.crossings += usize::from(crossing.is_some());
 }
 
-/// Intervals that end at t and next to it.
+/// Checks intervals that begin or end at t and next to it.
 fn check_ends<S: Float>(ray: &RayOf<S>, case: &Case<S>, truth: &Truth, counts: &mut Counts) {
     let near = S::nearest(truth.t_f64());
     for end in [near.below(), near, near.above()] {
@@ -99,7 +99,7 @@ fn check_ends<S: Float>(ray: &RayOf<S>, case: &Case<S>, truth: &Truth, counts: &
     }
 }
 
-/// Checks t, u and v; at every tier if `all` is set.
+/// Checks t, u and v. If `all` is set, checks every tier.
 fn check_rounding<S: Scalar>(
     (ray, triangle): (&RayOf<S>, &TriangleOf<S>),
     truth: &Truth,
@@ -120,8 +120,8 @@ fn check_rounding<S: Scalar>(
     counts.rounded += 6;
 }
 
-/// Checks the order of two triangles: of the same one twice, and of neighbours in the same plane, next to it,
-/// at an edge and at a corner.
+/// Checks the order of the triangle and other triangles: itself with its corners permuted or moved,
+/// and neighbours at an edge and at a corner, in its plane or next to it.
 fn check_order<S: Float>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -151,10 +151,10 @@ fn check_order<S: Float>(
     }
 }
 
-/// Draws a pair of a kind.
+/// A function that generates a pair of a given kind.
 type Draw<S> = fn(usize, &mut Rng) -> (RayOf<S>, TriangleOf<S>);
 
-/// Pairs of several kinds.
+/// A generator of pairs of several kinds.
 #[derive(Clone, Copy)]
 pub(crate) struct Cases<S: Scalar> {
     pub(crate) kinds: usize,
@@ -162,7 +162,8 @@ pub(crate) struct Cases<S: Scalar> {
 }
 
 impl<S: Float> Cases<S> {
-    /// Compares pairs of each kind, from a seed, and returns the counts by kind. Slow checks run on one pair in `seldom`.
+    /// Compares pairs of each kind, starting from a seed, and returns the counts by kind. A larger
+    /// `seldom` makes slow checks rarer.
     fn run(self, pairs: usize, seed: u64, seldom: usize) -> Vec<Counts> {
         let mut all = vec![Counts::default(); self.kinds];
         let mut rng = Rng::new(seed);
@@ -175,7 +176,7 @@ impl<S: Float> Cases<S> {
             check(&ray, &case, round.is_multiple_of(4 * seldom), counts);
             counts.pairs += 1;
 
-            // Hits are also computed for some planes that the ray meets outside the triangle.
+            // t, u and v are also checked for some rays that meet the plane outside the triangle.
             let Some(truth) = &case.truth else { continue };
             let is_hit = truth.is_closed_hit();
             if is_hit && round % (16 * seldom) == 1 || round % (64 * seldom) == 2 {

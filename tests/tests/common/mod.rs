@@ -1,4 +1,5 @@
-//! Shared by the tests: the laboratory's families as scenes for the runner, on all threads.
+//! Helpers that the tests share: scenes from the families of `intertri-lab`, checked on all
+//! threads.
 
 pub(crate) mod compare;
 
@@ -8,14 +9,14 @@ use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
 
-/// Some triangles and rays of a family.
+/// A scene with some triangles and rays of a family.
 pub(crate) fn scene(family: &Family, rng: &mut Rng, triangles: usize, rays: usize) -> Scene {
     let scene = family.scene(rng, triangles, rays);
     Scene { triangles: scene.triangles, rays: scene.rays, threshold: scene.threshold }
 }
 
-/// Calls a function for every family and its index; each thread takes the next one that is left. Returns the
-/// results in any order.
+/// Calls a function for every family and its index on all threads, each of which takes the next
+/// remaining family. Returns the results in arbitrary order.
 pub(crate) fn each_family<T: Send>(ask: impl Fn(usize, &Family) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);
     let work = || {

@@ -1,13 +1,13 @@
-//! Pairs of a ray and a triangle that are hard to answer.
+//! Pairs of a ray and a triangle that are hard to decide.
 
 use intertri::{Ray, Triangle};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// How many kinds of pairs there are.
+/// The number of kinds of pairs.
 pub(crate) const KINDS: usize = 13;
 
-/// A pair of a kind.
+/// Generates a pair of the given kind.
 pub(crate) fn case(kind: usize, rng: &mut Rng) -> (Ray, Triangle) {
     match kind {
         0 => {
@@ -37,10 +37,10 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f32) -> [f32; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// Arbitrary bits.
+/// A pair with arbitrary bits.
 fn any(rng: &mut Rng) -> (Ray, Triangle) {
     let mut bits = |rng: &mut Rng| {
-        // Sometimes a number that is not finite.
+        // Keep some numbers that are not finite.
         let x = f32::from_bits(rng.bits() as u32);
         if x.is_finite() || rng.one_in(4) { x } else { rng.within(2) as f32 }
     };
@@ -48,8 +48,8 @@ fn any(rng: &mut Rng) -> (Ray, Triangle) {
     (ray, Triangle([(); 3].map(|()| vector(rng, &mut bits))))
 }
 
-/// A ray at a corner, at a point near an edge or inside, or anywhere; from nearby, from a corner, or so that
-/// the direction is exact.
+/// A ray toward a corner, a point on an edge or inside, or anywhere. It starts anywhere, at a
+/// corner, or at 0, where the direction is exact.
 fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f32) -> (Ray, Triangle) {
     let triangle = Triangle([(); 3].map(|()| vector(rng, &mut number)));
     let [c1, c2, c3] = triangle.0;
@@ -78,7 +78,7 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f32) -> (Ray, Triang
     (Ray::new(origin, dir), triangle)
 }
 
-/// A ray that starts or runs in the triangle's plane.
+/// A ray that starts in the triangle's plane and often also runs in it.
 fn in_plane(rng: &mut Rng) -> (Ray, Triangle) {
     let (axis, z) = (rng.below(3), rng.within(3) as f32 * 0.1);
     let flat = |rng: &mut Rng| {
@@ -109,7 +109,7 @@ fn sliver(rng: &mut Rng) -> (Ray, Triangle) {
     (Ray::new(origin, [0, 1, 2].map(|k| target[k] - origin[k])), triangle)
 }
 
-/// Two or three corners the same, or an edge along the ray.
+/// A triangle with two or three equal corners, or a ray along an edge.
 fn duplicated(rng: &mut Rng) -> (Ray, Triangle) {
     let (mut ray, mut triangle) = aimed(rng, |rng| rng.within(3) as f32);
     match rng.below(4) {
@@ -121,7 +121,8 @@ fn duplicated(rng: &mut Rng) -> (Ray, Triangle) {
     (ray, triangle)
 }
 
-/// A triangle whose f64 normal is often 0 though its area is not, and a ray at one of its corners.
+/// A triangle whose f64 normal is often 0 although its area is not, and a ray toward one of its
+/// corners.
 fn lost_normal(rng: &mut Rng) -> (Ray, Triangle) {
     let (x, small) = (rng.unit() as f32 + 1.0, 2.0_f32.powi(-rng.within(5).abs() - 26));
     let mut at = |scale: f32| {

@@ -1,5 +1,6 @@
-//! The three theorems, on closed meshes: every crossing by the once rule is a hit by the closed rule; the
-//! signed crossings of every ray are the winding number of its origin; where that is not 0, no ray leaks.
+//! Checks the three theorems on closed meshes. Every crossing by the once rule is a hit by the
+//! closed rule. The signed crossings of every ray add up to the winding number of its origin. If
+//! that is not 0, no ray leaks.
 
 use std::collections::BTreeMap;
 
@@ -11,8 +12,8 @@ use intertri_trace::{Containment, Solid};
 
 use super::solids::{Closed, meshes};
 
-/// The winding number of a mesh around a point, by the solid angles of its triangles; `None` for a point on
-/// the mesh or too close to decide.
+/// The winding number of a mesh around a point, by the solid angles of its triangles. `None` if the
+/// point is on the mesh, or too close to it for a decision.
 fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
     let mut sum = 0.0;
     for TriangleOf(corners) in mesh {
@@ -29,7 +30,8 @@ fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
     ((turns - turns.round()).abs() < 1e-3).then(|| turns.round() as i32)
 }
 
-/// Directions from an origin: exactly at corners, at edges, into triangles, along axes and anywhere.
+/// Directions from an origin: exactly toward corners, toward edges and the insides of triangles,
+/// along axes, and anywhere.
 fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3]> {
     let mut all = vec![];
     let to = |p: [f32; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
@@ -48,7 +50,7 @@ fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3
     all
 }
 
-/// On the grid, near a corner, or anywhere.
+/// A point on the grid, near a corner, or anywhere.
 fn origin(i: usize, mesh: &Closed, rng: &mut Rng) -> [f32; 3] {
     let Closed { triangles, scale, centre, .. } = mesh;
     let near = rng.pick(triangles).0[0].map(f64::from);
@@ -99,7 +101,7 @@ fn signed_crossings_are_the_winding_number() {
     );
 }
 
-/// Traces rays through the hierarchy of a mesh. Returns how many had each winding number.
+/// Traces rays through the hierarchy of a mesh. Returns the number of rays for each winding number.
 fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i32, usize> {
     let Closed { name, triangles, .. } = mesh;
     let solid = Solid::new(triangles).unwrap();
@@ -111,7 +113,8 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             break;
         }
         let origin = origin(i, mesh, rng);
-        // Solid angles are rounded, and a point on the surface has no winding number.
+        // A point on the surface has no winding number, and rounded solid angles would not detect
+        // this.
         if triangles.iter().any(|triangle| oracle::is_on(origin, triangle)) {
             assert_eq!(solid.classify(origin), Containment::Surface, "{name} {origin:?}");
             continue;
@@ -121,7 +124,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             if winding == 0 { Containment::Outside } else { Containment::Inside(winding) };
         assert_eq!(solid.classify(origin), containment, "{name} {origin:?}");
 
-        // From one origin, as a bundle, or each ray from its own side of it.
+        // All rays share an origin, so they form a bundle.
         let dirs = (0..3).flat_map(|_| directions(triangles, origin, rng));
         let rays: Vec<Ray> = dirs.map(|dir| Ray::new(origin, dir)).collect();
         let (counts, lists) = (query.count_crossings_batch(&rays), bvh.crossings_batch(&rays));
@@ -130,7 +133,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             assert_eq!(counts[k].signed, i64::from(winding), "{name} {ray:?}");
             assert!(winding == 0 || any[k], "{name} {ray:?} leaks");
             assert_eq!(any[k], hits[k].is_hit(), "{name} {ray:?}");
-            // Compare with the plain loop: index and every bit.
+            // Compare the index and every bit with those of the plain loop.
             if k % 61 == i % 61 {
                 let bits = |hit: Hit| (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits));
                 let want = exact.closest(triangles, ray).unwrap_or(Hit::MISS);
@@ -170,7 +173,7 @@ fn hierarchies_count_the_winding_number() {
     through_hierarchies(1, 200_000);
 }
 
-/// Run by hand; `INTERTRI_EXACT_RAYS` sets the number of rays.
+/// Run this test by hand. `INTERTRI_EXACT_RAYS` sets the number of rays.
 #[test]
 #[ignore = "takes minutes"]
 fn ten_million_rays_count_the_winding_number() {

@@ -1,4 +1,4 @@
-//! Pairs of every kind in f32, and two that are hard in particular ways.
+//! Tests pairs of every kind in f32, and some that are hard in particular ways.
 
 use intertri::internal::exact::{self, t};
 use intertri::{Crossing, Hit, Hit32, Mode, Ray, Ray64, RayOf, Rule, Triangle, TriangleOf};
@@ -16,14 +16,15 @@ fn every_tier_agrees_with_rationals() {
     CASES.agree(80_000);
 }
 
-/// Run by hand: `cargo test --release -p intertri-tests exact::pairs -- --ignored --nocapture`.
+/// Run this test by hand:
+/// `cargo test --release -p intertri-tests exact::pairs -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]
 fn a_hundred_million_pairs_agree_with_rationals() {
     CASES.agree_for_hours();
 }
 
-/// In f64 the normal of this triangle rounds to 0; but the triangle has an area, and is hit.
+/// In f64, the normal of this triangle rounds to 0. But the triangle has an area, so rays hit it.
 #[test]
 fn a_triangle_without_an_f64_normal_is_hit() {
     let [a, b, c] = [[2.320_720_7e-9, 2.320_721_2e-9], [1.705_962; 2], [3.411_924; 2]];
@@ -35,10 +36,10 @@ fn a_triangle_without_an_f64_normal_is_hit() {
     }
 }
 
-/// Two hits whose t round to the same f64 are ordered by the exact t, not by the index.
+/// If the t of two hits round to the same f64, the exact t decides their order, not the index.
 #[test]
 fn equal_rounded_t_are_told_apart() {
-    // Through the middle of both triangles: t is the mean of the three heights.
+    // The ray passes through the centroid, so t is the mean of the three heights.
     let at = |z: f32| {
         let heights = [1.0, 2.0_f32.powi(-30), z];
         let corners = [[-1.0, -1.0], [2.0, -1.0], [-1.0, 2.0]];
@@ -60,8 +61,8 @@ fn equal_rounded_t_are_told_apart() {
     assert!(hits.iter().all(|hit| hit.triangle == 1));
 }
 
-/// A ray that meets a triangle at t = `1 + k 2^-24 + tiny`. For odd k this is almost halfway between two f32,
-/// and too close to that for f64.
+/// A ray that meets a triangle at t = `1 + k 2^-24 + tiny`. For odd k, this is almost halfway
+/// between two f32 numbers, and too close to the midpoint for f64 to distinguish.
 fn near_half_way(k: u16, tiny: f32) -> (Ray, Triangle) {
     // t is the mean of the three heights.
     let heights = [0.5 + 3.0 * f32::from(k) * 2.0_f32.powi(-24), 3.0 * tiny, 2.5];
@@ -70,7 +71,7 @@ fn near_half_way(k: u16, tiny: f32) -> (Ray, Triangle) {
     (Ray::new([0.0; 3], [0.0, 0.0, 1.0]), Triangle([0, 1, 2].map(corner)))
 }
 
-/// Hits of a ray in a bundle, and in a stream.
+/// Traces a ray in a bundle and on its own, and returns the hits.
 fn hits32<S: BvhScalar>(bvh: &Bvh<S>, ray: &RayOf<S>) -> Vec<Hit32> {
     let mut hits = vec![Hit32::MISS; 2001];
     bvh.query().closest_batch_into(&[*ray; 2000], &mut hits[..2000]);
@@ -78,7 +79,8 @@ fn hits32<S: BvhScalar>(bvh: &Bvh<S>, ray: &RayOf<S>) -> Vec<Hit32> {
     hits
 }
 
-/// If t were rounded to f64 and then to f32, each of the two in the middle would become its neighbour.
+/// If t were rounded first to f64 and then to f32, the second and third case would yield a
+/// neighbour of the right number.
 #[test]
 fn what_f64_rounds_to_half_way_is_rounded_once() {
     let tiny = 2.0_f32.powi(-70);
@@ -99,7 +101,8 @@ fn what_f64_rounds_to_half_way_is_rounded_once() {
     }
 }
 
-/// Bundles and streams round once, even for numbers so large or small that t, u or v leave the range of f32.
+/// Bundles and streams round only once, even if numbers are so large or small that t, u or v exceed
+/// the range of f32.
 #[test]
 fn batches_round_once_to_f32() {
     let mut rng = Rng::new(5);

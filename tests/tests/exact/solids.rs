@@ -1,4 +1,5 @@
-//! Generated closed meshes. All corners lie on a grid, so that differences between them are exact in f32.
+//! Generates closed meshes. All corners are on a grid, so that differences between them are exact
+//! in f32.
 
 use intertri::{Triangle, TriangleOf};
 use intertri_lab::meshes::Mesh;
@@ -12,10 +13,10 @@ pub(crate) struct Closed {
     pub(crate) centre: [f64; 3],
 }
 
-/// Far from the origin.
+/// A centre far from the origin.
 const AFAR: [f64; 3] = [148_376.0, 1_234.0, -223_423.0];
 
-/// All kinds; a larger `finer` means more triangles.
+/// All meshes. A larger `finer` means more triangles.
 pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
     let mut rng = Rng::new(7);
     let sphere = Mesh::icosphere(1 + finer as u32);
@@ -79,7 +80,7 @@ fn halved(mesh: Vec<Triangle>) -> Vec<Triangle> {
         .collect()
 }
 
-/// Two cubes that share an edge, and one that shares a face with the first.
+/// Two cubes that share an edge, and a third that shares a face with the first.
 fn stuck() -> Vec<Triangle> {
     let cube = |by: [f64; 3]| Mesh::cube(2).map(|p| [0, 1, 2].map(|k| p[k] + by[k])).triangles();
     [[0.0; 3], [2.0, 2.0, 0.0], [0.0, 0.0, 2.0]].map(cube).concat()
@@ -95,7 +96,7 @@ fn soiled(mut mesh: Vec<Triangle>, rng: &mut Rng) -> Vec<Triangle> {
     mesh
 }
 
-/// A tube around a trefoil, of radius 1.
+/// A tube around a trefoil knot of radius 1.
 fn knot(around: usize, across: usize) -> Mesh {
     let at = |i: usize| {
         let s = std::f64::consts::TAU * i as f64 / around as f64;
@@ -104,8 +105,8 @@ fn knot(around: usize, across: usize) -> Mesh {
     };
     let mut vertices = vec![];
     for i in 0..around {
-        // Two directions across the tube: away from the central axis, and perpendicular to both that and the
-        // tube.
+        // Two directions across the tube: one away from the central axis, and one perpendicular to
+        // it and to the tube.
         let (centre, next) = (at(i), at(i + 1));
         let tangent = unit(minus(next, centre));
         let aside = unit(cross(tangent, [0.0, 0.0, 1.0]));
@@ -125,8 +126,8 @@ fn knot(around: usize, across: usize) -> Mesh {
     Mesh { faces: faces.collect(), vertices }
 }
 
-/// The convex hull of random integer points, added one by one. Some coplanar points are left out, and some
-/// faces may have no area; the mesh is closed anyway.
+/// The convex hull of random integer points, which are added one by one. Some coplanar points are
+/// skipped, and some faces may have no area, but the mesh is always closed.
 fn hull(points: usize, rng: &mut Rng) -> Mesh {
     let point = |rng: &mut Rng| {
         let way = rng.direction();

@@ -1,6 +1,6 @@
-//! Measures how much of the allowance for rounded copies is used: the filter's numbers for the copies are
-//! compared with exact ones for the originals, by family and during a search that climbs toward the largest
-//! share. A share above 1 would refute `docs/numerics/f64.md`.
+//! Measures how much of the margin for rounded copies is used. It compares the filter's numbers for
+//! the copies with exact numbers for the originals, for each family and in a search that climbs
+//! toward the largest share. A share above 1 would refute `docs/numerics/f64.md`.
 
 use dashu_ratio::RBig;
 use intertri::internal::{Evidence, LocalFrame};
@@ -9,9 +9,9 @@ use intertri::{Ray64, Triangle64};
 use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 
-/// The errors of V, W, U, D and T over their bounds; of V, W, U and T over the sharp bounds; and how far t
-/// lies from the middle of its enclosures. The rounding of the last sum is left out where only the sign
-/// matters.
+/// The errors of V, W, U, D and T over their bounds, the largest error of V, W, U and T over the
+/// sharp bounds, and the distance of t from the middle of its enclosures. If only the sign matters,
+/// the rounding of the last sum does not count.
 const NAMES: [&str; 7] = ["V", "W", "U", "D", "T", "sharp", "t"];
 
 /// Half an ulp of 1 in f32.
@@ -43,13 +43,13 @@ fn dot(a: &Vector, b: &Vector) -> RBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// `2^e`
+/// `2^e` as a rational number.
 fn power(e: i32) -> RBig {
     RBig::try_from(2.0_f64.powi(e)).unwrap()
 }
 
-/// The share of each bound that a case uses at one level; none if something is not finite, because nothing is
-/// decided then.
+/// The share of each bound that a case uses at one level. `None` if something is not finite,
+/// because the filter decides nothing then.
 fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
     let Case { ray, triangle, frame } = case;
     let (copy, copied) = (frame.triangle(triangle), frame.ray(ray));
@@ -59,7 +59,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
         return None;
     }
 
-    // In the units of the traversal.
+    // Compute in the units of the traversal.
     let (_, up) = frame.centre_and_exponent();
     let scaled = |v: Vector, by: i32| v.map(|x| x * power(by));
     let [c1, c2, c3] = triangle.0.map(|corner| scaled(rational(corner), up));
@@ -100,13 +100,13 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
     ])
 }
 
-/// The larger share for each bound.
+/// The larger of two shares for each bound.
 fn larger(a: [f64; 7], b: [f64; 7]) -> [f64; 7] {
     [0, 1, 2, 3, 4, 5, 6].map(|i| a[i].max(b[i]))
 }
 
-/// A case of the laboratory in f64, rotated and moved so that its numbers use all digits, in a scene at least
-/// as large as the case.
+/// A case of a family in f64, rotated and moved so that its numbers use all digits, in a scene at
+/// least as large as the case.
 fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     let case = family.case(rng);
     let given = [case.ray.origin, case.ray.dir].into_iter().chain(case.triangle.0);
@@ -114,7 +114,7 @@ fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
         return None;
     }
     let (axis, third) = (rng.direction(), rng.direction());
-    // Mirrored twice, which is a rotation.
+    // Mirroring twice is a rotation.
     let mirrored = |v: [f64; 3], n: [f64; 3]| {
         let along = 2.0 * (0..3).map(|k| v[k] * n[k]).sum::<f64>();
         [0, 1, 2].map(|k| v[k] - along * n[k])
@@ -138,10 +138,10 @@ fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     Some(Case { ray, triangle, frame: LocalFrame::around([lo, hi], [lo, hi]) })
 }
 
-/// How far the scene of a search reaches from the origin.
+/// The extent of a search's scene from the origin.
 const REACH: f64 = 1.9;
 
-/// A triangle of a given size somewhere in a scene, and a ray to it or past it.
+/// A triangle of a given size somewhere in the scene, and a ray that hits or just misses it.
 fn case(size: f64, rng: &mut Rng) -> Case {
     let at = rng.cube().map(|x| (REACH - 0.1) * x);
     let mut corner = || {
@@ -156,7 +156,7 @@ fn case(size: f64, rng: &mut Rng) -> Case {
     Case { ray: Ray64::new(origin, dir), triangle, frame }
 }
 
-/// The case with one number changed in a few of its last digits, or one coordinate moved a little.
+/// Returns the case with one number changed in some of its last bits.
 fn changed(case: &Case, rng: &mut Rng) -> Case {
     let mut next = *case;
     let number: &mut f64 = match rng.below(5) {
@@ -172,7 +172,7 @@ fn changed(case: &Case, rng: &mut Rng) -> Case {
     next
 }
 
-/// Separate and fused operations.
+/// A level with separate multiplications and additions, and one with fused operations.
 fn levels() -> impl Iterator<Item = Level> {
     [Some(Level::PORTABLE), Level::avx2()].into_iter().flatten()
 }
@@ -211,7 +211,7 @@ fn the_room_for_copies_is_enough() {
         most = larger(most, used);
         used
     };
-    // For each number.
+    // Search for each of the five terms.
     for i in 0..5 {
         for size in [1.0, 1e-2, 1e-5] {
             for _ in 0..6 {
@@ -229,6 +229,6 @@ fn the_room_for_copies_is_enough() {
     }
     println!("| search | {} |", most.map(|x| format!("{x:.2}")).join(" | "));
     assert!(most.iter().all(|&share| share < 1.0), "{most:?}");
-    // The search does climb: a fifth of the bounds would not suffice.
+    // The search must find large shares, to show that a small fraction of the bounds is not enough.
     assert!(most[..2].iter().chain(&most[3..5]).all(|&share| share > 0.12), "{most:?}");
 }

@@ -1,13 +1,13 @@
-//! Pairs of a ray and a triangle in f64 that are hard to answer.
+//! Pairs of a ray and a triangle in f64 that are hard to decide.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// How many kinds of pairs there are.
+/// The number of kinds of pairs.
 pub(crate) const KINDS: usize = 15;
 
-/// A pair of a kind.
+/// Generates a pair of the given kind.
 pub(crate) fn case(kind: usize, rng: &mut Rng) -> (Ray64, Triangle64) {
     match kind {
         0 => in_f32(rng),
@@ -36,7 +36,7 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f64) -> [f64; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// A pair of the laboratory's, moved and rotated a little so that its numbers use all digits.
+/// A pair of a family, converted to f64 and moved, so that its numbers use more digits.
 fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     let case = rng.pick(FAMILIES).case(rng);
     let moved = rng.pick(&[0.0, 1e3, 1e6, 1e9, 1e12]);
@@ -46,10 +46,10 @@ fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     (ray, Triangle64(case.triangle.0.map(at)))
 }
 
-/// Arbitrary bits.
+/// A pair with arbitrary bits.
 fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
     let mut bits = |rng: &mut Rng| {
-        // Sometimes a number that is not finite.
+        // Keep some numbers that are not finite.
         let x = f64::from_bits(rng.bits());
         if x.is_finite() || rng.one_in(4) { x } else { f64::from(rng.within(2)) }
     };
@@ -57,8 +57,8 @@ fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
     (ray, Triangle64([(); 3].map(|()| vector(rng, &mut bits))))
 }
 
-/// A ray at a corner, at a point near an edge or inside, or anywhere; from nearby, from a corner, or so that
-/// the direction is exact.
+/// A ray toward a corner, a point on an edge or inside, or anywhere. It starts anywhere, at a
+/// corner, or at 0, where the direction is exact.
 fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Triangle64) {
     let triangle = Triangle64([(); 3].map(|()| vector(rng, &mut number)));
     let [c1, c2, c3] = triangle.0;
@@ -78,7 +78,7 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Tria
         5 => (a, 1.0 - a),
         _ => (a, b * (1.0 - a)),
     };
-    // Half of each, because the sum may overflow f64.
+    // Use a quarter of each coordinate, because the sum may overflow f64.
     let at = |k: usize| {
         let (x, y, z) = (0.25 * c1[k], 0.25 * c2[k], 0.25 * c3[k]);
         (x + p * (y - x) + q * (z - x)) - 0.25 * origin[k]
@@ -87,7 +87,7 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Tria
     (Ray64::new(origin, dir), triangle)
 }
 
-/// A ray that starts or runs in the triangle's plane.
+/// A ray that starts in the triangle's plane and often also runs in it.
 fn in_plane(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (axis, z) = (rng.below(3), f64::from(rng.within(3)) * 0.1);
     let flat = |rng: &mut Rng| {
@@ -118,7 +118,7 @@ fn sliver(rng: &mut Rng) -> (Ray64, Triangle64) {
     (Ray64::new(origin, [0, 1, 2].map(|k| target[k] - origin[k])), triangle)
 }
 
-/// Two or three corners the same, or an edge along the ray.
+/// A triangle with two or three equal corners, or a ray along an edge.
 fn duplicated(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (mut ray, mut triangle) = aimed(rng, |rng| f64::from(rng.within(3)));
     match rng.below(4) {

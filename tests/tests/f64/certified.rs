@@ -1,4 +1,5 @@
-//! Slices in f64 in the mode `certified`: the scalar reference's operations on f64 coordinates, bit for bit.
+//! Tests f64 slices in the mode `certified`. The answers must be those of the scalar reference's
+//! operations on f64 coordinates, bit for bit.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode, Ray64, Scalar, Threshold, Triangle64, TriangleOf};
@@ -15,12 +16,12 @@ fn tables(triangles: &[Triangle64], threshold: f64) -> reference::Scene {
     reference::Scene::new(corners.collect(), indices).unwrap().with_threshold(threshold)
 }
 
-/// The bits of a number; all NaNs have the same.
+/// The bits of a number. All NaNs have the same bits.
 fn bits(x: f64) -> u64 {
     if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }
 }
 
-/// Runs every query over a slice for every ray. Returns how many rays hit.
+/// Runs every query over a slice for every ray. Returns the number of rays that hit.
 fn check(what: &str, triangles: &[Triangle64], rays: &[Ray64], threshold: f64) -> usize {
     let scene = tables(triangles, threshold);
     let mode = Mode::certified_with(Threshold::new(threshold).unwrap());
@@ -31,7 +32,7 @@ fn check(what: &str, triangles: &[Triangle64], rays: &[Ray64], threshold: f64) -
         let line = reference::Ray::new(ray.origin, ray.dir);
         let closest = scene.closest(&line, ray.t_min, ray.t_max);
         let mut all = scene.all(&line, ray.t_min, ray.t_max);
-        // Stable: if two hits have the same t, the lower index comes first.
+        // The sort is stable, so if two hits have the same t, the lower index comes first.
         all.sort_by(|a, b| a.1.total_cmp(&b.1));
         let want = |&(obj, t): &(usize, f64)| {
             let (u, v) = scene.barycentric(obj, &line);
@@ -53,17 +54,17 @@ fn check(what: &str, triangles: &[Triangle64], rays: &[Ray64], threshold: f64) -
     hits
 }
 
-/// Thresholds from zero to one that rejects most hits.
+/// Thresholds from zero to a value that rejects most hits.
 const THRESHOLDS: [f64; 4] = [1e-9, 0.0, 1e-30, 0.25];
 
-/// Pairs of every kind; each ray is also tested against its neighbours' triangles.
+/// Tests pairs of every kind. Each ray is also tested against the triangles of the other pairs.
 #[test]
 fn pairs_of_every_kind() {
     let (mut rng, mut hits) = (Rng::new(1), 0);
     for i in 0..4000 {
         let pairs = [(); 5].map(|()| case(i % KINDS, &mut rng));
         let (rays, mut triangles) = (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1).to_vec());
-        // A duplicate makes a tie.
+        // A duplicate causes a tie.
         triangles.push(triangles[i % 5]);
         let threshold = THRESHOLDS[i / KINDS % THRESHOLDS.len()];
         hits += check(&format!("kind {}", i % KINDS), &triangles, &rays, threshold);
@@ -71,7 +72,7 @@ fn pairs_of_every_kind() {
     assert!(hits > 4000, "{hits}");
 }
 
-/// The laboratory's families converted to f64: the answers must equal those of f32 slices.
+/// Converts the families to f64. The answers must equal those of f32 slices.
 #[test]
 fn families_answer_as_in_f32() {
     let (mut rng, mut hits) = (Rng::new(2), 0);
@@ -98,7 +99,7 @@ fn families_answer_as_in_f32() {
     assert!(hits > 500, "{hits}");
 }
 
-/// Intervals that end at t and next to it.
+/// Tests intervals that begin or end at t and next to it.
 #[test]
 fn ends_of_the_interval() {
     let (mut rng, mut ends) = (Rng::new(3), 0);

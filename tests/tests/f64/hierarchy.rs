@@ -1,5 +1,5 @@
-//! The hierarchy over f64 against a plain loop over the pairs, whose arithmetic `pairs` compares with
-//! rationals.
+//! Compares the hierarchy over f64 with a plain loop over all pairs. The module `pairs` compares
+//! the arithmetic of this loop with rational arithmetic.
 
 use intertri::internal::exact;
 use intertri::simd::Level;
@@ -7,7 +7,7 @@ use intertri::{Crossing, Hit, Mode, Ray64, Rule, Triangle64};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, MeshTriangle};
 
-/// The sorted hits of a ray.
+/// The hits of a ray, sorted by t.
 fn hits(triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let found = |(i, triangle): (usize, &Triangle64)| {
         exact::hit(Rule::Closed, ray, triangle).then(|| {
@@ -23,7 +23,8 @@ fn hits(triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     all
 }
 
-/// Every query for every ray, one by one and in batches.
+/// Checks every query for every ray, one by one and in batches. Returns the number of rays that
+/// hit.
 pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let wanted: Vec<Vec<Hit>> = rays.iter().map(|ray| hits(triangles, ray)).collect();
@@ -50,7 +51,7 @@ pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usi
             assert_eq!(mode.any(triangles, ray), first.is_some(), "any of a slice, {}", what());
             assert_eq!(&mode.all(triangles, ray), want, "all of a slice, {}", what());
 
-            // Crossings are the hits by the rule that assigns each point to one triangle.
+            // Crossings are the hits by the once rule, which assigns each point to one triangle.
             let sided = want.iter().filter_map(|&hit| {
                 let side = exact::crossing(ray, &triangles[hit.triangle as usize])?;
                 Some(Crossing { hit, leaves: side == exact::Side::Leaves })
@@ -78,7 +79,7 @@ pub(crate) fn soup(
     rng: &mut Rng,
 ) -> Vec<Triangle64> {
     let place = |[x, y, z]: [f64; 3]| {
-        // A rotation after which no number has trailing zeros.
+        // Rotate, so that no number has trailing zeros.
         let (c, s) = (0.8, 0.6);
         [c * x - s * y, s * x + c * y, z].map(|x| x * scale + moved)
     };
@@ -93,7 +94,8 @@ pub(crate) fn soup(
     (0..count).map(|_| triangle()).collect()
 }
 
-/// Rays toward corners, edges and triangles and past them; from far away, from nearby and from the surface.
+/// Rays toward corners, edges and the insides of triangles, and some in random directions. They
+/// start far away, nearby, or on the surface.
 pub(crate) fn rays(triangles: &[Triangle64], count: usize, rng: &mut Rng) -> Vec<Ray64> {
     let mix = |a: [f64; 3], b: [f64; 3], s: f64| [0, 1, 2].map(|k| a[k] + s * (b[k] - a[k]));
     (0..count)
@@ -141,7 +143,7 @@ fn models_moved_and_turned() {
     }
 }
 
-/// Sizes from 1e-6 to 1e12 in one scene; and all of it scaled until exponents reach their limits.
+/// Tests sizes from 1e-6 to 1e12 in one scene, scaled until exponents reach their limits.
 #[test]
 fn extents_of_every_size() {
     let mut rng = Rng::new(38);
@@ -160,7 +162,8 @@ fn extents_of_every_size() {
     }
 }
 
-/// Degenerate rays: not finite, without a direction, or from outside the range; and degenerate triangles.
+/// Tests degenerate triangles, and rays that are not finite, have no direction, or start at extreme
+/// coordinates.
 #[test]
 fn what_is_not_finite_or_nothing() {
     let mut rng = Rng::new(39);
@@ -186,7 +189,8 @@ fn what_is_not_finite_or_nothing() {
     assert!(Bvh::<f64>::new(&[]).unwrap().closest(&rays[0]).is_none());
 }
 
-/// A t that overflows f64 is infinite, one that underflows is 0; both are hits of the unbounded ray.
+/// A t that overflows f64 is infinite, and a t that underflows is 0. For an unbounded ray, both are
+/// hits.
 #[test]
 fn t_beyond_f64() {
     let wall = |z: f64| Triangle64([[-1.0, -1.0, z], [3.0, -1.0, z], [-1.0, 3.0, z]]);

@@ -1,11 +1,11 @@
-//! Closed meshes in f64, far from the origin: rays toward their corners and edges cross them as often as they
-//! wind around the ray's origin, through a hierarchy.
+//! Traces rays toward corners and edges of closed f64 meshes, some of them far from the origin,
+//! through a hierarchy. The signed crossings must add up to the winding number of the ray's origin.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::rng::Rng;
 use intertri_trace::Bvh;
 
-/// A closed mesh around a centre, and its smallest and largest distance from it.
+/// A closed mesh around a centre. `inner` and `outer` bound its distance from the centre.
 struct Ball {
     triangles: Vec<Triangle64>,
     centre: [f64; 3],
@@ -13,8 +13,8 @@ struct Ball {
     outer: f64,
 }
 
-/// A bumpy ball with this many rings. On a grid, every difference of corners is exact, and so are rays toward
-/// them.
+/// A bumpy ball with the given number of rings. On a grid, differences between corners are exact,
+/// and so are rays toward them.
 fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     let sectors = 2 * rings;
     let at = |ring: usize, sector: usize| {
@@ -24,7 +24,7 @@ fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
             ring as f64 / rings as f64 * std::f64::consts::PI,
             (sector % sectors) as f64 / sectors as f64 * std::f64::consts::TAU,
         );
-        // One corner at each pole.
+        // All sectors share one corner at each pole.
         let (r, bump) = if ring.is_multiple_of(rings) { (0.0, 1.0) } else { (polar.sin(), bump) };
         let v = [r * around.cos(), r * around.sin(), polar.cos()].map(|x| x * bump);
         [0, 1, 2].map(|k| {
@@ -48,7 +48,8 @@ fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     Ball { triangles, centre, inner: 0.8 * size, outer: 1.2 * size }
 }
 
-/// Rays from a point exactly or nearly toward corners and edges, into triangles, and anywhere.
+/// Directions from a point: exactly or nearly toward corners and edges, into triangles, along axes,
+/// and anywhere.
 fn directions(ball: &Ball, origin: [f64; 3], rng: &mut Rng) -> Vec<[f64; 3]> {
     let to = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
     let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] + b[k]);

@@ -1,5 +1,5 @@
-//! The closest point in f64, compared with rationals: every tier of a pair, the bounds of the lanes,
-//! meshes anywhere and of any size, and the sign.
+//! Compares the closest point in f64 with rational arithmetic: every tier of a pair, the bounds of
+//! the lanes, meshes anywhere and of any size, and the sign of the distance.
 
 use dashu_ratio::RBig;
 use intertri::internal::exact::{Tier, closer_from, closest, has_area, squares};
@@ -14,8 +14,8 @@ use crate::nearest::truth::{is_rounded, is_within_one_ulp, truth};
 
 const KINDS: usize = 9;
 
-/// A number of a kind: small integers, all digits, far out and small together, all exponents, subnormal, the
-/// largest.
+/// A number of the given kind: small integers, all digits, far from the origin, a wide range of
+/// exponents, subnormal, huge, distant mixed with small, all exponents, or f32.
 fn number(kind: usize, rng: &mut Rng) -> f64 {
     let unit = rng.signed();
     match kind {
@@ -35,7 +35,7 @@ fn point(kind: usize, rng: &mut Rng) -> [f64; 3] {
     [(); 3].map(|()| number(kind, rng))
 }
 
-/// A triangle, sometimes a needle or one without area.
+/// A triangle, which is sometimes a needle or has no area.
 fn triangle(kind: usize, rng: &mut Rng) -> Triangle64 {
     let mut t = TriangleOf([(); 3].map(|()| point(kind, rng)));
     if rng.unit() < 0.25 {
@@ -98,8 +98,8 @@ fn every_tier_is_right_of_every_pair() {
         // Every tier returns the same bits.
         assert!(answers.iter().all(|found| found == &answers[0]), "{answers:?}");
 
-        // The bounds of the lanes, for numbers as the search has them: within 2^400 of triangles of size
-        // about 1.
+        // Check the bounds of the lanes, for numbers in the range of the search: points within
+        // 2^400 of triangles whose size is about 1.
         if matches!(kind, 0..=2 | 6 | 8) {
             let bounds = squares(one.0.map(Vec3::<f64>::splat), Vec3::splat(point));
             let bound = |x: f64| RBig::try_from(x).unwrap();
@@ -112,7 +112,8 @@ fn every_tier_is_right_of_every_pair() {
     assert!(pairs > 6000 && ties > 600 && ends > 100 && flat > 1000, "{counts}");
 }
 
-/// Also checks the position: within `2^-50` of the largest coordinate plus `2^-1073`, and inside the box.
+/// Checks the position. It must be within `2^-50` of the largest coordinate plus `2^-1073`, and
+/// inside the triangle's box.
 fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, name: &str) {
     let exact = |x: f64| RBig::try_from(x).unwrap();
     let (_, [u, v]) = truth(point, triangle);
@@ -128,7 +129,8 @@ fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, na
     }
 }
 
-/// Compares with the smallest distance to all triangles, in rationals.
+/// Compares answers with the smallest distance to any triangle, in rational arithmetic. Returns the
+/// number of points that have a closest point.
 fn check(name: &str, triangles: &[Triangle64], points: &[[f64; 3]]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let mut answers = vec![ClosestPoint::NONE; points.len()];
@@ -144,7 +146,8 @@ fn check(name: &str, triangles: &[Triangle64], points: &[[f64; 3]]) -> usize {
             check_point(point, &triangles[i], answer, name);
         }
         assert_eq!(bvh.closest_point(point, f64::INFINITY), answer.some());
-        // A search within that distance finds it, and one within less does not.
+        // A search within this distance must find the point, and a search within a smaller distance
+        // must not.
         let within = bvh.closest_point(point, answer.distance);
         assert_eq!(within, answer.some(), "{name}: within {}", answer.distance);
         if answer.distance > 0.0 && answer.distance < f64::INFINITY {
@@ -167,7 +170,7 @@ fn meshes_are_asked_as_a_plain_loop() {
     }
 }
 
-/// Scenes of every size, anywhere; points nearby and at the limits of the exponents.
+/// Tests scenes of every size, anywhere, with points nearby and at the limits of the exponents.
 #[test]
 fn scenes_of_any_size_anywhere() {
     let mut rng = Rng::new(3);
@@ -184,7 +187,7 @@ fn scenes_of_any_size_anywhere() {
     }
 }
 
-/// One nanometre from a wall at UTM coordinates, on either side of it and on it.
+/// Tests points one nanometre from a wall at UTM coordinates, on either side of the wall and on it.
 #[test]
 fn a_nanometre_is_told_at_utm() {
     let [x, y] = [148_376.0, 528_980.0];

@@ -1,4 +1,4 @@
-//! Pairs of every kind in f64.
+//! Compares pairs of every kind in f64 with rational arithmetic.
 
 use super::cases::{KINDS, case};
 use crate::common::compare::Cases;
@@ -10,7 +10,8 @@ fn every_tier_agrees_with_rationals() {
     CASES.agree(12_000);
 }
 
-/// Run by hand: `cargo test --release -p intertri-tests f64::pairs -- --ignored --nocapture`.
+/// Run this test by hand:
+/// `cargo test --release -p intertri-tests f64::pairs -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes hours"]
 fn a_hundred_million_pairs_agree_with_rationals() {

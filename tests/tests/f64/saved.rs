@@ -1,4 +1,5 @@
-//! Hierarchies over f64 that were saved and loaded, or refitted, answer like newly built ones.
+//! Hierarchies over f64 that were saved and loaded, or refitted, must return the same answers as
+//! new ones.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::rng::Rng;
@@ -7,7 +8,7 @@ use intertri_trace::{Bvh, LoadError};
 
 use super::hierarchy::soup;
 
-/// Triangles, among them lines, needles, duplicates, and some that are not finite.
+/// Triangles, including segments, needles, duplicates, and some that are not finite.
 fn mixed(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Triangle64> {
     let mut triangles = soup(count, 0.1, scale, moved, rng);
     for i in (0..count).step_by(5) {
@@ -31,7 +32,7 @@ fn rays(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Ray64> {
     (0..count).map(|_| ray()).collect()
 }
 
-/// Two hierarchies give the same answers.
+/// Asserts that two hierarchies return the same answers.
 fn assert_same(one: &Bvh<f64>, other: &Bvh<f64>, rays: &[Ray64], what: &str) {
     assert_eq!((one.len(), one.bounds()), (other.len(), other.bounds()), "{what}");
     assert_eq!(one.closest_batch(rays), other.closest_batch(rays), "{what}");
@@ -58,7 +59,7 @@ fn what_is_saved_is_loaded() {
             let (one, other) = (bvh.to_triangles(), loaded.to_triangles());
             assert!(one.iter().map(bits).eq(other.iter().map(bits)), "{what}");
 
-            // A file with the other scalar is rejected as such, before any other error.
+            // A file with the other scalar must be reported as such, before any other error.
             let error = Bvh::<f32>::from_bytes(&bytes).unwrap_err();
             assert!(matches!(error, LoadError::Scalar { found: "f64" }), "{error}");
         }
@@ -96,7 +97,8 @@ fn every_cut_and_every_damage_is_told() {
     }
 }
 
-/// If any word is changed and all checksums are repaired, the result is an error or a sound hierarchy.
+/// If any word is changed and all checksums are repaired, loading must return an error or a sound
+/// hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let mut rng = Rng::new(3);
@@ -120,7 +122,8 @@ fn no_word_makes_an_answer_wrong() {
     assert!(loaded > 500 && refused > 500, "{loaded} loaded, {refused} refused");
 }
 
-/// Moved, scaled, exploded, made degenerate and back.
+/// Refits to triangles that are moved, scaled, rearranged and degenerate, and back to the first
+/// ones.
 #[test]
 fn refits_answer_as_new_builds() {
     let mut rng = Rng::new(4);

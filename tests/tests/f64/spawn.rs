@@ -1,4 +1,4 @@
-//! Rays that start on an f64 triangle never hit it.
+//! Rays spawned on an f64 triangle must never hit it.
 
 use intertri::{Hit, Ray64, RayOf, Rule, Triangle64, internal::exact, spawn_ray};
 use intertri_lab::rng::Rng;
@@ -6,7 +6,8 @@ use intertri_trace::Bvh;
 
 use super::cases::{KINDS, case};
 
-/// Hits of every kind of pair, in directions of all kinds, many of them nearly in the triangle's plane.
+/// Spawns rays from hits of every kind of pair, in directions of all kinds, many of them nearly in
+/// the triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(64));
@@ -31,8 +32,8 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
     assert!(left > 40_000 && moved > left / 20, "{left}, {moved} moved");
 }
 
-/// Rays leave a wall at UTM coordinates from within nanometres of it, and hit an obstacle one micrometre in
-/// front of it.
+/// Rays spawned on a wall at UTM coordinates must start within nanometres of it, and hit an
+/// obstacle one micrometre in front of it.
 #[test]
 fn it_leaves_a_wall_by_nanometres() {
     let (x, y) = (148_376.213, 528_980.447);

@@ -1,4 +1,5 @@
-//! Rays that leave a wall at UTM coordinates (mikedh/trimesh 48): a tracer that rounds to f32 hits the wall again.
+//! Tests rays that leave a wall at UTM coordinates (mikedh/trimesh 48). A tracer that rounds to f32
+//! hits the wall again.
 
 use intertri::{Ray64, Triangle64};
 use intertri_trace::Bvh;
@@ -10,14 +11,14 @@ fn room() -> Vec<Triangle64> {
         let (x, y) = (4.1 * x, 3.7 * y);
         [148_376.213 + 0.8 * x - 0.6 * y, 528_980.447 + 0.6 * x + 0.8 * y, 31.02 + 2.6 * z]
     };
-    // The corners of each face in order, counter-clockwise as seen from outside.
+    // The corners of each face are in counter-clockwise order as seen from outside.
     let faces =
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let halves = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]];
     faces.into_iter().flat_map(halves).map(|t| Triangle64(t.map(corner))).collect()
 }
 
-/// A point of a triangle, in f64, and its unit normal.
+/// A point inside a triangle, in f64, and the unit normal.
 fn point(triangle: &Triangle64) -> ([f64; 3], [f64; 3]) {
     let [a, b, c] = triangle.0;
     let n = triangle.normal();
@@ -33,7 +34,8 @@ fn a_ray_that_leaves_a_wall_does_not_hit_it() {
     for (i, wall) in walls.iter().enumerate() {
         let (on, n) = point(wall);
         for exponent in 1..=9 {
-            // Starting 10 cm to 1 nm outside and inside the wall, going out and in, and slanted.
+            // Start 10 cm to 1 nm outside and inside of the wall, and go outward and inward,
+            // straight and slanted.
             for side in [1.0, -1.0] {
                 let off = side * 10.0_f64.powi(-exponent);
                 let origin = [0, 1, 2].map(|k| on[k] + off * n[k]);
@@ -49,17 +51,17 @@ fn a_ray_that_leaves_a_wall_does_not_hit_it() {
     for (&(wall, side, out, exponent, ray), hit) in rays.iter().zip(&hits) {
         let what = format!("wall {wall}, side {side}, out {out}, 1e-{exponent} m: {hit:?}");
         assert_eq!(bvh.closest(&ray), hit.some(), "{what}");
-        // From outside going out there is nothing. Toward the wall, the wall is the first hit, at the
-        // distance of the origin.
+        // A ray that starts outside and goes outward hits nothing. A ray toward the wall hits it
+        // first, at the origin's distance.
         let toward = side != out;
         assert_eq!(bvh.any(&ray), toward || side < 0.0, "{what}");
         if toward {
-            // At most the other half of its face.
+            // The hit may be on the other half of the wall's face.
             assert_eq!(hit.triangle as usize / 2, wall / 2, "{what}");
             let want = 10.0_f64.powi(-exponent);
             assert!((hit.t - want).abs() < 5e-10 + 1e-6 * want, "{what}");
         } else if side < 0.0 {
-            // The opposite side of the room.
+            // The ray crosses the room and hits another wall.
             assert!(hit.is_hit() && hit.triangle as usize / 2 != wall / 2, "{what}");
         } else {
             assert_eq!(hit.some(), None, "{what}");

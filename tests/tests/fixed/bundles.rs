@@ -1,4 +1,4 @@
-//! Many rays from one grid point: bundles, whose answers must be those of the plain loop.
+//! Traces bundles of rays from one grid point. The answers must be those of the plain loop.
 
 use intertri::Hit;
 use intertri::Ray as Line;
@@ -9,8 +9,9 @@ use super::{GridBvh, Numbers, add, hierarchy, sub};
 
 type Corners = [[i32; 3]; 3];
 
-/// The scene of the hierarchy's test, and a sheet of squares with some triangles duplicated, rotated,
-/// flipped, or under a larger one in their plane: equal t from different integers.
+/// The scene of the hierarchy test, and a sheet of squares. Some of its triangles are duplicated
+/// with rotated or flipped corners, or covered by a larger triangle in the same plane, so that
+/// different integers lead to the same t.
 fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     let mut all: Vec<Corners> =
         hierarchy::scene(n).iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
@@ -31,14 +32,14 @@ fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     all
 }
 
-/// Rays from one origin in a narrow cone: exactly toward corners and midpoints of edges, on a raster, and
-/// scattered.
+/// Rays from one origin in a narrow cone. They go exactly toward corners and midpoints of edges,
+/// are on a raster, or are scattered.
 fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Option<Vec<Ray>> {
     let (b, q) = (1 << grid.bits().b(), 1 << grid.bits().q());
     let place = n.below(scene.len() as u64) as usize;
     let t = scene[place];
 
-    // From anywhere, from far away, from the plane of a triangle, from beside it, from a corner.
+    // Start anywhere, far away, in the plane of a triangle, next to that plane, or at a corner.
     let along = add(t[0], sub(t[1], t[2]));
     let origin = match kind % 5 {
         0 => add(t[0], n.vector(b.min(q))),
@@ -49,7 +50,7 @@ fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Opt
     }
     .map(|x| x.clamp(-b, b));
 
-    // The axis of the cone uses all bits that a direction may have.
+    // The axis of the cone uses as many bits as a direction can have.
     let longest = |d: [i32; 3]| d[0].abs().max(d[1].abs()).max(d[2].abs());
     let mut middle = sub(t[1], origin);
     while longest(middle) > q {
@@ -105,13 +106,14 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
         let blocks: Vec<_> = blocks.collect();
         for kind in 0..240 {
             let Some(mut rays) = coherent(&mut n, &grid, &corners, kind) else { continue };
-            // The kinds repeat after 60, so all of them meet every level.
+            // The kinds repeat after 60, so each of them is tested at every level.
             let mode = &levels[kind / 60 % levels.len()];
             let closest = |rays: &[Ray]| -> Vec<Hit> {
                 rays.iter().map(|ray| mode.closest(&blocks, ray).unwrap_or(Hit::MISS)).collect()
             };
 
-            // Far ends just before, at and behind a hit; near ends at and behind it; an empty interval.
+            // Intervals that end just before, at or just behind a hit, that begin at or just behind
+            // it, and an empty interval.
             let mut want = closest(&rays);
             if kind % 3 == 0 {
                 for (i, (ray, hit)) in rays.iter_mut().zip(&want).enumerate() {

@@ -1,4 +1,4 @@
-//! The hierarchy over a grid's triangles answers like a loop over all of them.
+//! The hierarchy over grid triangles must return the same answers as a loop over all of them.
 
 use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
 use intertri::simd::Level;
@@ -6,14 +6,15 @@ use intertri::{Crossing, Crossings, Hit, Ray};
 
 use super::{GridBvh, Numbers, add, solids, sub};
 
-/// A sphere, loose triangles, slivers and flat triangles, some of them duplicates, in -1..=1.
+/// A sphere, loose triangles, slivers and triangles perpendicular to an axis, some of them
+/// duplicated, in -1..=1.
 pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
     let mut number = || (n.next() >> 40) as f32 / 8_388_608.0 - 1.0;
     let mut scene: Vec<[[f32; 3]; 3]> =
         solids::icosphere(2).into_iter().map(|t| t.map(|c| c.map(|x| x * 0.75))).collect();
     for i in 0..300 {
         let at = [number(), number(), number()];
-        // From a tenth of the scene to a hundred-thousandth, some along an axis or a plane.
+        // The sizes range from a large part of the scene to a hundred-thousandth of it.
         let size = [0.4, 0.02, 1e-5][i % 3];
         let mut corners = [(); 3].map(|()| at.map(|x| (x + size * number()).clamp(-1.0, 1.0)));
         if i % 5 == 0 {
@@ -45,8 +46,8 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         let bvh = GridBvh::new(&triangles);
         let blocks: Vec<_> = blocks(&triangles).collect();
 
-        // Rays exactly toward corners, toward midpoints of edges, along axes, on surfaces, and at random,
-        // unbounded and bounded; among them those of the scene, whose t has another unit.
+        // Rays exactly toward corners, toward midpoints of edges, along axes, from corners, and at
+        // random, unbounded and bounded. Some are snapped from f32 rays, whose t has another unit.
         let rays: Vec<_> = (0..1_200)
             .filter_map(|i| {
                 let to = corners[i * 37 % corners.len()];
@@ -66,7 +67,8 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
                 } else {
                     grid.ray_of(from, dir).ok()?
                 };
-                // Far ends just before, at and behind a hit; a near end behind it; an empty interval.
+                // Intervals that end at or just behind a hit, that begin just behind it, and an
+                // empty interval.
                 let hit = Fixed::default().closest(&blocks, &ray);
                 let t = hit.map_or(1.0, |hit| hit.t as f32);
                 Some(match i % 8 {
@@ -80,7 +82,7 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
             .collect();
 
         for (i, ray) in rays.iter().enumerate() {
-            // The levels have equal answers, so alternate between them.
+            // Alternate between the levels, which must return the same answers.
             let mode = &levels[i % levels.len()];
             let (closest, mut query) = (mode.closest(&blocks, ray), bvh.query(mode.level()));
             assert_eq!(query.closest(ray), closest, "{b} {ray:?}");
@@ -125,8 +127,9 @@ fn a_hierarchy_over_nothing_or_over_points_has_no_hits() {
     }
 }
 
-/// Two triangles that share an edge, folded onto each other and nearly coplanar, and rays so close to the
-/// edge that both t round to the same f64 though they differ: their ratios decide which hit comes first.
+/// Two nearly coplanar triangles are folded onto each other at a common edge. Rays pass so close to
+/// the edge that both t round to the same f64 although they differ. The exact ratios must decide
+/// which hit comes first.
 #[test]
 fn t_that_round_alike_are_compared_as_ratios() {
     let mut n = Numbers(7);
@@ -138,7 +141,7 @@ fn t_that_round_alike_are_compared_as_ratios() {
         let origin = n.vector(1 << 19);
         let pair = [[a, b, c], [a, b, lifted]].map(|corners| grid.triangle_of(corners).unwrap());
 
-        // Some of many rays toward the edge nearly meet it.
+        // Of many rays toward the edge, some pass very close to it.
         let mut rays = Vec::new();
         for step in 1..30_000 {
             let s = f64::from(step) / 30_000.0;
@@ -157,7 +160,8 @@ fn t_that_round_alike_are_compared_as_ratios() {
         }
         found += rays.len();
 
-        // In either order in the slice, alone and in a batch, which is a bundle because of the common origin.
+        // Test both orders of the triangles, single rays, and a batch, which is a bundle because of
+        // the common origin.
         for turned in [false, true] {
             let triangles = if turned { [pair[1], pair[0]] } else { pair };
             let bvh = GridBvh::new(&triangles);

@@ -1,4 +1,4 @@
-//! Closed meshes: each ray crosses exactly once, even at corners and edges.
+//! Tests closed meshes: a ray from inside must cross exactly once, even at corners and edges.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use intertri_tests::is_on;
 use super::solids::{icosphere, is_closed, octahedron};
 use super::{Numbers, add, sub};
 
-/// A model of the shared folder, if it exists.
+/// Loads a model from the shared folder, if it exists.
 fn model(name: &str) -> Option<Vec<[[f32; 3]; 3]>> {
     let folder = std::env::var_os("INTERTRI_MODELS").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/models")),
@@ -24,7 +24,7 @@ fn model(name: &str) -> Option<Vec<[[f32; 3]; 3]>> {
     Some(mesh.to_triangles().into_iter().map(|t| t.0).collect())
 }
 
-/// Whether snapping left a triangle without area.
+/// Whether a snapped triangle has no area.
 fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
     let (e, f) = (sub(b, a).map(i64::from), sub(c, a).map(i64::from));
     (0..3).all(|i| {
@@ -33,19 +33,19 @@ fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
     })
 }
 
-/// How much work the ordinary and the long test do.
+/// The amount of work of the ordinary and the long test.
 #[derive(Clone, Copy)]
 struct Effort {
-    /// One in this many triangles has rays aimed at its corners and edges.
+    /// Rays are aimed at the corners and edges of one in this many triangles.
     every: usize,
-    /// Random rays.
+    /// The number of random rays.
     random: usize,
-    /// Points inside.
+    /// The number of points inside.
     points: usize,
 }
 
-/// Casts rays from a point inside toward corners, midpoints of edges, and anywhere; each must leave once more
-/// than it enters. Returns the number of rays.
+/// Casts rays from a point inside toward corners, midpoints of edges, and anywhere. Each must leave
+/// the mesh once more than it enters it. Returns the number of rays.
 fn cast(
     n: &mut Numbers,
     grid: &Grid,
@@ -80,7 +80,7 @@ fn cast(
     rays
 }
 
-/// Snaps a mesh to grids from fine to coarse and casts rays from points inside.
+/// Snaps a mesh to grids from fine to coarse, and casts rays from points inside.
 fn on_grids(
     name: &str,
     mesh: &[[[f32; 3]; 3]],
@@ -91,7 +91,7 @@ fn on_grids(
     let mut n = Numbers(99);
     let mut rays = 0;
     for &b in bits {
-        // Directions long enough for the sum of two steps across the grid.
+        // Directions must be long enough for the sum of two vectors across the grid.
         let bits = Bits::new(b, (58 - 2 * b).min(24)).unwrap();
         assert!(bits.q() >= b + 2);
         let grid = Grid::around(mesh.iter().flatten().copied(), bits).unwrap();
@@ -99,8 +99,8 @@ fn on_grids(
         assert!(is_closed(&snapped), "{name} is closed");
         let flat = snapped.iter().filter(|&&t| is_degenerate(t)).count();
 
-        // A coarse grid moves the surface, possibly across a point or onto it. For all other points, one ray
-        // shows whether they are inside, and all rays must agree.
+        // A coarse grid moves the surface, possibly onto a point or past it. For all other points,
+        // one ray determines whether they are inside, and all rays must agree.
         let triangles: Vec<_> = snapped.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
         let blocks: Vec<_> = blocks(&triangles).collect();
         let is_inside = |p: &&[f32; 3]| {
@@ -139,7 +139,7 @@ fn all_meshes(fine: u32, effort: Effort) -> usize {
     rays
 }
 
-/// Points with winding number 1 on all sides: below faces, by about a hundredth of the size.
+/// Points about a hundredth of the size below faces, where the winding number is 1 all around.
 fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
     let grid = Grid::around(mesh.iter().flatten().copied(), Bits::FINE).unwrap();
     let snapped: Vec<_> =
@@ -160,7 +160,7 @@ fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
             [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0 - 3.0 * deep * normal[i] / length)
         })
         .filter(|&p| {
-            // The points around it must be inside too, because coarse grids move the surface.
+            // The points around it must also be inside, because coarse grids move the surface.
             (0..27).all(|k| {
                 let way = [k % 3, k / 3 % 3, k / 9].map(|x| (x - 1) as f32 * deep);
                 inside([0, 1, 2].map(|i| p[i] + way[i]))
@@ -202,7 +202,7 @@ fn points_are_inside_of_an_octahedron_where_its_formula_says_so() {
                 let winding = fixed.winding(&blocks, &grid, [x, y, z].map(|x| x as f32)).unwrap();
                 let contains = fixed.contains(&blocks, &grid, [x, y, z].map(|x| x as f32)).unwrap();
                 assert_eq!(contains, winding == 1, "{winding}");
-                // On the surface, the answer is that of a neighbouring point.
+                // On the surface, the answer is that of some neighbouring point.
                 if distance != r {
                     assert_eq!(contains, distance < r, "{x} {y} {z}");
                 }
@@ -267,7 +267,8 @@ fn equal_t_go_to_the_lowest_index() {
     let mut n = Numbers(6);
     let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
     let mesh: Vec<_> = (0..40).map(|_| [n.vector(99), n.vector(99), n.vector(99)]).collect();
-    // All triangles again, rotated, far apart in the slice, in another order.
+    // Repeat all triangles with rotated corners and in another order, so that duplicates are far
+    // apart in the slice.
     let again = mesh.iter().rev().map(|&[a, b, c]| [c, a, b]);
     let scene: Vec<Triangle> = (mesh.iter().copied().chain(again).chain(mesh.iter().copied()))
         .map(|t| grid.triangle_of(t).unwrap())
@@ -295,8 +296,8 @@ fn equal_t_go_to_the_lowest_index() {
     assert!(count > 200, "{count}");
 }
 
-/// Two planes through one edge that differ by one step of the grid at the far corner, crossed next to the
-/// edge: their t differ by about `2^-58` of t, too little for f64.
+/// Two triangles share an edge and differ by one grid step at the far corner. Near the edge, their
+/// t differ by about `2^-58` of t, which is too little for f64.
 #[test]
 fn t_that_f64_cannot_tell_apart_are_compared_exactly() {
     let mut n = Numbers(9);

@@ -1,4 +1,5 @@
-//! The scalar reference itself, against rationals with a direction that is actually moved; also its t.
+//! Compares the scalar reference of `fixed` with rational arithmetic, in which the direction is
+//! actually moved, and checks its t.
 
 use dashu_ratio::RBig;
 use intertri::fixed::{Bits, Grid, Ray, Triangle, scalar};
@@ -24,9 +25,9 @@ fn minus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| &a[i] - &b[i])
 }
 
-/// A different route to the answer: the point in the plane by its normal, then its side of each edge, for the
-/// direction d + (e, e^2, e^3) with e = 2^-100. This e is small enough: integers that decide are at least 1,
-/// and those compared with them are below 2^64.
+/// Computes the answer differently, for the direction d + (e, e^2, e^3) with e = 2^-100: first the
+/// point in the plane by its normal, then its side of each edge. This e is small enough, because
+/// nonzero integers are at least 1, and those that e multiplies are below 2^64.
 fn moved(ray: &Ray, triangle: &Triangle) -> Option<bool> {
     let e = RBig::from_parts(1.into(), 2u8.into());
     let e = (0..99).fold(e.clone(), |x, _| x * &e);
@@ -65,7 +66,8 @@ fn the_scalar_reference_answers_as_a_ray_that_is_really_moved() {
         let corners = [n.vector(reach), n.vector(reach), n.vector(reach)];
         let mut origin = n.vector(reach);
         let mut dir = n.vector(reach.min(1 << bits.q()));
-        // Half of the rays pass exactly through a corner or the midpoint of an edge.
+        // A quarter of the rays pass exactly through a corner, and another quarter through the
+        // midpoint of an edge.
         match round % 4 {
             0 => origin = sub(corners[0], dir),
             1 => dir = add(sub(corners[1], origin), sub(corners[2], origin)),
@@ -92,7 +94,7 @@ fn t_is_rounded_once_and_compared_exactly() {
         let reach = n.one_of(&[1000, 1 << 18, 1 << 20]);
         let corners = [n.vector(reach), n.vector(reach), n.vector(reach)];
         let triangle = grid.triangle_of(corners).unwrap();
-        // A ray of the scene, so that the exponent varies.
+        // Snap an f32 ray, so that the exponent varies.
         let inner = add(
             add(corners[0].map(|x| x / 3), corners[1].map(|x| x / 3)),
             corners[2].map(|x| x / 3),
@@ -112,7 +114,7 @@ fn t_is_rounded_once_and_compared_exactly() {
             exact = if exponent > 0 { exact * &two } else { exact / &two };
         }
 
-        // No other f64 is nearer.
+        // No other f64 may be nearer.
         let ratio = whole(crossing.t.num() as i128) / whole(i128::from(crossing.t.den()));
         let t = crossing.t.to_f64(exponent);
         let rational = |x: f64| RBig::try_from(x).unwrap();
@@ -126,14 +128,14 @@ fn t_is_rounded_once_and_compared_exactly() {
         }
         assert_eq!(crossing.to_hit(&ray, 3).t, t);
 
-        // Numbers near t, and numbers far from it.
+        // Compare with numbers near t, and with numbers far from it.
         let near = t as f32;
         for x in [near, near.next_up(), near.next_down(), 0.0, -1.0, f32::MAX, 1e-45, 1e-38, 1.0] {
             if x.is_finite() {
                 let x_exact = RBig::try_from(x).unwrap();
                 assert_eq!(crossing.t.cmp_f32(x), Some(ratio.cmp(&x_exact)), "{t} {x}");
 
-                // The interval is in multiples of the other direction.
+                // The interval is in multiples of the direction before snapping.
                 let from = scalar::crossing(&ray.between(x, f32::INFINITY), &triangle);
                 let until = scalar::crossing(&ray.between(0.0, x), &triangle);
                 assert_eq!(from.is_some(), exact >= x_exact, "{t} {x}");
@@ -144,7 +146,8 @@ fn t_is_rounded_once_and_compared_exactly() {
         assert!(crossing.t.cmp_f32(f32::INFINITY).unwrap().is_lt());
         assert!(crossing.t.cmp_f32(f32::NEG_INFINITY).unwrap().is_gt());
 
-        // Half-open: t is inside an interval that begins at it, and outside one that ends at it.
+        // Intervals are half-open: t is inside an interval that begins at t, and outside one that
+        // ends at t.
         if f64::from(near) == t && rational(t) == exact {
             let within = |lo, hi| scalar::crossing(&ray.between(lo, hi), &triangle).is_some();
             assert!(within(near, near.next_up()) && !within(near.next_down(), near));

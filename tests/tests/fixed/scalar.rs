@@ -1,4 +1,5 @@
-//! Every form, width and level against the scalar reference, for integers at the limits of the bit budgets.
+//! Compares every form, width and level with the scalar reference, for integers at the limits of
+//! the bit budgets.
 
 use intertri::fixed::{Bits, Grid, Ray, Triangle};
 use intertri_tests::check_crossings;
@@ -23,7 +24,7 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
     let (far, long) = (1 << b, 1 << q);
     let clip = |p: [i32; 3]| p.map(|x| x.clamp(-far, far));
 
-    // Triangles: at the limits, anywhere, or small and sharing corners around one point.
+    // The triangles are at the limits, anywhere, or small with common corners around one point.
     let style = n.below(7);
     let middle = [(); 3].map(|()| component(n, style % 5, far));
     let triangles: [[[i32; 3]; 3]; 8] = core::array::from_fn(|_| {
@@ -40,7 +41,8 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
         corners
     });
 
-    // Rays: arbitrary, or exactly toward a corner or a midpoint of an edge, or along a plane.
+    // The rays are arbitrary, or go exactly toward a corner or the midpoint of an edge, or along a
+    // plane.
     let shared = n.below(2) == 0;
     let common = [(); 3].map(|()| component(n, n.0 % 5, far));
     let rays = core::array::from_fn(|_| {
@@ -50,14 +52,14 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
         let [c1, c2, c3] = n.one_of(&triangles);
         let target = n.one_of(&[c1, c2, c3]);
         if shared {
-            // Toward a corner, if it is near enough.
+            // Aim at a corner, if it is near enough.
             let way = sub(target, common);
             if way.iter().all(|x| x.abs() <= long) && n.below(4) != 0 {
                 dir = way;
             }
         } else {
             match n.below(6) {
-                // From a point from which the corner is hit exactly.
+                // Start at a point from which the ray hits the corner exactly.
                 0 | 1 => {
                     dir = [(); 3].map(|()| component(n, style, long.min(far)));
                     for axis in 0..3 {
@@ -67,7 +69,7 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
                     }
                     origin = sub(target, dir);
                 }
-                // Toward the midpoint of an edge, or through a point of the plane, from nearby.
+                // Aim at the midpoint of an edge from nearby.
                 2 => {
                     origin = clip(add(c1, n.vector((long / 4).min(1000))));
                     let way = add(sub(c1, origin), sub(c2, origin));
@@ -105,7 +107,7 @@ fn batches(seed: u64, batches: usize) {
         hits += check_crossings(&rays, &triangles).unwrap_or_else(|why| panic!("{why}"));
     }
     println!(
-        "{} pairs, {hits} crossings, every form and level like the scalar reference",
+        "{} pairs, {hits} crossings, every form and level agrees with the scalar reference",
         batches * 64
     );
     assert!(hits > batches, "too few crossings: {hits}");

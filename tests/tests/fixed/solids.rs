@@ -1,9 +1,9 @@
-//! Generated closed meshes.
+//! Generates closed meshes.
 
 use std::collections::HashMap;
 
-/// A unit sphere: an icosahedron whose triangles are repeatedly divided in four, corners counter-clockwise as
-/// seen from outside.
+/// A unit sphere: an icosahedron whose triangles are repeatedly divided into four. Corners are
+/// counter-clockwise as seen from outside.
 pub(crate) fn icosphere(levels: u32) -> Vec<[[f32; 3]; 3]> {
     // The twelve corners (0, 1, p), (1, p, 0), (p, 0, 1) with all signs; p is the golden ratio.
     let p = f64::midpoint(1.0, 5.0_f64.sqrt());
@@ -13,7 +13,7 @@ pub(crate) fn icosphere(levels: u32) -> Vec<[[f32; 3]; 3]> {
     }
     let near = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>() < 4.1;
 
-    // Any three corners that are pairwise neighbours make a face.
+    // Any three corners that are pairwise neighbours form a face.
     let mut faces = Vec::new();
     for i in 0..12 {
         for j in i + 1..12 {
@@ -34,7 +34,8 @@ pub(crate) fn icosphere(levels: u32) -> Vec<[[f32; 3]; 3]> {
         faces = faces
             .into_iter()
             .flat_map(|[a, b, c]| {
-                // A sum of two does not depend on their order, so neighbours share the midpoint.
+                // The midpoint does not depend on the order of the corners, so neighbouring
+                // triangles share it.
                 let middle =
                     |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| f64::midpoint(a[i], b[i]));
                 let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
@@ -53,8 +54,8 @@ pub(crate) fn icosphere(levels: u32) -> Vec<[[f32; 3]; 3]> {
         .collect()
 }
 
-/// The octahedron `|x| + |y| + |z| <= cells * cell` of integers, each face divided into `cells^2` coplanar
-/// triangles, corners counter-clockwise as seen from outside.
+/// The octahedron `|x| + |y| + |z| <= cells * cell` in integers. Each face is divided into
+/// `cells^2` coplanar triangles, whose corners are counter-clockwise as seen from outside.
 pub(crate) fn octahedron(cells: i32, cell: i32) -> Vec<[[i32; 3]; 3]> {
     let mut faces = Vec::new();
     for signs in 0..8 {

@@ -1,5 +1,5 @@
-//! Convex solids with integer coordinates: their triangles, and the part of a ray that is inside, in
-//! rationals.
+//! Convex solids with integer coordinates: their triangles, and the part of a ray that is inside,
+//! in rational arithmetic.
 
 use std::cmp::Ordering;
 
@@ -16,14 +16,14 @@ impl Rational {
         (self.0 * other.1).cmp(&(other.0 * self.1))
     }
 
-    /// The nearest f64: both numbers are below 2^53, so the only rounding is that of the quotient.
+    /// The nearest f64. Both numbers must be below 2^53, so that only the quotient is rounded.
     pub(super) fn to_f64(self) -> f64 {
         assert!(self.0.abs() < 1 << 53 && self.1 < 1 << 53, "{self:?}");
         self.0 as f64 / self.1 as f64
     }
 }
 
-/// The points with `normal · point <= most` for all sides.
+/// The set of points with `normal · point <= most` for all sides.
 #[derive(Clone, Debug)]
 pub(super) struct Convex {
     sides: Vec<(Point, i128)>,
@@ -36,15 +36,15 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|k| a[k] * b[k]).sum()
 }
 
-/// The sign of `normal · d` for the direction d as the once rule moves it.
+/// The sign of `normal · d`, where d is the direction as moved by the once rule.
 fn slope(normal: Point, dir: Point) -> i128 {
     let all = [dot(normal, dir), normal[0], normal[1], normal[2]];
     all.into_iter().find(|x| *x != 0).unwrap_or(0).signum()
 }
 
 impl Convex {
-    /// The solid with these corners: its sides are all planes through three of them that have the others on
-    /// one side.
+    /// The convex solid with these corners. Its sides are all planes through three corners that
+    /// have the other corners on one side.
     fn of(corners: &[Point], rng: &mut Rng) -> Self {
         let (mut sides, mut triangles) = (Vec::<(Point, i128)>::new(), Vec::new());
         let count = corners.len();
@@ -89,7 +89,7 @@ impl Convex {
                     })
                     .collect();
             }
-            // The halves of a box cut along a diagonal of its sides.
+            // Half of the box, cut along a diagonal of two sides.
             1 => corners.retain(|c| c[0] == low[0] || c[1] == low[1]),
             2 => corners.retain(|c| c[0] == high[0] || c[1] == high[1]),
             _ => {}
@@ -97,7 +97,8 @@ impl Convex {
         Self::of(&corners, rng)
     }
 
-    /// The part of a ray that is inside; `None` if it never is. All ends are between `-2^40` and `2^40`.
+    /// The part of a ray's line that is inside, or `None` if no part is. All ends are between
+    /// `-2^40` and `2^40`.
     pub(super) fn inside(&self, origin: Point, dir: Point) -> Option<[Rational; 2]> {
         const FAR: i128 = 1 << 40;
         let (mut from, mut to) = (Rational(-FAR, 1), Rational(FAR, 1));
@@ -107,7 +108,7 @@ impl Convex {
             match along.cmp(&0) {
                 Ordering::Greater if t.cmp(to).is_lt() => to = t,
                 Ordering::Less if t.cmp(from).is_gt() => from = t,
-                // Along the side: in front of it, behind it, or on it and moved to either.
+                // The ray is parallel to the side: outside, inside, or on it and moved to either.
                 Ordering::Equal if gap < 0 || gap == 0 && slope(normal, dir) > 0 => return None,
                 _ => {}
             }
@@ -115,7 +116,7 @@ impl Convex {
         from.cmp(to).is_lt().then_some([from, to])
     }
 
-    /// Whether a point is inside, or on a side with the direction leading inside.
+    /// Whether a point is inside, or on a side and the direction leads inside.
     pub(super) fn holds(&self, point: Point, dir: Point) -> bool {
         self.sides.iter().all(|&(normal, most)| match dot(normal, point).cmp(&most) {
             Ordering::Less => true,
@@ -125,11 +126,11 @@ impl Convex {
     }
 }
 
-/// Triangles over the corners in a plane, in a fan around the first corner or around the midpoint of an edge.
+/// Adds a fan of triangles over the corners in a plane, around a random corner.
 fn fan(normal: Point, most: i128, corners: &[Point], rng: &mut Rng, to: &mut Vec<[Point; 3]>) {
     let mut ring: Vec<Point> =
         corners.iter().copied().filter(|p| dot(normal, *p) == most).collect();
-    // Each corner is followed by the one with all others on its left.
+    // Sort the corners, so that all others are to the left of each edge.
     for i in 1..ring.len() {
         let left = |a: Point, b: Point, c: Point| {
             let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));

@@ -1,5 +1,6 @@
-//! Media along rays against rationals: convex solids with integer coordinates, nested, touching and
-//! overlapping, with rays toward corners and edges, along walls, and from all of these.
+//! Compares media along rays with rational arithmetic. The solids are convex, have integer
+//! coordinates, and may be nested, touch or overlap. Rays go toward corners and edges and along
+//! walls, and also start there.
 
 mod convex;
 
@@ -10,7 +11,7 @@ use intertri_trace::{BvhScalar, Media, MediaError, Segment, SolidError};
 
 use convex::{Convex, Point, Rational};
 
-/// Solids of one or two parts and the media inside them. Where solids overlap, the later one decides.
+/// Solids of one or two parts, and the media inside them. Where solids overlap, the later one wins.
 struct Scene {
     solids: Vec<(u32, Vec<Convex>)>,
 }
@@ -24,7 +25,7 @@ impl Scene {
         Self { solids: (0..=rng.below(6)).map(|_| solid(rng)).collect() }
     }
 
-    /// The media over a scalar, moved by an offset.
+    /// The scene as [`Media`] in either scalar, moved by an offset.
     fn media<S: BvhScalar>(&self, offset: Point) -> Media<S> {
         let triangle = |corners: [Point; 3], is_turned: bool| {
             let [a, b, c] = corners.map(|corner| number(corner, offset));
@@ -44,7 +45,7 @@ impl Scene {
         Media::new(&meshes).unwrap()
     }
 
-    /// The medium at a point with the given winding number for each part.
+    /// The medium at a point, given which parts wind around it.
     fn medium(&self, winds: impl Fn(&Convex) -> bool) -> Option<u32> {
         let times = |part: &Convex| match (winds(part), part.is_turned) {
             (false, _) => 0,
@@ -55,7 +56,7 @@ impl Scene {
         self.solids.iter().rev().find(deciding).map(|(medium, _)| *medium)
     }
 
-    /// The segments of a ray between two t, as ends and media.
+    /// The segments of a ray between two t: the start, the end and the medium of each.
     fn segments(
         &self,
         origin: Point,
@@ -91,7 +92,8 @@ fn number<S: Scalar>(point: Point, offset: Point) -> [S; 3] {
     [0, 1, 2].map(|k| S::nearest((point[k] + offset[k]) as f64))
 }
 
-/// Checks all queries of media for several rays.
+/// Checks all queries of media for several rays. Returns the number of crossings, of rays that
+/// start inside, and of crossings between two media.
 fn check<S: BvhScalar>(
     scene: &Scene,
     offset: Point,
@@ -102,7 +104,7 @@ fn check<S: BvhScalar>(
         .iter()
         .map(|(origin, dir, [start, end])| {
             let ray = RayOf::new(number::<S>(*origin, offset), number::<S>(*dir, [0; 3]));
-            // Ends in units of one half.
+            // The ends are in units of one half.
             let end = if *end == 0 { f64::INFINITY } else { 0.5 * *end as f64 };
             ray.between(S::nearest(0.5 * *start as f64), S::nearest(end))
         })
@@ -136,7 +138,8 @@ fn check<S: BvhScalar>(
     seen
 }
 
-/// Each segment ends on a wall of a mesh that is filled with one of the two adjacent media.
+/// Checks that each segment ends on a wall of a mesh that is filled with one of the two adjacent
+/// media.
 fn check_walls<S: BvhScalar>(media: &Media<S>, ray: &RayOf<S>, segments: &[Segment]) {
     let hits = media.bvh().crossings(&RayOf { t_max: S::INFINITY, ..*ray });
     for pair in segments.windows(2) {
@@ -158,7 +161,8 @@ fn media_along_rays_are_exact() {
     for _ in 0..400 {
         let scene = Scene::new(&mut rng);
         let mut at = || [0; 3].map(|_| rng.below(13) as i128 - 1);
-        // Between points of a small grid: most rays run along walls, or meet edges and corners.
+        // The rays go from one point of a small grid to another, so most of them run along walls,
+        // or meet edges and corners.
         let ends: Vec<[Point; 2]> = (0..60).map(|_| [at(), at()]).filter(|[a, b]| a != b).collect();
         let mut ray = |&[a, b]: &[Point; 2]| {
             let part =
@@ -174,13 +178,14 @@ fn media_along_rays_are_exact() {
             (0..3).for_each(|k| seen[k] += found[k]);
         }
     }
-    // Enough crossings, starts inside, and crossings between solids that touch or overlap.
+    // There must be enough crossings, starts inside, and crossings between solids that touch or
+    // overlap.
     assert!(seen[0] > 40_000 && seen[1] > 5000 && seen[2] > 2500, "{seen:?}");
 }
 
 #[test]
 fn each_point_has_one_medium() {
-    // The direction that decides on walls, as integers times a power of two.
+    // The direction that decides for points on walls, as integers times a power of two.
     let dir = WINDING_DIR.map(|x| (f64::from(x) * f64::from(1 << 26)) as i128);
     let mut rng = Rng::new(91);
     let mut inside = 0;
@@ -210,7 +215,7 @@ fn each_point_has_one_medium() {
     assert_eq!(Media::<f32>::new(&[]).unwrap().medium_at([1.0; 3]), None);
 }
 
-/// Open meshes are named in errors; invalid rays have no segments or count as outside.
+/// An error must name the open mesh. Invalid rays must have no segments or count as outside.
 #[test]
 fn bad_input_is_refused_or_outside() {
     let mut rng = Rng::new(3);

@@ -1,6 +1,6 @@
-//! The closest point of a triangle in rationals: the plane and Cramer's rule for the face, a clamped
-//! parameter for each edge, and the smallest of all. A triangle without area has no face. Uses no code of the
-//! kernel.
+//! The closest point of a triangle in rational arithmetic, without using any code of the kernel.
+//! The face is decided by Cramer's rule in the triangle's plane, and each edge by a clamped
+//! parameter; the smallest distance wins. A triangle without area has no face.
 
 use dashu_ratio::RBig;
 use intertri::{Scalar, TriangleOf};
@@ -19,15 +19,16 @@ fn dot(a: &V, b: &V) -> RBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// The exact squared distance, and the weights of the second and third corner. The point is at the first
-/// corner, else on the first of the edges ab, ca and bc, that contains the closest point.
+/// The exact squared distance, and the weights of the second and third corner. Unless the closest
+/// point is inside the face, the weights are those of the first corner, or otherwise the first of
+/// the edges ab, ca and bc, that contains it.
 pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig, [RBig; 2]) {
     let [a, b, c] = triangle.0.map(rational);
     let p = rational(point);
     let (ab, ac, ap) = (minus(&b, &a), minus(&c, &a), minus(&p, &a));
     let [x, y, z] = [dot(&ab, &ab), dot(&ab, &ac), dot(&ac, &ac)];
     let det = &x * &z - &y * &y;
-    // The projection onto the plane, by the normal equations.
+    // Project the point onto the plane by the normal equations.
     let (r, s) = (dot(&ab, &ap), dot(&ac, &ap));
     let square_at = |u: &RBig, v: &RBig| {
         let at = |k: usize| &ap[k] - &ab[k] * u - &ac[k] * v;
@@ -42,8 +43,8 @@ pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig
         }
     }
 
-    // Otherwise the nearest of corners and edges, corners first. The projection onto an edge without length
-    // is its end.
+    // Otherwise use the nearest corner or edge. If several are equally near, corners come first.
+    // The projection onto an edge of length 0 is its end.
     let along = |product: RBig, square: RBig| {
         let share = if square == RBig::ZERO { RBig::ZERO } else { product / square };
         share.clamp(RBig::ZERO, RBig::ONE)
@@ -63,7 +64,8 @@ pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig
     all.into_iter().min_by(|a, b| a.0.cmp(&b.0)).expect("six")
 }
 
-/// Whether a float is a number correctly rounded: no other is nearer.
+/// Whether a float is the correctly rounded value of an exact number, that is, whether no other
+/// float is nearer.
 pub(crate) fn is_rounded(x: f64, exact: &RBig) -> bool {
     let off = |x: f64| {
         let d = RBig::try_from(x).unwrap() - exact;

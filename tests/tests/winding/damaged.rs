@@ -1,10 +1,10 @@
-//! Typical damaged meshes: boxes and globes with holes, faces flipped and duplicated, cracks, fins and
-//! T-junctions.
+//! Meshes with typical damage: boxes and globes with holes, flipped and duplicated faces, cracks,
+//! fins and T-junctions.
 
 use intertri::Triangle64;
 use intertri_lab::rng::Rng;
 
-/// A number rounded to a grid of 1/1024, so that differences have few digits.
+/// Rounds a number to a multiple of 1/1024, so that differences have few digits.
 fn on_grid(x: f64) -> f64 {
     (x * 1024.0).round() / 1024.0
 }
@@ -55,16 +55,16 @@ fn middle(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
 }
 
-/// Ways to damage a mesh.
+/// The ways to damage a mesh.
 const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
     // A hole.
     |mesh, rng| {
         let at = rng.pick(mesh).0[0];
         mesh.retain(|triangle| !triangle.0.contains(&at));
     },
-    // Single missing faces.
+    // Some missing faces.
     |mesh, rng| mesh.retain(|_| rng.unit() > 0.1),
-    // No lid.
+    // A missing lid.
     |mesh, _| mesh.retain(|t| t.0.iter().any(|corner| corner[1] < 0.3)),
     // Flipped faces.
     |mesh, rng| {
@@ -82,7 +82,7 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
             }
         }
     },
-    // Cracks: one face moves its corners alone.
+    // Cracks: some faces move a corner, but their neighbours do not.
     |mesh, rng| {
         for triangle in mesh.iter_mut() {
             triangle.0[0][1] += on_grid(0.02) * rng.pick(&[0.0, 0.0, 0.0, 0.0, 1.0, -1.0]);
@@ -95,8 +95,8 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
             mesh.push(Triangle64([b, a, a.map(|x| on_grid(1.4 * x + 0.05))]));
         }
     },
-    // T-junctions: faces are cut in two, but not their neighbours; some gaps are closed by a triangle without
-    // area.
+    // T-junctions: some faces are cut in two, but their neighbours are not. A triangle without area
+    // closes some of the gaps.
     |mesh, rng| {
         let count = mesh.len();
         for i in (0..count).filter(|i| i % 7 == 0) {
@@ -111,7 +111,8 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
     },
 ];
 
-/// The mesh with this number, with one to three kinds of damage, on a grid of 1/2048 and between -1 and 1.
+/// The mesh with the given number, with one to three kinds of damage. Coordinates are multiples of
+/// 1/2048 between -1 and 1.
 pub(super) fn mesh(number: usize, rng: &mut Rng) -> Vec<Triangle64> {
     let mut mesh =
         if number.is_multiple_of(2) { cube(1 + number / 2 % 5) } else { globe(4 + number / 2 % 5) };

@@ -1,9 +1,10 @@
-//! Winding numbers as sums of solid angles over all triangles, in pairs of f64: about 30 digits, and no code
-//! in common with what is tested.
+//! Computes winding numbers as sums of solid angles over all triangles, in pairs of f64 with about
+//! 30 digits. Shares no code with the tested implementation.
 
 use intertri::{Scalar, TriangleOf};
 
-/// A sum of two f64, the second below half a unit in the last place of the first.
+/// A number as the sum of two f64, where the second is at most half a unit in the last place of the
+/// first.
 #[derive(Clone, Copy)]
 struct Wide(f64, f64);
 
@@ -49,7 +50,7 @@ impl Wide {
         Self::sum(s, rest.0 / (2.0 * s))
     }
 
-    /// The sine and the cosine, by Taylor's series.
+    /// The sine and the cosine, by Taylor series.
     fn sin_cos(self) -> [Self; 2] {
         let (mut term, mut sums) = (Self(1.0, 0.0), [Self::ZERO, Self::ZERO]);
         for k in 0..48 {
@@ -77,8 +78,8 @@ fn dot(a: [Wide; 3], b: [Wide; 3]) -> Wide {
     a[0].times(b[0]).plus(a[1].times(b[1])).plus(a[2].times(b[2]))
 }
 
-/// The winding number of triangles around a point that is on none of them, by van Oosterom and Strackee's
-/// formula.
+/// The winding number of triangles around a point that is on none of them, by the formula of van
+/// Oosterom and Strackee.
 pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 3]) -> f64 {
     let mut sum = Wide::ZERO;
     for TriangleOf(corners) in triangles {
@@ -101,7 +102,8 @@ pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 
 
 #[test]
 fn it_has_thirty_digits() {
-    // The angle with tangent 1/3, whose cosine is three times its sine; and an eighth of all directions.
+    // The cosine of the angle with tangent 1/3 is three times its sine. The triangle below covers
+    // an eighth of all directions.
     let Wide(high, low) = Wide::angle(Wide(1.0, 0.0), Wide(3.0, 0.0));
     let [sin, cos] = Wide(high, low).sin_cos();
     let three = cos.over(sin).minus(Wide(3.0, 0.0));

@@ -1,4 +1,5 @@
-//! Winding numbers of open and damaged meshes against sums of solid angles over all triangles.
+//! Compares winding numbers of open and damaged meshes with sums of solid angles over all
+//! triangles.
 
 mod damaged;
 mod high_precision;
@@ -12,10 +13,10 @@ use intertri_trace::{BvhScalar, Containment, Solid};
 use damaged::mesh;
 use high_precision::winding_number;
 
-/// Points of the ordinary run; `INTERTRI_WINDING_POINTS` sets more for a run by hand.
+/// The number of points in the ordinary run. Set `INTERTRI_WINDING_POINTS` to test more.
 const POINTS: usize = 12_000;
 
-/// Points per mesh.
+/// The number of points per mesh.
 const EACH: usize = 100;
 
 /// Statistics of the winding numbers of several meshes.
@@ -26,13 +27,14 @@ struct Seen {
     inside: usize,
     fractions: usize,
     edges: usize,
-    /// The largest error where the bound is below 1e-10, that is, not next to an open edge.
+    /// The largest error of points whose bound is below 1e-10, that is, of points not next to an
+    /// open edge.
     largest_error: f64,
     /// The largest error as a share of the bound.
     largest_share: f64,
 }
 
-/// The edges that are traversed more often one way than the other, found by counting.
+/// The edges that are traversed more often in one direction than in the other, found by counting.
 fn open_edges<S: Scalar>(mesh: &[TriangleOf<S>]) -> Vec<[[S; 3]; 2]> {
     let edges = mesh.iter().flat_map(|TriangleOf([a, b, c])| [[*a, *b], [*b, *c], [*c, *a]]);
     let mut left: Vec<([[S; 3]; 2], i32)> = Vec::new();
@@ -51,8 +53,8 @@ fn open_edges<S: Scalar>(mesh: &[TriangleOf<S>]) -> Vec<[[S; 3]; 2]> {
         .collect()
 }
 
-/// The bound on the error: `2^-47` per edge, times the ratio of its length to its distance if that is above
-/// 1.
+/// The bound on the error: `2^-47` for each edge, times the ratio of its length to its distance if
+/// this ratio is above 1.
 fn allowed<S: Scalar>(edges: &[[[S; 3]; 2]], point: [S; 3]) -> f64 {
     let each = |edge: &[[S; 3]; 2]| {
         let seen =
@@ -67,7 +69,7 @@ fn allowed<S: Scalar>(edges: &[[[S; 3]; 2]], point: [S; 3]) -> f64 {
     edges.iter().map(each).sum::<f64>() + f64::EPSILON
 }
 
-/// Compares all points of a mesh, one by one and as a batch.
+/// Checks all points of a mesh, one by one and in a batch.
 fn compare<S: BvhScalar>(mesh: &[TriangleOf<S>], points: &[[S; 3]], seen: &mut Seen) {
     let solid = Solid::from_soup(mesh).unwrap();
     let edges = open_edges(mesh);
@@ -107,7 +109,8 @@ fn compare<S: BvhScalar>(mesh: &[TriangleOf<S>], points: &[[S; 3]], seen: &mut S
     }
 }
 
-/// Points around a mesh, and points from which the rays meet corners and edges exactly, open edges first.
+/// Points around a mesh, and points whose rays meet corners and edges exactly, preferably those of
+/// open edges.
 fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     let open = open_edges(mesh);
     let aimed = |at: [f64; 3], rng: &mut Rng| {
@@ -135,13 +138,13 @@ fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     points
 }
 
-/// A mesh and points in f32: each point becomes the origin, and the mesh moves so that the ray meets it in
-/// the same place.
+/// A mesh and a point in f32. The point is the origin, and the mesh is moved so that the ray meets
+/// a corner or the midpoint of an edge.
 fn in_f32(mesh: &[Triangle64], rng: &mut Rng) -> (Vec<Triangle>, [f32; 3]) {
     let open = open_edges(mesh);
     let [a, b] = if open.is_empty() { [mesh[0].0[0]; 2] } else { rng.pick(&open) };
     let at = if rng.unit() < 0.5 { a } else { [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])) };
-    // At a sixteenth of the size, these sums have 24 digits.
+    // At a sixteenth of the size, these sums fit in 24 bits.
     let moved = |x: f64, k: usize| ((x - at[k]) / 16.0 + f64::from(WINDING_DIR[k])) as f32;
     let corner = |c: [f64; 3]| [0, 1, 2].map(|k| moved(c[k], k));
     (mesh.iter().map(|triangle| TriangleOf(triangle.0.map(corner))).collect(), [0.0; 3])
@@ -173,7 +176,7 @@ fn winding_numbers_are_sums_of_solid_angles() {
     assert!(of_f32.inside > 100 && of_f32.fractions > 1000);
 }
 
-/// The same mesh in f32.
+/// Converts a mesh to f32.
 trait InF32 {
     fn map_f32(&self) -> Vec<Triangle>;
 }
@@ -184,10 +187,10 @@ impl InF32 for Vec<Triangle64> {
     }
 }
 
-/// The rays have the direction that the test aims along.
+/// The rays must have the direction along which the test aims.
 #[test]
 fn rays_are_aimed_where_crossings_are_counted() {
-    // A fan around the direction, aimed at its middle, which all its triangles share.
+    // The ray goes exactly to the centre of a fan, which all its triangles share.
     let d = WINDING_DIR.map(f64::from);
     let ring: [[f64; 3]; 4] =
         [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [-0.1, 0.0, 0.0], [0.0, -0.1, 0.0]];
@@ -198,7 +201,7 @@ fn rays_are_aimed_where_crossings_are_counted() {
     assert!((solid.winding_number([0.0; 3]).unwrap() - truth).abs() < 1e-14);
     let flat = Solid::from_soup(&fan.map_f32()).unwrap();
     assert_eq!(flat.bvh().query().once().all(&ray).len(), 1);
-    // Without any one of the four, the ray is aimed at the end of two open edges.
+    // If any one of the four triangles is missing, the ray goes to a common end of two open edges.
     for i in 0..4 {
         let open: Vec<_> = (0..4).filter(|&k| k != i).map(|k| fan[k]).collect();
         let (solid, truth) = (Solid::from_soup(&open).unwrap(), winding_number(&open, [0.0; 3]));
@@ -206,12 +209,12 @@ fn rays_are_aimed_where_crossings_are_counted() {
     }
 }
 
-/// Sizes at the limits of the exponents, coordinates that are not finite, coincident corners.
+/// Tests sizes at the limits of the exponents, coordinates that are not finite, and equal corners.
 #[test]
 fn any_numbers_have_a_winding_number() {
     let mut rng = Rng::new(3);
     for exponent in [-1060, -700, -300, 0, 300, 700, 1021] {
-        // A subnormal power is a product of two.
+        // Multiply two powers, because the whole power may be subnormal.
         let scale = 2.0_f64.powi(exponent / 2) * 2.0_f64.powi(exponent - exponent / 2);
         for number in [0, 4, 7] {
             let plain = mesh(number, &mut rng);
@@ -219,7 +222,7 @@ fn any_numbers_have_a_winding_number() {
             let large: Vec<_> = plain.iter().map(|t| TriangleOf(t.0.map(scaled))).collect();
             let solids = [&plain, &large].map(|mesh| Solid::from_soup(mesh).unwrap());
             for _ in 0..50 {
-                // On the grid, so that scaling loses nothing.
+                // The point is on the grid, so that scaling is exact.
                 let point = [0; 3].map(|_| (rng.signed() * 1000.0).round() / 1024.0);
                 let numbers =
                     [solids[0].winding_number(point), solids[1].winding_number(scaled(point))];
