@@ -114,8 +114,11 @@ pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, 
 /// The exact order in which a ray meets two triangles. Its line must meet each plane in exactly one
 /// point.
 pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
-    // Coplanar walls and floors are common, and a ray often meets two neighbours at a shared edge.
-    if across_an_axis(one, other) || shared_edge::is_met(ray, one, other) {
+    if let Some(order) = order_across_axis(ray, one, other) {
+        return order;
+    }
+    // A ray often meets two neighbours at a shared edge.
+    if shared_edge::is_met(ray, one, other) {
         return Ordering::Equal;
     }
     // If the rounded values of t differ, their order is the exact one. For f32, integers are nearly
@@ -129,9 +132,26 @@ pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<
     order_from(Tier::Float, ray, one, other)
 }
 
-/// Whether two triangles lie in the same axis-aligned plane.
-fn across_an_axis<S: Scalar>(one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
-    let corners = || one.0.iter().chain(&other.0);
-    let same = |a: S, b: S| a.rank() == b.rank() && a.is_negative() == b.is_negative();
-    (0..3).any(|axis| corners().all(|c| same(c[axis], one.0[0][axis])))
+/// The exact order in which a ray meets two triangles that are perpendicular to the same axis, as
+/// walls and floors often are: the positions of their planes decide, without any arithmetic.
+/// Returns `None` for other triangles. The ray's line must meet each plane in exactly one point.
+pub fn order_across_axis<S: Scalar>(
+    ray: &RayOf<S>,
+    one: &TriangleOf<S>,
+    other: &TriangleOf<S>,
+) -> Option<Ordering> {
+    (0..3).find_map(|axis| {
+        let order = position(one, axis)?.cmp(&position(other, axis)?);
+        Some(if ray.dir[axis].is_negative() { order.reverse() } else { order })
+    })
+}
+
+/// Where the plane of a triangle is on an axis that is perpendicular to it, as an integer in the
+/// order of the coordinates. Returns `None` if the axis is not perpendicular.
+fn position<S: Scalar>(triangle: &TriangleOf<S>, axis: usize) -> Option<i64> {
+    let [a, b, c] = triangle.0.map(|corner| {
+        let rank = corner[axis].rank() as i64;
+        if corner[axis].is_negative() { -rank } else { rank }
+    });
+    (a == b && b == c).then_some(a)
 }

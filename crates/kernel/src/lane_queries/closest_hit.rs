@@ -101,12 +101,23 @@ impl ClosestHit {
         lane: usize,
         pairs: &impl LanePairs,
     ) {
+        let (triangle, slot) = new;
         if t_hi < self.t_lo {
-            let (triangle, slot) = new;
             // The new hit is entirely in front. Its t is not needed unless another hit comes close;
             // until then, it is NaN.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
+            // Walls in the same plane are common, and their order takes no arithmetic.
+            if self.is_hit()
+                && let Some(order) = pairs.order_across_axis(lane, self.slot)
+            {
+                if order.then(triangle.cmp(&self.triangle)).is_lt() {
+                    // Its t is at most that of the hit so far.
+                    let t_hi = if t_hi < self.t_hi { t_hi } else { self.t_hi };
+                    *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
+                }
+                return;
+            }
             // Without a hit so far, the interval overlaps the far end of the ray, so the resolver
             // has to check the far end, too.
             let t = if self.is_hit() { Some(pairs.t(lane)) } else { pairs.hit(lane) };
@@ -125,14 +136,29 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) {
         let (triangle, slot) = new;
-        // If the triangle touches the closest one where the ray meets them, both have the same t.
-        // The index decides, and t is not needed.
-        if self.is_hit() && pairs.touch(lane, self.slot) {
-            if triangle < self.triangle && pairs.hit(lane).is_some() {
-                (self.triangle, self.slot) = (triangle, slot);
+        let order = if !self.is_hit() {
+            None
+        } else if let Some(order) = pairs.order_across_axis(lane, self.slot) {
+            Some(order)
+        } else {
+            // If the triangle touches the closest one where the ray meets them, both have the same
+            // t.
+            pairs.touch(lane, self.slot).then_some(Ordering::Equal)
+        };
+        match order {
+            // Whether it is a hit makes no difference.
+            Some(Ordering::Greater) => {}
+            // The index decides, and t is not needed.
+            Some(Ordering::Equal) => {
+                if triangle < self.triangle && pairs.meets(lane) {
+                    (self.triangle, self.slot) = (triangle, slot);
+                }
             }
-        } else if let Some(t) = pairs.hit(lane) {
-            self.offer_known(t, new, lane, pairs);
+            Some(Ordering::Less) | None => {
+                if let Some(t) = pairs.hit(lane) {
+                    self.offer_known(t, new, lane, pairs);
+                }
+            }
         }
     }
 
@@ -326,6 +352,9 @@ mod tests {
         }
         fn order(&self, _: usize, _: LeafSlot) -> Ordering {
             Ordering::Equal
+        }
+        fn order_across_axis(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
+            None
         }
         fn touch(&self, _: usize, _: LeafSlot) -> bool {
             false

@@ -55,6 +55,15 @@ pub(crate) trait LanePairs {
         self.resolver().order(&self.ray(lane), triangles, (ray, [here, slot]))
     }
 
+    /// Which comes first on the lane's ray, the lane's triangle or the triangle in a slot, if both
+    /// are perpendicular to the same axis. The ray must hit both.
+    #[inline(always)]
+    fn order_across_axis(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
+        let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
+        let (ray, here) = self.ids(lane);
+        self.resolver().order_across_axis(pair, (ray, [here, slot]))
+    }
+
     /// Whether the lane's triangle and the triangle in a slot touch where the lane's ray meets
     /// them. The ray must hit both.
     #[inline(always)]

@@ -21,6 +21,11 @@ pub(super) fn order(ray: &Ray, a: &Triangle, b: &Triangle) -> Ordering {
     exact::order(ray, a, b)
 }
 
+/// See [`Resolver::order_across_axis`](super::Resolver::order_across_axis).
+pub(super) fn order_across_axis(ray: &Ray, a: &Triangle, b: &Triangle) -> Option<Ordering> {
+    exact::order_across_axis(ray, a, b)
+}
+
 /// See [`Resolver::touch`](super::Resolver::touch).
 #[cold]
 #[inline(never)]

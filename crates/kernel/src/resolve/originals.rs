@@ -24,6 +24,10 @@ pub trait Originals: fmt::Debug + Sync {
     /// Which of two triangles the ray hits first. It must be known to hit both.
     fn order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Ordering;
 
+    /// Which of two triangles the ray hits first, if the triangles are perpendicular to the same
+    /// axis. It must be known to hit both.
+    fn order_across_axis(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
+
     /// The original ray.
     fn ray(&self, ray: RayId) -> &Ray64;
 

@@ -368,6 +368,11 @@ impl Originals for CopiedRays<'_> {
         exact::order(ray, one, other)
     }
 
+    fn order_across_axis(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering> {
+        let ((ray, one), (_, other)) = (self.pair(ray, one), self.pair(ray, other));
+        exact::order_across_axis(ray, one, other)
+    }
+
     fn ray(&self, ray: RayId) -> &Ray64 {
         &self.rays[ray.0 as usize]
     }
