@@ -28,6 +28,14 @@ const STREAM: usize = 4096;
 /// row of hits form a long, thin curve as seen from the light.
 const PATIENCE: [usize; 2] = [4, 64];
 
+/// The same for bundles that are not reversed. For example, rays from one camera in random order
+/// share an origin, but each packet of them covers the whole image.
+const BUNDLE_PATIENCE: [usize; 2] = [8, 64];
+
+/// A bundle was not worth its cost if it took more packet tests per ray than this. One by one,
+/// these rays would have been faster.
+const EXPENSIVE: usize = 14;
+
 /// The number of rays in the smallest bundle.
 const SMALLEST: usize = 16;
 
@@ -98,6 +106,7 @@ impl WithSimd for TraceChunk<'_, '_> {
         // Bundles do not support selections, and crossings are counted ray by ray.
         let bundles = selection.is_none() && (!every || matches!(output, BatchOutput::Pairs(_)));
         let mut packets = Packets::new(tree, filter, selection.is_none() && !every);
+        let mut forward = Patience::new(BUNDLE_PATIENCE);
         let mut reversals = Patience::new(PATIENCE);
         let mut projection = Projection::<S>::empty();
         let (mut scratch, mut results) = (Scratch::default(), Results::default());
@@ -109,8 +118,9 @@ impl WithSimd for TraceChunk<'_, '_> {
 
             // Coherent rays form a bundle. If they diverge too much, try a smaller one.
             results.clear();
-            let allowed = [bundles, bundles && any && !reversals.is_waiting()];
-            reversals.pass();
+            let allowed =
+                [bundles && !forward.is_waiting(), bundles && any && !reversals.is_waiting()];
+            (forward.pass(), reversals.pass());
             let bundle = bundle_of((rays, next, RayId(at as u32)), filter, allowed);
             let is_reversed = bundle.as_ref().is_some_and(|rays| rays.reversed.is_some());
             let mut outcome = match bundle {
@@ -125,6 +135,8 @@ impl WithSimd for TraceChunk<'_, '_> {
             };
             if is_reversed {
                 reversals.tried(pays(&outcome, rays));
+            } else if matches!(outcome, Outcome::Traced { .. }) {
+                forward.tried(pays(&outcome, rays));
             }
             let is_too_wide = is_reversed && matches!(outcome, Outcome::TooWide);
             if is_too_wide || matches!(outcome, Outcome::NotCoherent) {
@@ -210,10 +222,12 @@ fn bundle_of<'a>(
     reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
-/// Whether a bundle was worth its cost, that is, whether most of its rays were traced.
+/// Whether a bundle was worth its cost: at least half of its rays were traced, and that did not
+/// take too much work.
 #[inline(always)]
 fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
-    matches!(outcome, Outcome::Traced { left, .. } if 32 * left.count_ones() as usize <= rays.len())
+    matches!(*outcome, Outcome::Traced { left, work }
+        if 32 * left.count_ones() as usize <= rays.len() && work <= EXPENSIVE * rays.len())
 }
 
 /// The size of the next bundle. It grows again at positions where a larger bundle would begin.
