@@ -243,6 +243,24 @@ impl<S: Simd> Projection<S> {
         self.rows.lo.iter().zip(&self.rows.hi)
     }
 
+    /// Returns whether the rays of some packets are in random order, so that the rectangle of each
+    /// packet is about as large as the rectangle around all of them.
+    pub(crate) fn is_scattered(&self, packets: u64) -> bool {
+        let area = |lo: [f32; 2], hi: [f32; 2]| (hi[0] - lo[0]) * (hi[1] - lo[1]);
+        let (mut sum, mut lo, mut hi) = (0.0, [f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        for packet in (0..self.used).filter(|packet| packets >> packet & 1 != 0) {
+            let (group, place) = (packet / 16, packet % 16);
+            let least = self.rows.lo[group].map(|row| row[place]);
+            let most = self.rows.hi[group].map(|row| row[place]);
+            sum += area(least, most);
+            for k in 0..2 {
+                (lo[k], hi[k]) = (lo[k].min(least[k]), hi[k].max(most[k]));
+            }
+        }
+        // Sixteen random points span about four fifths of the area.
+        2.0 * sum > packets.count_ones() as f32 * area(lo, hi)
+    }
+
     /// Sets the windows of a group.
     #[inline(always)]
     fn window_packets(&mut self, group: usize) {

@@ -160,14 +160,15 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             work += std::mem::take(&mut self.work);
 
             // If a part takes too much work, continue with smaller parts from the current position.
-            // If one of the smallest parts still takes too much, leave its rays to a stream.
+            // If one of the smallest parts still takes too much, or smaller ones would be no narrower,
+            // leave the rays to a stream.
             if rest && !stack.is_empty() {
                 match split.get_mut(level) {
-                    None => left |= part,
-                    Some(split) => {
+                    Some(split) if !self.projection.is_scattered(part) => {
                         std::mem::swap(stack, split);
                         waiting.add(part, level + 1);
                     }
+                    _ => left |= part,
                 }
             }
 
