@@ -1,6 +1,6 @@
-//! The mode `fixed`, through a hierarchy. Triangles and rays are snapped to a grid first, and each
-//! crossing is counted once. Answers are therefore exact on the grid, and differ from the others
-//! only by the snapping.
+//! The `fixed` mode, through a hierarchy. Triangles and rays are first snapped to a grid, and each
+//! crossing is counted once. The answers are therefore exact on the grid, and differ from the
+//! others only because of the snapping.
 
 use std::ops::Range;
 

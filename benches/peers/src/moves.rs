@@ -14,13 +14,13 @@ use crate::embree::{Api, Build, Scene};
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes to measure, as for `rays`.
+    /// Scenes to measure; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
     /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }

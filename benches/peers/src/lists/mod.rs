@@ -48,7 +48,7 @@ const QUESTION: Question = Question { any: false, coherent: false };
 
 #[derive(Args)]
 pub struct Options {
-    /// Scenes to trace, as for `rays`.
+    /// Scenes to trace; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
     /// Kinds of rays to trace: primary or diffuse.
@@ -67,13 +67,13 @@ pub struct Options {
     /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along each side of the picture, a power of two.
+    /// Width and height of the image in pixels; a power of two.
     #[arg(long, default_value_t = 1024)]
     size: u32,
     /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
