@@ -43,7 +43,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The time of the fastest of twenty runs, in milliseconds.
+/// Returns the time of the fastest of twenty runs, in milliseconds.
 fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
     let mut once = || {
         let start = Instant::now();
@@ -53,7 +53,7 @@ fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
     (0..20).map(|_| once()).fold(f64::INFINITY, f64::min)
 }
 
-/// Moves every point slightly, by a twist about the y axis.
+/// Moves a point slightly, by a twist about the y axis.
 fn twisted(p: [f32; 3], by: f32) -> [f32; 3] {
     let (s, c) = (by * p[1]).sin_cos();
     [p[0] * c - p[2] * s, p[1], p[0] * s + p[2] * c]

@@ -1,5 +1,5 @@
 //! Scenes at map coordinates: a kilometre across, half a million metres east and four and a half
-//! million north, in f64. Tracers in f32 get the same scene rounded.
+//! million north, in f64. Tracers in f32 get the same scene, rounded.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -78,7 +78,7 @@ impl Town {
         Ok(Self { triangles, bvh, rays, rounded: Scene { mesh, ..scene } })
     }
 
-    /// The engines, each with the rays in its own precision.
+    /// Builds the engines, each with the rays in its own precision.
     fn engines(
         &self,
         options: &Options,
@@ -119,7 +119,7 @@ impl Town {
         Ok(all)
     }
 
-    /// The true answers for the scene in f64.
+    /// Returns the true answers for the scene in f64.
     fn truth(&self) -> Vec<Answer> {
         let answer = |ray| {
             let hit = self.bvh.closest(ray);
@@ -140,7 +140,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         let town = Town::new(name, options)?;
         let answers = town.truth();
         let mut engines = town.engines(options, api.as_ref())?;
-        // Each engine has its own rays, so only the number of these matters.
+        // Each engine has its own rays, so only the number of these rays matters.
         let rays: Vec<Ray> = town.rays.iter().map(rounded).collect();
         let question = crate::rays::Kind::Primary.question();
         // Tracers in f32 trace the rounded scene, but the f64 scene defines what is right.

@@ -124,7 +124,7 @@ impl Input {
     }
 }
 
-/// The number of triangle tests per ray, and how many of them the resolver settles.
+/// Returns the number of triangle tests per ray, and how many of them the resolver settles.
 pub fn counts<S: BvhScalar>(bvh: &Bvh<S>, rays: &[RayOf<S>], question: Question) -> [f64; 2] {
     let query = bvh.query();
     let counts = if question.any {

@@ -17,12 +17,12 @@ pub(crate) enum ScalarName {
 }
 
 impl ScalarName {
-    /// The name of the scalar `S`.
+    /// Returns the name of the scalar `S`.
     pub(crate) fn of<S: Coordinate>() -> Self {
         if S::NAME == f32::NAME { Self::F32 } else { Self::F64 }
     }
 
-    /// The text after the engine's name in a report, which is empty for f32.
+    /// Returns the text after the engine's name in a report, which is empty for f32.
     pub(crate) fn mention(self) -> &'static str {
         match self {
             Self::F32 => "",
