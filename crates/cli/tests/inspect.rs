@@ -1,4 +1,4 @@
-//! Tests of `inspect`: it reports open edges, flipped triangles and duplicates.
+//! Tests that `inspect` reports open edges, flipped triangles and duplicates.
 
 use crate::common::TestFolder;
 
