@@ -71,48 +71,49 @@ use core::cmp::Ordering;
 
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a ray meets a triangle within its interval. The rule determines which triangles own a
-/// shared edge or corner.
+/// Returns whether a ray meets a triangle within its interval. The rule determines which triangles
+/// own a shared edge or corner.
 pub fn hit<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     crossing_from(Tier::Float, rule, ray, triangle).is_some()
 }
 
-/// The side from which a ray crosses a triangle within its interval, if it does. Each point of a
-/// mesh belongs to exactly one of its triangles.
+/// Returns the side from which a ray crosses a triangle within its interval, if it does. Each point
+/// of a mesh belongs to exactly one of its triangles.
 pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Whether a ray that hits two triangles is certain to hit both at the same t because it passes
-/// through a shared edge or corner. The result is meaningless unless the ray hits both.
+/// Returns whether a ray that hits two triangles is certain to hit both at the same t because it
+/// passes through a shared edge or corner. The result is meaningless unless the ray hits both.
 pub fn touch<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     shared_edge::is_met(ray, one, other)
 }
 
-/// t, correctly rounded, for a triangle whose plane the ray's line meets in exactly one point.
+/// Returns the correctly rounded t of a triangle whose plane the ray's line meets in exactly one
+/// point.
 pub fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     t_from(Tier::Float, ray, triangle)
 }
 
-/// `t * 2^exponent`, correctly rounded, for a triangle whose plane the ray's line meets in exactly
-/// one point.
+/// Returns the correctly rounded `t * 2^exponent` for a triangle whose plane the ray's line meets
+/// in exactly one point.
 pub fn t_times<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>, exponent: i32) -> f64 {
     t_times_from(Tier::Float, ray, triangle, exponent)
 }
 
-/// Whether a ray's interval is not empty.
+/// Returns whether a ray's interval is not empty.
 pub(crate) fn has_interval<S: Scalar>(ray: &RayOf<S>) -> bool {
     interval::Interval::of(ray).is_some()
 }
 
-/// t, u, and v, correctly rounded, for a triangle whose plane the ray's line meets in exactly one
-/// point.
+/// Returns the correctly rounded t, u, and v of a triangle whose plane the ray's line meets in
+/// exactly one point.
 pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, f64, f64) {
     attributes_from(Tier::Float, ray, triangle)
 }
 
-/// The exact order in which a ray meets two triangles. Its line must meet each plane in exactly one
-/// point.
+/// Returns the exact order in which a ray meets two triangles. Its line must meet each plane in
+/// exactly one point.
 pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
     // Coplanar walls and floors are common, and a ray often meets two neighbours at a shared edge.
     if across_an_axis(one, other) || shared_edge::is_met(ray, one, other) {
@@ -129,7 +130,7 @@ pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<
     order_from(Tier::Float, ray, one, other)
 }
 
-/// Whether two triangles lie in the same axis-aligned plane.
+/// Returns whether two triangles lie in the same axis-aligned plane.
 fn across_an_axis<S: Scalar>(one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     let corners = || one.0.iter().chain(&other.0);
     let same = |a: S, b: S| a.rank() == b.rank() && a.is_negative() == b.is_negative();
