@@ -100,7 +100,7 @@ pub struct Contender<'a> {
     pub exact: bool,
 }
 
-/// Runs the contenders in turn, and prints the speed of each relative to the first.
+/// Runs the contenders round-robin, and prints the speed of each relative to the first.
 ///
 /// Turns are short, so that a dip in the clock rate slows all contenders alike. The printed ratio
 /// is the median of the ratios within a turn, with the tenth and ninetieth percentiles.

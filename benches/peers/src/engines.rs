@@ -57,7 +57,7 @@ pub const ENGINES: [(&str, &str); 46] = [
     ("embree-avx2-robust-8", "robust; limited to AVX2"),
     ("obvhs-2", "two-way hierarchy, slow build"),
     ("obvhs-8", "compressed eight-way hierarchy, slow build"),
-    ("tinybvh", "BVH8_CPU, one ray per call; only with the feature `tinybvh`"),
+    ("tinybvh", "BVH8_CPU, one ray per call; only with the `tinybvh` feature"),
     ("bvh", "two-way hierarchy"),
     ("bvh-f64", "the same in f64, with the scene and the rays widened"),
     ("parry", "triangle mesh"),

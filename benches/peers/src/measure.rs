@@ -149,8 +149,8 @@ fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     (of_a > 0.0).then(|| of_b / of_a)
 }
 
-/// Runs all engines in turn until each has used its time. Returns the rows without the fields that
-/// describe the scene.
+/// Runs all engines round-robin until each has used its time. Returns the rows without the fields
+/// that describe the scene.
 pub fn measure(
     engines: &mut [Named],
     rays: &[Ray],

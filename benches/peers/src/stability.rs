@@ -1,4 +1,4 @@
-//! The stability chart: nanoseconds per ray plotted against whatever makes a scene hostile.
+//! The stability chart, which plots nanoseconds per ray against what makes a scene hostile.
 
 use intertri_lab::draw::{Anchor, Font, Log, Svg, power};
 

@@ -12,8 +12,8 @@ pub struct Truth<'a> {
 }
 
 impl<'a> Truth<'a> {
-    /// If two triangles are hit at the same exact t, either is right. Only our engines must return
-    /// the one with the lower index, because they guarantee it.
+    /// Creates the truth for an engine. If two triangles are hit at the same exact t, either is
+    /// right. Only our engines must return the one with the lower index, because they guarantee it.
     pub fn new<S: SliceScalar>(
         engine: &str,
         answers: &'a [Answer],

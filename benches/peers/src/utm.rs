@@ -26,7 +26,7 @@ pub struct Options {
     /// Scenes to trace; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// Engines to measure, as for `rays`; `exact` and `exact-query` use f64.
+    /// Engines to measure; see the `rays` command. `exact` and `exact-query` use f64.
     #[arg(
         long,
         value_delimiter = ',',

@@ -12,7 +12,8 @@ fn text(place: &TestFolder, arguments: &str) -> String {
     String::from_utf8(place.ok(arguments)).unwrap()
 }
 
-/// A square whose two triangles share a diagonal, and rays through the diagonal from either side.
+/// Creates a folder with a square whose two triangles share a diagonal, and rays through the
+/// diagonal from either side.
 fn square() -> TestFolder {
     let place = TestFolder::new();
     place.put("m.obj", "v 0 0 5\nv 1 0 5\nv 0 1 5\nv 1 1 5\nf 1 2 3\nf 4 3 2\n");

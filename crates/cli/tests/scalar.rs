@@ -97,7 +97,7 @@ fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
     refused("f64", "range of f64");
 }
 
-/// The wall in each format, in f64 if the format supports it.
+/// Reads the wall from each format, in f64 if the format supports it.
 #[test]
 fn models_are_read_in_f64_where_they_have_it() {
     let place = TestFolder::new();

@@ -191,7 +191,8 @@ fn normal(&TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     [y * r - z * q, z * p - x * r, x * q - y * p]
 }
 
-/// Times all engines in turn. Checks that the engines that follow document A return equal answers.
+/// Times all engines round-robin. Checks that the engines that follow document A return equal
+/// answers.
 fn measure(
     kind: &Kind,
     names: &[EngineName],

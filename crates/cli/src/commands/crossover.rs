@@ -70,7 +70,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&Report { written: charts.finish(), races }, options.charts.json)
 }
 
-/// Times both ways of drawing an image in turn, and checks that their pixels are the same.
+/// Alternates between both ways of drawing an image to time them, and checks that their pixels are
+/// the same.
 fn race(
     scene: &Scene,
     raster: &Raster<'_>,
