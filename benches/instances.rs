@@ -1,5 +1,6 @@
-//! Measures a field of instances of one globe on a single thread: traces primary, shadow and
-//! diffuse rays, also in the flattened scene if it fits in memory, and commits moved instances.
+//! Benchmarks a field of instances of one globe on a single thread: primary, shadow and diffuse
+//! rays, compared with the flattened scene if it fits in memory, and commits after the instances
+//! have moved.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench instances
@@ -56,8 +57,8 @@ fn seconds(mut work: impl FnMut()) -> f64 {
     (0..3).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Creates camera rays from above the field. From each point that they hit, it adds a shadow ray to
-/// a light and a diffuse ray in a random direction.
+/// Creates camera rays from above the field. From each hit point, adds a shadow ray to a light and
+/// a diffuse ray in a random direction.
 fn rays(scene: &SceneSnapshot, side: usize, rng: &mut Rng) -> [Vec<Ray64>; 3] {
     let width = 2.5 * side as f64;
     let eye = [0.5 * width, 8.0, -6.0];

@@ -93,8 +93,7 @@ impl<S: Real> Engine<RayOf<S>> for TwoWay<S> {
             |(ray, far)| {
                 let (mut best, mut far) = (Answer::MISS, *far);
                 for shape in bvh.nearest_traverse_iterator(ray, shapes) {
-                    // Candidates arrive in order of their boxes' distances, so the rest are farther
-                    // away.
+                    // Candidates arrive in order of box distance, so the rest are farther away.
                     let from = ray.intersection_slice_for_aabb(&shape.aabb());
                     if from.is_some_and(|(from, _)| from > far) {
                         break;

@@ -52,7 +52,7 @@ pub fn none_or(wrong: usize) -> String {
 /// Returns the row that represents a group in a cell.
 pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     let of = |row: &&&Row| match row.engine.strip_prefix(group) {
-        // The same library in another precision counts as another tracer.
+        // The same library in a different precision counts as a different tracer.
         Some(rest) if rest.ends_with("-f64") || rest == "-inexact" => false,
         // Our single-ray calls and lower instruction levels are separate contenders.
         Some(rest) => !matches!(group, "certified" | "exact") || rest.is_empty(),

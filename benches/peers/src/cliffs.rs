@@ -196,7 +196,7 @@ fn case(options: &Options, name: &str, cause: Cause, amount: f64) -> Result<Case
         Cause::Edges | Cause::Vertices => {
             let target = if cause == Cause::Edges { Kind::Edges } else { Kind::Vertices };
             let aimed = rays::rays(target, &scene, &bvh, size, order);
-            // Keeps the camera rays that hit: each of them has an aimed counterpart.
+            // Keep the camera rays that hit; each has an aimed counterpart.
             let hits = bvh.query().mode(Mode::certified()).closest_batch(&rays);
             rays =
                 rays.into_iter().zip(&hits).filter(|(_, hit)| hit.is_hit()).map(|x| x.0).collect();

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 /// The kind of query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// Whether the query is any hit; otherwise it is closest hit.
+    /// Whether this is an any-hit query; otherwise it is a closest-hit query.
     pub any: bool,
     /// Whether neighbouring rays are coherent.
     pub coherent: bool,

@@ -12,7 +12,7 @@ use intertri::{Ray64, Triangle64};
 
 use crate::engine::{Answer, Engine, Question};
 
-/// A program, and the scene that it traces.
+/// A program and the scene that it traces.
 pub struct Program {
     name: String,
     path: PathBuf,

@@ -8,7 +8,7 @@ use intertri_trace::Bvh;
 use crate::engine::Question;
 use crate::scenes::random;
 
-/// The kind of rays.
+/// A kind of ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Kind {
     /// From the camera; closest hit.
@@ -259,8 +259,8 @@ fn walls(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     }
 }
 
-/// Returns a random direction of length 1: a point in the unit ball, normalized. Equal `i` give
-/// equal directions.
+/// Returns a random direction of length 1: a point in the unit ball, normalized. The same `i`
+/// always yields the same direction.
 pub fn direction(i: u64) -> [f64; 3] {
     for k in 0.. {
         let p = [0, 1, 2].map(|axis| random([i, k, axis]));

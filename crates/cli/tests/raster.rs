@@ -129,8 +129,8 @@ fn the_documents_pattern_can_be_seen() {
     let look = "--size 256x256 --shadows none --eye 0.5,0.5,1 --target 0.5,0.5,0";
     place.ok(&format!("render quad.obj {look} --texture xor"));
     let image = Image::read(&place.path("intertri.png")).unwrap();
-    // Take a row through the middle. Its cells must be wide enough to be visible, and differ
-    // enough.
+    // Take a row through the middle. Its cells must be wide enough to be visible, and differ enough
+    // in brightness.
     let row = &image.pixels()[128 * 256..129 * 256];
     let grey = |pixel: &[u8; 3]| i32::from(pixel[1]);
     let (dark, bright) = (row.iter().map(grey).min().unwrap(), row.iter().map(grey).max().unwrap());

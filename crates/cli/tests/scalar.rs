@@ -1,5 +1,5 @@
-//! Tests `--scalar` through the compiled binary: what f64 reads, answers, draws and refuses, and
-//! what f32 rounds.
+//! Tests `--scalar` through the compiled binary: what is read, answered, drawn and refused in f64,
+//! and what is rounded in f32.
 
 use std::fmt::Write;
 use std::io::Write as _;

@@ -3,7 +3,7 @@
 //!
 //! Rays are stored as a structure of arrays, in groups that each hold the rays of one call. Each
 //! group is copied into the structure that Embree reads and writes, and the result is copied out. A
-//! renderer that fills the structure directly would do as much work.
+//! renderer that fills the structure directly would do the same amount of work.
 
 mod collector;
 mod instances;

@@ -176,8 +176,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_nothing(&report)
 }
 
-/// Loads the model or the built-in scene. Also returns the saved hierarchy, if any, and what
-/// reading rounded or changed.
+/// Loads the model or the built-in scene. Also returns the saved hierarchy, if any, and what was
+/// rounded or changed on reading.
 fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNotes)> {
     let (width, height) = options.size;
     let load = |path| Model::load(path, options.reading)?.in_f32();

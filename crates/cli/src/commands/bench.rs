@@ -75,7 +75,7 @@ pub(crate) struct Options {
 struct Kind {
     name: &'static str,
     rays: Vec<Ray>,
-    /// Whether the query for these rays is any hit.
+    /// Whether these rays are for any-hit queries.
     any: bool,
 }
 

@@ -63,7 +63,7 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let farthest = ends.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let apart = f64::from(farthest) - f64::from(farthest.next_down());
     let size = span(bounds.min.map(f64::from), bounds.max.map(f64::from));
-    // Numbers below this are equally far apart.
+    // Values below this are equally spaced.
     let why = if farthest < f32::MIN_POSITIVE { "is so small" } else { "lies so far from 0" };
     (size > 0.0 && apart > COARSE * size).then(|| {
         format!(

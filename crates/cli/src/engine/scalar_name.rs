@@ -12,7 +12,7 @@ use serde::Serialize;
 pub(crate) enum ScalarName {
     /// Round every number to f32; the report counts the numbers that changed
     F32,
-    /// Keep every number exactly, such as UTM coordinates; for the engines exact and oracle
+    /// Keep every number exactly, such as UTM coordinates; only for the exact and oracle engines
     F64,
 }
 

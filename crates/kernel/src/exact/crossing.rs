@@ -154,7 +154,8 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let (edges, num) = (numbers.edges(), numbers.volume());
 
-    // The sign of T is the side. On an edge, the rule decides: the closed rule accepts either sign.
+    // The sign of T determines the side. On an edge, the rule decides: the closed rule accepts
+    // either sign.
     let side = num.sign();
     let outside = edges.iter().zip(&numbers.normals).any(|(edge, [x, y, z])| {
         // A ray on the edge is moved by (ε, ε², ε³). The sign is then that of the first nonzero

@@ -26,7 +26,7 @@ const VOLUME: f64 = 9.0 * HALF_ULP;
 /// A bound on the error of T - t D, relative to the permanent of T plus t times that of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
-/// The decisions of f64 for each lane. A lane in none of the masks is undecided.
+/// The decisions made in f64 for each lane. A lane in none of the masks is undecided.
 #[derive(Clone, Copy)]
 pub struct Decided<M> {
     /// Certainly not a hit, by either rule.

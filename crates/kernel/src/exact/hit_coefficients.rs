@@ -176,8 +176,8 @@ impl SharedOriginHit for HitCoefficients {
     }
 }
 
-/// `2^-76`: the error of the product of a split cross product with a direction is at most half of
-/// this times the permanent.
+/// `2^-76`: the error of the dot product of a split cross product and a direction is at most half
+/// of this times the permanent.
 const SHARE: f64 = 1.0 / (1_u128 << 76) as f64;
 
 /// Splits a vector into two parts. The first has 29 digits, so that its products with an f32 are

@@ -3,7 +3,7 @@
 
 use core::cmp::Ordering;
 
-/// An integer of N limbs of 64 bits in two's complement, with the lowest limb first.
+/// An integer of N 64-bit limbs in two's complement, with the lowest limb first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Int<const N: usize>(pub(super) [u64; N]);
 

@@ -74,8 +74,7 @@ pub(super) fn closest<S: Scalar>(
     }
 }
 
-/// Returns a bound: the error of products, relative to the multiplied magnitudes, is less than half
-/// of it.
+/// Returns twice a bound on the error of products, relative to the multiplied magnitudes.
 const fn doubt<S: Scalar>() -> f64 {
     if is_f64::<S>() { tails::DOUBT } else { rounded::DOUBT }
 }
