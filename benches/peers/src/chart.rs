@@ -142,7 +142,7 @@ fn panel(
 pub fn growth(rows: &[Row], caption: &str) -> Svg {
     let kinds = distinct(rows, |row| row.kind.as_str());
     let (w, h) = (430.0, 380.0);
-    let title = "Million rays per second by number of triangles: a sphere with bumps, ever finer";
+    let title = "Million rays per second by number of triangles, for ever finer bumpy spheres";
     let mut svg = titled([24.0 + w * kinds.len() as f64, h + 74.0], title, caption);
     let counts: BTreeSet<usize> = rows.iter().map(|row| row.triangles).collect();
     let (Some(&few), Some(&many)) = (counts.first(), counts.last()) else { return svg };

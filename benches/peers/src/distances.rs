@@ -130,7 +130,7 @@ fn compare(
         signs += usize::from((theirs < 0.0) != (ours < 0.0));
         worst = worst.max((f64::from(theirs).abs() - ours.abs()).abs() / ours.abs().max(1e-300));
     }
-    let said = if closed { "closed" } else { "open, so signs mean little" };
+    let said = if closed { "closed" } else { "open, so signs are not meaningful" };
     println!(
         "  parry3d: {signs} signs differ (the mesh is {said}); largest relative error {worst:.1e}"
     );

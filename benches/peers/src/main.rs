@@ -221,7 +221,7 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
         let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
         let mut engines = engines::engines(&options.engine, &scene, &triangles, &bvh, api.as_ref());
         if engines.is_empty() {
-            return Err("no such engine; `list` shows their names".into());
+            return Err("no such engine; `list` shows the names".into());
         }
         for &kind in &options.kind {
             let rays = rays::rays(kind, &scene, &bvh, options.size, options.order);
