@@ -18,7 +18,8 @@ pub(crate) struct Engines<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
     bits: Bits,
-    /// Points that the grid must contain besides the triangles: the ray origins.
+    /// Points that the grid must contain besides the triangles: ray origins, or the corners of a
+    /// box around them.
     room_for: Vec<[f32; 3]>,
     bvh: Option<Arc<Bvh>>,
     fixed: Option<Arc<FixedScene>>,

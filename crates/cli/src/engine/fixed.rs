@@ -25,9 +25,9 @@ pub(crate) struct FixedScene {
 }
 
 impl FixedScene {
-    /// Snaps triangles to the finest grid that contains them and the points `more`, which include
-    /// the ray origins. Points that are not finite are skipped: rays from them hit nothing, as in
-    /// every engine.
+    /// Snaps triangles to the finest grid that contains them and the points `more`, which bound the
+    /// ray origins. Points that are not finite are skipped: rays from them hit nothing, as in every
+    /// engine.
     pub(crate) fn new(triangles: &[Triangle], more: &[[f32; 3]], bits: Bits) -> Result<Self> {
         let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
         let points = triangles.iter().flat_map(|t| t.0).chain(more);
