@@ -3,7 +3,7 @@
 //! ```text
 //!   +----+----+--+   A band is a row of tiles. Bands run from top to bottom, and tiles from left
 //!   | 1  | 2  |3 |   to right. Pixels within a whole tile are in Z-order, so that any aligned run
-//!   +----+----+--+   of sixteen is also a square. Tiles cut by the border are in row order, so
+//!   +----+----+--+   of sixteen is also a square. Tiles cut by the border use row order, so
 //!   | 4  | 5  |6 |   that positions and pixels can be computed from each other.
 //!   +----+----+--+
 //! ```
