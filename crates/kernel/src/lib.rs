@@ -21,7 +21,7 @@
 //! | --- | --- |
 //! | a few hundred triangles, in f32 or f64 | the queries of [`Mode`]: `closest`, `any`, `all`, `crossings` |
 //! | the same triangles for many rays | [`Blocks`], which loads them into lanes once |
-//! | a mesh | `Bvh` in the crate `intertri-trace`, a hierarchy over millions of triangles |
+//! | a mesh | `Bvh` in the `intertri-trace` crate, a hierarchy over millions of triangles |
 //! | your own BVH | [`Mode::packet`] and [`Mode::block`], with 4, 8, or 16 rays or triangles side by side; in your own loops, [`Filter`] |
 //! | coordinates on an integer grid | [`fixed`] |
 //!
@@ -125,7 +125,7 @@ pub mod internal {
     pub use crate::scalar::Bits;
     pub use crate::simd::{Pair, lanes_of, prefetch, prefetch_early};
 
-    /// The arithmetic of the mode `exact`.
+    /// The arithmetic of the `exact` mode.
     pub mod exact {
         pub use crate::exact::{
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,

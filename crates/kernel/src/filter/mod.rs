@@ -169,8 +169,8 @@ impl<'a> Filter<'a> {
 }
 
 impl Filter<'_> {
-    /// Projects the triangles of one or two blocks with a frame, for rays whose z is at least
-    /// `slowest`. The second block begins at lane 8.
+    /// Projects the triangles of one or two blocks with a frame, for rays whose depth per unit of t
+    /// is at least `slowest`. The second block begins at lane 8.
     ///
     /// See [`Outlines`] for an example.
     #[inline(always)]

@@ -38,8 +38,8 @@ pub(super) fn maybe<F: Lanes<Scalar = f32>>(
     opposite(u, -minus_v, w, bound)
 }
 
-/// [`maybe`] for rays that share an origin. Takes the cross products B x C, C x A, and A x B,
-/// rounded to f32. `bound` must be at least `4.1 u s (|x| + |y| + |z|)` for each of them.
+/// Like [`maybe`], but for rays that share an origin. Takes the cross products B x C, C x A, and A
+/// x B, rounded to f32. `bound` must be at least `4.1 u s (|x| + |y| + |z|)` for each of them.
 #[inline(always)]
 pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
     d: V3<F>,
@@ -53,7 +53,7 @@ pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
 }
 
 /// Returns the lanes without two certainly opposite signs. If the bound is 0, the triangle is a
-/// point.
+/// point, which no ray hits.
 #[inline(always)]
 fn opposite<F: Lanes<Scalar = f32>>(u: F, v: F, w: F, bound: F) -> u32 {
     let least = u.min(v).min(w);

@@ -19,7 +19,7 @@ impl Case {
     /// edges from that corner, and a direction. The corner is the farthest point of the scene.
     #[expect(
         clippy::large_stack_arrays,
-        reason = "the arrays are of numbers with all their shares"
+        reason = "each number carries all of its shares"
     )]
     fn of(numbers: &[f64; 15], change: fn(&mut Room)) -> Option<Self> {
         Worst::begin(&[]);

@@ -24,7 +24,7 @@ pub struct Starts<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Starts<F> {
-    /// The starts of an empty set of rays.
+    /// Returns the starts of an empty set of rays.
     #[inline(always)]
     pub fn none() -> Self {
         Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
