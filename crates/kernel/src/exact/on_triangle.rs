@@ -33,8 +33,9 @@ pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
     }
 }
 
-/// Decides in integers. For a point in the triangle's plane, T is 0, and the three normals are
-/// multiples of the triangle's own normal. The point is on the triangle if no multiple is negative.
+/// Tests the point in integer arithmetic. For a point in the triangle's plane, T is 0, and the
+/// three normals are multiples of the triangle's own normal. The point is on the triangle if no
+/// multiple is negative.
 fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
     pair: &Pair<S>,
     scales: Scales,

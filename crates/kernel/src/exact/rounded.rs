@@ -154,7 +154,7 @@ mod tests {
         a + (b + c * 2.0_f64.powi(64)) * 2.0_f64.powi(64)
     }
 
-    /// Returns the error of a double-double volume, as a multiple of `w²` times its permanent.
+    /// Returns the error of a double-double volume as a multiple of `w²` times its permanent.
     fn share(x: [i64; 3], y: [i64; 3], z: [i64; 3]) -> f64 {
         let lanes = |v: [i64; 3]| Vec3::<f64>::splat(v.map(|x| x as f64));
         let exact = {
@@ -191,7 +191,7 @@ mod tests {
         assert!(1.5 < most && most < 27.0, "{most}");
     }
 
-    /// Tests quotients near the midpoint of two f64 numbers, where the last digits decide the
+    /// Tests quotients near the midpoint of two f64 values, where the last digits decide the
     /// rounding.
     #[test]
     fn a_sure_quotient_is_rounded_right() {

@@ -55,8 +55,8 @@ impl Scale {
     }
 }
 
-/// Returns the number of trailing zeros of m, for f64 only. Often half of an f64's digits are zero,
-/// and narrow integers are much faster. For f32, all digits are used.
+/// Returns the number of trailing zeros of an f64's m. Often half of its digits are zero, and
+/// narrow integers are much faster. Returns 0 for f32, whose digits are all used.
 #[inline(always)]
 fn zeros<S: Scalar>(m: i64) -> i32 {
     if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }

@@ -10,7 +10,7 @@
 //!
 //! [`crossing`](super::crossing) uses the same signs for the three edges of a triangle, so a sum
 //! over edges and a count of crossings agree on the side of each edge. `docs/numerics/winding.md`
-//! relies on both.
+//! relies on this.
 
 use core::cmp::Ordering;
 
@@ -50,8 +50,8 @@ fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
 }
 
 /// Computes `d × A` for a ray moved by (ε, ε², ε³), scaled so that the largest component is near 1.
-/// The error of each component is a few roundings of the largest. Returns the zero vector if the
-/// point is the ray's origin. All coordinates must be finite.
+/// The error of each component is at most a few rounding errors of the largest component. Returns
+/// the zero vector if the point is the ray's origin. All coordinates must be finite.
 ///
 /// ```
 /// use intertri::internal::exact::moment;

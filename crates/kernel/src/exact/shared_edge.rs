@@ -3,7 +3,7 @@
 //! ```text
 //!        P            d × P = 0           the ray goes through the corner
 //!       /|\
-//!      / ● \          d·(P × Q) = 0       it goes through the line of the edge
+//!      / ● \          d·(P × Q) = 0       it meets the line of the edge
 //!     /  |  \
 //!    ·---Q---·        P and Q are relative to the ray's origin
 //! ```

@@ -1,6 +1,6 @@
-//! Hit attributes for f64 rays with a common origin and triangles that they are known to hit. They
-//! are correctly rounded; the values that depend only on the triangle and the origin are computed
-//! once.
+//! Hit attributes for f64 rays with a common origin and triangles that they are known to hit. The
+//! attributes are correctly rounded; the values that depend only on the triangle and the origin are
+//! computed once.
 //!
 //! `docs/numerics/f64.md`, section 3, has the bounds and the proof.
 

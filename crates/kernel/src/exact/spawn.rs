@@ -29,7 +29,7 @@ use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 /// largest coordinate if that is more. The ray may miss anything nearer than that. It may start
 /// farther away if the weights do not come from [`Mode::exact`](crate::Mode::exact). Its interval
 /// is `t > 0`. Near an edge, the ray may hit the triangle on the other side of the edge. To test
-/// whether two points see each other, use `Bvh::visible` of `intertri-trace`.
+/// whether two points see each other, use `Bvh::visible` from `intertri-trace`.
 ///
 /// If the hit is a miss, or if no start can be found, the origin is NaN, and the ray hits nothing,
 /// whatever its interval.
@@ -134,8 +134,8 @@ fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
 }
 
 /// Moves the ray's origin along an axis until the ray leads away from the triangle. Along the axis
-/// nearest to the normal, four steps are always enough if t is correctly rounded; otherwise, it may
-/// take more. Returns `None` if 2^39 steps are not enough.
+/// nearest to the normal, four steps are always enough if t is correctly rounded; otherwise, more
+/// may be needed. Returns `None` if 2^39 steps are not enough.
 fn moved<S: Scalar>(
     start: &RayOf<S>,
     point: [f64; 3],

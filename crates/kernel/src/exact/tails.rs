@@ -74,8 +74,8 @@ pub(super) fn times<D: Lanes<Scalar = f64>>(
 /// Returns the lanes in which a quotient is 0 or far from the limits of f64's exponent range.
 #[inline(always)]
 pub(super) fn is_tame_quotient<D: Lanes<Scalar = f64>>(q: D) -> D::Mask {
-    // Nearer to the limits, intermediate results of the proof would be subnormal. A quotient of 0
-    // needs no further check.
+    // Nearer to the limits, intermediate results on which the proof relies could be subnormal. A
+    // quotient of 0 needs no further check.
     let size = q.abs();
     let tame = size.ge(D::splat(TAME[0])) & size.le(D::splat(TAME[1]));
     tame | size.le(D::splat(0.0))

@@ -6,7 +6,7 @@ use crate::Scalar;
 /// The tiers of arithmetic, from the fastest to the one that always decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
-    /// f64, for pairs that its error bound is sufficient to decide.
+    /// f64, for pairs that can be decided within its error bound.
     Float,
     /// Integers, with 64-bit coordinates.
     Narrow,

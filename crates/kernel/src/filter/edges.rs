@@ -442,7 +442,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
             return nothing;
         }
 
-        // A lane is a hit if the parallel test, the range, and the edges are all certain.
+        // A lane is a hit if it certainly passes the parallel test, the range test, and the edge
+        // tests.
         let (t_lo, t_hi) = plane.enclosure();
         // `least` accounts for the error of `den` itself. The other term is the document's test
         // `|vd| > Threshold`, multiplied by an upper bound on the normal's length (certified.md,

@@ -195,8 +195,8 @@ impl Filter<'_> {
     }
 
     /// Prepares a frame for bundles whose rays miss the origin by at most `off`. For copies of f64
-    /// originals, `off` grows by the rounding of the copies. `reach` is the largest distance of the
-    /// rays from the centre of the projection.
+    /// originals, `off` grows by the rounding error of the copies. `reach` is the largest distance
+    /// of the rays from the centre of the projection.
     #[inline]
     pub fn frame(&self, frame: Frame, off: f32, reach: [f32; 2]) -> Frame {
         let frame = if self.room.copies { frame.of_copies() } else { frame };

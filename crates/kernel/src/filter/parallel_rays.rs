@@ -1,5 +1,5 @@
-//! Parallel rays whose lines are close together. Finds the triangles of a block that any of the
-//! rays may hit, and which of sixteen rays hit one such triangle.
+//! Tests parallel rays whose lines are close together: finds the triangles of a block that any of
+//! the rays may hit, and which of sixteen rays hit one such triangle.
 //!
 //! ```text
 //!   axis ──► block of eight        V, W, U of a ray along the axis, and their gradients across it

@@ -43,7 +43,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// For f32 scenes for which the reference's operations define the result.
+    /// The coefficients for f32 scenes whose results are defined by the reference's operations.
     pub(crate) const NONE: Self = Self {
         copies: false,
         exact: false,
@@ -58,7 +58,7 @@ impl Room {
         near: [1.0, 0.0],
     };
 
-    /// For f32 scenes and exact hits.
+    /// The coefficients for f32 scenes with exact hits.
     pub(crate) const EXACT: Self = Self { exact: true, ..Self::NONE };
 
     /// Returns the maximum distance by which rays miss the copy of their origin, relative to

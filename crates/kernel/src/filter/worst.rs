@@ -100,8 +100,7 @@ impl Worst {
         self.shares.iter().map(|share| share.abs()).sum()
     }
 
-    /// Returns a number whose shares are those of two numbers, each multiplied by a factor, and
-    /// added.
+    /// Returns a number whose shares are weighted sums of the shares of `a` and `b`.
     fn combined(value: f64, (a, times_a): (&Self, f64), (b, times_b): (&Self, f64)) -> Self {
         let mut all = Self::exact(value);
         for (to, (a, b)) in all.shares.iter_mut().zip(a.shares.iter().zip(&b.shares)) {
@@ -285,7 +284,7 @@ impl Ints for NoInts {
 }
 
 /// A hill-climbing search for the inputs that come closest to a bound. It changes numbers by a
-/// little or a lot, and keeps every change that does not reduce the share.
+/// little or a lot and keeps every change that does not reduce the share.
 pub(super) struct Search(u64);
 
 impl Search {

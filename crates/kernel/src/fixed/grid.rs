@@ -271,7 +271,7 @@ impl Grid {
         for axis in 0..3 {
             let x = f64::from(p[axis]) * pow2(self.scale);
             let on_grid = round(x).wrapping_sub(self.centre[axis]);
-            // Check both limits without a branch. Only the error distinguishes the two cases.
+            // Check both limits without a branch. The kind of error is determined later.
             inside &= (x.abs() <= FAR) & (on_grid.unsigned_abs() <= 1 << self.bits.b);
             snapped[axis] = on_grid as i32;
         }

@@ -135,7 +135,7 @@ impl<const N: usize> Packet<N> {
 /// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
-/// /// Finds the rays of a packet that cross a triangle; all start at the origin for which the triangle was computed.
+/// /// Finds the rays of a packet, all from one origin, that cross a triangle.
 /// struct Leaf<'a>(&'a Packet<8>, &'a SeenTriangle);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<usize>;
@@ -209,8 +209,8 @@ impl Sides {
 }
 
 impl SeenTriangle {
-    /// Computes a triangle relative to an origin. Returns `None` if the origin is in the triangle's
-    /// plane or if the triangle has no area, because no ray from there crosses it.
+    /// Computes the values of a triangle relative to an origin. Returns `None` if the origin is in
+    /// the triangle's plane or if the triangle has no area, because no ray from there crosses it.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
         let sides = Sides::new(triangle, origin);

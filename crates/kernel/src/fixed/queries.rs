@@ -42,7 +42,7 @@ use crate::{Crossings, Hit};
 /// let mut hits = [Hit::MISS; 2];
 /// plain.closest_batch(&walls, &rays, &mut hits);
 /// assert_eq!(hits.map(|hit| hit.triangle), [1, Hit::NO_TRIANGLE]);
-/// // An open sheet winds around nothing. See the example above for a closed mesh.
+/// // An open sheet does not enclose any point. See the example above for a closed mesh.
 /// assert_eq!(plain.winding(&blocks(&walls).collect::<Vec<_>>(), &grid, [1.0, 1.0, 9.0])?, 0);
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```

@@ -28,7 +28,8 @@ impl Filter<'_> {
         self.block_at_in::<S, N>(&self.prepare_ray(ray), block, LeafSlot(0), counts)
     }
 
-    /// Finds all hits of a prepared ray on N triangles, which are in slots from `first` on.
+    /// Finds all hits of a prepared ray on N triangles, which are stored in the slots starting at
+    /// `first`.
     #[doc(hidden)]
     #[inline(always)]
     pub fn block_at_in<S: Simd, const N: usize>(

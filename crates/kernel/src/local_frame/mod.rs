@@ -95,7 +95,7 @@ impl LocalFrame {
         pow2(self.up)
     }
 
-    /// Converts a coordinate along an axis to the scaled coordinate in the frame.
+    /// Converts a coordinate along an axis to the frame's scaled coordinate.
     #[inline(always)]
     fn place(&self, x: f64, axis: usize) -> f64 {
         (x - self.centre[axis]) * pow2(self.up)

@@ -191,7 +191,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     ) -> InverseDepths<F> {
         let Sample { weight, s, s_lo, s_hi, sure, maybe } = self.sample(outline, points, ranges);
 
-        // A lane is a hit if all conditions are certain.
+        // A lane is a hit if it certainly passes all tests.
         let inside = weight.gt(F::splat(1.0))
             & s.gt(F::splat(outline.parallel))
             & s_hi.lt(ranges.near_lo)

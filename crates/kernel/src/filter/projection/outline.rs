@@ -213,8 +213,8 @@ impl Outlines {
 }
 
 impl Outline {
-    /// Evaluates what the test computes at points: U, V, and W in units of their bound, the inverse
-    /// depth, and the error bound of the inverse depth. Used to test the bounds.
+    /// Evaluates the values that the test computes at points: U, V, and W in units of their bound,
+    /// the inverse depth, and the error bound of the inverse depth. Used to test the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
         let values = [self.u, self.v, self.w, self.s];
@@ -449,8 +449,8 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         let apart = splat(frame.distance() * bound::ROOM_AWAY);
         let apart = frame.off_at(away).mul_add(splat(bound::OFF_ROOM), apart);
         let room = h.mul_add(splat(bound::ROOM), away.mul_add(splat(bound::CORNER), apart));
-        // A corner that is behind the origin or almost so may project to any point. Such a triangle
-        // has no bounding rectangle and is tested against every packet.
+        // A corner that is behind the origin, or nearly so, may project to any point. Such a
+        // triangle has no bounding rectangle and is tested against every packet.
         let mut known = nearest.gt(room * splat(8.0))
             & nearest.gt(splat(bound::SHORTEST_DIR))
             & away.lt(splat(bound::LARGEST));

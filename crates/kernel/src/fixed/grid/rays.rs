@@ -73,8 +73,8 @@ impl Grid {
         let q = self.bits.q as i32;
         let k = q - 1 - exponent(f64::from(longest) + pow2(exponent(longest.into()) - q));
 
-        // Underflow and overflow affect only negligible components here, or ends at which no
-        // crossing is possible.
+        // Here, underflow and overflow affect only negligible components, or interval ends at which
+        // no crossing is possible.
         let (up, back) = (halves(k), halves((self.scale - k).clamp(-252, 252)));
         let component = |x: f32| round((x * up[0] * up[1]).into()) as f32;
         let end = |t: f32| t * back[0] * back[1];
@@ -88,7 +88,7 @@ impl Grid {
     }
 }
 
-/// Snaps four rays at once, if their longest components are between `2^-EVEN` and `2^EVEN`.
+/// Snaps four rays at once if their longest components are between `2^-EVEN` and `2^EVEN`.
 struct Four<S: Simd> {
     /// Half a unit in the last place of q bits, for a longest component in `1..2`.
     half: S::F32x4,

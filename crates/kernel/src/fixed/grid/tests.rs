@@ -113,7 +113,7 @@ fn what_does_not_fit_is_an_error_by_value() {
     assert!(grid.triangle_of([[0; 3], [0; 3], [0, 0, 65537]]).is_err());
     assert!(Grid::at(Bits::FINE, 150, [0; 3]).is_err());
     assert!(Grid::at(Bits::FINE, 0, [0, i64::MIN, 0]).is_err());
-    // Test grids around no points and around zeros only.
+    // Test a grid around no points, then one around the origin alone.
     assert!(Grid::around([], Bits::FINE).is_ok());
     assert!(Grid::around([[-0.0; 3]], Bits::FINE).unwrap().snap([0.0; 3]).is_ok());
 }

@@ -196,8 +196,8 @@ const DIAGONAL: [f64; 3] = [1.0, 1.0, 0.0];
 const OTHER: [f64; 3] = [1.0, -1.0, 0.0];
 
 /// Returns the input that comes closest to the bound `COPY_DEPTH`: the ray is in the plane and
-/// perpendicular to the edges, so all products of D are large and cancel. T is accurate, because
-/// the corner is directly above.
+/// perpendicular to the edges, so all products of D are large and cancel. T is accurate because the
+/// corner is directly above.
 fn grazing(search: &mut Search) -> [f64; 19] {
     let thin = AXIS.map(|x| 1e-4 * (1.5 + search.number()) * x);
     // The ray is tilted upward from the depth axis. The more it is tilted, the longer it is.
