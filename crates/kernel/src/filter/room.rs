@@ -34,7 +34,7 @@ pub struct Room {
     pub(super) sharp_away: [f32; 2],
     /// The part of an edge's bound that is relative to `h |d|₂`: a factor of `|o|₁` and a constant.
     pub(super) off: [f32; 2],
-    /// The error of copies of A, apart from a fraction of their length: a factor of `|o|₁` and a
+    /// The error of copies of A, apart from a fraction of their length, as a factor of `|o|₁` and a
     /// maximum.
     pub(super) copied: [f32; 2],
     /// A factor and a summand. Any t that exceeds the near end times the factor, plus the summand,

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The filter's code runs on these numbers unchanged. No known input makes all roundings have the
-//! same sign, but a bound that covers even that case holds by its derivation, not by luck. Products
-//! and sums are rounded separately, as on a level without fused operations.
+//! same sign, but a bound that covers even that case is guaranteed by its derivation. Products and
+//! sums are rounded separately, as on a level without fused operations.
 //!
 //! Rump and Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describes the
 //! general method.

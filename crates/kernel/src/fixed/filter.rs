@@ -8,8 +8,8 @@
 //!   |V - exact|, |W - exact| <= 30.1 u s h a      |U - exact| <= u s h (84.3 a + 36.2 h)
 //! ```
 //!
-//! A lane with one certainly positive and one certainly negative value is a miss. The filter
-//! decides no other lane.
+//! A lane with one certainly positive and one certainly negative value is a miss. The filter leaves
+//! all other lanes undecided.
 
 use super::edges::{V3, splat_f32};
 use crate::simd::{Lanes, Mask};

@@ -184,7 +184,7 @@ pub struct Grid {
 }
 
 /// Points whose scaled coordinates exceed this are not snapped: f64 can represent halves only up to
-/// here.
+/// this limit.
 const FAR: f64 = (1_i64 << 51) as f64;
 
 impl Grid {

@@ -129,7 +129,7 @@ impl<const N: usize> Packet<N> {
 
 /// A triangle relative to an origin, with the values that rays from that origin share.
 ///
-/// This is the idea of document D: each test needs only the products with the direction.
+/// As in document D, each test needs only the products with the direction.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};

@@ -169,8 +169,8 @@ impl ClosestHit {
             return;
         }
 
-        // Among the certain hits, find the one whose interval ends first, and all hits that begin
-        // before that.
+        // Among the certain hits, find the one whose interval ends first, and all hits whose
+        // intervals begin before that.
         let hit = F::Mask::from_bits(verdicts.hit);
         let ends = F::select(hit, verdicts.t_hi, F::splat(f32::INFINITY));
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);

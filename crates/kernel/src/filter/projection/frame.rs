@@ -92,10 +92,10 @@ impl Frame {
 
     /// Adapts the frame to rays that miss the origin by at most `off`. Each ray must be parallel to
     /// one that starts at the origin, and its point must be within ±`reach` of the projection's
-    /// centre in x and y. Such rays are reversed rays *toward* a point, which they miss only by
-    /// rounding, with t counted backward. For them, the test can only determine whether they hit,
-    /// not which hit is nearest: do not query the resolver for the t of such rays.
-    /// `docs/numerics/projection.md`, section 6, derives `off`.
+    /// centre in x and y. Such rays are rays *toward* a point, reversed so that t is counted
+    /// backward; they miss the point only by rounding. For them, the test can only determine
+    /// whether they hit, not which hit is nearest: do not query the resolver for the t of such
+    /// rays. `docs/numerics/projection.md`, section 6, derives `off`.
     ///
     /// ```
     /// use intertri::internal::Frame;

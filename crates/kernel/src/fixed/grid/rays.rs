@@ -110,8 +110,8 @@ impl<S: Simd> Four<S> {
     #[inline(always)]
     fn new(Grid { bits, scale, .. }: &Grid) -> Option<Self> {
         let (splat, one) = (S::F32x4::splat, bits.q as i32 - 1);
-        // From 2^23 to 2^24, all f32 are integers. Directions reach at most 2^22 from the centre of
-        // that range.
+        // From 2^23 to 2^24, all f32 values are integers. Directions reach at most 2^22 from the
+        // centre of that range.
         let whole = 1.5 * (1 << 23) as f32;
         (bits.q <= 22 && (scale - one).abs() <= EVEN).then_some(Self {
             half: splat(pow2(-one - 1) as f32),
