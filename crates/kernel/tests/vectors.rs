@@ -1,4 +1,4 @@
-//! The kernel takes the vectors of glam and mint directly, although it depends on neither.
+//! The kernel accepts glam and mint vectors directly, although it depends on neither crate.
 
 use glam::Vec3;
 use intertri::{Mode, Ray, Triangle};

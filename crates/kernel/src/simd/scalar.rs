@@ -1,4 +1,4 @@
-//! A single lane: plain f32 and f64 numbers, for pairs that are resolved one at a time.
+//! Single lanes: plain f32 and f64, for pairs that are resolved one at a time.
 
 use super::lanes::{Lanes, Mask, mul_error};
 

@@ -94,8 +94,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // The multiply-add rounds once, and the error of a product fits the same format, so
-                // this is exact.
+                // The multiply-add rounds once, and the error of a product fits in the same format,
+                // so this is exact.
                 self.mul_add(b, -product)
             }
             #[inline(always)]
@@ -149,7 +149,7 @@ macro_rules! lanes {
     };
 }
 
-/// A mask that is as wide as the register of numbers.
+/// A mask as wide as the register that holds the values.
 macro_rules! ones {
     ($reg:ty, $n:literal, $and:ident $or:ident $xor:ident $movemask:ident, $all:expr, $spread:expr) => {
         operator!(Ones<$reg>, BitAnd bitand $and);
@@ -192,8 +192,8 @@ _mm256_castsi256_ps(_mm256_set1_epi32(-1)), spread_8);
 ones!(__m256d, 4, _mm256_and_pd _mm256_or_pd _mm256_xor_pd _mm256_movemask_pd,
 _mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
 
-// These functions convert bits to masks. Closures might be compiled without the level's
-// instructions.
+// These convert bits to masks. They are functions because closures might be compiled without the
+// level's instructions.
 
 #[inline]
 #[target_feature(enable = "avx2")]
@@ -219,7 +219,7 @@ fn spread_4_wide(bits: i32) -> __m256d {
     _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(bits, bit), bit))
 }
 
-// AVX blends and `movemask` use only the sign bits, so `negative` is the number itself.
+// AVX blends and `movemask` use only the sign bits, so `negative` returns its operand unchanged.
 lanes!(__m128, f32, 4, mask Ones<__m128>,
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_fmadd_ps _mm_min_ps _mm_max_ps _mm_sqrt_ps
     _mm_xor_ps _mm_or_ps _mm_and_ps _mm_andnot_ps _mm_set1_ps _mm_loadu_ps _mm_storeu_ps,
