@@ -1,4 +1,4 @@
-//! Speed against accuracy: one panel per workload.
+//! Plots speed against accuracy, with one panel per workload.
 
 use super::marks::mark;
 use super::panel::{self, Point, panel};
@@ -8,7 +8,7 @@ use crate::pareto::{Baseline, fastest, pareto_front};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// The width of a panel, and the top of the upper panels.
+/// The width of a panel and the top of the upper panels.
 const WIDTH: f64 = 704.0;
 const TOP: f64 = 66.0;
 

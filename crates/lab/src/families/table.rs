@@ -1,17 +1,17 @@
-//! The table of all families, and their adversarial mix.
+//! The table of all families and their adversarial mix.
 
 use super::family::{Family, Param};
 use super::scene::Case;
 use super::{closed, limits, ranges, shapes};
 use crate::rng::Rng;
 
-/// The family with a given name.
+/// Returns the family with a given name.
 pub fn find(name: &str) -> Option<&'static Family> {
     FAMILIES.iter().find(|family| family.name == name)
 }
 
-/// A case of the adversarial mix. Half of the cases are sensitive to rounding but otherwise
-/// harmless; the others come from all families equally.
+/// Generates a case of the adversarial mix. Half of the cases are sensitive to rounding but
+/// otherwise harmless; the others come from all families equally.
 pub fn adversarial(rng: &mut Rng) -> Case {
     if rng.one_in(2) {
         let scene = shapes::random(rng, 1.0, 1, 1);

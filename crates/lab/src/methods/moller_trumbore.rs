@@ -10,7 +10,7 @@ use super::real::Real;
 #[derive(Clone, Copy, Debug)]
 pub struct MollerTrumbore {
     /// The bound on the determinant. 0 rejects only a determinant of 0. The paper's listing uses
-    /// 1e-6, which much code has kept.
+    /// 1e-6, which many implementations have kept.
     pub epsilon: f64,
 }
 

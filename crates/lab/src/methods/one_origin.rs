@@ -1,5 +1,5 @@
-//! The modes `certified` and `exact` for rays that share an origin, as camera rays and hard shadow
-//! rays do, based on document D.
+//! The `certified` and `exact` modes for rays that share an origin, as camera rays and hard shadow
+//! rays do. Based on document D.
 //!
 //! ```text
 //!   with A = c1 - o, once per triangle:   V = (h5 × A)    W = (A × h4)    U = n - V - W
@@ -9,8 +9,8 @@
 //! The forms are computed in f64, and negated where T is negative, so that all of them are positive
 //! for a hit in front. They are scaled by their common error bound, which thus becomes |d|. The
 //! forms rule out most rays, and the kernel's filter tests the others. Section 7 of
-//! `docs/numerics/certified.md` contains the bounds and their proof. Like all constants of a
-//! triangle, the forms are computed before the timed part, because the rays of a picture share
+//! `docs/numerics/certified.md` contains the bounds and their proof. Like all per-triangle
+//! constants, the forms are computed before the timed part, because all rays of an image share
 //! them.
 
 use std::time::Instant;
@@ -54,7 +54,8 @@ const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
 struct SeenTriangle {
     /// U, V, and W.
     forms: [Vec3<f32>; 3],
-    /// If the sum of U, V, and W is within `|d|` times this number, its sign is uncertain.
+    /// The sign of the sum of U, V, and W is uncertain if its absolute value is at most `|d|` times
+    /// this value.
     doubtful: f32,
     triangle: PreparedTriangle,
 }
@@ -230,7 +231,7 @@ where
     start.elapsed().as_secs_f64()
 }
 
-/// The triangles of each batch, relative to the origin of its rays.
+/// Prepares the triangles of each batch, relative to the origin of its rays.
 #[inline(never)]
 fn triangles_of(batches: &[TestBatch]) -> Vec<Vec<SeenTriangle>> {
     let seen = |batch: &TestBatch| {

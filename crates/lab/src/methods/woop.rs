@@ -17,7 +17,7 @@ pub struct Woop {
     pub fall_back: bool,
 }
 
-/// The ray's origin, and the shear.
+/// The ray's origin and shear.
 #[derive(Clone, Copy)]
 pub struct Ray<L: Lanes> {
     origin: Vec3<L>,
@@ -26,7 +26,7 @@ pub struct Ray<L: Lanes> {
 }
 
 impl<L: Lanes> Ray<L> {
-    /// A corner relative to the origin, with the ray's axis last.
+    /// Returns a corner relative to the origin, with the ray's axis last.
     #[inline(always)]
     fn see(&self, corner: Vec3<L>) -> Vec3<L> {
         self.axis.turn(corner - self.origin)
@@ -85,7 +85,7 @@ impl Intersector for Woop {
     }
 }
 
-/// Computes the value of a side in f64, lane by lane, and rounds it back as in the paper.
+/// Computes the value of a side in f64, lane by lane, and rounds it back to f32, as in the paper.
 #[inline(always)]
 fn side_f64<L: Real>(p: [L; 2], q: [L; 2]) -> L {
     let zero = [L::Scalar::nearest(0.0); 16];

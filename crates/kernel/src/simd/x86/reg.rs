@@ -2,9 +2,9 @@
 //!
 //! `wide` chooses its instructions at compile time. These types use the CPU's instructions even in
 //! a build for a generic target. They are private to `simd`: a value exists only inside
-//! [`Level::run`](crate::simd::Level::run), which has detected the instructions on this CPU. This
-//! is the `SAFETY` argument for every call below. Loads and stores also access only N numbers of a
-//! slice that was just cut to N.
+//! [`Level::run`](crate::simd::Level::run), which has verified that the CPU supports them. This is
+//! the `SAFETY` argument for every call below. Loads and stores also stay in bounds: each accesses
+//! the N elements of a slice just cut to length N.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -12,7 +12,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::super::lanes::{Lanes, Mask};
 
-/// A register of numbers.
+/// A register of values.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Reg<T>(pub(super) T);
 
@@ -20,7 +20,7 @@ pub(in crate::simd) struct Reg<T>(pub(super) T);
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Ones<T>(pub(super) T);
 
-/// A mask register of AVX-512.
+/// An AVX-512 mask register.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Bits<T>(T);
 
