@@ -56,7 +56,7 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.lock().idle.pop().unwrap_or_else(Part::new)
     }
 
-    /// Puts a part and the parts that waited for it into their places.
+    /// Copies a part, and the parts that waited for it, to their positions in the output.
     pub(crate) fn put(&self, number: usize, part: Part<A>) {
         self.lock().waiting.insert(number, part);
         // The thread that determines where a part belongs also copies it there, in parallel with

@@ -35,7 +35,7 @@ impl<S: Scalar> Mesh<S> {
         Self { solid: Solid::assume_closed_bvh(bvh), soup: OnceLock::new() }
     }
 
-    /// The solid, either assumed to be closed or with its boundary.
+    /// Returns the solid, either assumed to be closed or with its boundary.
     pub(crate) fn solid(&self, assume_closed: bool) -> PyResult<&Solid<S>> {
         if assume_closed {
             return Ok(&self.solid);
@@ -63,13 +63,13 @@ impl<S: Scalar> Mesh<S> {
         Ok(Self::of(bvh))
     }
 
-    /// A copy, without derived data.
+    /// Copies the mesh, without derived data.
     pub(crate) fn try_clone(&self) -> Result<Self, BuildError> {
         Ok(Self::of(self.solid.bvh().try_clone()?))
     }
 
-    /// Moves the triangles, and returns the mesh and how much longer rays take than in a new tree,
-    /// as a factor: 1 if nothing has moved. If there is not enough memory, the returned mesh
+    /// Moves the triangles. Returns the mesh and the estimated factor by which rays take longer
+    /// than in a new tree, which is 1 if nothing has moved. If memory runs out, the returned mesh
     /// contains no triangles.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
         // Drop the other solid, so that the hierarchy is not shared.
@@ -79,7 +79,7 @@ impl<S: Scalar> Mesh<S> {
         (Self::of(bvh), refit.map(|refit| refit.ratio()))
     }
 
-    /// The crossings of rays, in order of t.
+    /// Returns the crossings of rays, in order of t.
     pub(crate) fn crossings(
         &self,
         rays: &[RayOf<S>],

@@ -1,4 +1,4 @@
-//! Rays that start at hits.
+//! Creates rays that start at hits.
 
 use intertri::{Hit, TriangleOf, spawn_ray};
 use pyo3::exceptions::PyValueError;

@@ -11,4 +11,4 @@ open3d.t.geometry.RaycastingScene = intertri.open3d.RaycastingScene
 
 
 def pytest_report_header():
-    return f"Open3D {open3d.__version__}, with the RaycastingScene of intertri"
+    return f"Open3D {open3d.__version__}, with intertri's RaycastingScene"
