@@ -5,14 +5,14 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::Scalar;
 
-/// A half-line, and the interval of t in which hits count.
+/// A half-line and the interval of t in which hits count.
 ///
 /// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
 /// unit length. A hit counts if `t_min <= t < t_max` and `t > 0`.
 /// [`Mode::exact`](crate::Mode::exact) compares the true t. The other modes compare t in f64 and
 /// also require it to be above their threshold. The interval excludes `t_max`, so that with the
 /// default of infinity, a `t` that overflowed is a miss. A ray hits nothing if its origin or
-/// direction contains a NaN or an infinity, or its interval a NaN.
+/// direction contains a NaN or an infinity, or if its interval contains a NaN.
 ///
 /// The layout matches a file of raw rays: eight little-endian numbers in the order of the fields.
 /// [`Ray`] is the f32 type, and [`Ray64`] the f64 type.

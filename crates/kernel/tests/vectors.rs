@@ -1,4 +1,5 @@
-//! The kernel accepts glam and mint vectors directly, although it depends on neither crate.
+//! Tests that the kernel accepts glam and mint vectors directly, although it depends on neither
+//! crate.
 
 use glam::Vec3;
 use intertri::{Mode, Ray, Triangle};

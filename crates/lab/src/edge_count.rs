@@ -29,7 +29,7 @@ pub struct EdgeCount {
 
 const PIECE: u64 = 4096;
 
-/// Checks at least `rays` rays, and calls `step` with the number of rays just completed. The counts
+/// Checks at least `rays` rays. Calls `step` with the number of rays just completed. The counts
 /// depend only on the seed and the number of rays.
 pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCount {
     let piece = |piece: u64| {

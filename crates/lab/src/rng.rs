@@ -91,7 +91,7 @@ impl Rng {
     }
 }
 
-/// Moves `x` up or down by a number of f32 steps, across 0 if necessary. Stops at the infinities,
+/// Moves `x` up or down by a number of f32 steps, across 0 if necessary. Stops at the infinities
 /// and returns a NaN unchanged.
 ///
 /// ```
@@ -113,7 +113,7 @@ pub fn step(x: f32, steps: i32) -> f32 {
     if moved < 0 || (moved == 0 && bits >> 31 == 1 && steps == 0) { -magnitude } else { magnitude }
 }
 
-/// Moves `x` up or down by a number of f64 steps. Stops at the infinities, and returns a NaN
+/// Moves `x` up or down by a number of f64 steps. Stops at the infinities and returns a NaN
 /// unchanged.
 pub fn step64(mut x: f64, steps: i32) -> f64 {
     for _ in 0..steps.unsigned_abs() {

@@ -1,4 +1,4 @@
-"""Compares intertri with trimesh, with and without Embree, and with Open3D: speed and answers.
+"""Compares the speed and answers of intertri, Open3D, and trimesh with and without Embree.
 
     python beside.py FOLDER_OF_MODELS [--rays 1024] [--only bunny] [--seconds 0.6]
 

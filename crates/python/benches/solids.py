@@ -38,7 +38,7 @@ def box(cells=2):
 
 
 def damaged():
-    """Returns fifteen boxes as triangles (n, 3, 3), by the name of their damage."""
+    """Returns fifteen boxes as triangles (n, 3, 3), keyed by the kind of damage."""
     whole = box()
     top = (whole[:, :, 2] == 1).all(axis=1)
     rng = np.random.default_rng(57)
@@ -81,7 +81,7 @@ def damaged():
 
 
 def indexed(triangles):
-    """Converts triangles to vertices without duplicates and faces that refer to them."""
+    """Converts triangles to vertices and faces, and merges duplicate vertices."""
     vertices, where = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, where.reshape(-1, 3)
 

@@ -74,7 +74,7 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.lock().next()
     }
 
-    /// Returns the number of answers in the array, and the parts that did not fit.
+    /// Returns the number of answers in the array and the parts that did not fit.
     pub(crate) fn finish(self) -> (usize, Vec<Part<A>>) {
         let state = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         let left: usize = state.more.iter().map(|part| part.answers.len()).sum();

@@ -66,7 +66,7 @@ impl SegmentRow {
     }
 }
 
-/// Converts the number of a medium, if any.
+/// Returns the number of a medium, or `OUTSIDE` for `None`.
 fn number(medium: Option<u32>) -> i32 {
     medium.map_or(OUTSIDE, |medium| medium as i32)
 }

@@ -14,7 +14,7 @@ use crate::skip::{Skip, without};
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
-    /// The solid with its boundary, found on first use.
+    /// The solid with its boundary, computed on first use.
     soup: OnceLock<Solid<S>>,
 }
 
@@ -41,7 +41,7 @@ impl<S: Scalar> Mesh<S> {
             return Ok(&self.solid);
         }
         if self.soup.get().is_none() {
-            // Another thread may have found the boundary in the meantime, with the same result.
+            // Another thread may have computed the boundary in the meantime, with the same result.
             _ = self.soup.set(self.solid.with_boundary().map_err(no_memory)?);
         }
         Ok(self.soup.get().unwrap_or(&self.solid))

@@ -47,7 +47,7 @@ pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     }
 }
 
-/// Finds the closest hits. A single ray needs none of the preparation of a batch.
+/// Finds the closest hits. A single ray is traced without the preparation that a batch needs.
 pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hits: &mut [Hit]) {
     if let ([ray], [to]) = (rays, &mut *hits) {
         *to = query.closest(ray).unwrap_or(Hit::MISS);

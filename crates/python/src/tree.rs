@@ -230,7 +230,7 @@ macro_rules! tree {
                 })
             }
 
-            /// Fills `out` with rays that start at hits and never hit the same triangles.
+            /// Fills `out` with rays that start at hits and never hit those triangles again.
             #[staticmethod]
             fn spawn_rays(
                 py: Python<'_>,

@@ -1,4 +1,4 @@
-//! N points or directions, with one lane value per component.
+//! Vectors of lanes, which hold N points or directions.
 
 use core::ops::{Add, Mul, Sub};
 

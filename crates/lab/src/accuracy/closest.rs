@@ -10,7 +10,7 @@ use crate::methods::{METHODS, Method, on_grid, reference_closest};
 use crate::oracle;
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// Counts errors in closest hits, and returns the number of rays.
+/// Counts wrong closest hits. Returns the number of rays.
 pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u64 {
     let rays = batch.rays.len() as u64;
     let layout = Layout { form: Form::Packets, lanes: 8 };

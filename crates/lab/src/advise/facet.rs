@@ -40,7 +40,7 @@ pub(super) struct PlaneHit {
     pub(super) t: f64,
     /// A lower bound on how far the ray passes inside the nearest side; negative outside.
     pub(super) margin: f64,
-    /// The ray's distance from each side, computed only if the margin does not decide.
+    /// The ray's distance from each side, computed only if the margin is not decisive.
     pub(super) sides: Option<[f64; 3]>,
 }
 

@@ -32,7 +32,7 @@ pub struct Needs {
     pub farthest: f64,
     /// The width of a pixel at the nearest surface.
     pub pixel: f64,
-    /// The share of hits where the ray meets the surface at less than six degrees.
+    /// The share of hits where the ray meets the surface at an angle of less than six degrees.
     pub grazing: f64,
     /// The smallest `|nrm · dir|` and the smallest t of any hit. `Threshold` must be below both.
     pub smallest_slope: f64,

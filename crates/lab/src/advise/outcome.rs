@@ -11,7 +11,7 @@ use super::pixel_ray::PixelRay;
 const U: f64 = 1.0 / (1_u64 << 24) as f64;
 const W: f64 = 1.0 / (1_u64 << 53) as f64;
 
-/// The possible outcomes of an arithmetic for a facet at a pixel.
+/// What an arithmetic may find for a facet at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Outcome {
     /// No hit.
@@ -43,8 +43,8 @@ impl Facet {
         2.0 * W * side * ((30.0 * kappa + 68.0 * rho) * first + off + 34.0 * kappa * side)
     }
 
-    /// Returns how far outside a triangle seen edge-on rounding can move a hit, as a multiple of
-    /// its longest side.
+    /// For a triangle seen edge-on, returns how far outside the triangle rounding can move a hit,
+    /// as a multiple of its longest side.
     pub(super) fn spill(&self) -> f64 {
         let slope = self.height.abs() / self.reach();
         let rho = self.side * self.side / slope;

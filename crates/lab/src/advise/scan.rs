@@ -17,7 +17,7 @@ use super::vector::Vec3d;
 /// The number of rows in a band.
 const BAND: u32 = 16;
 
-/// Finds the doubtful pixels of an image, and the exact answers for every `every`-th pixel.
+/// Finds the doubtful pixels of an image and the exact answers for every `every`-th pixel.
 ///
 /// `seen` contains the hits of the pixels, row by row, computed in the reference's arithmetic with
 /// a threshold of 0. If a pixel has several possible answers, any of them will do. At most 32

@@ -1,4 +1,5 @@
-//! Compares two ways to render the same image: rays, and the z-buffer with shadow volumes.
+//! Plots the times of two ways to render the same image: with rays, and with a z-buffer and shadow
+//! volumes.
 
 use serde::Serialize;
 

@@ -53,7 +53,7 @@ fn legend(svg: &mut Svg, [x, y]: [f64; 2]) {
     svg.text([at + 8.0, y], "to the other end; none: not within the range", font);
 }
 
-/// Draws a column's label, its axis label, and its range.
+/// Draws a column's heading: the name of the sweep, its axis label, and its range.
 fn heading(svg: &mut Svg, x: f64, sweep: &Sweep) {
     let range = format!("from {} to {}", number(sweep.from), number(sweep.to));
     let font = Font::new(11.0, Anchor::Start).upright();

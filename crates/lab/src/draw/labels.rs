@@ -109,8 +109,8 @@ fn around(label: &Wanted, size: f64) -> Vec<Area> {
         for step in 0..24 {
             let angle = f64::from(step) * std::f64::consts::TAU / 24.0;
             let (cx, cy) = (x + reach * angle.cos(), y + reach * angle.sin());
-            // A label beside the point faces it with its nearer end; a label above or below is
-            // centred.
+            // A label beside the point starts or ends at the point; a label above or below is
+            // centred on it.
             let left = match step {
                 0..=4 | 20.. => cx,
                 8..=16 => cx - w,

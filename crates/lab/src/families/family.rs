@@ -18,7 +18,7 @@ pub struct Family {
 /// A positive parameter of a family, swept on a logarithmic scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
-    /// The meaning of the number.
+    /// What the parameter measures.
     pub name: &'static str,
     /// One end of its range: the harmless one, if only one end is harmful.
     pub from: f64,

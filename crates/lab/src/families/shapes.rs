@@ -108,8 +108,8 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
     })
 }
 
-/// Returns the two edge vectors from a triangle's first corner and its unit normal, or zeros if it
-/// has none.
+/// Returns the two edge vectors from a triangle's first corner and its unit normal, which is zero
+/// for a triangle without area.
 fn frame(triangle: &Triangle) -> [Point; 3] {
     let [a, b, c] = triangle.0.map(wide);
     let (p, q) = (add(b, a, -1.0), add(c, a, -1.0));

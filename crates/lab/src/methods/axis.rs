@@ -1,4 +1,4 @@
-//! Finds the longest axis of a vector, and permutes vectors so that it comes last.
+//! Finds the longest axis of a vector and permutes vectors so that this axis comes last.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};

@@ -1,7 +1,7 @@
 //! Finds the closest hits of batches with an intersector. Tests either N rays against one triangle
 //! after another (packets), or one ray after another against N triangles (blocks).
 //!
-//! Values that are computed once per triangle are prepared before the timed part, and stored as one
+//! Values that are computed once per triangle are prepared before the timed part and stored as one
 //! value per field (packets) or N values per field (blocks). Values that are computed once per ray
 //! are part of the measured time. Both forms update the closest hit of each ray without a branch.
 

@@ -6,7 +6,7 @@
 //!   per ray:                              V·d, W·d, U·d: three products
 //! ```
 //!
-//! The forms are computed in f64, and negated where T is negative, so that all of them are positive
+//! The forms are computed in f64 and negated where T is negative, so that all of them are positive
 //! for a hit in front. They are scaled by their common error bound, which thus becomes |d|. The
 //! forms rule out most rays, and the kernel's filter tests the others. Section 7 of
 //! `docs/numerics/certified.md` contains the bounds and their proof. Like all per-triangle
@@ -41,7 +41,7 @@ const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
 /// The sign of a form is decisive only if D exceeds this share of `|d|₂ h²`.
 const GRAZING: f64 = 24.0 * U;
 
-/// The shortest edge length that is assumed, 2^-48.
+/// The assumed minimum length of the longest edge, 2^-48.
 const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
 
 /// A factor that rounds the square root of a sum of squares up, and 2^-49, which is added to cover
@@ -136,7 +136,7 @@ fn offer_all<S: Simd, const N: usize>(
     }
 }
 
-/// Tests pairs. Each ray is the only one with its origin.
+/// Tests pairs, treating each ray as the only one with its origin.
 pub(super) fn pairs(filter: Filter<'_>, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     filter.level().run(Pairs { filter, triangles, rays, to });
 }

@@ -1,7 +1,7 @@
 //! S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection", Journal of Computer
-//! Graphics Techniques 2(1), 2013. The test shears the scene so that the ray runs along the longest
-//! axis of its direction, and tests the sides in the plane perpendicular to that axis. A value of
-//! exactly 0 in f32 is recomputed in f64.
+//! Graphics Techniques 2(1), 2013. The method shears the scene so that the ray runs along the
+//! longest axis of its direction, and then tests the sides in the plane perpendicular to that axis.
+//! A value of exactly 0 in f32 is recomputed in f64.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn the_shear_by_hand() {
-        // With its longest axis last, the shear turns the direction into (0, 0, 1).
+        // If the longest axis comes last, the shear turns the direction into (0, 0, 1).
         let woop = Woop { fall_back: true };
         let dirs = [[4.0, 1.0, 2.0], [2.0, 4.0, 1.0], [1.0, 2.0, 4.0]];
         for (axis, [x, y, z]) in dirs.into_iter().enumerate() {

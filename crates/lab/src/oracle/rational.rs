@@ -9,8 +9,8 @@ use super::oracle_answer::{LinePosition, OracleAnswer};
 /// Returns the exact answer for a ray and a triangle, computed in rationals. This is slow, but
 /// independent of [`super::answer()`].
 ///
-/// Solves `origin + t dir = c1 + u (c2 - c1) + v (c3 - c1)` by Cramer's rule, with the divisions,
-/// and uses the signs of the weights `1 - u - v`, `u`, `v`.
+/// Solves `origin + t dir = c1 + u (c2 - c1) + v (c3 - c1)` by Cramer's rule, carrying out the
+/// divisions, and uses the signs of the weights `1 - u - v`, `u`, `v`.
 pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnswer {
     if !is_finite(triangle, ray) {
         return OracleAnswer::without_t(LinePosition::NotFinite);

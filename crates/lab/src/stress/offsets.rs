@@ -148,7 +148,7 @@ fn wall(rng: &mut Rng, distance: f64) -> Wall {
         let off = side * rng.log(1e-9, 0.1);
         let slant = along([0.0; 3], right, rng.signed());
         let dir = along(along(slant, up, rng.signed()), normal, way);
-        // Start from the point where the ray meets the wall's plane.
+        // Place the origin relative to the point where the ray meets the wall's plane.
         let origin = along(at(4.0 * x, 3.0 * y), dir, off * way);
         Ray64::new(origin, dir)
     };
@@ -211,8 +211,8 @@ mod tests {
         for errors in of("exact", InputPrecision::AsGiven) {
             assert_eq!((errors.share(), errors.trials), (0.0, 2000));
         }
-        // The distances range from a metre to a million kilometres, where half of the answers are
-        // pure chance.
+        // The distances range from a metre to a million kilometres, where the answers are little
+        // better than chance.
         for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");

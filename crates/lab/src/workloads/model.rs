@@ -34,7 +34,8 @@ impl Model {
         (radius > 0.0 && radius.is_finite()).then_some(Self { triangles, balls, centre, radius })
     }
 
-    /// The built-in model: a sphere and a slanted torus through it, without special coordinates.
+    /// Creates the built-in model: a sphere and a slanted torus through it, without special
+    /// coordinates.
     pub fn built_in() -> Self {
         let place = |[x, y, z]: [f64; 3]| [y + 0.1 * x + 0.37, z - 0.2 * y - 0.21, x + 0.3 * z];
         let mut triangles = Mesh::icosphere(4).map(place).triangles();

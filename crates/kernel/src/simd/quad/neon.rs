@@ -2,7 +2,7 @@
 //!
 //! This file is compiled only if the target has NEON, so every CPU that runs it has the
 //! instructions. This is the `SAFETY` argument for every call below. Loads and stores also stay
-//! within an array of N elements, and work with any alignment.
+//! within an array of N elements and work with any alignment.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::aarch64::*;
@@ -10,7 +10,7 @@ use core::arch::aarch64::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = true;
 
-/// The operations that f32 and f64 registers have in common.
+/// Defines the operations that f32 and f64 registers have in common.
 macro_rules! float {
     (
         $scalar:ty, $n:literal, $reg:ty, $mask:ty,

@@ -10,7 +10,7 @@ use core::arch::wasm32::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = false;
 
-/// The operations that f32 and f64 registers have in common.
+/// Defines the operations that f32 and f64 registers have in common.
 macro_rules! float {
     (
         $scalar:ty, $n:literal,

@@ -36,8 +36,8 @@ macro_rules! operator {
     };
 }
 
-/// The operations that AVX2 and AVX-512 registers share. Comparison, selection, and loads are
-/// parameters.
+/// Implements the operations that AVX2 and AVX-512 registers share. Comparison, selection, and
+/// loads are parameters.
 macro_rules! lanes {
     (
         $reg:ty, $scalar:ty, $n:literal, mask $mask:ty,
@@ -149,7 +149,7 @@ macro_rules! lanes {
     };
 }
 
-/// A mask as wide as the register that holds the values.
+/// Implements masks that are as wide as the registers of values.
 macro_rules! ones {
     ($reg:ty, $n:literal, $and:ident $or:ident $xor:ident $movemask:ident, $all:expr, $spread:expr) => {
         operator!(Ones<$reg>, BitAnd bitand $and);
@@ -249,7 +249,7 @@ lanes!(__m512d, f64, 8, mask Bits<__mmask8>,
     load_f32 |from| _mm512_cvtps_pd(_mm256_loadu_ps(from)), store_f32 |to, x| _mm256_storeu_ps(to, _mm512_cvtpd_ps(x)), compare _mm512_cmp_pd_mask, negative |x| cpu!(_mm512_movepi64_mask(_mm512_castpd_si512(x))),
     blend |m, yes, no| _mm512_mask_blend_pd(m, no, yes));
 
-/// A mask with one bit per lane.
+/// Implements masks with one bit per lane.
 macro_rules! bits {
     ($bits:ty, $n:literal) => {
         impl BitAnd for Bits<$bits> {

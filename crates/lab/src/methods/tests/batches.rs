@@ -116,8 +116,8 @@ fn fixed_on_its_grid_agrees_with_the_oracle() {
             let batches = std::slice::from_ref(&batch);
             assert!(fixed.closest(Level::best(), batches, layout, &mut nearest).is_some());
             for (ray, nearest) in batch.rays.iter().zip(nearest) {
-                // No triangle that is hit in its interior is nearer, and the reported triangle is
-                // hit.
+                // No triangle that is hit in its interior is nearer than the reported triangle,
+                // which must itself be hit.
                 for triangle in &batch.triangles {
                     let exact = oracle::answer(triangle, ray);
                     if exact.is_hit() && exact.place == LinePosition::Inside {
