@@ -1,4 +1,4 @@
-"""A lidar scans a house behind a tree and records every return of each pulse.
+"""Simulates a lidar that scans a house behind a tree and records every return of each pulse.
 
     python lidar.py [picture.png]
 

@@ -69,7 +69,8 @@ impl Facet {
                 self.by_edges(self.single_bound(), off, plane_hit, pixel_ray)
             }
             Arithmetic::Double { threshold } => {
-                // The computed normal of a triangle without area is NaN.
+                // The reference never reports a hit on a triangle without area, because its normal
+                // is 0.
                 if self.area == 0.0 {
                     return Outcome::Miss;
                 }

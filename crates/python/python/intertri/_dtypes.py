@@ -70,10 +70,10 @@ SEGMENT = np.dtype(
 )
 """A part of a ray in one medium, 48 bytes.
 
-``start``, ``end``: the t where it starts and ends, in multiples of the length of the direction.
-``medium``: the number of the medium, or -1 outside. ``triangle``, ``geometry``, ``u``, ``v``: the
-wall at the end of the segment, a face of the mesh with the number ``geometry``, as in `HIT`. The
-triangle is -1 if the ray ends there.
+``start``, ``end``: the values of t where it starts and ends, in multiples of the length of the
+direction. ``medium``: the number of the medium, or -1 outside. ``triangle``, ``geometry``, ``u``,
+``v``: the wall at the end of the segment, a face of the mesh with the number ``geometry``, as in
+`HIT`. The triangle is -1 if the ray ends there.
 """
 
 MEDIUM_CROSSING = np.dtype([*((name, HIT[name]) for name in HIT.names or ()), ("left", "<i4"), ("entered", "<i4")])

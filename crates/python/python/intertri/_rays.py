@@ -181,7 +181,7 @@ class RayQueries(Triangles):
             if all ``a`` or all ``b`` are the same. Points that are not finite see nothing.
         skip_a, skip_b : integer or (...), optional
             The triangles on which the points lie, or -1 for none. Pass them if you know them and
-            the points are less accurate than that.
+            the points are not accurate to 16 rounding units.
         threads, out
             As for `any`.
 
