@@ -198,7 +198,7 @@ def table():
 
 
 def globe(rings, missing):
-    """Returns a globe without the faces whose corners all have a y of at least `missing`."""
+    """Returns a globe without the faces that lie entirely at y >= `missing`."""
     a = np.arange(rings + 1) / rings * np.pi
     b = np.arange(2 * rings) / rings * np.pi
     r = np.sin(a)

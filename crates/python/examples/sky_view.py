@@ -2,7 +2,7 @@
 
     python sky_view.py [picture.png]
 
-The town is in UTM coordinates, millions of metres from the origin, where adjacent float32 numbers
+The town is in UTM coordinates, millions of metres from the origin, where adjacent float32 values
 are half a metre apart.
 """
 

@@ -54,10 +54,10 @@ impl<S: Scalar> Mesh<S> {
             error => wrong(error),
         })?;
         if bvh.geometries() != 1 {
-            return Err(wrong(format!("a hierarchy of {} meshes, not of one", bvh.geometries())));
+            return Err(wrong(format!("its tree has {} meshes instead of one", bvh.geometries())));
         }
         if bvh.len() != triangles {
-            return Err(wrong(format!("a hierarchy of {} triangles, not {triangles}", bvh.len())));
+            return Err(wrong(format!("its tree has {} triangles instead of {triangles}", bvh.len())));
         }
         bvh.set_mask(0, u32::MAX);
         Ok(Self::of(bvh))

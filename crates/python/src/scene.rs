@@ -123,7 +123,7 @@ impl NativeScene {
         let (instances, matrices) = (instances.as_slice()?, matrices.as_slice()?);
         let (matrices, _) = matrices.as_chunks::<12>();
         if matrices.len() != instances.len() {
-            return Err(PyValueError::new_err("one matrix for each instance"));
+            return Err(PyValueError::new_err("there must be one matrix for each instance"));
         }
         let mut state = self.state();
         let mut ids = instances.iter().map(|&number| InstanceId::from_index(number));

@@ -71,7 +71,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "cube-exact",
-        what: "an integer cube, with rays exactly at its edges and vertices, many of them along an axis",
+        what: "an integer cube, with rays exactly at its edges and vertices, many along an axis",
         param: None,
         make: closed::cube_exact,
     },

@@ -93,7 +93,7 @@ def grid(origin: ArrayLike, spacing: ArrayLike, shape: Any) -> tuple[Floats, Flo
         raise ValueError(f"origin is {first.tolist()} and spacing {step.tolist()}; they must be finite, and spacing above 0")
     counts = _inputs.array(shape, "shape")
     if counts.shape != (3,) or counts.dtype.kind not in "iu" or (counts < 0).any():
-        raise ValueError(f"shape is {shape}; it must be three numbers of voxels, (nx, ny, nz)")
+        raise ValueError(f"shape is {shape}; it must be three voxel counts, (nx, ny, nz)")
     nx, ny, nz = (int(count) for count in counts)
     return first, np.broadcast_to(step, (3,)), (nx, ny, nz)
 
@@ -168,7 +168,7 @@ def vertex_rows(indices: ArrayLike, moved: Floats, count: int) -> NDArray[np.int
     if rows.ndim != 1 or rows.dtype.kind not in "iu":
         raise TypeError(f"indices has dtype {rows.dtype} and shape {rows.shape}; it must be (n,) integers: rows of vertices")
     if moved.shape != (len(rows), 3):
-        raise ValueError(f"vertices has shape {moved.shape}; it must be ({len(rows)}, 3), a row for each of indices")
+        raise ValueError(f"vertices has shape {moved.shape}; it must be ({len(rows)}, 3), one row for each index")
     wrong = (rows < 0) | (rows >= count)
     if wrong.any():
         raise IndexError(f"indices has {rows[wrong][0]}, but there are {count} vertices")
@@ -342,7 +342,7 @@ def as_bytes(array: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def threads_of(threads: int | None) -> int | None:
-    """Checks a number of threads, where `None` means all."""
+    """Checks a thread count, where `None` means all threads."""
     if threads is None:
         return None
     if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool):

@@ -19,7 +19,7 @@ MOST = 1 << 28
 """The maximum number of bytes that stay idle."""
 
 _PAGE = 1 << 21
-"""Blocks are multiples of a huge page."""
+"""Block sizes are multiples of this, the size of a huge page."""
 
 _idle: list[mmap.mmap] = []
 

@@ -215,4 +215,4 @@ def load(path: str | os.PathLike[str]) -> Mesh:
     try:
         return _revive(Mesh, *_archive.read(path))
     except ValueError as error:
-        raise ValueError(f"{os.fspath(path)} holds no mesh: {error}") from None
+        raise ValueError(f"{os.fspath(path)} contains no mesh: {error}") from None

@@ -196,9 +196,9 @@ class PointQueries(RayQueries):
         -------
         (...) `NEAREST`
             The fields are distance, x, y, z, u, v, triangle (-1 if there is no nearest point), and
-            geometry. The triangle is the truly nearest one, or the lowest of several equally near
-            ones. A point that is not finite has no nearest point. `hit_points` returns the nearest
-            points as rows, and `hit_normals` returns the normals of their triangles.
+            geometry. The triangle is the truly nearest one, or the lowest one if several are
+            equally near. A point that is not finite has no nearest point. `hit_points` returns the
+            nearest points as rows, and `hit_normals` returns the normals of their triangles.
 
         Examples
         --------

@@ -78,7 +78,7 @@ class RayQueries(Triangles):
         Raises
         ------
         ValueError, TypeError
-            If shapes do not fit, or a dtype is not numeric.
+            If shapes do not broadcast or a dtype is not numeric.
 
         Examples
         --------

@@ -74,8 +74,8 @@ class Scene:
         ----------
         mesh : Mesh
         matrix : (4, 4) or (3, 4), optional
-            The placement, in finite numbers. A fourth row must be 0, 0, 0, 1. By default, the mesh
-            stays where it is.
+            The placement. All numbers must be finite, and a fourth row must be 0, 0, 0, 1. By
+            default, the mesh stays where it is.
         """
         if not isinstance(mesh, Mesh):
             raise TypeError(f"mesh must be an intertri.Mesh, not {type(mesh).__name__}")
@@ -101,7 +101,7 @@ class Scene:
         self._native.place(np.ascontiguousarray(numbers, np.uint32), _matrices(matrix, len(numbers)).reshape(-1))
 
     def remove(self, instance: int) -> None:
-        """Removes an instance. An instance added later may get its number."""
+        """Removes an instance. An instance added later may reuse its number."""
         self._native.remove(_number(instance))
 
     def show(self, instance: int, visible: bool = True) -> None:

@@ -60,7 +60,7 @@ def share(mesh: Mesh, client: Any = None) -> SharedMesh:
 
 
 def closest(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", threads: int = 1) -> da.Array:
-    """Finds the closest hits of rays (n, 6) or (n, 8). Returns an array (n,) of `intertri.HIT`, in
+    """Finds the closest hits of rays (n, 6) or (n, 8). Returns an array (n,) of `intertri.HIT` with
     the same blocks as the rays.
 
     ``threads`` is the number of threads for each block. A worker runs as many blocks at a time as
@@ -110,7 +110,7 @@ def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
     ``create_array``."""
     import zarr
 
-    # No block of hits is empty, so zarr need not check.
+    # No block of hits contains only fill values, so zarr need not check for that.
     options.setdefault("config", {"write_empty_chunks": True})
 
     size = max(hits.chunks[0], default=1) or 1

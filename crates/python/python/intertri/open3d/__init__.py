@@ -322,10 +322,10 @@ class RaycastingScene:
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
         """Returns 1 for points (..., 3) inside the scene or on it, otherwise 0: (...).
 
-        If the meshes together are closed and their faces consistently oriented, a point is inside
-        if they wind around it. Parts may therefore overlap, whereas Open3D counts a point inside an
-        even number of parts as outside. In any other scene, a point is inside if a ray from it
-        crosses an odd number of faces, as in Open3D.
+        If the meshes together are closed and consistently oriented, a point is inside if they wind
+        around it. Parts may therefore overlap, whereas Open3D counts a point inside an even number
+        of parts as outside. In any other scene, a point is inside if a ray from it crosses an odd
+        number of faces, as in Open3D.
         """
         _odd(nsamples)
         points, wrap = self._query(query_points, 3, "query_points")

@@ -1,4 +1,4 @@
-"""intertri in pyvista: exact ray traces and interior points of `pyvista.PolyData`.
+"""Exact ray traces and interior points for `pyvista.PolyData`.
 
 The functions have the same parameters and results as pyvista's methods of the same names:
 
@@ -161,7 +161,7 @@ def select_interior_points(
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """Vertices and faces, which compare equal if their checksums do."""
+    """Vertices and faces that compare equal if their checksums match."""
 
     digest: tuple[Any, ...]
     vertices: NDArray[Any] = field(compare=False)

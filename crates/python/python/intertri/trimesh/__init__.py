@@ -1,5 +1,4 @@
-"""intertri in trimesh: trimesh's ray interface, `contains`, and signed distance, exact and in
-float64.
+"""Exact versions of trimesh's ray interface, `contains`, and signed distance, in float64.
 
 >>> import trimesh, intertri.trimesh
 >>> mesh = intertri.trimesh.install(trimesh.creation.box())
@@ -333,7 +332,7 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
         first, last = (corners[faces[rows], end] for end in ends)
         others = around[first]
         facing = np.einsum("ijk,ik->ij", normals[others], at[rows] - near[rows])
-        # A face without an area has no normal.
+        # A face without area has no normal.
         fits = (others >= 0) & (corners[others] == last[:, None, None]).any(axis=-1) & normals[others].any(axis=-1)
         facing[~fits] = -np.inf
         best = facing.argmax(axis=1)[:, None]
