@@ -57,7 +57,7 @@ impl<S: Scalar> Mesh<S> {
             return Err(wrong(format!("its tree has {} meshes instead of one", bvh.geometries())));
         }
         if bvh.len() != triangles {
-            return Err(wrong(format!("its tree has {} triangles instead of {triangles}", bvh.len())));
+            return Err(wrong(format!("its tree has {} triangles, not {triangles}", bvh.len())));
         }
         bvh.set_mask(0, u32::MAX);
         Ok(Self::of(bvh))

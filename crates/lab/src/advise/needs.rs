@@ -26,7 +26,7 @@ pub struct Needs {
     pub pixels: u64,
     /// See [`Self::pixels`].
     pub hits: u64,
-    /// The distances of the nearest and the farthest visible surface.
+    /// The distances of the nearest and the farthest visible surfaces.
     pub nearest: f64,
     /// See [`Self::nearest`].
     pub farthest: f64,
