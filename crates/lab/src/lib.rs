@@ -17,8 +17,7 @@
 //! | [`stress`] | where the methods begin to fail |
 //! | [`edge_count`] | checks of the kernel's guarantees on a very large number of rays |
 //! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it does get wrong |
-//! | `draw`, [`tables`], [`machine`] | charts (feature `draw`), tables, and details of the machine
-//! |
+//! | `draw`, [`tables`], [`machine`] | charts (feature `draw`), tables, and machine details |
 //!
 //! Without the `measure` feature, the crate contains only [`rng`], [`meshes`], [`families`], and
 //! the generic tests of [`methods`], which compile in seconds on every target.
