@@ -9,7 +9,7 @@ pub struct PinholeCamera<'a> {
     pub eye: [f32; 3],
     /// Right, up, and forward, as orthogonal unit vectors.
     pub axes: [[f64; 3]; 3],
-    /// Half the height of the image plane at distance 1.
+    /// Half the height of the image on a plane at distance 1.
     pub half_height: f64,
     /// The width and height of the image in pixels.
     pub size: (u32, u32),

@@ -8,7 +8,7 @@ use crate::stress::{Onset, SWEEPS, Sweep};
 
 /// The number of sweeps side by side.
 const COLUMNS: usize = 9;
-/// The size of a cell with its margins, which are to its right and above it.
+/// The size of a cell including its margins, and the margins to its right and above it.
 const CELL: [f64; 2] = [140.0, 38.0];
 const GAP: [f64; 2] = [28.0, 7.0];
 const LEFT: f64 = 188.0;
