@@ -137,7 +137,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "axis",
-        what: "rays with small integers, along axes, in coordinate planes, and through box faces",
+        what: "small-integer rays along axes, in coordinate planes, and through box faces",
         param: None,
         make: shapes::axis,
     },
@@ -167,7 +167,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "interval",
-        what: "t_min or t_max at t or one f32 step away; empty, reversed, NaN, and infinite intervals",
+        what: "t_min or t_max at t or an f32 step away; empty, reversed, NaN, and infinite intervals",
         param: None,
         make: limits::interval,
     },
