@@ -167,7 +167,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "interval",
-        what: "t_min or t_max within an f32 step of t; empty, reversed, NaN, and infinite intervals",
+        what: "t_min or t_max within an f32 step of t; empty, reversed, NaN, or infinite intervals",
         param: None,
         make: limits::interval,
     },
