@@ -128,7 +128,7 @@ def test_messages(ask, error, says):
 
 def test_models_are_no_saved_meshes(tmp_path):
     (tmp_path / "x.obj").write_text("v 0 0 0\n")
-    with pytest.raises(ValueError, match="x.obj holds no mesh: .*Mesh.read"):
+    with pytest.raises(ValueError, match="x.obj contains no mesh: .*Mesh.read"):
         intertri.load(tmp_path / "x.obj")
 
 

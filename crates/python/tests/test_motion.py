@@ -114,17 +114,17 @@ def test_other_files(mesh, tmp_path):
         (mesh.vertices, out_of_range, b"", r"face 3 is \["),
     ]:
         save_bound(path, vertices, faces, tree)
-        with pytest.raises(ValueError, match=f"mesh.npz holds no mesh: .*({says})"):
+        with pytest.raises(ValueError, match=f"mesh.npz contains no mesh: .*({says})"):
             intertri.load(path)
     np.savez(path, vertices=mesh.vertices)
-    with pytest.raises(ValueError, match="holds no mesh: it has no member faces and tree"):
+    with pytest.raises(ValueError, match="contains no mesh: it has no member faces and tree"):
         intertri.load(path)
     two, faces = zlib.decompress(base64.b85decode(TWO_MESHES)), np.uint32([[0, 1, 2]] * 2)
     save_bound(path, np.zeros((3, 3), np.float32), faces, two)
-    with pytest.raises(ValueError, match="holds no mesh: a hierarchy of 2 meshes, not of one"):
+    with pytest.raises(ValueError, match="contains no mesh: its tree has 2 meshes instead of one"):
         intertri.load(path)
     np.save(tmp_path / "mesh.npy", mesh.vertices)
-    with pytest.raises(ValueError, match="holds no mesh: .*not a file that Mesh.save wrote"):
+    with pytest.raises(ValueError, match="contains no mesh: .*not a file that Mesh.save wrote"):
         intertri.load(tmp_path / "mesh.npy")
 
 
@@ -141,7 +141,7 @@ def test_a_tree_of_another_mesh_is_refused(mesh, tmp_path):
     other = intertri.Mesh(vertices.astype(mesh.dtype), faces)
     path = tmp_path / "mesh.npz"
     save_bound(path, mesh.vertices, mesh.faces, other._saved()[2])
-    with pytest.raises(ValueError, match="a hierarchy of 12 triangles, not 1280"):
+    with pytest.raises(ValueError, match="its tree has 12 triangles, not 1280"):
         intertri.load(path)
     other = intertri.Mesh(mesh.vertices.astype(np.float64 if mesh.dtype == np.float32 else np.float32), mesh.faces)
     save_bound(path, mesh.vertices, mesh.faces, other._saved()[2])
@@ -194,7 +194,7 @@ def test_refit_of_some_vertices(mesh, rng):
     for indices, error, says in [
         ([len(moved)], IndexError, f"indices has {len(moved)}, but there are {len(moved)} vertices"),
         ([-1], IndexError, "indices has -1"),
-        ([0, 1], ValueError, r"vertices has shape \(1, 3\); it must be \(2, 3\), a row for each of indices"),
+        ([0, 1], ValueError, r"vertices has shape \(1, 3\); it must be \(2, 3\), one row for each index"),
         ([0.5], TypeError, "indices has dtype float64"),
         ([[0]], TypeError, r"shape \(1, 1\)"),
     ]:
