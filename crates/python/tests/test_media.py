@@ -1,4 +1,4 @@
-"""Media along rays, thickness, and voxels."""
+"""Tests media along rays, thickness, and voxels."""
 
 import copy
 import pickle

@@ -34,7 +34,7 @@ pub const ALL_WALLS: u8 = 0b11_1111;
 pub const NO_FAR_WALL: u8 = 0b01_1111;
 
 impl Point4 {
-    /// A point from its four coordinates.
+    /// Creates a point from its four coordinates.
     pub const fn new(x: f64, y: f64, z: f64, w: f64) -> Self {
         Self { x, y, z, w }
     }
@@ -81,7 +81,7 @@ fn in_range(boundaries: [f64; 6]) -> bool {
     boundaries.iter().all(|bc| bc.abs() <= f64::MAX / 4.0)
 }
 
-/// The part of an edge in the canonical view volume, or `None` if it is empty.
+/// Returns the part of an edge that is inside the canonical view volume, or `None` if no part is.
 ///
 /// An end that is inside keeps its bits, a clipped end is on its wall up to rounding, and the edge
 /// from `c` to `a` yields the same two points in reverse. The result is `None` if a coordinate is
@@ -127,7 +127,7 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         }
     }
 
-    // Do the two parts overlap?
+    // The edge is visible only if the two parts overlap.
     if from_a.0 + from_c.0 < 1.0 {
         return None;
     }
@@ -144,8 +144,8 @@ pub struct Scratch {
     next: Vec<Point4>,
 }
 
-/// The part of a flat facet inside the given walls, as an outline in the facet's order; empty if no
-/// part is inside.
+/// Returns the part of a flat facet that is inside the given walls, as an outline in the facet's
+/// order. The outline is empty if no part is inside.
 ///
 /// A convex facet has a convex outline. The outline of a concave facet may have several parts,
 /// connected by edges that run back and forth along a wall. Corners that are inside keep their
@@ -174,7 +174,7 @@ pub fn clip_facet(
         outline.clear();
     }
 
-    // Each wall with a corner outside clips the outline that the previous wall left.
+    // Each wall with a corner outside clips what remains after the previous walls.
     for i in (0..6).filter(|i| any >> i & 1 == 1) {
         next.clear();
         let Some(&last) = outline.last() else { break };

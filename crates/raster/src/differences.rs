@@ -2,8 +2,8 @@
 //!
 //! A traced ray does not pass exactly through the centre of its pixel: the tracer rounds directions
 //! to f32, and this crate snaps corners to fractions of a pixel. Together, these roundings shift
-//! the picture by at most `r`, the [`View::tolerance`] of about 1e-4 pixels. A difference is
-//! excused only if the pixel could show it for some point within `r` of its centre:
+//! the image by at most `r`, the [`View::tolerance`] of about 1e-4 pixels. A difference is excused
+//! only if a shift of the pixel's centre by at most `r` could explain it:
 //!
 //! ```text
 //!      .-----.            an edge of one of the two facets passes within r of the centre, or
@@ -41,9 +41,9 @@ pub enum Verdict {
 /// within the tolerance, up to a relative error of 2^-22 for the length of a ray's direction. No
 /// other difference in depth is excused.
 ///
-/// All decisions use rational arithmetic on the numbers of the view and the triangles. Only depth
-/// comparisons have an allowance for the engines' f64 rounding, about 2^-48 of the products
-/// involved (`docs/raster.md`).
+/// All decisions are made in rational arithmetic, on the exact values of the view and the
+/// triangles. Only depth comparisons allow for the engines' f64 rounding, about 2^-48 of the
+/// products involved (`docs/raster.md`).
 ///
 /// # Panics
 /// Panics if a slice does not have one entry per pixel.
@@ -85,8 +85,8 @@ fn may_be_at(view: &View, triangle: &Triangle, t: f64, x: u32, y: u32) -> bool {
         .unwrap_or_else(|| Disc::new(view, x, y).may_be_at(triangle, t))
 }
 
-/// A fast test in f64 for the clear cases: a difference below half of the allowance, or above twice
-/// the allowance. The rounding of f64 is far smaller.
+/// A fast f64 test for the clear cases: a difference below half the allowance or above twice the
+/// allowance. The test's own rounding error is far smaller.
 fn clearly_at(view: &View, TriangleOf(corners): &Triangle, t: f64, x: u32, y: u32) -> Option<bool> {
     let [c1, c2, c3] = corners.map(double);
     let [p, q, arm] = [sub(c2, c1), sub(c3, c1), sub(c1, view.eye())];

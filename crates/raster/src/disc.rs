@@ -1,5 +1,5 @@
-//! The rule for one pixel, in rational arithmetic: what can be visible within a given distance of
-//! its centre?
+//! Decides, in rational arithmetic, what can be visible within a given distance of a pixel's
+//! centre.
 //!
 //! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where
 //! the pixel is a disc of radius r around its centre c. Everything visible in the disc is in a
@@ -36,7 +36,7 @@ struct SeenTriangle {
     height: Linear,
     /// `n · a`, not negative.
     offset: Exact,
-    /// A bound on f64's rounding of the offset.
+    /// A bound on the f64 rounding error of the offset.
     doubt: Exact,
 }
 
@@ -46,7 +46,7 @@ struct Linear {
     value: Exact,
     /// The slopes along x and y.
     slope: [Exact; 2],
-    /// A bound on f64's rounding of its value.
+    /// A bound on the f64 rounding error of its value.
     doubt: Exact,
 }
 
@@ -127,10 +127,10 @@ impl Disc {
             && sign_with_roots(&((doubt - value) * &t), [&reach, &steep], [&most, &length]).is_ge()
     }
 
-    /// The triangle relative to the eye, with its normal turned away from the eye, or `None` if it
-    /// is not finite or has no area.
+    /// Returns the triangle relative to the eye, with its normal pointing away from the eye, or
+    /// `None` if it is not finite or has no area.
     fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
-        // In both engines, each of the two numbers is rounded to f64 about 12 times.
+        // Both engines round about 12 times, in f64, while computing each of the two values.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;

@@ -1,4 +1,4 @@
-//! The depth of a plane over the picture: `q`, the inverse of the view depth, as a linear function.
+//! The depth of a plane across the image: `q`, the inverse of the view depth, as a linear function.
 //!
 //! Let `n` be the plane's normal, and `a` the vector from the eye to one of its points. The line of
 //! sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,
@@ -86,8 +86,8 @@ impl<D: Lanes<Scalar = f64>> Row<D> {
     }
 }
 
-/// The range of q over corners with these view depths, for the part of a facet in front of the eye;
-/// unbounded if a corner is behind it.
+/// Returns the range of q between corners with these view depths, for the part of a facet in front
+/// of the eye. The range is unbounded if a corner is behind the eye.
 pub(crate) fn range(depths: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for w in depths {
@@ -104,8 +104,8 @@ mod tests {
 
     #[test]
     fn a_plane_seen_edge_on_stays_between_its_corners() {
-        // A facet 1 to 3 ahead, in a plane that passes extremely close to the eye. Just beside the
-        // facet, the plane itself may have any depth.
+        // A facet at view depths from 1 to 3, in a plane that passes extremely close to the eye.
+        // Just beside the facet, the plane itself may have any depth.
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
         let view = View::new([0.0; 3], axes, 1.0, 100, 100).unwrap();
         let plane = FacetPlane::new(

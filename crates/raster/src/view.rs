@@ -22,8 +22,8 @@ use crate::vector::{Vector, add, dot, double, length, scale, sub};
 
 /// Each pixel is divided into `2^SUBPIXEL_BITS` parts along each axis.
 ///
-/// With 16 bits and at most 2^14 pixels, a coordinate has 30 bits, so all edge arithmetic fits into
-/// i64.
+/// With 16 bits and at most 2^14 pixels per side, coordinates are at most 2^30, so all edge
+/// arithmetic fits in i64.
 pub const SUBPIXEL_BITS: u32 = 16;
 
 /// The largest width and height of a picture.
@@ -55,13 +55,14 @@ pub(crate) struct PixelDirections {
 }
 
 impl View {
-    /// A view from `eye` along the axes right, up, and forward, with `width` by `height` square
-    /// pixels. `half_height` is half the picture's height at distance 1, which is the tangent of
-    /// half the vertical field of view.
+    /// Creates a view from `eye` along the axes right, up, and forward, with `width`×`height`
+    /// square pixels. `half_height` is half the image's height at distance 1, which is the tangent
+    /// of half the vertical field of view.
     ///
     /// # Errors
-    /// Fails if a number is not finite, the axes are not orthonormal to 1e-9, `half_height` is not
-    /// positive, or a side of the picture is 0 or more than [`MAX_SIDE`].
+    /// Returns an error if a value is not finite, the axes are not orthonormal to 1e-9, half the
+    /// height or width at distance 1 is not between 1e-9 and 1e9, or a side of the image is 0 or
+    /// more than [`MAX_SIDE`].
     ///
     /// ```
     /// use intertri_raster::View;
@@ -120,8 +121,8 @@ impl View {
         self.half_height
     }
 
-    /// The direction of the line of sight through a point of the picture, given in pixels from the
-    /// top left corner. Its component along `forward` is 1.
+    /// Returns the direction of the line of sight through a point in the image, given in pixels
+    /// from the top left corner. Its component along `forward` is 1.
     pub fn direction(&self, x: f64, y: f64) -> [f64; 3] {
         let PixelDirections { origin, dx, dy } = self.pixel_directions();
         add(origin, add(scale(dx, x), scale(dy, y)))

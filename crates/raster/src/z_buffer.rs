@@ -1,9 +1,8 @@
-//! Document B: finds the facet that each pixel shows, which is the nearest facet that covers its
-//! centre.
+//! Document B: finds the facet that each pixel shows, the nearest one that covers its centre.
 //!
 //! 1. Every facet is clipped, snapped to fractions of a pixel, and sorted into bands of rows.
 //! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number
-//!    in integers. A pixel of a run takes the facet if it is nearer than the one stored there.
+//!    in integers. Each pixel in a run stores the facet if it is nearer than the one already there.
 //! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
 use intertri::internal::Coefficients;
@@ -20,7 +19,7 @@ use crate::view::{PixelDirections, View};
 /// The number of facets in a picture must be less than this.
 const MAX_FACETS: usize = i32::MAX as usize;
 
-/// The facet that each pixel of a view shows, row by row from the top left.
+/// Returns the facet that each pixel of a view shows, row by row from the top left.
 ///
 /// A facet is an outline of three or more corners in one plane. It may be convex or concave, may
 /// have either winding, and is two-sided. It covers the pixels whose centres its outline winds
@@ -97,16 +96,16 @@ where
     hits
 }
 
-/// [`facets`] of triangles.
+/// Like [`facets`], but for triangles.
 ///
 /// # Panics
-/// Panics as [`facets`] does.
+/// Panics under the same conditions as [`facets`].
 pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit> {
     facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
 }
 
-/// The depth of a facet, or `None` if it has no area or the eye is in its plane. Its normal is the
-/// sum of the cross products over the fan around the first corner, as in the reference.
+/// Returns the depth of a facet, or `None` if it has no area or the eye is in its plane. Its normal
+/// is the sum of the cross products over the fan around the first corner, as in the reference.
 pub(crate) fn plane<C>(view: &View, directions: &PixelDirections, corners: C) -> Option<FacetPlane>
 where
     C: IntoIterator<Item = Vector, IntoIter: Clone>,
@@ -141,7 +140,7 @@ fn prepare(
     batch.push(view, outline, tag, || plane(view, directions, corners.iter().copied().map(double)));
 }
 
-/// The pixels of one band. Rows are slightly longer than the picture, to fill the last lanes.
+/// The pixels of one band. Each row is padded to fill the last lanes.
 #[derive(Default)]
 struct Buffer {
     stride: usize,
@@ -301,9 +300,9 @@ mod tests {
 
     #[test]
     fn a_closed_surface_is_crossed_as_often_one_way_as_the_other() {
-        // Random tetrahedra, some of them around the eye or across its plane. At every pixel, the
-        // windings of the four faces, clipped and snapped, have the same sum: 0, or -1 if the eye
-        // is inside and sees only back faces, or +1 if the tetrahedron is also inside out.
+        // Random tetrahedra, some of them around the eye or across its plane. The windings of the
+        // four faces, clipped and snapped, have the same sum at every pixel: 0, or -1 if the eye is
+        // inside and sees only back faces, or +1 if the tetrahedron is also inside out.
         let view = ahead(40, 40);
         let mut state = 2;
         let mut around = 0;

@@ -1,4 +1,4 @@
-//! The z-buffer, compared with document B's reference and with rays, and in awkward cases.
+//! Compares the z-buffer with document B's reference and with rays, and tests edge cases.
 
 use crate::common;
 use crate::common::{Numbers, ball, floor, rays_of, view_of};
@@ -27,7 +27,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
     for (i, verdict) in verdicts.iter().enumerate() {
         assert_ne!(*verdict, Verdict::Unexcused, "pixel {i}: {:?}, {:?}", drawn[i], traced[i]);
         if *verdict == Verdict::Same && drawn[i].is_hit() {
-            // Rounding the ray to f32 changes t more, the more edge-on the triangle is.
+            // The more edge-on the triangle is, the more t changes when the ray is rounded to f32.
             let [c1, c2, c3] =
                 soup[drawn[i].triangle as usize].0.map(|c| Vector::from(c.map(f64::from)));
             let normal = ((c2 - c1) ^ (c3 - c1)).unit();
@@ -120,7 +120,7 @@ fn from_inside_of_a_closed_surface_every_pixel_is_covered() {
 
 #[test]
 fn a_floor_reaches_to_the_horizon_and_below_the_feet() {
-    // Two triangles around the eye, a million times larger than its height above them.
+    // A floor of two triangles, a million times larger than the eye's height above it.
     let soup = floor(-1.0, 1e6);
     let camera = Camera::new([0.0; 3], [0.3, -0.2, -1.0], Camera::UP, 120.0).unwrap();
     let drawn = same_as_rays(&camera, &soup, 160, 120);

@@ -35,7 +35,7 @@ pub struct Point4 {
 }
 
 impl Point4 {
-    /// A point from its four coordinates.
+    /// Creates a point from its four coordinates.
     pub const fn new(x: f64, y: f64, z: f64, w: f64) -> Self {
         Self { x, y, z, w }
     }

@@ -24,15 +24,15 @@
 //!   of four or more vertices that is not flat, this is the plane with its mean normal through its
 //!   first vertex. The closer a facet is to edge-on, the less accurate its depth.
 //!
-//! Of a concave facet, only the points inside all of its edges are drawn. Cut concave facets into
-//! convex ones first, as the document does with curved ones.
+//! If a facet is concave, only the points inside all of its edges are drawn. Cut concave facets
+//! into convex ones first, as the document does with curved ones.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::vector::Vector;
 
-/// The document's `c_kz` for each vertex of the outline, in order; z is ignored.
+/// Computes the document's `c_kz` for each vertex of the outline, in order. z is ignored.
 pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(move |(&a, &b)| {
@@ -42,13 +42,14 @@ pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The document's test of a clockwise outline (y up): no `c_kz` is positive, so edges and vertices
-/// belong to the facet. NaN is outside. An outline without vertices contains everything.
+/// The document's test for a clockwise outline (y up): a point is inside if no `c_kz` is positive,
+/// so edges and vertices belong to the facet. NaN is outside. An outline without vertices contains
+/// everything.
 pub fn inside(outline: &[Vector], p: Vector) -> bool {
     turns(outline, p).all(|c| c <= 0.0)
 }
 
-/// A picture that stores the nearest facet so far for each pixel.
+/// An image that stores the nearest facet so far for each pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZBuffer {
     /// The width in pixels.
@@ -62,13 +63,13 @@ pub struct ZBuffer {
 }
 
 impl ZBuffer {
-    /// An empty picture.
+    /// Creates an empty image.
     pub fn new(width: usize, height: usize) -> Self {
         let pixels = width * height;
         Self { width, height, depth: vec![f64::INFINITY; pixels], facet: vec![None; pixels] }
     }
 
-    /// Draws a convex facet under a number chosen by the caller.
+    /// Draws a convex facet, whose number the caller chooses.
     ///
     /// A facet owns the pixels whose centres are inside it or on its outline, where its depth is
     /// smaller than the stored depth. If depths are equal, the facet drawn first stays. Depth has

@@ -14,7 +14,7 @@ pub(crate) enum LineEnd {
     Feed,
     /// With a carriage return, which a line feed may follow.
     ReturnAndPerhapsFeed,
-    /// With a carriage return, like all lines of the text.
+    /// With a carriage return, as do all lines of the text.
     Return,
 }
 
@@ -69,7 +69,7 @@ pub(crate) fn read_line(
     }
 }
 
-/// The bytes that have arrived but have not been read.
+/// Returns the bytes that have arrived but have not been read yet.
 fn fill(input: &mut impl BufRead) -> io::Result<&[u8]> {
     // `fill_buf` is called twice because the loop cannot return a borrow.
     while let Err(error) = input.fill_buf() {

@@ -19,18 +19,18 @@ pub(super) struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// The lines of a text.
+    /// Creates a reader of a text's lines.
     pub(super) fn new(input: R) -> Self {
         Self { input, line: Vec::new(), end: LineEnd::default(), number: 0 }
     }
 
-    /// The lines of a text in which every line ends in a carriage return. A line feed after a
-    /// carriage return is not part of the line end.
+    /// Like [`Lines::new`], but for a text in which every line ends in a carriage return. A line
+    /// feed after a carriage return is not part of the line end.
     pub(super) fn of_returns(input: R) -> Self {
         Self { end: LineEnd::Return, ..Self::new(input) }
     }
 
-    /// The input after the lines that were read.
+    /// Returns the input after the lines that were read.
     pub(super) fn input(&mut self) -> Result<&mut R, Fault> {
         self.end.pass(&mut self.input)?;
         Ok(&mut self.input)
