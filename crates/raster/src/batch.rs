@@ -14,7 +14,7 @@ use crate::view::View;
 /// The number of facets per batch.
 const BATCH: usize = 2048;
 
-/// One outline in the picture.
+/// One outline in the image.
 pub(crate) struct Piece {
     /// The depth of the outline.
     pub(crate) plane: FacetPlane,

@@ -30,7 +30,7 @@ pub struct Point4 {
 /// All six walls, for [`clip_facet`]: bit `i` is wall `i`.
 pub const ALL_WALLS: u8 = 0b11_1111;
 
-/// All walls except the far one: bits 0 to 3 are the sides of the picture, bit 4 is the near wall.
+/// All walls except the far one: bits 0 to 3 are the sides of the image, bit 4 is the near wall.
 pub const NO_FAR_WALL: u8 = 0b01_1111;
 
 impl Point4 {

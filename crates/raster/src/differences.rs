@@ -1,4 +1,4 @@
-//! Decides, pixel by pixel and without rounding, where two pictures of the same scene may differ.
+//! Decides, pixel by pixel and without rounding, where two images of the same scene may differ.
 //!
 //! A traced ray does not pass exactly through the centre of its pixel: the tracer rounds directions
 //! to f32, and this crate snaps corners to fractions of a pixel. Together, these roundings shift
@@ -20,10 +20,10 @@ use crate::threads;
 use crate::vector::{cross, dot, double, length, sub};
 use crate::view::View;
 
-/// The verdict on one pixel of two pictures.
+/// The verdict on one pixel of two images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Both pictures agree.
+    /// Both images agree.
     Same,
     /// They differ, but rounding explains the difference.
     Excused,
@@ -31,12 +31,12 @@ pub enum Verdict {
     Unexcused,
 }
 
-/// Compares the triangle and the depth that each pixel shows in two pictures of the same triangles
+/// Compares the triangle and the depth that each pixel shows in two images of the same triangles
 /// with the same view, row by row.
 ///
 /// A different triangle is excused if an edge of either comes within [`View::tolerance`] of the
 /// centre of the pixel, or if, at some point within that distance, the depths of their planes are
-/// equal or one of the planes is edge-on to the eye. If both pictures show the same triangle, its
+/// equal or one of the planes is edge-on to the eye. If both images show the same triangle, its
 /// depth must also agree: each `t`, a distance from the eye, must occur on the triangle's plane
 /// within the tolerance, up to a relative error of 2^-22 for the length of a ray's direction. No
 /// other difference in depth is excused.

@@ -1,7 +1,7 @@
 //! Decides, in rational arithmetic, what can be visible within a given distance of a pixel's
 //! centre.
 //!
-//! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where
+//! Points are relative to the eye: X to the right, Y up, W ahead. The image is at W = 1, where
 //! the pixel is a disc of radius r around its centre c. Everything visible in the disc is in a
 //! cone:
 //!
@@ -40,7 +40,7 @@ struct SeenTriangle {
     doubt: Exact,
 }
 
-/// A linear function of the position in the picture.
+/// A linear function of the position in the image.
 struct Linear {
     /// The value at the centre.
     value: Exact,
@@ -67,7 +67,7 @@ impl Disc {
     /// The disc of [`View::tolerance`] around the centre of a pixel.
     pub(crate) fn new(view: &View, x: u32, y: u32) -> Self {
         let pixel = exact(2.0 * view.half_height()) / Exact::from(view.height());
-        // The centre of the picture is (0, 0), and y grows downward.
+        // The centre of the image is (0, 0), and y grows downward.
         let from_middle = |place: u32, side: u32| {
             (Exact::from(2 * place + 1) - Exact::from(side)) / Exact::from(2) * &pixel
         };

@@ -2,7 +2,7 @@
 //!
 //! Let `n` be the plane's normal, and `a` the vector from the eye to one of its points. The line of
 //! sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,
-//! which is linear over the picture because `d` is. A larger q is nearer, and a point at infinity
+//! which is linear over the image because `d` is. A larger q is nearer, and a point at infinity
 //! has q = 0.
 
 use intertri::simd::Lanes;

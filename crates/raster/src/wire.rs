@@ -35,7 +35,7 @@ pub fn wire(
     let directions = view.pixel_directions();
     let mut drawn = vec![false; hits.len()];
     for ends in edges {
-        // Clip the edge to the picture. With z = 0, only the sides of the picture and w > 0 matter.
+        // Clip the edge to the image. With z = 0, only the sides of the image and w > 0 matter.
         let [a, b] = ends.map(|end| {
             let arm = sub(double(adjacency.points()[end as usize]), view.eye());
             Point4 { z: 0.0, ..view.project(arm, 1.0, 0.0) }

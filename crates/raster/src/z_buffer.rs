@@ -16,7 +16,7 @@ use crate::threads;
 use crate::vector::{Vector, add, cross, dot, double, sub};
 use crate::view::{PixelDirections, View};
 
-/// The number of facets in a picture must be less than this.
+/// The number of facets in an image must be less than this.
 const MAX_FACETS: usize = i32::MAX as usize;
 
 /// Returns the facet that each pixel of a view shows, row by row from the top left.

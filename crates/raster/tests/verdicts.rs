@@ -59,7 +59,7 @@ fn an_edge_at_the_distance_to_the_last_bit() {
         let soup = [Triangle([[x, -90.0, -w], [x, 90.0, -w], [x + 90.0, 0.0, -w]])];
 
         // The edge's distance to the right of the centre, in pixels. Up to the tolerance, x / w is
-        // 3 / 8 of half the picture's width.
+        // 3 / 8 of half the image's width.
         let centre = f64::from(PIXEL.0) + 0.5;
         let apart =
             |half: f64| (1.0 + f64::from(x) / half / f64::from(w)) * f64::from(SIDE) * 0.5 - centre;

@@ -16,7 +16,7 @@ fn ahead(width: u32, height: u32) -> View {
     View::new([0.0; 3], axes, 1.0, width, height).unwrap()
 }
 
-/// Draws a picture, traces it by brute force, and checks that the rule excuses every difference.
+/// Draws an image, traces it by brute force, and checks that the rule excuses every difference.
 fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> Vec<Hit> {
     let view = view_of(camera, width, height);
     let drawn = triangles(&view, soup, THRESHOLD);
@@ -40,7 +40,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
 
 #[test]
 fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
-    // Convex facets inside the picture; the reference decides coverage by document B's cross
+    // Convex facets inside the image; the reference decides coverage by document B's cross
     // products in f64 and depth by -q, which is linear on the screen.
     let (width, height) = (96, 64);
     let view = ahead(width, height);
@@ -238,7 +238,7 @@ fn a_facet_of_a_thousand_corners_and_its_weights() {
 
 #[test]
 fn a_concave_facet_is_drawn_as_it_is() {
-    // A comb with three teeth, whole and clipped by the picture's left and right walls.
+    // A comb with three teeth, whole and clipped by the image's left and right walls.
     let comb: [[f32; 2]; 12] = [
         [-3.01, -1.01],
         [3.01, -1.01],
@@ -285,7 +285,7 @@ fn a_wrong_picture_is_not_excused() {
         verdicts.iter().filter(|v| **v == Verdict::Unexcused).count()
     };
     assert_eq!(count(&good), 0);
-    // A picture shifted by one pixel, and a picture without the triangle in its centre.
+    // An image shifted by one pixel, and an image without the triangle in its centre.
     let mut shifted = good.clone();
     shifted.rotate_right(1);
     assert!(count(&shifted) > 50);

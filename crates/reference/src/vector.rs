@@ -117,7 +117,8 @@ pub fn sqrt(x: f64) -> f64 {
         return f64::NAN;
     }
 
-    // x = m * 2^e, where m is a 53-bit integer; a subnormal is shifted until its leading bit is set.
+    // x = m * 2^e, where m is a 53-bit integer. A subnormal is shifted until its leading bit is
+    // set.
     let bits = x.to_bits();
     let (mut m, mut e) = match (bits >> 52, bits & ((1 << 52) - 1)) {
         (0, fraction) => {

@@ -16,7 +16,7 @@
 //! # What the scan lost, and what is added here
 //! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
 //! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
-//!   clockwise if y points up (counter-clockwise on a screen with y downward). A picture contains
+//!   clockwise if y points up (counter-clockwise on a screen with y downward). An image contains
 //!   both orientations, so [`ZBuffer::draw`] mirrors the rule for the other one.
 //! - **Facets without area.** For three collinear vertices, every `c_kz` is 0 along their line, and
 //!   for three equal vertices, everywhere. [`ZBuffer::draw`] skips such facets.

@@ -1,4 +1,4 @@
-//! Tests of document A: typical hits and misses, and every edge case listed in the module's
+//! Tests document A: typical hits and misses, and every edge case listed in the module's
 //! documentation.
 
 use intertri_reference::{IndexOutOfRange, Ray, Scene, THRESHOLD, Vector};
@@ -193,7 +193,7 @@ proptest! {
         prop_assert!((there - here).length() < 1e-8 * (1.0 + here.length()), "{here:?} {there:?}");
     }
 
-    /// The weights of a known point.
+    /// The weights match those of the point that the ray aims at.
     #[test]
     fn barycentric_weights_are_those_of_the_aim(u in 0.0f64..1.0, v in 0.0f64..1.0, flip: bool) {
         let scene = scene();

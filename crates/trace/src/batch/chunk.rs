@@ -17,7 +17,7 @@ use crate::walk::bundle::{
 use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
 
-/// Rays outside any bundle are traced as a stream once there are this many; more would not fit into
+/// Rays outside any bundle are traced as a stream once there are this many; more would not fit in
 /// the cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs
 /// lower their clock rate for a while after a bundle.
 const STREAM: usize = 4096;
@@ -171,7 +171,7 @@ impl WithSimd for TraceChunk<'_, '_> {
     }
 }
 
-/// Writes the answers of a bundle. The packets in `left` are not traced yet.
+/// Writes the answers of a bundle. The packets in `left` have not been traced yet.
 #[inline(always)]
 fn write_bundle<S: Simd>(
     chunk: &Chunk<'_>,
@@ -216,7 +216,8 @@ fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
     matches!(outcome, Outcome::Traced { left, .. } if 32 * left.count_ones() as usize <= rays.len())
 }
 
-/// The size of the next bundle. It grows again at positions where a larger bundle would begin.
+/// Returns the size of the next bundle. It grows again at positions where a larger bundle would
+/// begin.
 fn next_size(mut size: usize, at: usize, is_busy: bool) -> usize {
     let most = if is_busy { BUSY_RAYS } else { RAYS };
     while size < most && at.is_multiple_of(4 * size) {

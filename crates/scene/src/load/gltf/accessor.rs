@@ -135,7 +135,8 @@ impl<'a> Tables<'a> {
 }
 
 impl Accessor<'_> {
-    /// Returns the values in one row. Normalized integers are mapped to the range 0 to 1 or -1 to 1.
+    /// Returns the values in one row. Normalized integers are mapped to the range 0 to 1, or -1 to
+    /// 1 if they are signed.
     pub(super) fn row<const N: usize>(&self, row: usize) -> [f64; N] {
         let size = self.component.size();
         let bytes = match self.replaced.rows.binary_search(&(row as u32)) {
