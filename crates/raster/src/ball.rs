@@ -232,7 +232,7 @@ mod tests {
     use crate::adjacency::Adjacency;
     use intertri::Triangle;
 
-    /// A ball with an arbitrary centre and radius.
+    /// Returns a ball with an arbitrary centre and radius.
     fn ball<'a>(volume: &'a Volume<'a>, centre: Vector, radius: f64) -> Ball<'a> {
         let cube = (centre, radius, largest(&[centre]));
         Ball { volume, centre: point(centre), radius: exact(radius), cube }

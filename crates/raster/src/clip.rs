@@ -39,13 +39,13 @@ impl Point4 {
         Self { x, y, z, w }
     }
 
-    /// The six boundary coordinates: `w + x, w - x, w + y, w - y, w + z, w - z`.
+    /// Returns the six boundary coordinates: `w + x, w - x, w + y, w - y, w + z, w - z`.
     pub fn boundaries(self) -> [f64; 6] {
         let Self { x, y, z, w } = self;
         [w + x, w - x, w + y, w - y, w + z, w - z]
     }
 
-    /// `self + t * (to - self)`, for each coordinate.
+    /// Returns `self + t * (to - self)`, computed for each coordinate.
     fn toward(self, to: Self, t: f64) -> Self {
         Self {
             x: self.x + t * (to.x - self.x),
@@ -69,8 +69,8 @@ impl Point4 {
     }
 }
 
-/// Bit `i` is 0 if the point is inside wall `i`, that is, if its boundary coordinate is positive,
-/// and 1 if the point is outside, on the wall, or NaN.
+/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if its
+/// boundary coordinate is positive, and 1 if the point is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }

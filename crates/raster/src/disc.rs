@@ -51,7 +51,7 @@ struct Linear {
 }
 
 impl Linear {
-    /// The square of its gradient.
+    /// Returns the square of the gradient's length.
     fn steepness(&self) -> Exact {
         self.slope[0].sqr() + self.slope[1].sqr()
     }
@@ -64,7 +64,7 @@ impl Linear {
 }
 
 impl Disc {
-    /// The disc of [`View::tolerance`] around the centre of a pixel.
+    /// Creates the disc of radius [`View::tolerance`] around the centre of a pixel.
     pub(crate) fn new(view: &View, x: u32, y: u32) -> Self {
         let pixel = exact(2.0 * view.half_height()) / Exact::from(view.height());
         // The centre of the image is (0, 0), and y grows downward.
@@ -80,8 +80,8 @@ impl Disc {
         }
     }
 
-    /// The direction of the line of sight through the centre, in scene coordinates. Its component
-    /// along forward is 1.
+    /// Returns the direction of the line of sight through the centre, in scene coordinates. Its
+    /// component along forward is 1.
     pub(crate) fn pixel_directions(&self) -> Point {
         [0, 1, 2].map(|k| {
             let along = |axis: usize| &self.axes[axis][k] * &self.centre[axis];
@@ -191,7 +191,7 @@ impl Disc {
     }
 }
 
-/// The difference of two depths `q = height / offset`, multiplied by both offsets.
+/// Returns the difference of two depths `q = height / offset`, multiplied by both offsets.
 fn tie(one: &SeenTriangle, other: &SeenTriangle) -> Linear {
     let across =
         |k: usize| &one.height.slope[k] * &other.offset - &other.height.slope[k] * &one.offset;

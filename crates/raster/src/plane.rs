@@ -24,8 +24,8 @@ pub(crate) struct FacetPlane {
 }
 
 impl FacetPlane {
-    /// The plane through `eye + arm` with this normal, with `q` clamped to `lo..=hi`. A plane
-    /// through the eye has no depth; its `q` is `lo` everywhere.
+    /// Creates the plane through `eye + arm` with this normal, with `q` clamped to `lo..=hi`. A
+    /// plane through the eye has no depth; its `q` is `lo` everywhere.
     pub(crate) fn new(
         directions: &PixelDirections,
         normal: Vector,
@@ -42,7 +42,7 @@ impl FacetPlane {
         }
     }
 
-    /// A plane with the same q everywhere; 0 means infinitely far away.
+    /// Creates a plane with the same q everywhere. A q of 0 means infinitely far away.
     pub(crate) fn flat(q: f64) -> Self {
         Self { q0: q, dx: 0.0, dy: 0.0, lo: q, hi: q }
     }
@@ -63,7 +63,7 @@ impl FacetPlane {
         }
     }
 
-    /// The q at one point, with the same bits as [`Row::at`].
+    /// Returns the q at one point, with the same bits as [`Row::at`].
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         (self.dx * x + (self.q0 + self.dy * y)).max(self.lo).min(self.hi)
     }
@@ -79,7 +79,8 @@ pub(crate) struct Row<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Row<D> {
-    /// The q at the centres `x`. No operation is fused, so the bits are the same on every CPU.
+    /// Returns the q at the centres `x`. No operation is fused, so the bits are the same on every
+    /// CPU.
     #[inline(always)]
     pub(crate) fn at(&self, x: D) -> D {
         (self.dx * x + self.q0).max(self.lo).min(self.hi)

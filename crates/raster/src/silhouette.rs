@@ -51,7 +51,8 @@ pub struct Outline {
     /// Two indices into [`Adjacency::points`], in the direction of the faces once they point toward
     /// the light (counter-clockwise around each face, as seen from the light).
     pub ends: [u32; 2],
-    /// How many more faces run along the edge in this direction than in the other; always positive.
+    /// How many more faces run along the edge in this direction than in the other. It is always
+    /// positive.
     pub count: u32,
 }
 

@@ -34,7 +34,7 @@ pub(crate) struct Crossings {
     rows: [Vec<(u32, i32)>; BAND as usize],
 }
 
-/// The first row (or column) whose centre is at or after a coordinate.
+/// Returns the first row (or column) whose centre is at or after a coordinate.
 pub(crate) fn first_centre(x: i32) -> u32 {
     ((i64::from(x) - HALF + PIXEL - 1) >> SUBPIXEL_BITS).max(0) as u32
 }

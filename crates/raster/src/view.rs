@@ -128,7 +128,7 @@ impl View {
         add(origin, add(scale(dx, x), scale(dy, y)))
     }
 
-    /// [`View::direction`] through the centre of a pixel, and its length.
+    /// Returns [`View::direction`] through the centre of a pixel, and its length.
     pub(crate) fn through(&self, x: u32, y: u32) -> (Vector, f64) {
         let d = self.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
         (d, length(d))
@@ -145,12 +145,12 @@ impl View {
         }
     }
 
-    /// `|d|` at a corner of the image, its largest value.
+    /// Returns the largest value of `|d|`, which it has at the corners of the image.
     pub(crate) fn longest(&self) -> f64 {
         (1.0 + self.half_width * self.half_width + self.half_height * self.half_height).sqrt()
     }
 
-    /// How far apart, in pixels, a traced ray and this crate's image can place an edge.
+    /// Returns how far apart, in pixels, a traced ray and this crate's image can place an edge.
     ///
     /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its
     /// directions to f32, and here the corners of facets are snapped to 2^-16 of a pixel.
@@ -162,14 +162,14 @@ impl View {
         rounded_ray + snapped
     }
 
-    /// The view depth of `eye + arm`.
+    /// Returns the view depth of `eye + arm`.
     pub(crate) fn depth(&self, arm: Vector) -> f64 {
         dot(self.forward, arm)
     }
 
-    /// A point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight` 0), in
-    /// the homogeneous coordinates of this image, with the near wall at the view depth `near` and
-    /// the far wall at infinity.
+    /// Projects a point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight`
+    /// 0) to the homogeneous coordinates of this image, with the near wall at the view depth `near`
+    /// and the far wall at infinity.
     pub(crate) fn project(&self, arm: Vector, weight: f64, near: f64) -> Point4 {
         let w = self.depth(arm);
         Point4 {
@@ -180,13 +180,14 @@ impl View {
         }
     }
 
-    /// The position of a point in the image, in pixels from its top left corner.
+    /// Returns the position of a point in the image, in pixels from its top left corner.
     pub(crate) fn pixel(&self, point: Point4) -> [f64; 2] {
         let half = [self.width, self.height].map(|side| f64::from(side) * 0.5);
         [(1.0 + point.x / point.w) * half[0], (1.0 - point.y / point.w) * half[1]]
     }
 
-    /// [`View::pixel`] in integer fractions of a pixel, clamped to the image. NaN becomes 0.
+    /// Returns [`View::pixel`] in integer fractions of a pixel, clamped to the image. NaN becomes
+    /// 0.
     pub(crate) fn snap(&self, point: Point4) -> [i32; 2] {
         let [x, y] = self.pixel(point).map(|x| (x * f64::from(1 << SUBPIXEL_BITS)).round() as i32);
         let limit = |side: u32| (side << SUBPIXEL_BITS) as i32;

@@ -91,8 +91,8 @@ impl<'a> Volume<'a> {
         &self.silhouette
     }
 
-    /// The face's points in counter-clockwise order as seen from the light, or `None` if the face
-    /// casts no shadow.
+    /// Returns the face's points in counter-clockwise order as seen from the light, or `None` if
+    /// the face casts no shadow.
     pub(crate) fn cap(&self, face: usize) -> Option<[u32; 3]> {
         let [a, b, c] = self.adjacency.faces()[face];
         match self.facing[face] {

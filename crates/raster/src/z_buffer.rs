@@ -29,10 +29,11 @@ const MAX_FACETS: usize = i32::MAX as usize;
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
 /// - `t` is the distance from the eye, which equals a ray's `t` if its direction has unit length.
-///   It is computed from the facet's plane, and is never nearer or farther than the facet's
-///   corners. Only points with `t > threshold` are visible, as with the threshold of rays. The
-///   smallest `t` owns the pixel; if several are equal, the facet with the lowest index does.
-/// - `u` and `v` are the weights of the second and third corner: a point of the facet's plane is
+///   It is computed from the facet's plane, and the point is never nearer or farther than the
+///   facet's corners. Only points with `t > threshold` are visible, as with the threshold of rays.
+///   The facet with the smallest `t` owns the pixel. If several have the same `t`, the facet with
+///   the lowest index does.
+/// - `u` and `v` are the weights of the second and third corners: a point in the facet's plane is
 ///   `c1 + u (c2 - c1) + v (c3 - c1)`, even for a facet with more corners.
 ///
 /// A facet is invisible if it has fewer than three corners, a NaN or infinite coordinate, or no
@@ -124,7 +125,7 @@ where
     (dot(normal, arm) != 0.0).then(|| FacetPlane::new(directions, normal, arm, depths))
 }
 
-/// Step 1 for one facet.
+/// Performs step 1 for one facet.
 fn prepare(
     batch: &mut Batch,
     view: &View,
@@ -149,7 +150,7 @@ struct Buffer {
     crossings: Crossings,
 }
 
-/// Step 2 for one band.
+/// Performs step 2 for one band.
 struct Draw<'a> {
     batches: &'a [Batch],
     directions: &'a PixelDirections,
@@ -208,7 +209,7 @@ impl WithSimd for Draw<'_> {
     }
 }
 
-/// The centres of a pixel and the following pixels, one per lane.
+/// Returns the centres of a pixel and the following pixels, one per lane.
 #[inline(always)]
 pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     const STEPS: [f64; 16] = {
@@ -223,7 +224,7 @@ pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     D::splat(x as f64) + D::load(&STEPS)
 }
 
-/// `|d|` for the lines of sight through these centres of a row.
+/// Computes `|d|` for the lines of sight through these centres in a row.
 #[inline(always)]
 fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -> D {
     let d = |axis: usize| {
@@ -234,13 +235,13 @@ fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -
     (dx * dx + dy * dy + dz * dz).sqrt()
 }
 
-/// The coefficients for the weights of a facet's second and third corners (document D).
+/// Computes the coefficients for the weights of a facet's second and third corners (document D).
 fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
     let first = Triangle([corners[0], corners[1], corners[2]]);
     Coefficients::new(&first, view.eye().map(|x| x as f32))
 }
 
-/// Step 3 for one pixel: the distance and the weights.
+/// Performs step 3 for one pixel: computes the distance and the weights.
 fn resolve(view: &View, seen: &Coefficients, facet: usize, q: f64, x: u32, y: u32) -> Hit {
     let (d, long) = view.through(x, y);
     let (u, v) = seen.weights(d);

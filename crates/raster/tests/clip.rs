@@ -14,7 +14,7 @@ impl Numbers {
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// A point near the volume, sometimes behind the eye, on a wall, or far away.
+    /// Returns a point near the volume, sometimes behind the eye, on a wall, or far away.
     fn point(&mut self) -> Point4 {
         let w = self.next() + 0.5;
         let [x, y, z] = [(); 3].map(|()| {

@@ -76,7 +76,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usi
     (dark, verdicts.iter().filter(|v| **v != Verdict::Same).count())
 }
 
-/// The lights used by all tests: near, far, at the eye, behind it, below, and directional.
+/// Returns the lights used by all tests: near, far, at the eye, behind it, below, and directional.
 fn lights(camera: &Camera) -> Vec<Light> {
     let mut lights = Vec::new();
     for position in

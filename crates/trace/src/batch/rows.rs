@@ -9,7 +9,7 @@
 //!   ...
 //! ```
 //!
-//! Looking at two rows and at the ends of some others costs almost nothing compared with tracing
+//! Looking at two rows and at the ends of the others costs almost nothing compared with tracing
 //! them.
 
 use std::ops::Range;

@@ -21,8 +21,8 @@ impl Layout {
         // Count every node and block when it is reached, from the root down. A child that is
         // missing, has two parents, or is part of a cycle shows up in the counts.
         walk.node(0, 1)?;
-        // Triangles with a box are in exactly one block. Others are never hit, or are leaves of a
-        // second tree.
+        // Triangles with a box are in exactly one block. Others are never hit, or are in leaves of
+        // the second tree.
         let expected = |t: &Triangle| {
             let bounds = hit_bounds(t);
             u32::from(matches!(bounds, HitBounds::Box { .. } | HitBounds::Degenerate(_)))

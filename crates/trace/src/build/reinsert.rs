@@ -119,7 +119,7 @@ impl Top {
         self.cost() < before * (1.0 - LEAST_GAIN)
     }
 
-    /// The total area of all nodes.
+    /// Returns the total area of all nodes.
     fn cost(&self) -> f64 {
         self.0.iter().map(|node| node.area).sum()
     }

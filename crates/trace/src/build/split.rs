@@ -13,15 +13,15 @@ use super::simd_aabb::{CentreLanes, Centres, SimdAabb};
 use super::sweep::{Cuts, ROW};
 use intertri::simd::{Lanes, Mask, Simd};
 
-/// Sets of up to this many boxes use half the bins: evaluating all of them would take longer than
-/// filling them.
+/// Sets of up to this many boxes use only half of the bins: evaluating all bins would take longer
+/// than filling them.
 const SOME: usize = 32;
 
 /// The number of bins along each axis. It is a power of two, so that a mask keeps every index in
 /// bounds.
 const BINS: usize = ROW;
 
-/// With at least this many boxes, a second set of bins is worthwhile.
+/// With more boxes than this, a second set of bins is worthwhile.
 const MANY: usize = 200;
 
 /// Adding this number rounds to an integer in the low bits, as a conversion would, but in vector
