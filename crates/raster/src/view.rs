@@ -222,7 +222,7 @@ impl fmt::Display for ViewError {
             ),
             Self::Field(half) => write!(
                 f,
-                "raster: half of the picture is {half} high at distance 1; give a field of view between 0 and 180 degrees"
+                "raster: half the picture's height at distance 1 is {half}; give a field of view between 0 and 180 degrees"
             ),
         }
     }

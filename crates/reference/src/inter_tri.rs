@@ -27,7 +27,7 @@
 //! # Edge cases of the listing, kept as they are
 //! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0
 //!   nothing is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
-//! - **A miss changes `t`** if an edge test or the last line rejected it; a parallel ray leaves `t`
+//! - **A miss changes `t`** if an edge test or the last line rejects it; a parallel ray leaves `t`
 //!   unchanged.
 //! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is
 //!   false. The last line, `t > Threshold`, returns 0.
@@ -44,8 +44,8 @@ use crate::vector::Vector;
 
 /// The default of [`Scene::threshold`].
 ///
-/// In a unit-sized scene, this is far above the rounding of f64 (about 1e-16) and far below the
-/// size of features. A scene with distances or directions on the order of 1e-9 needs a smaller
+/// In a unit-sized scene, this is far above the rounding errors of f64 (about 1e-16) and far below
+/// the size of features. A scene with distances or directions on the order of 1e-9 needs a smaller
 /// threshold, such as 0.
 pub const THRESHOLD: f64 = 1e-9;
 
@@ -159,7 +159,7 @@ impl Scene {
         Self { threshold, ..self }
     }
 
-    /// The document's special initialization of a triangle.
+    /// Performs the document's special initialization of a triangle.
     fn push(&mut self, [c1, c2, c3]: [usize; 3]) {
         let h4 = self.vertx[c2] - self.vertx[c1];
         let h5 = self.vertx[c3] - self.vertx[c1];

@@ -78,8 +78,8 @@ impl ZBuffer {
     pub fn draw(&mut self, facet: usize, outline: &[Vector]) {
         let Some((&a1, others)) = outline.split_first() else { return };
 
-        // The normal is the sum over the fan around the first vertex; its z is twice the area,
-        // positive where the outline runs against the document's direction.
+        // The normal is the sum over the fan around the first vertex. Its z is twice the area, and
+        // positive if the outline runs against the document's direction.
         let normal = others
             .windows(2)
             .map(|pair| (pair[0] - a1) ^ (pair[1] - a1))

@@ -65,7 +65,7 @@ fn the_second_end_is_cut_from_the_old_first_end() {
 
 #[test]
 fn past_a_corner_of_the_volume_the_interval_closes_early() {
-    // One end is outside in x and the other in y, and the edge passes the corner (1, 1) outside.
+    // One end is outside in x and the other in y, and the edge passes outside the corner (1, 1).
     let (a, c) = (p(3.0, 0.0, 0.0, 1.0), p(0.0, 3.0, 0.0, 1.0));
     assert_eq!(clip(a, c), (0, a, c));
     // Through the corner itself: one point remains.

@@ -1,4 +1,4 @@
-//! Images in memory, reading PNG and JPEG files, and writing PNG files atomically.
+//! Stores images in memory, reads PNG and JPEG files, and writes PNG files atomically.
 
 use std::io::{self, BufWriter, IntoInnerError};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::PartialFile;
 /// takes 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// An image, stored in rows from the top with three sRGB bytes per pixel.
+/// An image, stored row by row from the top, with three sRGB bytes per pixel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,

@@ -15,7 +15,7 @@ use crate::coordinate::Coordinate;
 pub struct Rounding {
     /// How many numbers were rounded.
     pub numbers: u64,
-    /// The largest change of a number, which is infinite if a number was beyond the scalar's range.
+    /// The largest change to a number, which is infinite if a number was beyond the scalar's range.
     pub by_up_to: f64,
 }
 

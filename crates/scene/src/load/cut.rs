@@ -17,8 +17,8 @@ use glam::{DVec2, DVec3};
 
 use super::error::Fault;
 
-/// Polygons with more corners than this are not cut. The crate's running time may grow with the
-/// square of the number of corners.
+/// Concave polygons with more corners than this are not cut, because the crate's running time may
+/// grow with the square of the number of corners.
 const MOST: usize = 1 << 14;
 
 /// A bound on the rounding error in a sum of a few products, relative to their sizes.

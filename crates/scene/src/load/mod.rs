@@ -58,7 +58,7 @@ use crate::mesh::Mesh;
 ///
 /// Time and memory are linear in the size of the file, except for faces that are cut by ear
 /// clipping, whose time may grow with the square of their number of corners. No allocation is sized
-/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF may
+/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF file may
 /// repeat its meshes up to about sixteen million triangles.
 ///
 /// # Errors
@@ -83,9 +83,10 @@ pub struct LoadedModel<S = f32> {
 /// Reads a model as [`load`] does, but in f32 or f64, and also returns notes about it and the other
 /// files that were read.
 ///
-/// In f64, decimals in text are rounded once to f64, a `double` in a PLY is kept, and transformed
-/// positions in a glTF are not rounded to f32. Numbers that the file stores in f32 are unchanged: a
-/// `float` in a binary PLY, a binary STL, and the positions in a glTF before they are transformed.
+/// In f64, decimals in text are rounded once to f64, a `double` in a PLY file is kept, and
+/// transformed positions in a glTF file are not rounded to f32. Numbers that a file stores in f32
+/// are unchanged: a `float` in binary PLY, all numbers in binary STL, and the positions in glTF
+/// before they are transformed.
 ///
 /// # Errors
 /// Returns an error under the same conditions as [`load`], for the requested scalar.

@@ -29,7 +29,7 @@ const RAW64: usize = size_of::<Ray64>();
 /// The number of bytes read at once, if available: a whole number of raw rays.
 const PIECE: usize = 1 << 19;
 
-/// A stream of rays, from a file or any reader, in bounded memory.
+/// A stream of rays from a file or any reader, read in bounded memory.
 ///
 /// You choose the scalar in which to read them, f32 or f64. The numbers in the file are f32, f64,
 /// or decimals, which are read as the nearest f64. Numbers that are not exact in your scalar are
@@ -81,16 +81,16 @@ impl<'a> Rays<'a> {
         Self::new(path, file, metadata.is_file().then_some(metadata.len()), format)
     }
 
-    /// Begins to read an input. `name` is used in error messages, and `size` is the size in bytes
+    /// Starts reading an input. `name` is used in error messages, and `size` is the size in bytes
     /// if it is known.
     ///
     /// Without a `format`, the extension of `name` determines it, as in [`RaysFormat::of_name`].
-    /// For other extensions, the input is CSV if its first line that is not blank consists of
-    /// column names. Anything else is an error, because any bytes could be raw rays.
+    /// For other extensions, the input is CSV if its first non-blank line consists of column names.
+    /// Anything else is an error, because any bytes could be raw rays.
     ///
     /// # Errors
-    /// Returns an error if the input cannot be read, its format is unknown, its line of names is
-    /// wrong, or its size is not a whole number of rays.
+    /// Returns an error if the input cannot be read, its format is unknown, its line of column
+    /// names is invalid, or its size is not a whole number of rays.
     pub fn new(
         name: impl Into<PathBuf>,
         input: impl Read + Send + 'a,
@@ -242,7 +242,8 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// Reads the line of names. Unless the format is `certain`, only this line identifies it.
+    /// Reads the line of column names. Unless the format is `certain`, only this line identifies
+    /// it.
     fn read_names(&mut self, certain: bool) -> Result<()> {
         let unknown = |rays: &Self, why: &str| LoadError {
             path: rays.name.clone(),
