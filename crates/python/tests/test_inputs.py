@@ -1,4 +1,4 @@
-"""Arrays and meshes from other packages, and error messages that say what to pass instead."""
+"""Tests arrays and meshes from other packages, and error messages that say what to pass instead."""
 
 from types import SimpleNamespace
 
@@ -41,7 +41,7 @@ class OwnNumpy:
         return self._array
 
     def __dlpack__(self, **options):
-        # This may take seconds.
+        # For a real tensor, this may take seconds.
         OwnNumpy.by_dlpack = True
         return self._array.__dlpack__(**options)
 

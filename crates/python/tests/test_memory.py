@@ -1,5 +1,5 @@
-"""Running out of memory raises MemoryError and never aborts. Each call is repeated, and a different
-allocation fails each time."""
+"""Tests that running out of memory raises MemoryError and never aborts. Each call is repeated, and a
+different allocation fails each time."""
 
 import os
 import shutil

@@ -36,7 +36,7 @@ def test_cavities_and_overlaps(dtype):
 
 
 def solid_angles(triangles, points):
-    """Winding numbers from van Oosterom and Strackee's formula, summed over all triangles for each point."""
+    """Returns winding numbers from van Oosterom and Strackee's formula, summed over all triangles for each point."""
     a, b, c = (triangles[None, :, k].astype(float) - points[:, None].astype(float) for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
     num = (a * np.cross(b, c)).sum(axis=2)
@@ -45,7 +45,7 @@ def solid_angles(triangles, points):
 
 
 def test_open_meshes_have_winding_numbers(dtype, rng):
-    """If a mesh has holes, flipped faces, or duplicates, points are inside if their winding number does not round to 0."""
+    """In meshes with holes, flipped faces, or duplicates, points are inside if their winding numbers do not round to 0."""
     vertices, faces = icosphere(2)
     some = rng.uniform(size=len(faces))
     meshes = [faces[some < 0.8], np.where((some < 0.1)[:, None], faces[:, ::-1], faces), np.r_[faces, faces[some < 0.1]]]

@@ -1,4 +1,4 @@
-"""skip, visible, and spawn_rays keep a surface from shading itself by accident."""
+"""Tests that skip, visible, and spawn_rays keep a surface from shading itself by accident."""
 
 import math
 

@@ -89,7 +89,7 @@ impl Disc {
         })
     }
 
-    /// Whether the pixel may show either of two triangles, or nothing instead of one of them.
+    /// Whether the pixel may show either member of a pair: a triangle, or nothing (`None`).
     pub(crate) fn excuses(&self, pair: [Option<&Triangle>; 2]) -> bool {
         // A triangle that is not finite or has no area is never visible.
         let [one, other] = pair.map(|triangle| triangle.map(|triangle| self.see(triangle)));

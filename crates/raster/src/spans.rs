@@ -2,7 +2,7 @@
 //! shared edges.
 //!
 //! Corners are on a grid of fractions of a pixel. Where an edge crosses the centre line of a row,
-//! it marks the first pixel whose centre is not to its left:
+//! it marks the first pixel whose centre is not to the left of the crossing:
 //!
 //! ```text
 //!     row's centre line   . . .\. . . . . . . ./. . . .     . pixel centres

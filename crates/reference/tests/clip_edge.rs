@@ -68,7 +68,7 @@ fn past_a_corner_of_the_volume_the_interval_closes_early() {
     // One end is outside in x and the other in y, and the edge passes outside the corner (1, 1).
     let (a, c) = (p(3.0, 0.0, 0.0, 1.0), p(0.0, 3.0, 0.0, 1.0));
     assert_eq!(clip(a, c), (0, a, c));
-    // Through the corner itself: one point remains.
+    // An edge through the corner itself is cut to one point.
     let (answer, a, c) = clip(p(2.0, 0.0, 0.0, 1.0), p(0.0, 2.0, 0.0, 1.0));
     assert_eq!((answer, a, c), (1, p(1.0, 1.0, 0.0, 1.0), p(1.0, 1.0, 0.0, 1.0)));
 }
@@ -131,7 +131,7 @@ proptest! {
     #[test]
     fn the_part_that_is_left_is_the_part_inside(a in point(), c in point()) {
         let (answer, new_a, new_c) = clip(a, c);
-        // The position of a point along the old edge, measured where the edge is longest.
+        // The position of a point along the old edge, measured in the coordinate that changes most.
         let parts = |q: Point4| [q.x - a.x, q.y - a.y, q.z - a.z, q.w - a.w];
         let whole = parts(c);
         let longest = (0..4).max_by(|&i, &j| whole[i].abs().total_cmp(&whole[j].abs())).unwrap();

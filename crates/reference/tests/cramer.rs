@@ -20,7 +20,7 @@ fn pixels(hit: impl Fn(Vector) -> bool) -> usize {
     rows.filter(|&(x, y)| hit(Vector::from([x as f32 / 100.0, y as f32 / 100.0, 1.0]))).count()
 }
 
-/// The listing's test unchanged, with its negative `t`.
+/// Applies the listing's test unchanged, with its negative `t`.
 fn listing(view: &Viewpoint, dir: Vector) -> bool {
     let (u, v, d) = (view.u & dir, view.v & dir, view.d & dir);
     u + v < d && u >= 0.0 && v >= 0.0 && view.t_ap < 0.0

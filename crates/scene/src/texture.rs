@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   t ^   c3                Each corner has texture coordinates (s, t). They are interpolated by the
-//!     |   /\                barycentric coordinates, u and v being those of c2 and c3:
+//!     |   /\                barycentric coordinates, where u and v belong to c2 and c3:
 //!   1 +--/--\--+            (s, t) = p1 + u (p2 - p1) + v (p3 - p1)
 //!     | / .  \ |
 //!     |c1-----c2            A texture is the unit square, and it repeats in both directions. The

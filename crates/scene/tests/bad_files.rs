@@ -219,7 +219,7 @@ fn ply_binary_faults() {
     says(&with(48, 3), "a.ply: a face refers to vertex 3, but there are 3, numbered from 0", "");
     says(&with(48, u32::MAX), "a.ply: face 0: a face has an index that is negative", "");
 
-    // Huge counts do not cause large allocations, and reading fails at once.
+    // Huge counts do not cause large allocations, and reading fails immediately.
     for format in ["binary_little_endian", "binary_big_endian", "ascii"] {
         let message = message("a.ply", header(format, u64::MAX, u64::MAX));
         says(&message, "a.ply:", "the file is cut off");
@@ -286,7 +286,7 @@ fn a_line_or_a_header_without_end_is_refused() {
 
 #[test]
 fn what_looks_wrong_and_is_right() {
-    // Other line ends, no final line end, names in Latin-1, numbers in odd forms, and a face with
+    // Other line ends, no final line end, names in Latin-1, unusual number formats, and a face with
     // 100,000 corners.
     let folder = TempDir::new().unwrap();
     let saved = |name: &str, bytes: &[u8]| {

@@ -216,8 +216,8 @@ fn joints_place_a_skinned_mesh_and_not_its_node() {
     assert_eq!(file.triangles(), [moved([10.0, 0.0, 0.0])]);
     let halves = [0.5, 0.5, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&halves).triangles(), [moved([15.0, 0.0, 0.0])]);
-    // Weights need not sum to 1, for instance if a file stores them in units of 1/255. Each weight
-    // counts relative to their sum.
+    // Weights need not sum to 1, for instance if a file stores them in units of 1/255. Only their
+    // ratios matter.
     let twice = [1.0, 1.0, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&twice).triangles(), [moved([15.0, 0.0, 0.0])]);
 

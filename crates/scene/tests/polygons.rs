@@ -136,8 +136,8 @@ fn a_polygon_that_its_first_corner_sees_is_a_fan() {
     let fan = |count: usize| (2..count).map(|i| [0, i - 1, i]).collect::<Vec<_>>();
     let circle: Vec<_> =
         (0..100).map(|i| f64::from(i) * 0.0628).map(|a| [a.cos(), a.sin()]).collect();
-    // A dart from its tip and from its inner corner, a square with corners on its edges, and a
-    // line.
+    // A dart that starts at its tip or at its inner corner, a square with corners on its edges, and
+    // a line.
     let mut middle = DART;
     middle.rotate_left(2);
     let square: Vec<_> = (0..8)

@@ -45,8 +45,8 @@ pub struct Band {
     right: BlockOrder,
 }
 
-/// Where the pixels of a block are copied to. For each row, this lists where each group of four
-/// starts among the gathered rays.
+/// The order in which the pixels of a block are gathered. For each row, it lists where each group
+/// of four starts among the gathered rays.
 #[derive(Clone)]
 struct BlockOrder {
     width: usize,

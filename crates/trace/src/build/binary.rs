@@ -179,7 +179,8 @@ impl<'a> Builder<'a> {
             (self.progress)(done, self.total);
             return built;
         }
-        // Both sides own disjoint parts of the references and the nodes, so threads share nothing.
+        // The two sides own disjoint parts of the references and the nodes, so threads share
+        // nothing.
         let (left, [ca, cb]) = self.level.run(Cut { builder, refs, centres, depth });
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
@@ -368,7 +369,7 @@ fn gather<T: Send>(
     if refs.len() <= CHUNK {
         return one(refs);
     }
-    // Always split in the middle, independent of the number of threads.
+    // Always split in the middle, independently of the number of threads.
     let (a, b) = refs.split_at(refs.len() / 2);
     let (a, b) = join(|| gather(a, one, both), || gather(b, one, both));
     both(a, b)
