@@ -102,7 +102,7 @@ impl<'a> Ball<'a> {
         })
     }
 
-    /// Whether the near cap of a face meets the ball.
+    /// Returns whether the near cap of a face meets the ball.
     pub(crate) fn meets_cap(&self, face: [u32; 3]) -> bool {
         self.may_meet(&face, &[]) && {
             let corners = face.map(|corner| self.near(corner));
@@ -115,7 +115,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Whether the side behind an edge meets the ball.
+    /// Returns whether the side behind an edge meets the ball.
     pub(crate) fn meets_side(&self, edge: [u32; 2]) -> bool {
         self.may_meet(&edge, &edge) && {
             let [a, b] = edge.map(|end| self.near(end));
@@ -135,7 +135,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Whether a flat piece within these borders meets the ball.
+    /// Returns whether a flat piece within these borders meets the ball.
     fn meets(&self, normal: &Point, borders: &[Border; 3]) -> bool {
         let square = self.radius.sqr();
         let over = |border: &Border| {
@@ -151,7 +151,8 @@ impl<'a> Ball<'a> {
             || near_plane() && borders.iter().all(over)
     }
 
-    /// Whether a border meets the ball, that is, whether its point nearest to the centre does.
+    /// Returns whether a border meets the ball, that is, whether the border's point nearest to the
+    /// centre is in the ball.
     fn meets_border(&self, Border { from, way, ends, .. }: &Border, square: &Exact) -> bool {
         let arm = sub(&self.centre, from);
         let (along, length) = (dot(&arm, way), dot(way, way));

@@ -75,8 +75,8 @@ pub fn outcode(boundaries: [f64; 6]) -> u8 {
     (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }
 
-/// Whether differences between these boundary coordinates, and between the coordinates they come
-/// from, cannot overflow; false for NaN.
+/// Returns whether differences between these boundary coordinates, and between the coordinates they
+/// come from, cannot overflow. If a coordinate is NaN, the result is false.
 fn in_range(boundaries: [f64; 6]) -> bool {
     boundaries.iter().all(|bc| bc.abs() <= f64::MAX / 4.0)
 }

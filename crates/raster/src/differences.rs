@@ -79,7 +79,7 @@ pub fn differences(
     verdicts
 }
 
-/// Whether a triangle can be visible at the distance `t` in a pixel.
+/// Returns whether a triangle can be visible at the distance `t` in a pixel.
 fn may_be_at(view: &View, triangle: &Triangle, t: f64, x: u32, y: u32) -> bool {
     clearly_at(view, triangle, t, x, y)
         .unwrap_or_else(|| Disc::new(view, x, y).may_be_at(triangle, t))

@@ -56,7 +56,7 @@ impl Linear {
         self.slope[0].sqr() + self.slope[1].sqr()
     }
 
-    /// Whether the function is 0 somewhere in a disc of the given radius around the centre.
+    /// Returns whether the function is 0 somewhere in a disc of the given radius around the centre.
     fn vanishes(&self, radius: &Exact) -> bool {
         let beyond = &self.doubt - abs(self.value.clone());
         sign_with_root(&beyond, radius, &self.steepness()).is_ge()
@@ -89,7 +89,7 @@ impl Disc {
         })
     }
 
-    /// Whether the pixel may show either member of a pair: a triangle, or nothing (`None`).
+    /// Returns whether the pixel may show either member of a pair: a triangle, or nothing (`None`).
     pub(crate) fn excuses(&self, pair: [Option<&Triangle>; 2]) -> bool {
         // A triangle that is not finite or has no area is never visible.
         let [one, other] = pair.map(|triangle| triangle.map(|triangle| self.see(triangle)));
@@ -105,9 +105,9 @@ impl Disc {
         one.zip(other).is_some_and(|(one, other)| tie(&one, &other).vanishes(&self.radius))
     }
 
-    /// Whether a triangle can be visible at the distance `t`, that is, whether `q t = |d|` for its
-    /// plane somewhere in the disc, up to a relative error of 2^-22. Here `d` is the direction
-    /// through the centre.
+    /// Returns whether a triangle can be visible at the distance `t`, that is, whether `q t = |d|`
+    /// for its plane somewhere in the disc, up to a relative error of 2^-22. Here `d` is the
+    /// direction through the centre.
     pub(crate) fn may_be_at(&self, triangle: &Triangle, t: f64) -> bool {
         let Some(seen) = self.see(triangle).filter(|_| t.is_finite() && t > 0.0) else {
             return false;
@@ -156,14 +156,14 @@ impl Disc {
         Some(SeenTriangle { corners, height, offset, doubt })
     }
 
-    /// Whether an edge of a triangle meets the cone.
+    /// Returns whether an edge of a triangle meets the cone.
     fn meets_outline(&self, SeenTriangle { corners: [a, b, c], .. }: &SeenTriangle) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| self.meets(a, b))
     }
 
-    /// Whether the segment from a to b meets the cone. A point is in the cone if `W > 0` and
-    /// `f >= 0`, where `f = (r W)^2 - |(X, Y) - W c|^2` is a quadratic function of the position s
-    /// along the segment:
+    /// Returns whether the segment from a to b meets the cone. A point is in the cone if `W > 0`
+    /// and `f >= 0`, where `f = (r W)^2 - |(X, Y) - W c|^2` is a quadratic function of the position
+    /// s along the segment:
     ///
     /// ```text
     ///   a ------(======)------ b     Either an end is in the cone or, because the cone is convex,

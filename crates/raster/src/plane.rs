@@ -47,7 +47,7 @@ impl FacetPlane {
         Self { q0: q, dx: 0.0, dy: 0.0, lo: q, hi: q }
     }
 
-    /// The largest q, at the nearest corner.
+    /// Returns the largest q, which is at the nearest corner.
     pub(crate) fn hi(&self) -> f64 {
         self.hi
     }

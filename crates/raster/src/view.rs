@@ -134,7 +134,7 @@ impl View {
         (d, length(d))
     }
 
-    /// The directions as a linear function of the position in the image.
+    /// Returns the directions as a linear function of the position in the image.
     pub(crate) fn pixel_directions(&self) -> PixelDirections {
         let across = scale(self.right, self.half_width);
         let above = scale(self.up, self.half_height);

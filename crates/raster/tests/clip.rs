@@ -163,7 +163,7 @@ fn two_facets_at_an_edge_cut_it_at_the_same_bits() {
     assert!(cut > 10_000, "{cut}");
 }
 
-/// Whether p is on the line from a to b, up to rounding.
+/// Returns whether p is on the line from a to b, up to rounding.
 fn on_line(a: Point4, b: Point4, p: Point4) -> bool {
     let [a, b, p] = [a, b, p].map(|p| [p.x, p.y, p.z, p.w]);
     let along: f64 = (0..4).map(|i| (b[i] - a[i]).powi(2)).sum();

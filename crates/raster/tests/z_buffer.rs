@@ -10,7 +10,7 @@ use intertri_scene::Camera;
 
 const THRESHOLD: f64 = 1e-9;
 
-/// A view from the origin along -z with a field of view of 90 degrees.
+/// Returns a view from the origin along -z with a field of view of 90 degrees.
 fn ahead(width: u32, height: u32) -> View {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
     View::new([0.0; 3], axes, 1.0, width, height).unwrap()

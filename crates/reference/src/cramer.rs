@@ -137,9 +137,9 @@ impl Viewpoint {
     }
 }
 
-/// The document's texture: 256 times the exclusive or of the coordinates, each rounded toward 0.
-/// Read as a colour 0xRRGGBB, the value is a shade of green for coordinates from 0 to 255. The
-/// green component repeats every 256 texels.
+/// Computes the document's texture: 256 times the exclusive or of the coordinates, each rounded
+/// toward 0. Read as a colour 0xRRGGBB, the value is a shade of green for coordinates from 0 to
+/// 255. The green component repeats every 256 texels.
 ///
 /// Coordinates outside the range of `i32` are clamped to it, and NaN counts as 0. A product that
 /// overflows `i32` loses its high bits.

@@ -42,9 +42,9 @@ pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The document's test for a clockwise outline (y up): a point is inside if no `c_kz` is positive,
-/// so edges and vertices belong to the facet. NaN is outside. An outline without vertices contains
-/// everything.
+/// Applies the document's test for a clockwise outline (y up): a point is inside if no `c_kz` is
+/// positive, so edges and vertices belong to the facet. NaN is outside. An outline without vertices
+/// contains everything.
 pub fn inside(outline: &[Vector], p: Vector) -> bool {
     turns(outline, p).all(|c| c <= 0.0)
 }

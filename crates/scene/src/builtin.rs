@@ -31,7 +31,7 @@ impl Scene {
     }
 }
 
-/// One unit is about a metre, and y is up.
+/// Builds the scene. One unit is about a metre, and y is up.
 fn built_in() -> Scene {
     let mut shapes = Shapes::default();
 

@@ -30,7 +30,7 @@ impl LineEnd {
         Ok(())
     }
 
-    /// Whether the available bytes contain a whole line.
+    /// Returns whether the available bytes contain a whole line.
     pub(crate) fn has_line(self, bytes: &[u8]) -> bool {
         let bytes = match (self, bytes) {
             (Self::ReturnAndPerhapsFeed, [b'\n', rest @ ..]) => rest,

@@ -101,7 +101,7 @@ pub struct Bounds<S = f32> {
 }
 
 impl<S: Scalar> Bounds<S> {
-    /// The centre.
+    /// Returns the centre of the box.
     pub(crate) fn centre(&self) -> DVec3 {
         // Halve first, so that the sum of the largest values does not overflow.
         double(self.min) * 0.5 + double(self.max) * 0.5
@@ -113,7 +113,7 @@ impl<S: Scalar> Bounds<S> {
         if radius > 0.0 { radius } else { 1.0 }
     }
 
-    /// Whether a point is in the box or on its boundary.
+    /// Returns whether a point is in the box or on its boundary.
     pub(crate) fn contains(&self, p: [S; 3]) -> bool {
         (0..3).all(|axis| self.min[axis] <= p[axis] && p[axis] <= self.max[axis])
     }

@@ -145,7 +145,7 @@ mod tests {
     use crate::light::Light;
     use crate::mesh::Part;
 
-    /// A floor seen from above, with the light above or below it.
+    /// Returns a floor seen from above, with the light above or below it.
     fn floor(light_height: f32) -> Scene {
         let mesh = Mesh {
             positions: vec![[-9.0, 0.0, -9.0], [9.0, 0.0, -9.0], [0.0, 0.0, 9.0]],

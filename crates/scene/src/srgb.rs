@@ -85,7 +85,7 @@ fn linear(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// [`linear`] in f32, for decoding textures.
+/// Evaluates [`linear`] in f32, for decoding textures.
 fn decode(encoded: u8) -> f32 {
     let x = f32::from(encoded) / 255.0;
     if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }

@@ -157,8 +157,8 @@ impl Cutter {
         self.ears.len() == 3 * (self.ring.len() - 2)
     }
 
-    /// Whether all triangles have the same orientation. If so, they fill the polygon without
-    /// overlap, because their areas add up to its area.
+    /// Returns whether all triangles have the same orientation. If so, they fill the polygon
+    /// without overlap, because their areas add up to its area.
     fn is_cut(&self) -> bool {
         self.ears.as_chunks::<3>().0.iter().all(|ear| {
             let (area, error) = self.area(ear);

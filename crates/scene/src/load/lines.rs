@@ -61,13 +61,13 @@ impl<R: BufRead> Lines<R> {
         self.append()
     }
 
-    /// The line without trailing blanks.
+    /// Returns the line without trailing blanks.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.line
     }
 
-    /// The line without trailing blanks. Everything that is used from a model is ASCII, but names
-    /// may be in any encoding.
+    /// Returns the line without trailing blanks, as text. Everything that is used from a model is
+    /// ASCII, but names may be in any encoding.
     pub(super) fn text(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.line)
     }

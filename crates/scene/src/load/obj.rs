@@ -67,7 +67,7 @@ pub(super) fn read<S: Coordinate>(input: impl BufRead) -> Result<(Mesh<S>, Notes
     model.builder.finish()
 }
 
-/// Whether one of a file's first lines is a vertex.
+/// Returns whether one of a file's first lines is a vertex.
 pub(super) fn looks_like(start: &[u8]) -> bool {
     start.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| line.starts_with(b"v "))
 }

@@ -83,14 +83,14 @@ fn binary<S: Coordinate>(
     Ok(())
 }
 
-/// Whether a file with these first bytes and this size is an STL.
+/// Returns whether a file with these first bytes and this size is an STL.
 pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
     is_ascii(start, size) || promised(start) == Some(size)
 }
 
-/// Whether the file is ASCII, that is, whether it begins with `solid` and is not a binary file
-/// whose free text does. A binary file has the size that its header implies or, if it is damaged,
-/// at least one zero byte in its free text or count.
+/// Returns whether the file is ASCII, that is, whether it begins with `solid` and is not a binary
+/// file whose free text does. A binary file has the size that its header implies or, if it is
+/// damaged, at least one zero byte in its free text or count.
 fn is_ascii(start: &[u8], size: u64) -> bool {
     let text = without_mark(start).trim_ascii_start();
     text.get(..SOLID.len()).is_some_and(|word| word.eq_ignore_ascii_case(SOLID))

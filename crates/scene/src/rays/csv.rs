@@ -7,7 +7,7 @@ pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "d
 pub(super) struct Columns(Vec<usize>);
 
 impl Columns {
-    /// Whether a line consists of known column names.
+    /// Returns whether a line consists of known column names.
     pub(super) fn are_named_by(line: &str) -> bool {
         names(line).all(|name| COLUMNS.contains(&&*name))
     }

@@ -127,7 +127,7 @@ impl<'a> Rays<'a> {
         self.total
     }
 
-    /// Whether the rays are stored in f32.
+    /// Returns whether the rays are stored in f32.
     pub fn are_f32(&self) -> bool {
         matches!(self.format, Format::Raw)
     }

@@ -210,7 +210,8 @@ fn bundle_of<'a>(
     reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
-/// Whether a bundle was worth its cost, that is, whether at least half of its rays were traced.
+/// Returns whether a bundle was worth its cost, that is, whether at least half of its rays were
+/// traced.
 #[inline(always)]
 fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
     matches!(outcome, Outcome::Traced { left, .. } if 32 * left.count_ones() as usize <= rays.len())

@@ -49,7 +49,7 @@ impl<T> Lists<T> {
         self.offsets.len().saturating_sub(1)
     }
 
-    /// Whether there are no rays.
+    /// Returns whether there are no rays.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -107,8 +107,8 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Whether the pixels jump back just before a ray, by at least half the change over this many
-    /// pixels.
+    /// Returns whether the pixels jump back just before a ray, by at least half the change over
+    /// this many pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
         // Compare along the row, in units of its steps, so that jitter within a few pixels is not a
         // jump.

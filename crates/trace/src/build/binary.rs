@@ -77,7 +77,7 @@ impl Binary {
         self.moved.get(number)
     }
 
-    /// Whether a subtree has few enough triangles to be a block, which is not divided.
+    /// Returns whether a subtree has few enough triangles to be a block, which is not divided.
     pub(super) fn is_block(&self, part: Subtree) -> bool {
         part.count <= BLOCK && self.moved(part).is_none()
     }

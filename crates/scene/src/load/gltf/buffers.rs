@@ -131,7 +131,7 @@ fn inline<'a>(i: usize, uri: &str) -> Result<Bytes<'a>, Fault> {
     }
 }
 
-/// Whether a URI contains its data. The case of a scheme does not matter.
+/// Returns whether a URI contains its data. The case of a scheme does not matter.
 fn is_data(uri: &str) -> bool {
     uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
@@ -163,8 +163,8 @@ fn within(path: &Path) -> Option<PathBuf> {
     Some(within).filter(|path| !path.as_os_str().is_empty())
 }
 
-/// Whether a symbolic link leads out of the folder. A missing file is an error later, when it is
-/// opened.
+/// Returns whether a symbolic link leads out of the folder. A missing file is an error later, when
+/// it is opened.
 fn leaves(folder: &Path, path: &Path) -> bool {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     match (folder.canonicalize(), path.canonicalize()) {

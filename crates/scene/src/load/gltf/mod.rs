@@ -29,7 +29,7 @@ const MAGIC: &[u8] = b"glTF";
 /// The length of a GLB's header.
 const HEADER: usize = 12;
 
-/// Whether a file with these first bytes is in glTF format.
+/// Returns whether a file with these first bytes is in glTF format.
 pub(super) fn looks_like(start: &[u8]) -> bool {
     start.starts_with(MAGIC) || start.trim_ascii_start().starts_with(b"{")
 }
