@@ -1,4 +1,4 @@
-"""Files, motion, and nearest points."""
+"""Tests saved files, moving meshes, and nearest points."""
 
 import base64
 import copy
@@ -59,7 +59,8 @@ def test_triangles_without_area_are_segments_and_points(dtype):
     assert near["distance"].tolist() == [1, 1] and near["triangle"].tolist() == [1, 1]
     assert mesh.hit_points(near).tolist() == [[6, 5, 5], [5, 5, 5]]
     assert mesh.signed_distance(np.array([6, 5, 6], dtype), assume_closed=True) == 1
-    # A copy answers the same. Then one triangle gains area, and another loses it.
+    # A copy returns the same result. The refit then gives one triangle an area and makes another
+    # degenerate.
     assert copy.deepcopy(mesh).closest_point(np.array([6, 5, 6], dtype)) == near[0]
     corners[5], corners[1] = [6, 7, 5], [0, 2, 0]
     mesh.refit(corners)
@@ -90,8 +91,8 @@ def test_a_saved_mesh_answers_alike(mesh, tmp_path):
     assert (hits_of(loaded) == hits_of(mesh)).all()
 
 
-# A saved hierarchy of two meshes, a triangle at z = 5 and one at z = 7, from `Bvh::from_meshes` and
-# `to_bytes`.
+# A saved hierarchy of two meshes (a triangle at z = 5 and one at z = 7), made with
+# `Bvh::from_meshes` and `to_bytes`.
 TWO_MESHES = (
     b"c-rgq3<>h&<&t7zU|?VYVh{}ij10)&N4)?uiU32N#M1+nf@#wjp^6VMplTHDR7+!%Hw*!p=Kzw2iaS8*3}eP{LC+i$W~jXkXy(s+c_YyLw%dD<"
     b"90!uT095{*pjL*E<qLNRuc00{CM3VW0l$2MJrMuLg9*q#aKJAQBq#t36a$d|AK<}Y|KY)unokH2vY)W|pd^PY{9tl08UQ5#&oK"
@@ -99,7 +100,7 @@ TWO_MESHES = (
 
 
 def save_bound(path, vertices, faces, tree):
-    """Saves these arrays in the file format of a mesh."""
+    """Saves the arrays in the format that `Mesh.save` writes."""
     bound = np.array(_archive.binding(vertices, faces, tree), np.uint64)
     np.savez(path, vertices=vertices, faces=faces, tree=np.frombuffer(tree, np.uint8), binding=bound)
 
@@ -158,7 +159,7 @@ def test_refit_answers_as_a_new_mesh(mesh, rng):
                                       np.sin(angle) * turned[:, 0] + np.cos(angle) * turned[:, 2])
         turned = turned.astype(mesh.dtype)
         ratio = mesh.refit(turned)
-        # In a new tree the ratio would be 1.
+        # For a newly built tree, the ratio would be 1.
         assert 0 < ratio < 10 and (ratio != 1) == (twist > 0)
         new = intertri.Mesh(turned, faces)
         assert mesh.digest == new.digest and (mesh.vertices == turned).all()
@@ -213,7 +214,7 @@ def wall():
 
 
 class Meanwhile:
-    """Forwards calls, but runs `does` before it returns each result."""
+    """Forwards calls, but runs `does` before returning each result."""
 
     def __init__(self, inner, does):
         self.inner, self.does = inner, does
@@ -328,7 +329,7 @@ def test_a_refit_without_memory_changes_nothing(dtype):
 
 
 def test_queries_while_a_mesh_moves(dtype):
-    """Each answer belongs entirely to one position, old or new."""
+    """All results of one call reflect the same position of the mesh, either old or new."""
     corners = np.array([[-9, -9, 5], [9, -9, 5], [0, 9, 5]], dtype)
     many = np.concatenate([corners + dtype([0, 0, k]) for k in range(100)])
     mesh = intertri.Mesh(many, np.arange(300).reshape(-1, 3))
