@@ -31,7 +31,7 @@ fn soup(count: usize, size: f32, scale: f32) -> Vec<Triangle> {
     (0..count).map(triangle).collect()
 }
 
-/// Small triangles, of which every eighth is stretched far along one axis.
+/// Returns small triangles, every eighth of which is stretched far along one axis.
 fn room(count: usize) -> Vec<Triangle> {
     let mut triangles = soup(count, 0.01, 1.0);
     for (i, triangle) in triangles.iter_mut().enumerate().step_by(8) {
@@ -104,8 +104,8 @@ fn triangles_that_are_never_hit_are_left_out() {
 #[test]
 fn triangles_at_one_place() {
     let t = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 4.0]]);
-    // Degenerate cases: a triangle in an axis-aligned plane, whose box has no volume, and two that
-    // are so small that their boxes have practically no area.
+    // Degenerate cases: a triangle in an axis-aligned plane, whose box has no volume, and two
+    // triangles so small that their boxes have practically no area.
     let flat = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 3.0]]);
     let speck =
         Triangle([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0_f32.next_up()], [1.0_f32.next_up(), 2.0, 3.0]]);
@@ -128,8 +128,8 @@ fn triangles_at_one_place() {
 fn triangles_on_a_line() {
     let along = |x: f32| Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]]);
     checked(&(1..10_000).map(|i| along(i as f32)).collect::<Vec<_>>());
-    // Each triangle is twice as far out as the previous one, so the heuristic would split off one
-    // at a time.
+    // Each triangle is twice as far out as the previous one, so the heuristic would split them off
+    // one at a time.
     let far = (0..250).map(|i| along((i as f32 - 125.0).exp2()));
     let tree = checked(&far.flat_map(|t| [t; 40]).collect::<Vec<_>>());
     assert!(tree.depth <= MAX_DEPTH);
@@ -199,8 +199,8 @@ fn errors_are_for_people() {
     assert!(text.contains("2147483648") && text.contains("2147483647"), "{text}");
 }
 
-/// Compares queries with a brute-force loop: as built, after refitting there and back, and after
-/// saving and loading.
+/// Compares query results with a brute-force loop for a freshly built hierarchy, after refitting to
+/// other positions and back, and after saving and loading.
 #[test]
 fn moved_parts_change_no_answer() {
     let (triangles, mut random) = (room(20_000), Random(7));

@@ -35,7 +35,7 @@ impl<S: BvhScalar> Bvh<S> {
         self.try_to_bytes().expect("memory for a saved hierarchy")
     }
 
-    /// Like [`Bvh::to_bytes`], but returns an error if there is too little memory.
+    /// Like [`Bvh::to_bytes`], but returns an error if memory runs out.
     #[doc(hidden)]
     pub fn try_to_bytes(&self) -> io::Result<Vec<u8>> {
         let mut bytes = Bytes(Vec::new());
@@ -46,7 +46,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Writes the bytes of [`Bvh::to_bytes`] piece by piece.
     ///
     /// # Errors
-    /// Fails if writing fails.
+    /// Returns an error if writing fails.
     pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
         S::write(&self.tree, &self.originals, &mut output)
     }
@@ -59,8 +59,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// not a signature.
     ///
     /// # Errors
-    /// Fails if the bytes are not a saved hierarchy; are damaged, truncated, or followed by more
-    /// bytes; were written by a later version; need more memory than is available; or store
+    /// Returns an error if the bytes are not a saved hierarchy; are damaged, truncated, or followed
+    /// by more bytes; were written by a later version; need more memory than is available; or store
     /// coordinates of the other scalar type ([`LoadError::Scalar`]).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
@@ -74,7 +74,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// in large pieces, so a buffered reader does not help.
     ///
     /// # Errors
-    /// As for [`Bvh::from_bytes`]; also fails if the stream cannot be read.
+    /// Returns the same errors as [`Bvh::from_bytes`], and an error if the stream cannot be read.
     pub fn read_from(input: impl Read) -> Result<Self, LoadError> {
         let (tree, originals) = S::read(&mut Stream::new(input, 0))?;
         Ok(Self::of_parts(tree, originals))
@@ -83,7 +83,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Like [`Bvh::from_bytes`], but reads from a file.
     ///
     /// # Errors
-    /// As for [`Bvh::from_bytes`]; also fails if the file cannot be read.
+    /// Returns the same errors as [`Bvh::from_bytes`], and an error if the file cannot be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
         let file = File::open(path)?;
         let metadata = file.metadata()?;
