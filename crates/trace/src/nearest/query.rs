@@ -10,8 +10,7 @@ use super::search::Search;
 use crate::morton::along_curve;
 use crate::walk::single::TraversalScratch;
 
-/// Finds the closest point for each query point, on this thread, unless it is farther than a
-/// radius.
+/// Finds the closest point within a radius for each query point, on this thread.
 pub(crate) fn closest_points<M: Mesh>(
     mesh: M,
     points: &[[M::Scalar; 3]],

@@ -79,7 +79,7 @@ impl Query<'_, f32> {
 }
 
 impl<'a, S: BvhScalar> Query<'a, S> {
-    /// Sets the mode [`Mode::once`], in which each point of a mesh belongs to exactly one of its
+    /// Sets the mode to [`Mode::once`], in which each point of a mesh belongs to exactly one of its
     /// triangles.
     pub fn once(self) -> Self {
         Self { mode: Mode::once().at(self.mode.level()), ..self }
@@ -242,7 +242,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_in(self.crossing_mode(), ray, one_ray::next_crossing)
     }
 
-    /// The mode for crossings: exact, counting each crossing once.
+    /// Returns the mode for crossings: exact, counting each crossing once.
     fn crossing_mode(&self) -> Mode {
         // Counting needs a rule that assigns each shared edge to one triangle, whichever mode was
         // chosen for hits.

@@ -1,8 +1,8 @@
 //! Visibility between two points, which may be on surfaces.
 //!
 //! ```text
-//!            light                  a segment ends on surfaces only up to rounding: just before, on,
-//!           ╱                       or behind them. These surfaces are ignored, so that nothing
+//!            light                  because of rounding, a segment may end just before, on, or
+//!           ╱                       behind a surface. Such surfaces are ignored, so that none
 //!     ────●╱────  surface           shades itself by accident. All others are tested exactly
 //! ```
 //!
@@ -130,7 +130,7 @@ impl<S: BvhScalar> Query<'_, S> {
     }
 }
 
-/// The ray from one end of a segment to the other.
+/// Returns the ray from one end of a segment to the other.
 fn ray_of<S: BvhScalar>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
     // Scale before subtracting, because the difference may overflow even for finite ends.
     let way = |share: f64| [0, 1, 2].map(|k| S::nearest(share * b[k].into() - share * a[k].into()));
