@@ -3,8 +3,8 @@
 //!
 //! ```text
 //!   ┌──▶──┬──▶──┐        each triangle traverses its edges in order. Where neighbours traverse an
-//!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. As many of the remaining edges
-//!   └──◀──┴──◀──┘        leave each corner as enter it, so they form loops
+//!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. At each corner, as many of the
+//!   └──◀──┴──◀──┘        remaining edges enter as leave, so they form loops
 //! ```
 
 use intertri::{Scalar, TriangleOf};
@@ -78,7 +78,7 @@ impl<S: Scalar> Boundary<S> {
         Ok(Self { corners, ends, clusters, axes: Axes::new() })
     }
 
-    /// The number of edges.
+    /// Returns the number of edges.
     pub(super) fn edges(&self) -> usize {
         self.corners.len() - self.ends.len()
     }

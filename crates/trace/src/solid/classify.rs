@@ -40,8 +40,8 @@ pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment
     })
 }
 
-/// Classifies points. `answer` converts the results based on crossings alone, given the rays from
-/// the points.
+/// Classifies points by crossings alone. `answer` converts the results, given the rays from the
+/// points.
 pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
@@ -54,8 +54,7 @@ pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Default + Send>(
     }
 }
 
-/// Classifies the points of a slab. If there is too little memory for all of them, classifies each
-/// half separately.
+/// Classifies the points of a slab. If memory runs out, classifies each half separately.
 fn classify_slab<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],

@@ -1,8 +1,8 @@
 //! Classifies the points of a grid, using one ray per column.
 //!
 //! ```text
-//!        z ▲  ·    ·    ·          One ray runs up each column. Starting at the top, where the winding
-//!          │  ·   ╱·╲   ·          number is 0, each crossing between two points changes it.
+//!        z ▲  ·    ·    ·          One ray runs up each column. The winding number is 0 at the top, and
+//!          │  ·   ╱·╲   ·          changes with each crossing on the way down.
 //!          │  ·  ● · ╲  ·
 //!          │  · ╱  ·  ╲ ·          Points on triangles are found beforehand; see `grid_surface`.
 //!          └───────────────▶ x, y
