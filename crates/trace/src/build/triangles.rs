@@ -14,9 +14,9 @@ pub(crate) trait Triangles: Sync {
     fn hit_bounds(&self, i: usize) -> HitBounds;
     /// Returns the triangles of a leaf in structure-of-arrays layout.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
-    /// The triangles of a leaf after a refit, and their bounds. A triangle that cannot be hit
-    /// inside a box gets a dead lane. The bounds cover all other triangles and those without area,
-    /// which keep their corners.
+    /// Returns the triangles of a leaf after a refit, and their bounds. A triangle that cannot be
+    /// hit inside a box gets a dead lane. The bounds cover all other triangles and those without
+    /// area, which keep their corners.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
