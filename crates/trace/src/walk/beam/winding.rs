@@ -1,4 +1,4 @@
-//! The containment of the origins of a beam's rays, computed by counting crossings at the leaves.
+//! Computes the containment of the origins of a beam's rays by counting crossings at the leaves.
 
 use intertri::internal::exact::Side;
 use intertri::internal::{AlongAxis, Axis};
@@ -11,7 +11,7 @@ use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 use crate::walk::single::Visit;
 
-/// If a beam takes more work than this, tracing its rays one by one is faster. Measured in
+/// If a beam takes more work than this, tracing its rays one by one is faster. Work is measured in
 /// triangles that the tube reaches.
 const BUDGET: usize = 256;
 
