@@ -68,8 +68,8 @@ impl HitPairs {
     }
 }
 
-/// The nearest hits of a ray so far, up to the limit, each given by the largest t it can have.
-/// Nothing counts beyond the largest of these.
+/// The nearest hits of a ray so far, up to the limit, each given by the largest t it can have. Hits
+/// beyond the largest of these do not count.
 #[derive(Default)]
 pub(crate) struct NearestFew {
     /// The t as bits, which sort like positive numbers.
@@ -82,7 +82,7 @@ impl NearestFew {
     }
 
     /// Adds a hit whose t is positive and at most `t_hi`. Returns the far end of the query, or
-    /// `None` if there is too little memory.
+    /// `None` if memory runs out.
     pub(crate) fn add(&mut self, t_hi: f32, most: usize, far: f32) -> Option<f32> {
         if self.t_hi.len() < most {
             self.t_hi.try_reserve(1).ok()?;

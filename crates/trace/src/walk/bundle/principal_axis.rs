@@ -48,8 +48,8 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     }
 
     /// Returns the axis perpendicular to the view along which directions spread at least twice as
-    /// far as at right angles to it. Returns `None` if there is no such axis, or if it is `right`
-    /// or `up`.
+    /// far as at right angles to it. Returns `None` if there is no such axis, or if it nearly
+    /// coincides with `right` or `up`.
     #[inline(always)]
     pub(crate) fn principal_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
         // The sums of x x, x y, and y y relative to the mean, where x and y are the components
