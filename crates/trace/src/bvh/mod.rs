@@ -44,7 +44,7 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 /// ```
 /// use intertri_trace::Bvh;
 /// use intertri_trace::intertri::{Ray64, Triangle64};
-/// // A wall at UTM coordinates, and a ray that leaves it a nanometre away.
+/// // A wall at UTM coordinates, and a ray that starts a nanometre away from it.
 /// let [x, y] = [148_376.0, 528_980.0];
 /// let wall = Triangle64::new([x, y, 0.0], [x, y + 4.0, 0.0], [x, y, 3.0]);
 /// let bvh = Bvh::new(&[wall])?;

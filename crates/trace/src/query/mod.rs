@@ -123,7 +123,7 @@ impl<'a, S: BvhScalar> Query<'a, S> {
     /// ```
     /// use intertri_trace::{Bvh, Faces};
     /// use intertri_trace::intertri::{Ray, Triangle};
-    /// // Seen along the ray, one wall's corners run clockwise, the other's counter-clockwise.
+    /// // Seen along the ray, one wall's corners run clockwise, and the other's counter-clockwise.
     /// let back = Triangle::new([0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [0.0, 1.0, 3.0]);
     /// let front = Triangle::new([0.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 0.0, 5.0]);
     /// let bvh = Bvh::new(&[back, front])?;

@@ -77,7 +77,7 @@ impl<S: BvhScalar> Query<'_, S> {
     /// bits after the leading one.
     #[doc(hidden)]
     pub fn visible_within(&self, segments: &[[[S; 3]; 2]], bits: u32, visible: &mut [bool]) {
-        assert_eq!(segments.len(), visible.len(), "one answer per segment");
+        assert_eq!(segments.len(), visible.len(), "one result per segment");
         let (skip, reach) = (self.selection.skip, UNITS / (1_u64 << bits) as f64);
         let lists = skip.len();
         let fits = lists == 0 || lists == segments.len();

@@ -48,7 +48,7 @@ pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Default + Send>(
     answers: &mut [A],
     answer: impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync,
 ) {
-    assert_eq!(points.len(), answers.len(), "one answer per point");
+    assert_eq!(points.len(), answers.len(), "one result per point");
     for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
         classify_slab(bvh, points, answers, &answer);
     }
