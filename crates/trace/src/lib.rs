@@ -93,7 +93,7 @@
 //!
 //! A hierarchy holds fewer than 2^31 triangles and nothing else: no curves or user geometry.
 //! Triangles with a NaN or infinite coordinate are never hit, nor are triangles without area. If
-//! memory runs out during a build, a refit, a load, or while collecting lists of hits, you get an
+//! memory runs out during a build, refit, or load, or while hits are collected in lists, you get an
 //! error, not an abort.
 //!
 //! Build in release mode, or at least optimize this crate and `intertri`; the front page of

@@ -30,7 +30,7 @@ pub(crate) fn along_curve(
     let cell = |point: [f32; 3]| {
         let along = |axis: usize| {
             let (from, per_unit) = places[axis];
-            // Points outside this range, or not finite, go to the first or last cell.
+            // Points that are outside this range or not finite go to the first or last cell.
             let cell = ((point[axis] - from) * per_unit).clamp(0.0, cells - 1.0) as u32;
             spread(cell) << axis
         };

@@ -8,7 +8,7 @@ use crate::util::lane_ops::lanes_of;
 
 /// A source of triangles to build a hierarchy over.
 pub(crate) trait Triangles: Sync {
-    /// The number of triangles.
+    /// Returns the number of triangles.
     fn count(&self) -> usize;
     /// Returns the box in which a triangle can be hit.
     fn hit_bounds(&self, i: usize) -> HitBounds;

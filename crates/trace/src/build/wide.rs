@@ -128,7 +128,7 @@ fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     while n > 0 {
         n -= 1;
         let (part, places) = waiting[n];
-        // If fewer slots cost no more, use fewer.
+        // Use fewer slots if that costs no more.
         let plan = binary.plan(part);
         let places = (2..=places).rev().find(|&i| plan.is_some_and(|p| p.left(i) > 0));
         if let Some(places) = places {

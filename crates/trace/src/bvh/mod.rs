@@ -38,8 +38,8 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 /// A hierarchy over [`Triangle64`](type@intertri::Triangle64) is a `Bvh<f64>`. It takes
 /// [`Ray64`](intertri::Ray64), and its results are correct for the f64 coordinates. Traversal uses
 /// f32 copies relative to the scene's centre. The originals, which take another 72 bytes per
-/// triangle, decide where the copies cannot, and determine t, u, and v. Hits are always decided
-/// exactly.
+/// triangle, settle the hits that the copies cannot decide, and determine t, u, and v. Hits are
+/// always decided exactly.
 ///
 /// ```
 /// use intertri_trace::Bvh;
@@ -188,8 +188,8 @@ impl<S: BvhScalar> Bvh<S> {
         self.tree.geometries.count()
     }
 
-    /// Merges all geometries into one that is selected by every mask. Hits then number triangles
-    /// across all meshes.
+    /// Merges all geometries into one, whose mask has all bits set. Hits then report triangle
+    /// indices that are counted across all meshes.
     ///
     /// ```
     /// use intertri_trace::Bvh;

@@ -8,7 +8,7 @@ use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
     /// Moves the triangles. Pass the new corners of all triangles in the original order. The tree
-    /// keeps its structure; its boxes are recomputed on all threads.
+    /// keeps its structure; its boxes are recomputed using all threads.
     ///
     /// Query results are bit-for-bit identical to those of a newly built hierarchy. Refitting takes
     /// a small fraction of the time of a build, but the more the triangles move relative to each

@@ -1,4 +1,4 @@
-//! Saving and loading the hierarchy.
+//! Saves and loads the hierarchy.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -14,8 +14,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// Serializes the hierarchy for [`Bvh::from_bytes`]. The bytes are the same on every CPU and
     /// for any number of threads.
     ///
-    /// They contain the finite triangles, their indices, and the tree: 60 to 90 bytes per triangle
-    /// in f32.
+    /// The bytes contain the finite triangles, their indices, and the tree: 60 to 90 bytes per
+    /// triangle in f32.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -53,10 +53,9 @@ impl<S: BvhScalar> Bvh<S> {
 
     /// Loads a saved hierarchy.
     ///
-    /// Any input yields either an error or a sound hierarchy: every child, index, and box is
-    /// checked against its contents. An attacker who fixes up the checksums can remove or replace
-    /// triangles, but cannot make a query miss a stored one. The checksums detect damage; they are
-    /// not a signature.
+    /// Any input yields either an error or a sound hierarchy: all children, indices, and boxes are
+    /// checked. An attacker who fixes up the checksums can remove or replace triangles, but cannot
+    /// make a query miss a stored one. The checksums detect damage; they are not a signature.
     ///
     /// # Errors
     /// Returns an error if the bytes are not a saved hierarchy; are damaged, truncated, or followed

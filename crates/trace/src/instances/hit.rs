@@ -1,4 +1,4 @@
-//! Instance numbers, and hits on instances.
+//! Instance numbers and hits on instances.
 
 use intertri::Hit;
 

@@ -19,7 +19,7 @@ use crate::walk::single::Visit;
 /// Broadcasts each entry of a matrix to all lanes.
 #[inline(always)]
 fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
-    // A loop, because `map` is not always inlined.
+    // Use a loop, because `map` is not always inlined.
     let mut rows = [Lanes::splat(0.0); 12];
     for (to, from) in rows.iter_mut().zip(m) {
         *to = Lanes::splat(*from);

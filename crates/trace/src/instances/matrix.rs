@@ -287,7 +287,7 @@ mod tests {
             }
         }
         assert!(worst < 1.0, "{worst}");
-        // Shows that the bound is tight: half of it would be exceeded.
+        // The bound is tight: half of it would be exceeded.
         assert!(worst > 0.6, "{worst}");
     }
 

@@ -143,7 +143,7 @@ impl SceneSnapshot {
         });
     }
 
-    /// Traces rays on this thread, together where that pays. `collect[i]` belongs to `rays[i]`.
+    /// Traces rays on this thread, together where that pays off. `collect[i]` belongs to `rays[i]`.
     fn trace_each<C: Collect>(&self, rays: &[Ray64], collect: &mut [C], patience: &mut Patience) {
         let (scene, mask, rule) = (&*self.committed, self.mask, Rule::Closed);
         self.with_scratch(|scratch| {

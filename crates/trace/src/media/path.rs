@@ -30,7 +30,7 @@ pub(super) struct Path<'a> {
 }
 
 impl<'a> Path<'a> {
-    /// Takes all crossings after the start of a ray, regardless of its `t_max`.
+    /// Expects all crossings after the start of a ray, regardless of its `t_max`.
     pub(super) fn new<S: Scalar>(
         media: &'a [u32],
         ray: &RayOf<S>,

@@ -24,7 +24,7 @@ const UNITS: f64 = 16.0;
 /// The number of segments to copy and trace at a time.
 const PIECE: usize = 1 << 16;
 
-/// Visibility between the two ends of a segment.
+/// Visibility queries between the two ends of a segment.
 ///
 /// # Panics
 /// Panics if the numbers of segments and results differ, or if you set lists of triangles to skip

@@ -82,7 +82,7 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
             if child & LEAF == 0 {
                 return are_in(&nodes[child as usize], &bounds);
             }
-            // No box bounds the hits on a needle, so needles must not be in the tree.
+            // No box bounds the hits on a needle, so needles must not be in the main tree.
             let leaf = &leaves[(child & !LEAF) as usize];
             leaf.thin == 0 && is_in(&leaf.bounds, &bounds)
         })

@@ -1,4 +1,4 @@
-//! The header and the section table of a saved hierarchy. All numbers are little-endian.
+//! The header and the section table of a saved hierarchy. All values are little-endian.
 //!
 //! ```text
 //!   header  0 magic            8 version: u32      12 sections: u32     16 triangles: u64

@@ -1,4 +1,4 @@
-//! Saving and loading f64 hierarchies: nodes, the frame of the copies, and leaves with f64 corners.
+//! Saves and loads f64 hierarchies: nodes, the frame of the copies, and leaves with f64 corners.
 
 use std::io::{self, Write};
 

@@ -112,7 +112,7 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Default + Send>(
 fn gather<S: BvhScalar>(points: &[[S; 3]], numbers: &[u32], rays: &mut Vec<RayOf<S>>) {
     rays.clear();
     let ray = |(i, &number): (usize, &u32)| {
-        // In this order, points are scattered in memory, and each access would be a cache miss.
+        // In this order, points are scattered in memory, so each access would be a cache miss.
         if let Some(&later) = numbers.get(i + AHEAD) {
             prefetch(&points[later as usize..][..1]);
         }

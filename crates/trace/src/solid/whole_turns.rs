@@ -130,8 +130,8 @@ struct Product<L: Simd> {
     re: L::F64x8,
     im: L::F64x8,
     turns: L::F64x8,
-    /// The smallest squared distance of an edge's number from the negative axis, minus
-    /// [`NEAR_AXIS`]; and the smallest squared distance of a corner.
+    /// The smallest squared distance of an edge's number from the negative axis, minus the limit
+    /// set by [`NEAR_AXIS`]; and the smallest squared distance of a corner.
     beside: L::F64x8,
     corner: L::F64x8,
 }

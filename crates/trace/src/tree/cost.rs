@@ -1,4 +1,4 @@
-//! The cost of a tree by the surface-area heuristic.
+//! Computes the cost of a tree by the surface-area heuristic.
 
 use super::hierarchy::Tree;
 use super::node::{EMPTY, Node};

@@ -32,7 +32,7 @@ pub struct Tree {
     /// For each leaf, a mask of the triangles without area. Rays ignore these, but closest-point
     /// queries consider them. Empty if there are none.
     pub(crate) degenerate: Vec<u8>,
-    /// The number of leaves below the root, which come first. The other leaves contain needles,
+    /// The number of leaves in the main tree, which come first. The other leaves contain needles,
     /// whose reference hits may be anywhere outside them, and triangles that were not finite when
     /// the tree was built.
     pub(crate) boxed: usize,
@@ -123,8 +123,9 @@ impl Tree {
         if unboxed == self.leaves.len() { self.thin_root } else { EMPTY }
     }
 
-    /// Builds the second tree over the leaves from `boxed` on, which have the given boxes. Eight
-    /// neighbours form a node, eight nodes form a node of the next level, and so on.
+    /// Builds the second tree over the leaves from `boxed` on, which have the given boxes. Each
+    /// node groups eight neighbouring leaves, each node of the next level groups eight of these
+    /// nodes, and so on.
     pub(crate) fn add_thin_nodes(&mut self, boxes: &[Aabb]) -> Result<(), NoMemory> {
         // The number of nodes on each level, from the bottom up.
         let mut levels = Vec::new();

@@ -23,7 +23,7 @@ const PLAIN: f32 = 1.0 / 256.0;
 /// [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
-/// f32 decides only for squared edge lengths in `2^-90..2^100`.
+/// f32 lanes decide only for squared edge lengths in `2^-90..2^100`.
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
 
 /// The boxes in which up to eight triangles can be hit.
@@ -41,7 +41,7 @@ pub(crate) struct LeafBounds {
     pub thin: u32,
 }
 
-/// Computes the [`LeafBounds`] of some of eight lanes.
+/// Computes the [`LeafBounds`] of a subset of eight lanes.
 pub(crate) struct LaneBounds<'a> {
     pub corners: &'a [[[f32; 8]; 3]; 3],
     pub lanes: u32,

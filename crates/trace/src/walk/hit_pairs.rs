@@ -51,8 +51,8 @@ impl HitPairs {
         self.pairs.push((ray, slot));
     }
 
-    /// Adds a pair whose hit is known, and returns the place to write the hit to. Memory for it
-    /// must have been reserved.
+    /// Adds a pair whose hit is known, and returns a reference through which to write the hit.
+    /// Memory for it must have been reserved.
     #[inline(always)]
     pub(crate) fn push_hit(&mut self, ray: RayId, slot: LeafSlot) -> &mut Hit {
         self.push(ray, slot);
@@ -72,7 +72,7 @@ impl HitPairs {
 /// beyond the largest of these do not count.
 #[derive(Default)]
 pub(crate) struct NearestFew {
-    /// The t as bits, which sort like positive numbers.
+    /// The bits of each t. For positive numbers, bits sort in the same order as values.
     t_hi: BinaryHeap<u32>,
 }
 

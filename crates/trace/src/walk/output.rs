@@ -98,7 +98,7 @@ impl BatchOutput<'_> {
         true
     }
 
-    /// Renames triangles from their positions among all triangles to geometry and index.
+    /// Replaces the positions of triangles among all triangles with their geometries and indices.
     pub(crate) fn rename(self, tree: &Tree) {
         match self {
             Self::Hits(hits) => tree.geometries.rename(hits),

@@ -47,8 +47,8 @@ fn points(triangles: &[Triangle], count: usize) -> Vec<[f32; 3]> {
 
 const DIRS: [[f32; 3]; 3] = [[0.5, 0.3, 0.8], [-0.7, 0.2, 0.1], [0.0, -1.0, 0.0]];
 
-/// Counts the rays that beams leave untraced, in several directions at every level. Checks that the
-/// results for the other rays are correct.
+/// Counts the rays that beams leave untraced, in several directions and at every level. Checks that
+/// the results for the other rays are correct.
 fn left<S: BvhScalar>(triangles: &[TriangleOf<S>], points: &[[S; 3]]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let expected: Vec<Containment> = points.iter().map(|&point| classify(&bvh, point)).collect();

@@ -158,8 +158,8 @@ mod tests {
         let margin = Margin::new(1.0, None);
         let (mut random, mut most) = (random(), [0.0_f64; 2]);
         for _ in 0..100_000 {
-            // The whole error is proportional to one coordinate, and most values have a unit in the
-            // last place that is relatively large.
+            // The whole error is proportional to one coordinate, and most values have a relatively
+            // large unit in the last place.
             let dir = [0.9999 - 1e-3 * random(), 0.9999 - 1e-3 * random(), 1.0];
             let ray = |_| {
                 let origin = [1e-3 * random(), 1e-3 * random(), 1.0 + 1e-2 * random()];

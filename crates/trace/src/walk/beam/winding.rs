@@ -28,7 +28,7 @@ pub(super) struct Winding<'a, 'b, S: Simd> {
     axis: Axis,
     beside: Vec3<S::F32x16>,
     along: &'b mut AlongAxis,
-    /// The rays whose origins have not turned out to be on a triangle.
+    /// The rays whose origins have not been found to be on a triangle.
     live: u32,
     /// The crossings that the filter is certain of, and those that the resolver decides.
     sure: S::F32x16,
@@ -84,7 +84,7 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
         self.work > BUDGET
     }
 
-    /// Decides the rays that the filter leaves undecided for the triangle in a slot.
+    /// Decides, for the triangle in a slot, the rays that the filter leaves undecided.
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, slot: LeafSlot) {

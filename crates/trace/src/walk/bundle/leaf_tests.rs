@@ -48,7 +48,7 @@ pub(crate) struct Leaves {
     pub(crate) blocks: [u32; AT_ONCE],
     /// The outlines of the triangles in two blocks each.
     outlines: [Outlines; AT_ONCE / 2],
-    /// For each pair, the triangle's position in all blocks.
+    /// For each pair, the triangle's position among all blocks.
     places: [u8; PAIRS],
     /// For each test, the packet and the index of the pair. A write of eight entries may extend
     /// beyond the last test.

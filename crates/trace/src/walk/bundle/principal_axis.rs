@@ -97,7 +97,7 @@ mod tests {
         let line =
             |x: f32, y: f32| (0..9).map(|i| [i as f32 * x, i as f32 * y, 5.0]).collect::<Vec<_>>();
 
-        // The slope is 2, wherever the rays are and however long they are.
+        // The slope is 2, regardless of where the rays are and how long they are.
         let [x, y, z] = axis(&line(0.1, 0.2)).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-4 * y.abs() && z == 0.0, "{x} {y} {z}");
         let far: Vec<_> =

@@ -360,7 +360,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
 /// far end came nearer.
 #[inline(always)]
 fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) -> bool {
-    // The far end of a packet stays as long as one of its rays has no hit.
+    // The far end of a packet does not move as long as one of its rays has no hit.
     let mut known = false;
     while changed != 0 {
         let packet = changed.trailing_zeros() as usize % PACKETS;

@@ -37,7 +37,7 @@ const TOGETHER: usize = 6;
 /// as many after each further failure, up to the second value.
 const PATIENCE: [usize; 2] = [4, 1024];
 
-/// Traces packets to find closest hits, or whether rays hit anything.
+/// Traces packets to find closest hits or whether rays hit anything.
 pub(crate) struct Packets<'a> {
     tree: &'a Tree,
     filter: Filter<'a>,
