@@ -41,7 +41,7 @@ fn room(count: usize) -> Vec<Triangle> {
 }
 
 fn checked(triangles: &[Triangle]) -> Layout {
-    let tree = layout_at(triangles, Level::best(), &|_, _| ()).expect("few enough");
+    let tree = layout_at(triangles, Level::best(), &|_, _| ()).expect("few enough triangles");
     if let Err(why) = tree.check(triangles) {
         panic!("{} triangles: {why}", triangles.len());
     }
@@ -139,10 +139,10 @@ fn triangles_on_a_line() {
 fn large_triangles_are_put_where_they_cost_less() {
     for count in [20_000, 30_000, 100_000] {
         let triangles = room(count);
-        let refs = prim_refs::collect(&triangles[..]).expect("few enough").refs;
-        let plain = binary::build(refs, Level::best(), &|_, _| ()).expect("few enough");
-        let plain = wide::write(&plain).expect("few enough");
-        plain.check(&triangles).expect("a tree");
+        let refs = prim_refs::collect(&triangles[..]).expect("few enough triangles").refs;
+        let plain = binary::build(refs, Level::best(), &|_, _| ()).expect("few enough triangles");
+        let plain = wide::write(&plain).expect("few enough triangles");
+        plain.check(&triangles).expect("a valid tree");
         let (cost, before) = (checked(&triangles).cost(), plain.cost());
         assert!(cost < 0.95 * before, "{cost}, before {before}");
     }
@@ -158,7 +158,7 @@ fn same_tree_on_any_number_of_threads() {
                 rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let other = pool
                 .install(|| layout_at(&triangles[..], Level::best(), &|_, _| ()))
-                .expect("few enough");
+                .expect("few enough triangles");
             assert_eq!(one.blocks, other.blocks);
             assert_eq!(format!("{:?}", one.nodes), format!("{:?}", other.nodes));
         }
@@ -171,7 +171,7 @@ fn same_tree_at_every_level() {
     for triangles in [soup(30_000, 0.05, 3.0), room(30_000)] {
         let best = checked(&triangles);
         for level in Level::all() {
-            let other = layout_at(&triangles[..], level, &|_, _| ()).expect("few enough");
+            let other = layout_at(&triangles[..], level, &|_, _| ()).expect("few enough triangles");
             assert_eq!(best.blocks, other.blocks, "{}", level.name());
             let nodes = |layout: &Layout| format!("{:?}", layout.nodes);
             assert_eq!(nodes(&best), nodes(&other), "{}", level.name());
@@ -188,7 +188,7 @@ fn progress_reaches_the_end() {
         most.fetch_max(done, Ordering::Relaxed);
         calls.fetch_add(1, Ordering::Relaxed);
     };
-    layout_at(&triangles[..], Level::best(), &tell).expect("few enough");
+    layout_at(&triangles[..], Level::best(), &tell).expect("few enough triangles");
     assert_eq!(most.into_inner(), 50_000);
     assert!((10..1000).contains(&calls.into_inner()));
 }
@@ -205,7 +205,7 @@ fn errors_are_for_people() {
 fn moved_parts_change_no_answer() {
     let (triangles, mut random) = (room(20_000), Random(7));
     let mode = Mode::exact();
-    let mut bvh = Bvh::new(&triangles).expect("few enough");
+    let mut bvh = Bvh::new(&triangles).expect("few enough triangles");
     // Rays from random points toward the centres of triangles.
     let rays: Vec<Ray> = (0..400)
         .map(|i| {
@@ -225,9 +225,9 @@ fn moved_parts_change_no_answer() {
     };
     check(&bvh);
     let elsewhere: Vec<_> = triangles.iter().rev().copied().collect();
-    bvh.refit(&elsewhere).expect("as many");
-    bvh.refit(&triangles).expect("as many");
+    bvh.refit(&elsewhere).expect("the same number of triangles");
+    bvh.refit(&triangles).expect("the same number of triangles");
     check(&bvh);
     let bytes = bvh.to_bytes();
-    check(&Bvh::from_bytes(&bytes).expect("what was saved"));
+    check(&Bvh::from_bytes(&bytes).expect("a saved hierarchy"));
 }

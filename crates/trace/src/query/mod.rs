@@ -36,7 +36,7 @@ use crate::walk::single::{LentScratch, SingleRay, TraversalScratch};
 /// let mut query = bvh.query().mode(Mode::certified());
 /// let (mut ray, mut path) = (Ray::new([0.0; 3], [1.0, 0.0, 0.0]), 0.0);
 /// for _ in 0..3 {
-///     let hit = query.closest(&ray).expect("it is between them");
+///     let hit = query.closest(&ray).expect("a hit on one of the walls");
 ///     path += hit.t;
 ///     ray = Ray::new([ray.origin[0] + ray.dir[0] * hit.t as f32, 0.0, 0.0], ray.dir.map(|d| -d));
 ///     ray.t_min = 0.5;

@@ -101,8 +101,8 @@ impl WithSimd for ReadLeaves64<'_> {
             if !finite {
                 return false;
             }
-            // Recompute which triangles have an area instead of storing it, so that a file cannot
-            // lie about it.
+            // Recompute which triangles have an area instead of reading this from the file, which
+            // could lie about it.
             let degenerate = degenerate(&corners, silent_lanes(&indices, live));
             *leaf = Leaf { block: frame.block_in::<S>(&corners, live), indices };
             let [[a, b, c], [x, y, z]] = frame.bounds_in::<S>(&corners, live | degenerate);
