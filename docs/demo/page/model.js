@@ -11,7 +11,7 @@ function modelView(engine) {
 
   const away = () => (state.away === 0 ? 0 : 10 ** (state.away / 4));
   const pixel = () => FIELD * 2 ** -state.close;
-  /** The numbers that describe the view, for the module and for the native tests. The picture is `by` times smaller. */
+  /** Returns the numbers that describe the view at 1/`by` of the resolution, for the module and for the tests' native program. */
   function numbers(by = 1) {
     const { right, up, forward } = axes(state.yaw, state.pitch);
     return [WIDTH / by, HEIGHT / by, pixel() * by, ...state.shift, ...[1, 0.7, 0.4].map((x) => x * away()),
@@ -133,7 +133,7 @@ function modelView(engine) {
     }
   }
 
-  /** Loads a model with the function `load`, and shows it under a name. */
+  /** Loads a model with `load` and shows it under a name. */
   function take(name, load, from = {}) {
     complain("");
     try {
