@@ -1,5 +1,5 @@
-//! Tests that running out of memory never aborts the program, and that it is an error in every call
-//! that can return one. Each call is repeated, and a different allocation fails each time.
+//! Tests that running out of memory never aborts the program, and that every call that can return
+//! an error does so. Each call is repeated, and a different allocation fails each time.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -35,8 +35,7 @@ fn fails(size: usize) -> bool {
     fails
 }
 
-// SAFETY: each method calls the system allocator or returns null, which is allowed when memory runs
-// out.
+// SAFETY: each method forwards to the system allocator or returns null, which reports failure.
 unsafe impl GlobalAlloc for Failing {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller upholds the same contract.
@@ -106,7 +105,7 @@ fn in_f32(triangles: &[Triangle64]) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle(t.0.map(|corner| corner.map(|x| x as f32)))).collect()
 }
 
-/// Checks every call that creates or changes a hierarchy or lists hits: it must either return an
+/// Checks every call that creates or changes a hierarchy or lists hits: it must return either an
 /// error or the same result as with enough memory.
 macro_rules! calls {
     ($scalar:ty, $ray:ident, $triangles:expr) => {{

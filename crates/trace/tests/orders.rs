@@ -13,7 +13,7 @@ fn number(i: usize, k: usize) -> f32 {
     (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
 }
 
-/// Returns two meshes, each a cloud of triangles, one behind the other.
+/// Returns a scene of two meshes, each a cloud of triangles, one behind the other.
 fn scene() -> &'static Bvh {
     static SCENE: OnceLock<Bvh> = OnceLock::new();
     SCENE.get_or_init(|| {

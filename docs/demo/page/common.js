@@ -35,7 +35,7 @@ function readable(x) {
   return x.toExponential(1).replace("e+", "e");
 }
 
-/** Makes a canvas navigable: dragging and arrow keys turn it; the wheel, pinching, plus, and minus zoom. */
+/** Makes a canvas navigable: dragging and the arrow keys turn the view; the wheel, pinching, + and - zoom. */
 function navigate(canvas, { turn, magnify }) {
   const pointers = new Map();
   let apart = 0;

@@ -34,7 +34,7 @@ function modelView(engine) {
     context.drawImage(small, 0, 0, WIDTH, HEIGHT);
   }
 
-  /** Traces the whole picture and shows it. Setting the view can rebuild the hierarchy; that time is not included in the rate. */
+  /** Traces the whole image and shows it. Setting the view can rebuild the hierarchy; that time is not included in the rate. */
   function trace(by) {
     if (!engine.look(numbers(by))) return;
     looked = by;
@@ -58,7 +58,7 @@ function modelView(engine) {
   }
 
   const inPieces = pieces();
-  /** Traces the picture at full resolution if needed, then compares the selected method with it, a few rows of tiles at a time. */
+  /** Traces the image at full resolution if needed, then compares the selected method with it, a few rows of tiles at a time. */
   function rest() {
     if (state.triangles === 0) return;
     if (looked !== 1 || scale !== 1) guarded(() => trace(1));
@@ -178,7 +178,7 @@ function modelView(engine) {
   }
   for (const name of ["dragleave", "drop"]) drop.addEventListener(name, () => drop.classList.remove("over"));
   drop.addEventListener("drop", (e) => { e.preventDefault(); open(e.dataTransfer.files[0]); });
-  // The browser must not open a file that is dropped next to the picture.
+  // The browser must not open a file that is dropped next to the image.
   for (const name of ["dragover", "drop"]) window.addEventListener(name, (e) => e.preventDefault());
   $("open").addEventListener("click", () => $("file").click());
   $("file").addEventListener("change", () => { open($("file").files[0]); $("file").value = ""; });

@@ -28,8 +28,7 @@ pub struct Model {
     look: Option<Look>,
 }
 
-/// A view, the hit at each pixel, and the triangles listed for each tile, which are found on first
-/// use.
+/// A view, the hit at each pixel and, once they are needed, the triangles of each tile.
 struct Look {
     view: View,
     hits: Vec<Hit>,

@@ -96,8 +96,8 @@ fn bits(hit: &SceneHit) -> (InstanceId, [u64; 3], u32, u32) {
     (*instance, [hit.t, hit.u, hit.v].map(f64::to_bits), hit.geometry, hit.triangle)
 }
 
-/// Returns a random ray near a scene: aimed at a corner, an edge, or an interior point, parallel to
-/// an edge or a wall, or arbitrary.
+/// Returns a random ray near a scene: aimed at a corner, an edge, or an interior point, running
+/// along an edge or a wall, or arbitrary.
 fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     let Triangle64([a, b, c]) = numbers.one_of(triangles);
     let Triangle64([d, ..]) = numbers.one_of(triangles);

@@ -153,7 +153,8 @@ impl HitCollector<'_> {
         self.filter.resolver().starts_on(self.ray, &triangle, (self.id, slot))
     }
 
-    /// Collects all hits of a ray that was traced alone, given the slots of the triangles.
+    /// Collects all hits of a ray that was traced alone, given the slots of the triangles that it
+    /// hits.
     pub(super) fn take_alone(&mut self, slots: &[LeafSlot], output: &mut BatchOutput<'_>) {
         let number = self.id.0 as usize;
         let crossed = |slot: &LeafSlot| self.crossed(*slot);

@@ -47,7 +47,7 @@ pub(crate) struct Stream<'a, 'b> {
     pub(crate) rays: &'a [Ray],
     pub(crate) ids: &'a [RayId],
     pub(crate) output: &'a mut BatchOutput<'b>,
-    /// Determines which triangles may be hit, with masks, skip lists, and predicates.
+    /// The masks, skip lists, and predicates that determine which triangles may be hit.
     pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) counts: &'a mut Counts,
 }
