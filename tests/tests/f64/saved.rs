@@ -1,4 +1,4 @@
-//! Hierarchies over f64 that were saved and loaded, or refitted, must return the same answers as
+//! Hierarchies over f64 that were saved and loaded, or refitted, must return the same results as
 //! new ones.
 
 use intertri::{Ray64, Triangle64};
@@ -32,7 +32,7 @@ fn rays(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Ray64> {
     (0..count).map(|_| ray()).collect()
 }
 
-/// Asserts that two hierarchies return the same answers.
+/// Asserts that two hierarchies return the same results.
 fn assert_same(one: &Bvh<f64>, other: &Bvh<f64>, rays: &[Ray64], what: &str) {
     assert_eq!((one.len(), one.bounds()), (other.len(), other.bounds()), "{what}");
     assert_eq!(one.closest_batch(rays), other.closest_batch(rays), "{what}");

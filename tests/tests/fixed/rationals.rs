@@ -25,7 +25,7 @@ fn minus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| &a[i] - &b[i])
 }
 
-/// Computes the answer differently, for the direction d + (e, e^2, e^3) with e = 2^-100: first the
+/// Computes the result differently, for the direction d + (e, e^2, e^3) with e = 2^-100: first the
 /// point in the plane by its normal, then its side of each edge. This e is small enough, because
 /// nonzero integers are at least 1, and those that e multiplies are below 2^64.
 fn moved(ray: &Ray, triangle: &Triangle) -> Option<bool> {
