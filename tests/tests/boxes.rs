@@ -137,8 +137,8 @@ fn sizes_from_one_end_of_f32_to_the_other() {
     assert!(hits > 500, "{hits}");
 }
 
-/// Traces many rays in rows from one origin, toward a small mesh next to a large ground and a stray
-/// triangle. They form bundles whose frusta barely meet the mesh's corners.
+/// Traces many rays in rows from one origin, toward a small mesh next to a large ground triangle
+/// and a stray one. They form bundles whose frusta barely meet the mesh's corners.
 #[test]
 fn bundles_in_wide_scenes() {
     let levels: Vec<Level> = Level::all().collect();
