@@ -69,7 +69,7 @@ impl Scale {
     }
 }
 
-/// `x * 2^by`, which must be an integer.
+/// Returns `x * 2^by`, which must be an integer.
 fn shifted(x: IBig, by: i64) -> IBig {
     if by < 0 { x >> by.unsigned_abs() as usize } else { x << by as usize }
 }
@@ -206,7 +206,7 @@ impl Truth {
 
     /// Returns whether t is within the ray's interval.
     pub fn is_within<S: Scalar>(&self, ray: &RayOf<S>) -> bool {
-        // Negative ends need no special case, because t is not negative.
+        // Negative ends need no special case, because a hit also requires that t is positive.
         let (near, far): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
         let from = !near.is_finite() || self.t.cmp(near).is_ge();
         let to = !far.is_finite() || self.t.cmp(far).is_lt();
@@ -378,7 +378,7 @@ fn once_by_powers<S: Scalar>(
 
 /// The integer type of a computation.
 trait Integer: Sized {
-    /// `m * 2^by`, which must be an integer.
+    /// Returns `m * 2^by`, which must be an integer.
     fn of(m: i64, by: i64) -> Self;
     fn plus(&self, other: &Self) -> Self;
     fn minus(&self, other: &Self) -> Self;

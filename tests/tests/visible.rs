@@ -157,9 +157,9 @@ fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     triangles
 }
 
-/// If a face of a convex body faces the light, its inner points, corners and midpoints of edges
-/// must be lit. The inner points of every other face must be dark. A naive shadow ray reports many
-/// lit points as dark.
+/// Checks that if a face of a convex body faces the light, its inner points, corners and midpoints
+/// of edges are lit, and that the inner points of every other face are dark. A naive shadow ray
+/// reports many lit points as dark.
 fn lit_faces_are_lit<S: Float>() {
     let triangles = sphere::<S>(24);
     let bvh = Bvh::new(&triangles).unwrap();

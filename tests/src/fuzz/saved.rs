@@ -28,7 +28,7 @@ pub fn saved(bytes: &[u8]) {
 fn loaded(file: &[u8], more: &[u8]) {
     let scalar = |found: &Result<(), LoadError>| matches!(found, Err(LoadError::Scalar { .. }));
     let (one, other) = (answers::<f32>(file, more), answers::<f64>(file, more));
-    // If the header is sound, one of the two reports the wrong scalar.
+    // If the header is sound, one of the two reports a scalar mismatch.
     assert!(!(scalar(&one) && scalar(&other)));
     assert!(!(one.is_ok() && other.is_ok()));
     assert!(scalar(&one) || scalar(&other) || (one.is_err() && other.is_err()));

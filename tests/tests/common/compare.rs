@@ -63,7 +63,8 @@ struct Case<S: Scalar> {
     once: Option<bool>,
 }
 
-/// Checks the pair's ray with the interval of `ray`. If `all` is set, checks every tier.
+/// Checks a pair for `ray`, which is the pair's ray with any interval. If `all` is set, checks
+/// every tier.
 fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Counts) {
     let Case { triangle, truth, once: leaves } = case;
     let truth = truth.as_ref().filter(|truth| truth.is_within(ray));

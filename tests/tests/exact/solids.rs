@@ -155,7 +155,8 @@ fn hull(points: usize, rng: &mut Rng) -> Mesh {
     Mesh { vertices: vertices.into_iter().map(|p| p.map(|x| x / 16.0)).collect(), faces }
 }
 
-/// Cubes that touch only along edges and at corners, like the squares of one colour on a chessboard.
+/// Generates cubes that touch only along edges and at corners, like the squares of one colour on a
+/// chessboard.
 fn lattice(side: i32) -> Mesh {
     let mut all = Mesh { vertices: vec![], faces: vec![] };
     let places = (0..side.pow(3)).map(|i| [i % side, i / side % side, i / side / side]);

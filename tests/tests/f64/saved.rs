@@ -8,7 +8,7 @@ use intertri_trace::{Bvh, LoadError};
 
 use super::hierarchy::soup;
 
-/// Triangles, including segments, needles, duplicates, and some that are not finite.
+/// Generates triangles, including segments, needles, duplicates, and some that are not finite.
 fn mixed(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Triangle64> {
     let mut triangles = soup(count, 0.1, scale, moved, rng);
     for i in (0..count).step_by(5) {

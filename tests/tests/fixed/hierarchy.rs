@@ -47,7 +47,8 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         let blocks: Vec<_> = blocks(&triangles).collect();
 
         // Rays exactly toward corners, toward midpoints of edges, along axes, from corners, and at
-        // random, unbounded and bounded. Some are snapped from f32 rays, whose t has another unit.
+        // random, unbounded and bounded. Some are snapped from f32 rays, whose t is in a different
+        // unit.
         let rays: Vec<_> = (0..1_200)
             .filter_map(|i| {
                 let to = corners[i * 37 % corners.len()];

@@ -37,7 +37,7 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|k| a[k] * b[k]).sum()
 }
 
-/// The sign of `normal · d`, where d is the direction as moved by the once rule.
+/// Returns the sign of `normal · d`, where d is the direction as moved by the once rule.
 fn slope(normal: Point, dir: Point) -> i128 {
     let all = [dot(normal, dir), normal[0], normal[1], normal[2]];
     all.into_iter().find(|x| *x != 0).unwrap_or(0).signum()
@@ -109,7 +109,8 @@ impl Convex {
             match along.cmp(&0) {
                 Ordering::Greater if t.cmp(to).is_lt() => to = t,
                 Ordering::Less if t.cmp(from).is_gt() => from = t,
-                // The ray is parallel to the side: outside, inside, or on it and moved to either.
+                // The ray is parallel to the side: outside it, inside it, or on it and moved off
+                // it.
                 Ordering::Equal if gap < 0 || gap == 0 && slope(normal, dir) > 0 => return None,
                 _ => {}
             }
