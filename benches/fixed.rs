@@ -1,7 +1,7 @@
-//! Compares the mode `fixed` with the scalar reference, on the same snapped triangles and rays.
+//! Compares the `fixed` mode with the scalar reference, on the same snapped triangles and rays.
 //! Every answer is verified.
 //!
-//! The mode `fixed` computes t as an exact ratio. The reference gets the same integers as f32,
+//! The `fixed` mode computes t as an exact ratio. The reference gets the same integers as f32,
 //! which represents them exactly, and must find the same triangles. All exact contenders must find
 //! the same numerators and denominators as the scalar test in i128.
 
@@ -22,7 +22,7 @@ fn add(answer: &mut Answer, best: &Best) {
     }
 }
 
-/// Packets of N rays against one triangle after another.
+/// Tests packets of N rays against one triangle at a time.
 struct Packets<'a, const N: usize, const FILTER: bool> {
     packets: &'a [Packet<N>],
     triangles: &'a [Prepared],
@@ -51,7 +51,7 @@ where
     }
 }
 
-/// Packets of rays that share their origin, against triangles prepared for that origin.
+/// Tests packets of rays that share an origin against triangles prepared for that origin.
 struct Shared<'a, const N: usize, const FILTER: bool> {
     packets: &'a [Packet<N>],
     triangles: &'a [Triangle],
@@ -84,7 +84,7 @@ where
     }
 }
 
-/// One ray after another against all blocks of N triangles.
+/// Tests one ray at a time against all blocks of N triangles.
 struct Blocks<'a, const N: usize, const FILTER: bool> {
     rays: &'a [Ray],
     blocks: &'a [Block<N>],
@@ -170,7 +170,7 @@ impl Data {
         }
     }
 
-    /// The scalar f64 reference, which must find the same triangles.
+    /// Traces the rays with the scalar f64 reference, which must find the same triangles.
     fn scalar(&self) -> Answer {
         let mut answer = Answer::default();
         for line in &self.lines {
@@ -182,7 +182,7 @@ impl Data {
         answer
     }
 
-    /// A contender that must find the same crossings as the scalar test in i128.
+    /// Returns a contender that must find the same crossings as the scalar test in i128.
     fn exact<'a>(&'a self, name: String, run: impl Fn() -> Answer + 'a) -> Contender<'a> {
         let run = move || {
             assert_eq!(run(), self.truth);

@@ -1,5 +1,6 @@
-//! Measures a field of instances of one globe on one thread: primary, shadow and diffuse rays,
-//! compared with the flattened scene if it fits in memory, and commits of moved instances.
+//! Benchmarks a field of instances of one globe on a single thread: primary, shadow and diffuse
+//! rays, compared with the flattened scene if it fits in memory, and commits after the instances
+//! have moved.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench instances
@@ -14,10 +15,10 @@ use intertri_lab::rng::Rng;
 use intertri_trace::internal::on_this_thread;
 use intertri_trace::{Bvh, InstanceId, Scene, SceneSnapshot};
 
-/// The width and height of the picture in pixels.
+/// The width and height of the image in pixels.
 const SIDE: usize = 400;
 
-/// A globe with `rings` rings of triangles.
+/// Returns a globe with `rings` rings of triangles.
 fn globe(rings: usize) -> Vec<Triangle> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f32 / rings as f32, (i % (2 * rings)) as f32 / (2 * rings) as f32);
@@ -34,7 +35,8 @@ fn globe(rings: usize) -> Vec<Triangle> {
     halves.collect()
 }
 
-/// The matrix of one globe in a field of `side * side` globes, with its own rotation and size.
+/// Returns the matrix of a globe in a field of `side * side` globes, with its own rotation and
+/// size.
 fn placement(i: usize, side: usize, rng: &mut Rng) -> [f64; 12] {
     let ([a, b, _], [x, z]) = (rng.cube(), [i % side, i / side].map(|k| 2.5 * k as f64));
     let ((s, c), (p, q)) = ((3.0 * a).sin_cos(), (3.0 * b).sin_cos());
@@ -45,7 +47,7 @@ fn placement(i: usize, side: usize, rng: &mut Rng) -> [f64; 12] {
     [m0, m1, m2, x, m4, m5, m6, 0.0, m8, m9, m10, z]
 }
 
-/// The shortest of three measured times, in seconds.
+/// Returns the shortest of three measured times, in seconds.
 fn seconds(mut work: impl FnMut()) -> f64 {
     let time = |_| {
         let start = Instant::now();
@@ -55,8 +57,8 @@ fn seconds(mut work: impl FnMut()) -> f64 {
     (0..3).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Creates camera rays from above the field. From each point that they hit, it adds a shadow ray to
-/// a light and a diffuse ray in a random direction.
+/// Creates camera rays from above the field. From each hit point, adds a shadow ray to a light and
+/// a diffuse ray in a random direction.
 fn rays(scene: &SceneSnapshot, side: usize, rng: &mut Rng) -> [Vec<Ray64>; 3] {
     let width = 2.5 * side as f64;
     let eye = [0.5 * width, 8.0, -6.0];
@@ -78,7 +80,7 @@ fn rays(scene: &SceneSnapshot, side: usize, rng: &mut Rng) -> [Vec<Ray64>; 3] {
     [primary, shadow, diffuse]
 }
 
-/// Prints a row of the table, converted to million rays per second.
+/// Prints a row of the table, in millions of rays per second.
 fn row(name: &str, count: usize, seconds: [f64; 3], note: &str) {
     let [primary, shadow, diffuse] = seconds.map(|seconds| count as f64 / seconds * 1e-6);
     println!("{name:28} {primary:8.2} {shadow:8.2} {diffuse:8.2}   {note}");

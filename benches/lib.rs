@@ -17,7 +17,7 @@ pub struct Workload {
     pub triangles: Vec<Triangle>,
 }
 
-/// A triangle somewhere in the cube, with corners up to `size` from its centre.
+/// Returns a random triangle in the cube, with corners up to `size` from its centre.
 fn triangle(rng: &mut Rng, size: f64) -> Triangle {
     let centre = rng.cube();
     let mut corner = || {
@@ -28,8 +28,8 @@ fn triangle(rng: &mut Rng, size: f64) -> Triangle {
 }
 
 impl Workload {
-    /// Rays that start all over the cube, in all directions, and triangles scattered over it. No
-    /// two rays of a packet are similar, and about one test in fifty is a hit.
+    /// Returns rays with random origins in the cube and random directions, and triangles scattered
+    /// over the cube. No two rays of a packet are similar, and about one test in fifty is a hit.
     pub fn strewn(rays: usize, triangles: usize) -> Self {
         let mut rng = Rng::new(8);
         let f32s = |v: [f64; 3]| v.map(|x| x as f32);
@@ -38,9 +38,9 @@ impl Workload {
         Self { rays, triangles: (0..triangles).map(|_| triangle(&mut rng, 0.4)).collect() }
     }
 
-    /// A camera's view of triangles scattered over a cube, with 4 × 2 pixels per packet. About one
-    /// test in fifty is a hit. With `shared`, all rays start at one point; otherwise each has its
-    /// own origin.
+    /// Returns a camera's view of triangles scattered over a cube, with 4 × 2 pixels per packet.
+    /// About one test in fifty is a hit. With `shared`, all rays start at one point; otherwise each
+    /// has its own origin.
     ///
     /// # Panics
     /// Panics if `rays` is not a multiple of 8 or `triangles` is 0.
@@ -100,9 +100,9 @@ pub struct Contender<'a> {
     pub exact: bool,
 }
 
-/// Runs the contenders alternately, and prints the speed of each relative to the first.
+/// Runs the contenders round-robin, and prints the speed of each relative to the first.
 ///
-/// Turns are short, so that a dip of the clock rate slows all contenders alike. The printed ratio
+/// Turns are short, so that a dip in the clock rate slows all contenders alike. The printed ratio
 /// is the median of the ratios within a turn, with the tenth and ninetieth percentiles.
 ///
 /// # Panics

@@ -1,6 +1,6 @@
-//! The plain f32 test without an error bound that `certified` is compared with: Möller and
-//! Trumbore, "Fast, minimum storage ray/triangle intersection" (1997), two-sided, without an
-//! epsilon. The closest hit is found without branches.
+//! A plain f32 test without an error bound, for comparison with `certified`: Möller and Trumbore,
+//! "Fast, minimum storage ray/triangle intersection" (1997), two-sided, without an epsilon. The
+//! closest hit is found without branches.
 
 use intertri::simd::{Lanes, Simd, Vec3, WithSimd};
 use intertri::{Ray, RayPacket, Triangle, TriangleOf};
@@ -15,7 +15,7 @@ pub struct MollerTrumbore<'a, const N: usize> {
     pub triangles: &'a [[[f32; 3]; 3]],
 }
 
-/// The corner and the two edges that the test needs.
+/// Returns the first corner and the two edges that the test needs.
 pub fn edges(TriangleOf([a, b, c]): &Triangle) -> [[f32; 3]; 3] {
     let sub = |p: &[f32; 3]| [0, 1, 2].map(|k| p[k] - a[k]);
     [*a, sub(b), sub(c)]
@@ -74,8 +74,8 @@ impl WithSimd for MollerTrumbore<'_, 16> {
     }
 }
 
-/// The t of one hit in plain scalar f32, with an early out as soon as a weight shows a miss. This
-/// is the loop that most people would write.
+/// Returns the t of a hit, in plain scalar f32, with an early out as soon as a barycentric
+/// coordinate shows a miss. This is the code that most people would write.
 #[inline(always)]
 fn hit(ray: &Ray, TriangleOf([a, b, c]): &Triangle, t_max: f32) -> Option<f32> {
     let sub = |p: &[f32; 3], q: &[f32; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
@@ -104,7 +104,7 @@ fn hit(ray: &Ray, TriangleOf([a, b, c]): &Triangle, t_max: f32) -> Option<f32> {
     (t > ray.t_min && t < t_max).then_some(t)
 }
 
-/// The closest hit of each ray among the triangles of a slice.
+/// Finds the closest hit of each ray among the triangles of a slice.
 pub fn scalar_closest(rays: &[Ray], triangles: &[Triangle]) -> Answer {
     let mut answer = Answer::default();
     for ray in rays {
@@ -121,7 +121,7 @@ pub fn scalar_closest(rays: &[Ray], triangles: &[Triangle]) -> Answer {
     answer
 }
 
-/// The number of rays that hit a triangle of the slice.
+/// Counts the rays that hit a triangle of the slice.
 pub fn scalar_any(rays: &[Ray], triangles: &[Triangle]) -> Answer {
     let any = |ray: &&Ray| triangles.iter().any(|t| hit(ray, t, ray.t_max).is_some());
     Answer { hits: rays.iter().filter(any).count() as u64, mixed: 0 }

@@ -15,7 +15,7 @@ use intertri_benches::moller_trumbore::{MollerTrumbore, edges, scalar_any, scala
 use intertri_benches::{Answer, Contender, Workload, compare};
 use intertri_reference as reference;
 
-/// A plain loop with the scalar f64 reference.
+/// Traces the rays with the scalar f64 reference in a plain loop.
 fn scalar(scene: &reference::Scene, rays: &[Ray]) -> Answer {
     let mut answer = Answer::default();
     for ray in rays {
@@ -27,7 +27,7 @@ fn scalar(scene: &reference::Scene, rays: &[Ray]) -> Answer {
     answer
 }
 
-/// Packets of N rays against one triangle after another.
+/// Tests packets of N rays against one triangle at a time.
 struct Packets<'a, const N: usize> {
     filter: Filter<'a>,
     data: &'a Data,
@@ -54,7 +54,7 @@ where
     }
 }
 
-/// One ray after another against all blocks of eight triangles.
+/// Tests one ray at a time against all blocks of eight triangles.
 struct BlockLoop<'a> {
     filter: Filter<'a>,
     data: &'a Data,
@@ -144,7 +144,7 @@ impl Data {
         }
     }
 
-    /// Packets of rays against one triangle after another.
+    /// Returns the contenders that test packets of rays against one triangle at a time.
     fn packets(&self) -> Vec<Contender<'_>> {
         let mut all = vec![exact("scalar f64 reference", || scalar(&self.scene, &self.rays))];
         for level in Level::all() {
@@ -173,7 +173,7 @@ impl Data {
         all
     }
 
-    /// One ray against blocks of triangles.
+    /// Returns the contenders that test one ray against blocks of triangles.
     fn blocks(&self) -> Vec<Contender<'_>> {
         let mut all = vec![exact("scalar f64 reference", || scalar(&self.scene, &self.rays))];
         for level in Level::all() {
@@ -187,8 +187,8 @@ impl Data {
     }
 }
 
-/// Queries over a slice, one ray per call, next to a plain f32 loop: closest hits first, then any
-/// hits.
+/// Returns the contenders for queries over a slice, one ray per call, along with a plain f32 loop:
+/// first those for closest hits, then those for any hits.
 fn slices(data: &Data) -> [Vec<Contender<'_>>; 2] {
     let (rays, triangles) = (&data.rays[..], &data.triangles[..]);
     let plain = |run: fn(&[Ray], &[Triangle]) -> Answer| Contender {
@@ -243,7 +243,7 @@ fn queries<'a>(
     any.push(Contender { name, run: Box::new(run), exact: false });
 }
 
-/// A contender whose answers must equal the reference's.
+/// Returns a contender whose answers must equal the reference's.
 fn exact<'a>(name: impl Into<String>, run: impl FnMut() -> Answer + 'a) -> Contender<'a> {
     Contender { name: name.into(), run: Box::new(run), exact: true }
 }

@@ -1,6 +1,6 @@
-//! Queries points against a globe that is closed, or whose holes leave a hundred or a thousand open
-//! edges. Prints how many million points are classified, and how many million winding numbers
-//! computed, per second on one thread.
+//! Classifies points against a globe that is closed, or whose holes leave a hundred or a thousand
+//! open edges. Prints how many million points are classified, and how many million winding numbers
+//! are computed, per second on one thread.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench winding
@@ -13,11 +13,11 @@ use intertri_lab::rng::Rng;
 use intertri_trace::Solid;
 use intertri_trace::internal::on_this_thread;
 
-/// The number of points to classify, and the number of winding numbers to compute.
+/// The number of points to classify and the number of winding numbers to compute.
 const POINTS: usize = 1_000_000;
 const NUMBERS: usize = 20_000;
 
-/// A globe with `rings` rings of triangles.
+/// Returns a globe with `rings` rings of triangles.
 fn globe(rings: usize) -> Vec<Triangle> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f32 / rings as f32, (i % (2 * rings)) as f32 / (2 * rings) as f32);
@@ -35,7 +35,7 @@ fn globe(rings: usize) -> Vec<Triangle> {
     squares.flat_map(halves).filter(has_area).collect()
 }
 
-/// The whole globe, the globe without its top, and the globe without some of its faces.
+/// Returns the whole globe, the globe without its top, and the globe without some of its faces.
 fn meshes(rng: &mut Rng) -> Vec<(&'static str, Vec<Triangle>)> {
     let without_lid = |rings: usize| {
         let mut mesh = globe(rings);

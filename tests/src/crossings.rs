@@ -1,4 +1,5 @@
-//! Compares the mode `fixed` with its scalar reference in i128, in every form, width and level.
+//! Compares the `fixed` mode with its scalar reference in i128, in every form and width and at
+//! every level.
 
 use intertri::fixed::{
     Block, Crossing, IntWidth, Packet, Prepared, Ray, RayLanes, SeenTriangle, Triangle, scalar,
@@ -6,7 +7,7 @@ use intertri::fixed::{
 use intertri::simd::Lane;
 use intertri::simd::{Level, Simd, WithSimd};
 
-/// Eight rays, eight triangles, and the scalar reference's answer for each pair.
+/// Eight rays, eight triangles, and the scalar reference's result for each pair.
 struct Pairs<'a> {
     rays: &'a [Ray; 8],
     triangles: &'a [Triangle; 8],
@@ -17,7 +18,7 @@ struct Pairs<'a> {
 /// that cross.
 ///
 /// # Errors
-/// The first difference.
+/// Returns the first difference.
 pub fn check_crossings(rays: &[Ray; 8], triangles: &[Triangle; 8]) -> Result<usize, String> {
     let answers = rays.map(|ray| triangles.map(|triangle| scalar::crossing(&ray, &triangle)));
     let pairs = Pairs { rays, triangles, answers };

@@ -1,4 +1,5 @@
-//! Scenes as text. Failing tests print them, so that you can keep them as fixtures.
+//! Reads and writes scenes as text. A failing test prints its scene in this format, so that you can
+//! keep it as a fixture.
 //!
 //! ```text
 //! # A comment.
@@ -31,7 +32,8 @@ pub fn as_source(scene: &Scene) -> String {
 /// Reads a scene that [`as_source`] wrote. Skips empty lines and lines that begin with `#`.
 ///
 /// # Errors
-/// The number of the invalid line, and what is wrong with it.
+/// Returns an error if a line is invalid or the threshold is missing. The message contains the
+/// number of the invalid line.
 pub fn parse(text: &str) -> Result<Scene, String> {
     let (mut triangles, mut rays, mut threshold) = (Vec::new(), Vec::new(), None);
     for (number, line) in (1..).zip(text.lines().map(str::trim)) {

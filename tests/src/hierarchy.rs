@@ -11,7 +11,7 @@ use intertri_trace::{Bvh, MeshTriangle};
 /// rays that hit something, according to the reference.
 ///
 /// # Errors
-/// The first difference.
+/// Returns the first difference.
 pub fn check_hierarchy(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
     let truths = [Truth::of(scene), Truth::exact(scene), Truth::once(scene)];
     let bvh = Bvh::new(&scene.triangles).map_err(|e| e.to_string())?;

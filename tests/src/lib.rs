@@ -1,8 +1,8 @@
-//! The runner of the differential tests, which computes each query in every possible way.
+//! Runs the differential tests, which compute each query in every possible way.
 //!
-//! The expected answers are those of the scalar f64 reference, triangle by triangle, or of integer
-//! arithmetic in the modes `exact` and `once`. The runner compares whether there is a hit, which
-//! triangle it is, and every bit of t, without any epsilon.
+//! The expected results come from the scalar f64 reference, triangle by triangle, or, in the
+//! `exact` and `once` modes, from integer arithmetic. The tests compare hit or miss, the triangle,
+//! and every bit of t, without an epsilon.
 
 mod crossings;
 mod fixture;
@@ -38,14 +38,14 @@ use intertri::{
     PreparedTriangle, Ray, RayPacket, Threshold, Triangle, TriangleBlock, TriangleId,
 };
 
-/// A mode, its name in messages, and its expected answers.
+/// A mode, its name in messages, and its expected results.
 type TrueMode<'a> = (Mode, &'static str, &'a Truth);
 
-/// Tests every pair of a ray and a triangle in every mode, level, width and form of the kernel.
-/// Returns the number of pairs that hit, according to the reference.
+/// Tests every pair of a ray and a triangle in every mode, width and form of the kernel, at every
+/// level. Returns the number of pairs that hit, according to the reference.
 ///
 /// # Errors
-/// The first difference, with everything needed to reproduce it.
+/// Returns the first difference, with everything needed to reproduce it.
 pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
     let truths = [Truth::of(scene), Truth::exact(scene), Truth::once(scene)];
@@ -67,7 +67,7 @@ pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
     Ok(truths[0].hits())
 }
 
-/// The same mode at another level.
+/// Returns the same mode at another level.
 fn at((mode, name, truth): TrueMode<'_>, level: Level) -> TrueMode<'_> {
     (mode.at(level), name, truth)
 }
@@ -238,7 +238,7 @@ where
     Ok(())
 }
 
-/// The lanes of a packet that hit a triangle, without t.
+/// Finds the lanes of a packet that hit a triangle, without computing t.
 struct AnyOf<'a, const N: usize> {
     filter: Filter<'a>,
     packet: &'a RayPacket<N>,
@@ -322,10 +322,10 @@ fn check_slices(scene: &Scene, (mode, name, truth): TrueMode<'_>) -> Result<(), 
     Ok(())
 }
 
-/// Compares a closest hit with the true one.
+/// Compares a closest hit with the expected one.
 ///
 /// # Errors
-/// What differs.
+/// Returns a description of the difference.
 pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), String> {
     let got = hit.map(|hit| (hit.triangle as usize, hit.t));
     let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
@@ -335,7 +335,7 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), 
     Err(format!("(triangle, t) is {got:?}, expected {want:?}"))
 }
 
-/// All fields of a hit as bits; its weights may be NaN.
+/// Returns all fields of a hit as bits; its weights may be NaN.
 pub(crate) fn bits(hit: Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]

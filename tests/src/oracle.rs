@@ -1,7 +1,7 @@
-//! The true answer for a ray and a triangle, in arbitrary-precision integers. It is computed
-//! differently from the kernel. The kernel uses three volumes, but this module applies Cramer's
-//! rule to `c1 + u (c2 - c1) + v (c3 - c1)`. The kernel has a tie rule, but this module actually
-//! moves the direction.
+//! Computes the exact result for a ray and a triangle in arbitrary-precision integers. Its method
+//! differs from the kernel's: the kernel uses three volumes, but this module applies Cramer's rule
+//! to `c1 + u (c2 - c1) + v (c3 - c1)`; the kernel has a tie rule, but this module actually moves
+//! the direction.
 
 use std::cmp::Ordering;
 
@@ -49,7 +49,7 @@ fn vector<S: Scalar, I: Integer>(v: [S; 3], low: i64) -> Vector<I> {
     })
 }
 
-/// The range of some numbers: all are multiples of `2^low` and below `2^(low + bits)` in size.
+/// The range of some numbers: all are multiples of `2^low` and below `2^(low + bits)` in magnitude.
 struct Scale {
     low: i64,
     bits: i64,
@@ -69,12 +69,12 @@ impl Scale {
     }
 }
 
-/// `x * 2^by`, which must be an integer.
+/// Returns `x * 2^by`, which must be an integer.
 fn shifted(x: IBig, by: i64) -> IBig {
     if by < 0 { x >> by.unsigned_abs() as usize } else { x << by as usize }
 }
 
-/// Whether a point is on a triangle. A triangle without area contains no points.
+/// Returns whether a point is on a triangle. A triangle without area contains no points.
 pub fn is_on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     let [c1, c2, c3] = triangle.0;
     let (points, _) = integers(&[point, c1, c2, c3]);
@@ -141,7 +141,8 @@ impl<I: Integer> IntegerPair<I> {
 }
 
 impl<I: Integer> Cramer<I> {
-    /// The intersection, where t is a multiple of `2^exponent`; `None` if the determinant is 0.
+    /// Returns the intersection, where t is a multiple of `2^exponent`, or `None` if the
+    /// determinant is 0.
     fn truth(self, exponent: i64) -> Option<Truth> {
         let [t, u, v, det] = [self.t, self.u, self.v, self.det].map(Integer::big);
         if det == IBig::ZERO {
@@ -157,20 +158,20 @@ impl<I: Integer> Cramer<I> {
     }
 }
 
-/// The scales of a ray and a triangle.
+/// Returns the scales of a ray and a triangle.
 fn scales<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Scale, Scale) {
     let [c1, c2, c3] = triangle.0;
     (Scale::of(&[ray.origin, c1, c2, c3]), Scale::of(&[ray.dir]))
 }
 
-/// Whether everything that [`IntegerPair`] computes fits in 128 bits. If points are below `2^b`,
-/// differences are below `2^(b + 1)` and t is below `2^(3b + 6)`. If the direction is also below
-/// `2^d`, everything else is below `2^(2b + d + 7)`.
+/// Returns whether everything that [`IntegerPair`] computes fits in 128 bits. If points are below
+/// `2^b`, differences are below `2^(b + 1)` and t is below `2^(3b + 6)`. If the direction is also
+/// below `2^d`, everything else is below `2^(2b + d + 7)`.
 fn are_small(points: &Scale, dir: &Scale) -> bool {
     points.bits <= 40 && dir.bits <= 39
 }
 
-/// The point where the line meets the plane, if there is exactly one.
+/// Returns the point where the line meets the plane, if there is exactly one.
 pub fn truth<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Truth> {
     if !is_finite(ray, triangle) {
         return None;
@@ -192,20 +193,20 @@ fn truth_in<S: Scalar, I: Integer>(
 }
 
 impl Truth {
-    /// The weights times the positive denominator.
+    /// Returns the weights times the positive denominator.
     fn weights(&self) -> [IBig; 3] {
         let (u, v) = (&self.u.num, &self.v.num);
         [&self.u.den - u - v, u.clone(), v.clone()]
     }
 
-    /// Whether the point is in the closed triangle and not behind the origin.
+    /// Returns whether the point is in the closed triangle and not behind the origin.
     pub fn is_closed_hit(&self) -> bool {
         self.t.num > IBig::ZERO && self.weights().iter().all(|weight| *weight >= IBig::ZERO)
     }
 
-    /// Whether t is within the ray's interval.
+    /// Returns whether t is within the ray's interval.
     pub fn is_within<S: Scalar>(&self, ray: &RayOf<S>) -> bool {
-        // Negative ends need no special case, because t is not negative.
+        // Negative ends need no special case, because a hit also requires that t is positive.
         let (near, far): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
         let from = !near.is_finite() || self.t.cmp(near).is_ge();
         let to = !far.is_finite() || self.t.cmp(far).is_lt();
@@ -220,20 +221,20 @@ impl Truth {
         over(a, b).cmp(&over(b, a))
     }
 
-    /// Whether three f64 numbers are t, u and v, each correctly rounded to nearest, with ties to
-    /// even.
+    /// Returns whether three f64 numbers are t, u and v, each correctly rounded to nearest, with
+    /// ties to even.
     pub fn are_rounded(&self, [t, u, v]: [f64; 3]) -> bool {
         let numbers = [(&self.t, t), (&self.u, u), (&self.v, v)];
         numbers.iter().all(|(exact, x)| exact.is_rounded(*x, &F64))
     }
 
-    /// Whether three f32 numbers are t, u and v, each rounded once.
+    /// Returns whether three f32 numbers are t, u and v, each rounded once.
     pub fn are_rounded_to_f32(&self, [t, u, v]: [f32; 3]) -> bool {
         let numbers = [(&self.t, t), (&self.u, u), (&self.v, v)];
         numbers.iter().all(|(exact, x)| exact.is_rounded(f64::from(*x), &F32))
     }
 
-    /// An f64 near t.
+    /// Returns an f64 near t.
     pub fn t_f64(&self) -> f64 {
         // Divide with more digits than an f64 has, then scale in two steps, because the power of
         // two may exceed the range of f64.
@@ -270,7 +271,8 @@ impl Ratio {
         left.cmp(&shifted(right, e - low))
     }
 
-    /// Whether `x` is the nearest number of the format, or the even one if two are equally near.
+    /// Returns whether `x` is the nearest number of the format, or the even one if two are equally
+    /// near.
     fn is_rounded(&self, x: f64, &Format { digits, last, top }: &Format) -> bool {
         let (m, e) = parts(x);
         // Numbers up to half of the smallest number round to zero. Numbers from half a unit above
@@ -308,9 +310,9 @@ const STEP: usize = 600;
 /// [`STEP`] for f64.
 const STEP_64: usize = 6500;
 
-/// How a ray crosses a triangle by the once rule: `Some(true)` if it leaves, `Some(false)` if it
-/// enters, and `None` if it does neither. The direction is moved by (ε, ε², ε³), where ε is smaller
-/// than any difference between two terms.
+/// Returns how a ray crosses a triangle under the once rule: `Some(true)` if it leaves,
+/// `Some(false)` if it enters, and `None` if it does neither. The direction is moved by (ε, ε²,
+/// ε³), where ε is smaller than any difference between two terms.
 pub fn once<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -376,12 +378,12 @@ fn once_by_powers<S: Scalar>(
 
 /// The integer type of a computation.
 trait Integer: Sized {
-    /// `m * 2^by`, which must be an integer.
+    /// Returns `m * 2^by`, which must be an integer.
     fn of(m: i64, by: i64) -> Self;
     fn plus(&self, other: &Self) -> Self;
     fn minus(&self, other: &Self) -> Self;
     fn times(&self, other: &Self) -> Self;
-    /// The same number as an arbitrary-precision integer.
+    /// Returns the same number as an arbitrary-precision integer.
     fn big(self) -> IBig;
 }
 

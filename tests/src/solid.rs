@@ -1,6 +1,6 @@
 //! Exact geometry on the grid.
 
-/// Whether a point is on a triangle, which may be degenerate: a segment or a point.
+/// Returns whether a point is on a triangle, which may be degenerate: a segment or a point.
 pub fn is_on(point: [i32; 3], corners: [[i32; 3]; 3]) -> bool {
     let sub = |a: [i32; 3], b: [i32; 3]| [0, 1, 2].map(|i| i128::from(a[i]) - i128::from(b[i]));
     let [a, b, c] = corners.map(|p| sub(p, point));

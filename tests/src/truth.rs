@@ -1,5 +1,5 @@
-//! The true answers for a scene, pair by pair, from the scalar f64 reference or from integers
-//! alone.
+//! Computes the expected results for a scene, pair by pair, with the scalar f64 reference or with
+//! integers alone.
 
 use intertri::internal::exact::{self, Tier};
 use intertri::{Ray, Rule, Triangle};
@@ -7,27 +7,27 @@ use intertri_reference as reference;
 
 use crate::scene::Scene;
 
-/// The answers of a plain loop over all rays and triangles of a scene.
+/// The results of a plain loop over all rays and triangles of a scene.
 pub(crate) struct Truth {
     plain: Plain,
     /// The t of each ray and triangle, NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
-    /// The answers for each ray, computed once and compared with those of every query.
+    /// The results for each ray, computed once and compared with those of every query.
     pub(crate) answers: Vec<Answers>,
 }
 
-/// The true answers for one ray and all triangles of a scene.
+/// The expected results for one ray and all triangles of a scene.
 pub(crate) struct Answers {
     /// The triangle of the closest hit, and t.
     pub(crate) closest: Option<(usize, f64)>,
-    /// The weights of the triangle's second and third corner.
+    /// The weights of the triangle's second and third corners.
     pub(crate) weights: Option<(f64, f64)>,
     /// The index and the bits of t of every hit, sorted by t (exact t in the exact modes), then by
     /// index.
     pub(crate) all: Vec<(usize, u64)>,
 }
 
-/// The source of the true answer for one pair.
+/// The source of the expected result for one pair.
 enum Plain {
     /// The document's tables.
     Reference(reference::Scene),
@@ -41,19 +41,20 @@ pub fn reference_ray(ray: &Ray) -> reference::Ray {
 }
 
 impl Truth {
-    /// Computes the truth with the reference, for every ray and triangle.
+    /// Computes the expected results with the reference, for every ray and triangle.
     pub(crate) fn of(scene: &Scene) -> Self {
         let tables = reference::Scene::from_triangles(scene.triangles.iter().map(|t| t.0))
             .with_threshold(scene.threshold);
         Self::by(Plain::Reference(tables), scene)
     }
 
-    /// Computes the truth with integers.
+    /// Computes the expected results with integers.
     pub(crate) fn exact(scene: &Scene) -> Self {
         Self::by(Plain::Exact(Rule::Closed, scene.triangles.clone()), scene)
     }
 
-    /// Computes the truth with integers, with each edge and corner belonging to one triangle.
+    /// Computes the expected results with integers, where each edge and corner belongs to one
+    /// triangle.
     pub(crate) fn once(scene: &Scene) -> Self {
         Self::by(Plain::Exact(Rule::Once, scene.triangles.clone()), scene)
     }
@@ -68,12 +69,12 @@ impl Truth {
         Self { plain, t, answers }
     }
 
-    /// The number of hits among all pairs.
+    /// Returns the number of hits among all pairs.
     pub(crate) fn hits(&self) -> usize {
         self.t.iter().flatten().filter(|t| !t.is_nan()).count()
     }
 
-    /// The closest hit of any ray, by a plain loop.
+    /// Returns the closest hit of any ray, found by a plain loop.
     pub(crate) fn closest(&self, ray: &Ray) -> Option<(usize, f64)> {
         self.plain.closest(ray, |obj| self.plain.hit(obj, ray).is_some())
     }
@@ -94,14 +95,14 @@ impl Plain {
         }
     }
 
-    /// All answers for a ray, from its t of every triangle.
+    /// Returns all results for a ray, given its t for every triangle.
     fn answers(&self, ray: &Ray, t: &[f64]) -> Answers {
         let closest = self.closest(ray, |obj| !t[obj].is_nan());
         let weights = closest.map(|(obj, _)| self.weights(obj, ray));
         Answers { closest, weights, all: self.all(ray, t) }
     }
 
-    /// The first hit. If several have the same t, the lowest index wins.
+    /// Returns the first hit. If several have the same t, the lowest index wins.
     fn closest(&self, ray: &Ray, is_hit: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         match self {
             Self::Reference(scene) => {
@@ -116,7 +117,7 @@ impl Plain {
         }
     }
 
-    /// Every hit, sorted.
+    /// Returns every hit, sorted.
     fn all(&self, ray: &Ray, t: &[f64]) -> Vec<(usize, u64)> {
         let mut all: Vec<_> = (0..t.len()).filter(|&obj| !t[obj].is_nan()).collect();
         all.sort_by(|&a, &b| match self {
@@ -126,7 +127,8 @@ impl Plain {
         all.into_iter().map(|obj| (obj, t[obj].to_bits())).collect()
     }
 
-    /// The weights of the second and third corner at the point where a ray meets a triangle.
+    /// Returns the weights of the second and third corners at the point where a ray meets a
+    /// triangle.
     fn weights(&self, obj: usize, ray: &Ray) -> (f64, f64) {
         match self {
             Self::Reference(scene) => scene.barycentric(obj, &reference_ray(ray)),

@@ -1,4 +1,4 @@
-//! Measures how much of each error bound of the mode `certified` is used. It compares the filter's
+//! Measures how much of each error bound of the `certified` mode is used. It compares the filter's
 //! numbers with exact arithmetic, for every family and in a search that climbs toward the largest
 //! error.
 //!
@@ -45,17 +45,21 @@ struct Shares([f64; 14]);
 
 /// The columns of the table:
 ///
-/// - the errors of V, W, U, D and T over their bounds, without the rounding of the last sum if only
-///   the sign matters;
-/// - the distance of the reference's t from the middle of its enclosure, over half of the
+/// - the errors of V, W, U, D and T relative to their bounds, without the rounding of the last sum
+///   if only the sign matters;
+/// - the distance of the reference's t from the middle of its enclosure, relative to half of the
 ///   enclosure;
 /// - *box*: the same for the quotients T/D that the bounds of T and D allow;
-/// - *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
-/// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last attempt;
-/// - *sharp T* and *sharp t*: the error of T over the bound of the last attempt, and the position
-///   of the reference's t in the remaining enclosure;
-/// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound;
-/// - *precheck* and *precheck D*: the errors of V, W and U, and of D, over the precheck's bound.
+/// - *rho*: how thin and how grazing a decided case is, relative to the 2^20.1 that the proof
+///   allows;
+/// - *sharp V, W* and *sharp U*: the errors of V, W and U relative to the bounds of the last
+///   attempt;
+/// - *sharp T* and *sharp t*: the error of T relative to the bound of the last attempt, and the
+///   position of the reference's t in the remaining enclosure;
+/// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, relative to the
+///   bound;
+/// - *precheck* and *precheck D*: the errors of V, W and U, and of D, relative to the precheck's
+///   bound.
 const NAMES: [&str; 14] = [
     "V, W",
     "U",
@@ -98,8 +102,8 @@ impl Terms {
         Self { h4, h5, dir: d, v, w, u, den, num }
     }
 
-    /// The factor by which the reference's noise is magnified, over the limit that the proof
-    /// allows.
+    /// Returns the factor by which the reference's noise is magnified, relative to the limit that
+    /// the proof allows.
     fn rho(&self) -> f64 {
         let length = |x: &Exact| float(&dot(x, x)).sqrt();
         let rho = length(&self.h4) * length(&self.h5) * length(&self.dir) / float(&self.den).abs();
@@ -107,13 +111,13 @@ impl Terms {
     }
 }
 
-/// The error of a value.
+/// Returns the absolute error of a value.
 fn off(hat: f32, exact: &Relaxed) -> f64 {
     float(&(real(hat) - exact)).abs()
 }
 
-/// The error of a sum as a share of its bound. The rounding of the last addition cannot change the
-/// sign, so it does not count.
+/// Returns the error of a sum as a share of its bound. The rounding of the last addition cannot
+/// change the sign, so it does not count.
 fn share(hat: f32, exact: &Relaxed, bound: f32) -> f64 {
     (off(hat, exact) - U * f64::from(hat.abs())).max(0.0) / f64::from(bound)
 }
@@ -134,9 +138,9 @@ impl Reference {
         Self { tables, line, t }
     }
 
-    /// The largest term whose sign the reference gets wrong, over its bound. This is how far from
-    /// an edge the reference chooses the wrong side. Computes the document's three values with the
-    /// document's operations.
+    /// Returns the largest term whose sign the reference gets wrong, relative to its bound: how far
+    /// from an edge the reference still chooses the wrong side. Computes the document's three
+    /// values with the document's operations.
     fn noise(&self, exact: &Terms, sharp: [f32; 3]) -> f64 {
         let Self { tables, line, t } = self;
         let tri = &tables.trian[0];
@@ -174,7 +178,7 @@ fn enclosure(seen: &Evidence, t: f64) -> [f64; 3] {
     [enclosure, quotients, sharp_t]
 }
 
-/// An interval that barely contains the reference's t must not be rejected.
+/// Checks that an interval that barely contains the reference's t is not rejected.
 fn interval_holds(case: &Case, t: f64, level: Level) {
     let near = t as f32;
     if t > 0.0 && near.is_finite() {
@@ -189,8 +193,8 @@ fn interval_holds(case: &Case, t: f64, level: Level) {
 }
 
 impl Shares {
-    /// The shares that a test uses at one level. `None` if an input is not finite or f32 overflows,
-    /// because the filter decides nothing then.
+    /// Returns the shares that a test uses at one level, or `None` if an input is not finite or f32
+    /// overflows, because the filter decides nothing then.
     fn of(case: &Case, level: Level) -> Option<Self> {
         let Case { ray, triangle, threshold } = case;
         let seen = Evidence::of(ray, triangle, Threshold::new(*threshold).ok()?, level);
@@ -214,8 +218,8 @@ impl Shares {
         Some(shares)
     }
 
-    /// The errors of the terms over their bounds, in the precheck, in the filter, and at the last
-    /// attempt.
+    /// Returns the errors of the terms relative to their bounds, in the precheck, in the filter,
+    /// and at the last attempt.
     fn of_terms(seen: &Evidence, exact: &Terms) -> Self {
         let &Evidence { v, w, u, edge, u_edge, den, den_err, num, num_err, .. } = seen;
         let share_vw = share(v, &exact.v, edge).max(share(w, &exact.w, edge));
@@ -248,7 +252,8 @@ impl Shares {
     }
 }
 
-/// A level with separate multiplications and additions, and one with fused operations.
+/// Returns a level with separate multiplications and additions, and one with fused operations if
+/// the CPU has them.
 fn levels() -> impl Iterator<Item = Level> {
     [Some(Level::PORTABLE), Level::avx2()].into_iter().flatten()
 }
@@ -287,8 +292,8 @@ fn case(x: &[f32; 15]) -> Case {
     Case { ray: Ray::new(p(0), p(3)), triangle: Triangle::new(p(6), p(9), p(12)), threshold: 0.0 }
 }
 
-/// Searches from a start for a larger share, changing one to three numbers at a time. Returns the
-/// largest share and its input.
+/// Searches for a larger share from a starting point, changing one to three numbers at a time.
+/// Returns the largest share and its input.
 fn climb(
     rng: &mut Rng,
     level: Level,
@@ -328,9 +333,9 @@ fn climb(
     (most, best)
 }
 
-/// A starting point for a search. The two edges, the vector to the first corner and the direction
-/// are almost parallel to axes, so that every product is nearly the product of the lengths and
-/// every sum rounds.
+/// Generates a starting point for a search. The two edges, the vector to the first corner and the
+/// direction are almost parallel to axes, so that every product is nearly the product of the
+/// lengths and every sum rounds.
 fn start(rng: &mut Rng) -> [f32; 15] {
     let mut near_axis = || {
         let mut x = [0; 3].map(|_| rng.signed() * rng.log(1e-6, 1e-1));
@@ -345,8 +350,8 @@ fn start(rng: &mut Rng) -> [f32; 15] {
     std::array::from_fn(|i| all[i / 3][i % 3] as f32)
 }
 
-/// The results of earlier searches: the column, the constant that this input needs, and its
-/// numbers.
+/// The results of earlier searches: the column, the constant that the input shows to be necessary,
+/// and the input's numbers.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "they are data")]
 const FOUND: [(usize, &str, [f32; 15]); 11] = [

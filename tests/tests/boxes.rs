@@ -1,7 +1,7 @@
-//! Tests how traversal widens boxes: in scenes with very different sizes, with far origins, and
+//! Tests how traversal widens boxes: in scenes of very different sizes, with distant origins, and
 //! with rays along the sides of boxes.
 //!
-//! If a box is too small, traversal loses hits by a few units in the last place. So every ray here
+//! If a box is too small by a few units in the last place, traversal loses hits. So every ray here
 //! is aimed at something that barely touches its box: a corner, an edge, a triangle in a face of
 //! its box, or a hit at the end of the ray.
 
@@ -12,13 +12,14 @@ use intertri_tests::{Scene, as_source, check_hierarchy};
 
 use crate::f64::hierarchy::check as check64;
 
-/// A number of either sign whose size is between two powers of two.
+/// Generates a number of either sign whose magnitude is between two powers of two.
 fn sized(rng: &mut Rng, exponents: [i32; 2]) -> f32 {
     let size = rng.log(f64::from(exponents[0]).exp2(), f64::from(exponents[1]).exp2());
     if rng.one_in(2) { size as f32 } else { -size as f32 }
 }
 
-/// Triangles of one size around a point, a third of them in a plane perpendicular to an axis.
+/// Generates triangles of one size around a point, a third of them in a plane perpendicular to an
+/// axis.
 fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle> {
     let triangle = |_| {
         let mut point = || [0, 1, 2].map(|k| at[k] + size * (rng.unit() as f32 - 0.5));
@@ -33,8 +34,8 @@ fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle
     (0..count).map(triangle).collect()
 }
 
-/// A point of a triangle: a corner, the midpoint of an edge, or a point inside. The box barely
-/// contains most of them.
+/// Generates a point of a triangle: a corner, the midpoint of an edge, or a point inside. Most of
+/// these are barely inside the triangle's box.
 fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     let middle = |p: &[f32; 3], q: &[f32; 3]| [0, 1, 2].map(|k| 0.5 * p[k] + 0.5 * q[k]);
     match rng.below(6) {
@@ -47,8 +48,8 @@ fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     }
 }
 
-/// A ray to a point of a triangle, from near or far, sometimes along axes, of any length, and
-/// sometimes ending near the point.
+/// Generates a ray toward a point of a triangle, from near or far, with a direction of any length.
+/// Some rays run along axes, and some end near the point.
 fn toward(rng: &mut Rng, triangle: &Triangle, origins: [i32; 2]) -> Ray {
     let to = place(rng, triangle);
     let mut origin = [(); 3].map(|()| sized(rng, origins));
@@ -136,8 +137,8 @@ fn sizes_from_one_end_of_f32_to_the_other() {
     assert!(hits > 500, "{hits}");
 }
 
-/// Traces many rays in rows from one origin, toward a small mesh next to a large ground and a stray
-/// triangle. They form bundles whose frusta barely meet the mesh's corners.
+/// Traces many rays in rows from one origin, toward a small mesh next to a large ground triangle
+/// and a stray one. They form bundles whose frusta barely meet the mesh's corners.
 #[test]
 fn bundles_in_wide_scenes() {
     let levels: Vec<Level> = Level::all().collect();
@@ -162,8 +163,8 @@ fn bundles_in_wide_scenes() {
     assert!(hits > 1000, "{hits}");
 }
 
-/// Tests needles of every thinness, the thinnest of which have no normal in f64, with rays in
-/// packets and alone.
+/// Tests needles of every thinness, the thinnest of which have no normal in f64, with rays traced
+/// in packets and alone.
 #[test]
 fn needles_have_boxes() {
     let levels: Vec<Level> = Level::all().collect();

@@ -1,4 +1,4 @@
-//! Traces bundles of rays with a common origin through all families, and compares the answers with
+//! Traces bundles of rays with a common origin through all families, and compares the results with
 //! the reference's plain loop.
 
 use crate::common;
@@ -7,8 +7,8 @@ use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_hierarchy};
 
-/// Rays with the same origin as `ray` and similar directions: scattered, on a raster, or aimed at
-/// corners and edges, where some of them end.
+/// Generates rays with the same origin as `ray` and similar directions: scattered, on a raster, or
+/// aimed at corners and edges, where some of them end.
 fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> Vec<Ray> {
     let size = ray.dir.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
     let (spread, kind) = (rng.log(1e-7, 1.0) as f32 * size, rng.below(3));
@@ -56,7 +56,7 @@ fn scenes(each: usize, seed: u64) {
     });
 }
 
-/// The number of triangles, from one to a few hundred.
+/// Returns the number of triangles in the i-th scene, from one to a few hundred.
 fn size(i: usize) -> usize {
     [1, 3, 8, 20, 60, 150, 400][i % 7]
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use intertri_tests::fuzz::{ENTRIES, Entry};
 
-/// All files in a folder, or none if it does not exist.
+/// Returns all files in a folder, or none if it does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();

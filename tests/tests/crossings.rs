@@ -1,6 +1,6 @@
 //! Tests crossings: each point of a mesh belongs to exactly one triangle, whichever query you use.
 //!
-//! Slices in the mode `once`, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the
+//! Slices in the `once` mode, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the
 //! batches must agree, bit for bit, for rays aimed at edges and corners of closed meshes. The
 //! signed crossings of every ray through such a mesh add up to the winding number of its origin.
 
@@ -15,20 +15,20 @@ use crate::exact::solids::meshes;
 /// Limits on the length of lists: none, 0, 1, a few, and more than the number of hits.
 const LIMITS: [Option<usize>; 5] = [None, Some(0), Some(1), Some(3), Some(usize::MAX)];
 
-/// All fields of a hit as bits.
+/// Returns all fields of a hit as bits.
 fn bits(hit: &Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = *hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
 }
 
-/// All fields of crossings as bits.
+/// Returns all fields of crossings as bits.
 fn all_bits(crossings: &[Crossing]) -> Vec<([u64; 5], bool)> {
     crossings.iter().map(|crossing| (bits(&crossing.hit), crossing.leaves)).collect()
 }
 
-/// The crossings of rays by a plain loop over a slice. This is the expected answer in this file;
-/// the modules `exact` and `f64` compare it with rational arithmetic. All queries of the mode
-/// `once` over the slice must agree with it.
+/// Returns the crossings of rays, found by a plain loop over a slice. These are the expected
+/// results in this file; the `exact` and `f64` modules compare them with rational arithmetic. All
+/// queries over the slice in the `once` mode must agree with them.
 fn of_slice<S: SliceScalar>(
     triangles: &[TriangleOf<S>],
     rays: &[RayOf<S>],
@@ -108,9 +108,9 @@ impl AsSliceOfOne for Option<&Crossing> {
     }
 }
 
-/// Rays from one point toward corners, midpoints of edges and the insides of triangles, along axes,
-/// and anywhere. They hit corners and edges exactly if the scalar can represent the differences.
-/// All rays share an origin, so they form a bundle.
+/// Generates rays from one point toward corners, midpoints of edges and the insides of triangles,
+/// along axes, and anywhere. They hit corners and edges exactly if the scalar can represent the
+/// differences. All rays share an origin, so they form a bundle.
 fn aimed<S: Scalar>(
     triangles: &[TriangleOf<S>],
     origin: [S; 3],
@@ -138,8 +138,8 @@ fn aimed<S: Scalar>(
     (0..count).map(&mut ray).filter(|ray| ray.dir != [S::ZERO; 3]).collect()
 }
 
-/// Rays around a mesh, from points that are not on it, grouped by their origin. The other rays of a
-/// group are compared with its first one.
+/// Generates rays around a mesh, from points that are not on it, grouped by their origin. The other
+/// rays of a group are compared with its first one.
 fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec<RayOf<S>>> {
     let corners = || triangles.iter().flat_map(|triangle| triangle.0);
     let end = |k: usize, most: fn(f64, f64) -> f64| {

@@ -1,4 +1,4 @@
-//! Tests the arithmetic of the mode `exact`: each tier is compared with rational arithmetic, and
+//! Tests the arithmetic of the `exact` mode: each tier is compared with rational arithmetic, and
 //! the theorems are checked on closed meshes.
 
 mod cases;

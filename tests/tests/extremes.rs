@@ -18,14 +18,14 @@ fn hits(triangles: Vec<Triangle>, rays: Vec<Ray>, threshold: f64) -> usize {
     hits
 }
 
-/// Rays along z through the centres of the squares of a 4 by 4 board whose side is `s`.
+/// Returns rays along z through the centres of the squares of a 4×4 board whose side is `s`.
 fn through_a_board(s: f32, from: f32, dir: f32) -> Vec<Ray> {
     let at = |i: i32| s * ((i as f32 + 0.5) / 4.0 - 0.5);
     let ray = |i| Ray::new([at(i % 4), at(i / 4), from], [0.0, 0.0, dir]);
     (0..16).map(ray).collect()
 }
 
-/// The 32 triangles of the board, in the plane z = 0.
+/// Returns the 32 triangles of the board, in the plane z = 0.
 fn board(s: f32) -> Vec<Triangle> {
     let at = |i: i32| s * (i as f32 / 4.0 - 0.5);
     let square = |i: i32| {

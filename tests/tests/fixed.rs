@@ -1,4 +1,4 @@
-//! Tests the mode `fixed` against its scalar i128 reference and rational arithmetic, on closed
+//! Tests the `fixed` mode against its scalar i128 reference and rational arithmetic, on closed
 //! meshes, and by its golden hash.
 
 use intertri::fixed::{Ray, Triangle};
@@ -89,12 +89,12 @@ impl Numbers {
         x ^ x >> 31
     }
 
-    /// A number in `0..n`.
+    /// Generates a number in `0..n`.
     fn below(&mut self, n: u64) -> u64 {
         self.next() % n
     }
 
-    /// A number in `-limit..=limit`.
+    /// Generates a number in `-limit..=limit`.
     fn within(&mut self, limit: i32) -> i32 {
         (self.below(2 * limit as u64 + 1) as i64 - i64::from(limit)) as i32
     }

@@ -1,4 +1,4 @@
-//! Replays every scene in the folder `fixtures`: scenes that once failed, or could easily fail.
+//! Replays every scene in the `fixtures` folder: scenes that once failed, or could easily fail.
 //!
 //! If a test fails, you can save the scene that it prints as a file in this folder, with a line
 //! that explains it.

@@ -12,7 +12,8 @@ struct Indexed<S> {
 }
 
 impl<S: Scalar> Indexed<S> {
-    /// Random vertices and triangles. Some triangles are not finite, or use one vertex twice.
+    /// Generates random vertices and triangles. Some triangles are not finite, or use one vertex
+    /// twice.
     fn random(vertices: usize, triangles: usize, rng: &mut Rng) -> Self {
         let vertex = |i: usize, rng: &mut Rng| {
             let mut p = rng.cube().map(S::nearest);
@@ -34,7 +35,7 @@ impl<S: Scalar> Indexed<S> {
         IndexedMesh { vertices: &self.vertices, indices: &self.indices }
     }
 
-    /// The triangles as corners.
+    /// Returns the triangles as corners.
     fn triangles(&self) -> Vec<TriangleOf<S>> {
         let corner = |i: u32| self.vertices[i as usize];
         self.indices.iter().map(|triangle| TriangleOf(triangle.map(corner))).collect()

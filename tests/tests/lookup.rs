@@ -5,7 +5,7 @@ use intertri::{Hit, Mode, Ray, RayOf, Scalar, SliceScalar, TriangleOf, spawn_ray
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, BvhScalar};
 
-/// Small triangles, some of which have equal corners, have no area, or are not finite.
+/// Generates small triangles, some of which have equal corners, have no area, or are not finite.
 fn mixed<S: Scalar>(count: usize, rng: &mut Rng) -> Vec<TriangleOf<S>> {
     let mut triangle = |i: usize| {
         let at = rng.cube();
@@ -30,7 +30,7 @@ fn is_finite<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
     triangle.0.as_flattened().iter().all(|&x| Into::<f64>::into(x).is_finite())
 }
 
-/// A hit on a triangle, with the ids that queries report.
+/// Returns a hit on a triangle, with the ids that queries report.
 fn named(geometry: usize, triangle: usize) -> Hit {
     Hit { t: 1.0, u: 0.25, v: 0.25, triangle: triangle as u32, geometry: geometry as u32 }
 }

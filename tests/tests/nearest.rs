@@ -11,8 +11,8 @@ use intertri_trace::{Bvh, ClosestPoint};
 
 use truth::{is_rounded, is_within_one_ulp, truth};
 
-/// A generator of numbers of many kinds: small grids, anywhere, close together, over the whole
-/// range, subnormal.
+/// A generator of numbers of many kinds: on small grids, anywhere, close together, over the whole
+/// range, or subnormal.
 struct Numbers {
     rng: Rng,
     kind: usize,
@@ -40,7 +40,7 @@ impl Numbers {
         [self.number(), self.number(), self.number()]
     }
 
-    /// A triangle, which is sometimes a needle or has no area.
+    /// Generates a triangle, which is sometimes a needle or has no area.
     fn triangle(&mut self) -> Triangle {
         let mut t = Triangle([self.point(), self.point(), self.point()]);
         if self.unit() < 0.25 {
@@ -55,7 +55,7 @@ impl Numbers {
         t
     }
 
-    /// A point anywhere, at a corner, on an edge, near a face, or beyond a corner.
+    /// Generates a point anywhere, at a corner, on an edge, near a face, or beyond a corner.
     fn point_near(&mut self, t: &Triangle) -> [f32; 3] {
         let [a, b, c] = t.0;
         let (u, v) = (self.unit() as f32, self.unit() as f32);

@@ -41,7 +41,7 @@ impl Case {
     }
 }
 
-/// Axes that are orthogonal up to rounding. The first is approximately parallel to `dir`.
+/// Generates axes that are orthogonal up to rounding. The first is approximately parallel to `dir`.
 fn axes(dir: V, rng: &mut Rng) -> Option<[[f32; 3]; 3]> {
     let unit = |v: V| v.map(|x| x / dot(v, v).sqrt());
     let depth = unit(unit(dir).map(|x| x + 0.1 * rng.signed()));
@@ -72,8 +72,8 @@ impl WithSimd for Compute<'_> {
     }
 }
 
-/// The shares of the bounds that a case uses, for the edges and for the inverse depth. `None` if
-/// the projection decides nothing.
+/// Returns the shares of the bounds that a case uses, for the edges and for the inverse depth, or
+/// `None` if the projection decides nothing.
 fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     let (values, err, unit) = level.run(Compute(case))?;
     if values.iter().any(|x| !x.is_finite()) {

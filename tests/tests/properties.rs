@@ -13,23 +13,23 @@ use std::cell::Cell;
 const KEPT: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/proptest-regressions/properties.txt");
 
-/// Any f32, including NaN and infinities.
+/// Generates any f32, including NaN and infinities.
 fn any_bits() -> BoxedStrategy<f32> {
     any::<u32>().prop_map(f32::from_bits).boxed()
 }
 
-/// Small integers, so that rays meet edges exactly, triangles coincide, and hits are at the ends of
-/// intervals.
+/// Generates small integers, so that rays meet edges exactly, triangles coincide, and hits are at
+/// the ends of intervals.
 fn grid() -> BoxedStrategy<f32> {
     (-2..=2_i8).prop_map(f32::from).boxed()
 }
 
-/// Full mantissas near 1, small integers, and occasionally anything.
+/// Generates full mantissas near 1, small integers, and occasionally anything.
 fn mixed() -> BoxedStrategy<f32> {
     prop_oneof![8 => -2.0..2.0_f32, 8 => grid(), 1 => any_bits()].boxed()
 }
 
-/// Scenes of 1 to 20 triangles and 1 to 20 rays with such numbers.
+/// Generates scenes of 1 to 20 triangles and 1 to 20 rays with such numbers.
 fn scenes(x: &BoxedStrategy<f32>) -> impl Strategy<Value = Scene> + use<> {
     let point = || [x.clone(), x.clone(), x.clone()];
     let triangle = [point(), point(), point()].prop_map(Triangle);

@@ -1,4 +1,4 @@
-//! Traces many rays toward one point, such as a light, for all families, and compares the answers
+//! Traces many rays toward one point, such as a light, for all families, and compares the results
 //! with the reference's plain loop.
 
 use crate::common;
@@ -16,8 +16,8 @@ fn mix(a: V, b: V, s: f64) -> V {
     [0, 1, 2].map(|k| a[k] + s * (b[k] - a[k]))
 }
 
-/// Rays that end at `light`, or miss it by up to `scatter` times their length. They start beyond
-/// corners and edges of triangles, just in front of them, or anywhere.
+/// Generates rays that end at `light`, or miss it by up to `scatter` times their length. They start
+/// beyond corners and edges of triangles, just in front of them, or anywhere.
 fn to_light(
     light: V,
     triangles: &[Triangle],
@@ -52,8 +52,8 @@ fn to_light(
         .collect()
 }
 
-/// The triangles in nearly the same direction from the light as a randomly chosen one, so that rays
-/// form bundles.
+/// Returns the triangles in nearly the same direction from the light as a randomly chosen one, so
+/// that rays form bundles.
 fn seen_together(light: V, triangles: &[Triangle], rng: &mut Rng) -> Vec<Triangle> {
     let toward = |triangle: &Triangle| {
         let way = [0, 1, 2].map(|k| f64::from(triangle.0[0][k]) - light[k]);

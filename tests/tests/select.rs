@@ -28,17 +28,17 @@ struct Selection<'a> {
 impl<'a> Selection<'a> {
     const ALL: Selection<'static> = Selection { mask: u32::MAX, faces: Faces::Both, skip: &[] };
 
-    /// A query with this selection.
+    /// Returns a query with this selection.
     fn query(self, bvh: &'a Bvh, mode: Mode) -> Query<'a> {
         bvh.query().mode(mode).mask(self.mask).faces(self.faces).skip(self.skip)
     }
 
-    /// The same query, with its settings applied in another order.
+    /// Returns the same query, with its settings applied in another order.
     fn reordered(self, bvh: &'a Bvh, mode: Mode) -> Query<'a> {
         bvh.query().skip(self.skip).faces(self.faces).mask(self.mask).mode(mode)
     }
 
-    /// The selection for a query of the i-th ray alone.
+    /// Returns the selection for a query of the i-th ray alone.
     fn alone(self, i: usize) -> Self {
         Self { skip: self.skip.get(i..i + 1).unwrap_or(&[]), ..self }
     }
@@ -67,7 +67,7 @@ impl Meshes {
         Hit { geometry, triangle, ..hit }
     }
 
-    /// The indices, among all triangles, of those that are selected for a ray.
+    /// Returns the indices, among all triangles, of those that are selected for a ray.
     fn counting(&self, selection: &Selection<'_>, number: usize, ray: &Ray) -> Vec<u32> {
         let skipped = selection.skip.get(number).copied().unwrap_or(&[]);
         let counts = |i: &u32| {
@@ -90,7 +90,7 @@ impl Meshes {
         self.renamed(Hit { triangle: counting[hit.triangle as usize], ..hit })
     }
 
-    /// The selected triangles.
+    /// Returns the selected triangles.
     fn triangles(&self, counting: &[u32]) -> Vec<Triangle> {
         counting.iter().map(|&i| self.scene.triangles[i as usize]).collect()
     }
@@ -161,13 +161,13 @@ impl Meshes {
     }
 }
 
-/// All fields of a hit as bits, because its weights may be NaN.
+/// Returns all fields of a hit as bits, because its weights may be NaN.
 fn bits(hit: &Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = *hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
 }
 
-/// The sign of the dot product of the direction and the normal, in rational arithmetic.
+/// Returns the sign of the dot product of the direction and the normal, in rational arithmetic.
 fn along_normal(ray: &Ray, triangle: &Triangle) -> i32 {
     let exact = |v: [f32; 3]| v.map(|x| RBig::try_from(x).ok());
     let [Some(dx), Some(dy), Some(dz)] = exact(ray.dir) else { return 0 };

@@ -46,14 +46,14 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
     assert!(left > 50_000 && moved > left / 20, "{left}, {moved} moved");
 }
 
-/// The point of a triangle with the weights of a hit.
+/// Returns the point of a triangle at the weights of a hit.
 fn point(hit: &Hit, triangle: &Triangle) -> [f64; 3] {
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     [0, 1, 2].map(|k| (0..3).map(|i| weights[i] * f64::from(triangle.0[i][k])).sum())
 }
 
-/// Whether a ray starts within `units` units of a point. A unit is that of the point's last place,
-/// or of f64 rounding if that is larger.
+/// Returns whether a ray starts within `units` units of a point. A unit is that of the point's last
+/// place, or of f64 rounding if that is larger.
 fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let last_place = largest(&at) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);
@@ -62,8 +62,8 @@ fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     (0..3).all(|k| (f64::from(next.origin[k]) - at[k]).abs() <= units * unit)
 }
 
-/// Whether the f64 normal is large enough that rounding cannot change its dominant axis or its
-/// sign.
+/// Returns whether the f64 normal is large enough that rounding cannot change its dominant axis or
+/// its sign.
 fn sure_normal(triangle: &Triangle) -> bool {
     let [a, b, c] = triangle.0.map(|c| c.map(f64::from));
     let most = (0..3).fold(0.0_f64, |most, k| most.max((b[k] - a[k]).abs() * 3.0));

@@ -25,7 +25,7 @@ fn types_can_be_sent_and_shared() {
     sent::<Query<'_, f64>>();
 }
 
-/// A mesh, and rays toward it: rays from anywhere, and a bundle from one point.
+/// Returns a mesh, and rays toward it: rays from anywhere, and a bundle from one point.
 fn scene() -> (Vec<Triangle>, Vec<Ray>) {
     let mut rng = Rng::new(1);
     let f32s = |v: [f64; 3]| v.map(|x| x as f32);
@@ -47,7 +47,7 @@ fn scene() -> (Vec<Triangle>, Vec<Ray>) {
     (triangles, rays)
 }
 
-/// Checks that all batches of a query return the same answers as on one thread.
+/// Checks that all batches of a query return the same results as on one thread.
 fn batches_agree(query: &Query<'_>, alone: &Query<'_>, rays: &[Ray]) {
     assert_eq!(query.closest_batch(rays), alone.closest_batch(rays));
     assert_eq!(query.any_batch(rays), alone.any_batch(rays));

@@ -30,7 +30,7 @@ impl Float for f64 {
     }
 }
 
-/// Whether an end lies on a triangle by definition, in rational arithmetic.
+/// Returns whether an end lies on a triangle by definition, in rational arithmetic.
 fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>) -> bool {
     let largest = |p: &[S; 3]| p.iter().fold(0.0, |most: f64, &x| most.max(x.into().abs()));
     let most = triangle.0.iter().chain([a, b]).map(largest).fold(0.0, f64::max);
@@ -38,7 +38,7 @@ fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>
     truth(end, triangle).0 <= &reach * &reach
 }
 
-/// Whether a plain loop finds no triangle that hides one end of a segment from the other.
+/// Returns whether a plain loop finds no triangle that hides one end of a segment from the other.
 fn sees<S: Float>([a, b]: &[[S; 3]; 2], triangles: &[TriangleOf<S>], skip: &[u32]) -> bool {
     let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
     let ray = RayOf::new(*a, dir).between(S::ZERO, S::ONE);
@@ -73,7 +73,8 @@ impl<S: Float> Scene<S> {
         Self { rng, triangles, size: size * (1.0 + off) }
     }
 
-    /// A point on a corner, an edge or a face, up to rounding, or at a small distance from it.
+    /// Generates a point on a corner, an edge or a face, up to rounding, or at a small distance
+    /// from it.
     fn point(&mut self) -> [S; 3] {
         let triangle = self.triangles[(self.rng.unit() * 30.0) as usize];
         let (mut u, mut v) = (self.rng.unit(), self.rng.unit());
@@ -141,7 +142,7 @@ fn points_see_each_other_as_a_plain_loop_says_in_f64() {
     agrees_with_a_plain_loop::<f64>();
 }
 
-/// A sphere with the given number of rings of faces.
+/// Returns a sphere with the given number of rings of faces.
 fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     use std::f64::consts::PI;
     let at = |i: usize, j: usize| {
@@ -156,9 +157,9 @@ fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     triangles
 }
 
-/// If a face of a convex body faces the light, its inner points, corners and midpoints of edges
-/// must be lit. The inner points of every other face must be dark. A naive shadow ray reports many
-/// lit points as dark.
+/// Checks that if a face of a convex body faces the light, its inner points, corners and midpoints
+/// of edges are lit, and that the inner points of every other face are dark. A naive shadow ray
+/// reports many lit points as dark.
 fn lit_faces_are_lit<S: Float>() {
     let triangles = sphere::<S>(24);
     let bvh = Bvh::new(&triangles).unwrap();

@@ -14,7 +14,7 @@ use crate::embree::{Api, Build, Scene};
 use crate::obvhs::Obvhs;
 use crate::parry::Parry;
 
-/// The name of each builder with its median time in milliseconds.
+/// Returns the name of each builder with its median time in milliseconds.
 pub fn builds(
     mesh: &Mesh,
     triangles: &[Triangle],
@@ -22,7 +22,7 @@ pub fn builds(
     pool: &ThreadPool,
 ) -> Vec<(&'static str, f64)> {
     let repeats = if triangles.len() > 300_000 { 3 } else { 9 };
-    // Preparing the input and dropping the result are outside the timed part.
+    // Preparing the input and dropping the result are not timed.
     fn middle<T, R>(repeats: usize, ready: impl Fn() -> T, build: impl Fn(&T) -> R) -> f64 {
         let once = |_| {
             let given = ready();

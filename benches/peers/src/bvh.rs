@@ -1,5 +1,5 @@
-//! The crate `bvh`. It handles boxes and leaves the triangle test to the caller. Here, that is a
-//! plain Möller-Trumbore test, in f32 or f64.
+//! The `bvh` crate, which handles boxes and leaves the triangle test to the caller. The test used
+//! here is plain Möller-Trumbore, in f32 or f64.
 
 use std::ops::Range;
 
@@ -39,7 +39,7 @@ impl<S: Real> BHShape<S, 3> for Shape<S> {
 }
 
 impl<S: Real> Shape<S> {
-    /// The distance to the triangle, if the ray hits it within `0..far`.
+    /// Returns the distance to the triangle, if the ray hits it within `0..far`.
     #[inline(always)]
     fn hit(&self, ray: &::bvh::ray::Ray<S, 3>, far: S) -> Option<S> {
         let [a, b, c] = &self.corners;
@@ -93,7 +93,7 @@ impl<S: Real> Engine<RayOf<S>> for TwoWay<S> {
             |(ray, far)| {
                 let (mut best, mut far) = (Answer::MISS, *far);
                 for shape in bvh.nearest_traverse_iterator(ray, shapes) {
-                    // Candidates arrive in the order of their boxes, so the rest are farther away.
+                    // Candidates arrive in order of box distance, so the rest are farther away.
                     let from = ray.intersection_slice_for_aabb(&shape.aabb());
                     if from.is_some_and(|(from, _)| from > far) {
                         break;

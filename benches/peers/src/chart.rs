@@ -1,5 +1,5 @@
 //! The charts: bars for each scene and kind of ray, and speed against the number of triangles.
-//! Other charts share the helper functions.
+//! The other charts share its helper functions.
 
 use std::collections::BTreeSet;
 
@@ -12,8 +12,8 @@ pub const INK: &str = "#222222";
 pub const GREY: &str = "#666666";
 pub const FAINT: &str = "#dddddd";
 
-/// A group in a chart: a prefix of engine names, a label, and a colour. Of the engines with the
-/// prefix, the fastest is drawn. Colours are from the colour-blind-safe palette of M. Okabe and K.
+/// A group in a chart: a prefix of engine names, a label, and a colour. Only the fastest engine
+/// with that prefix is drawn. The colours are from the colour-blind-safe palette by M. Okabe and K.
 /// Ito.
 pub type Group = (&'static str, &'static str, &'static str);
 
@@ -36,7 +36,7 @@ fn groups() -> impl Iterator<Item = Group> {
     GROUPS.into_iter().chain(OTHERS)
 }
 
-/// An empty chart with a title and a caption, which take up 60 units of its height.
+/// Returns an empty chart with a title and a caption, which take up 60 units of its height.
 pub fn titled([width, height]: [f64; 2], title: &str, caption: &str) -> Svg {
     let mut svg = Svg::new(width, height);
     svg.text([24.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
@@ -44,15 +44,15 @@ pub fn titled([width, height]: [f64; 2], title: &str, caption: &str) -> Svg {
     svg
 }
 
-/// A number of wrong answers as the tables print it.
+/// Formats a number of wrong answers for the tables.
 pub fn none_or(wrong: usize) -> String {
     if wrong == 0 { "none".into() } else { grouped(wrong) }
 }
 
-/// The row that represents a group in a cell.
+/// Returns the row that represents a group in a cell.
 pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     let of = |row: &&&Row| match row.engine.strip_prefix(group) {
-        // The same library in another precision counts as another tracer.
+        // The same library in a different precision counts as a different tracer.
         Some(rest) if rest.ends_with("-f64") || rest == "-inexact" => false,
         // Our single-ray calls and lower instruction levels are separate contenders.
         Some(rest) => !matches!(group, "certified" | "exact") || rest.is_empty(),
@@ -62,7 +62,7 @@ pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     rows.iter().filter(of).max_by(|a, b| a.speed[1].total_cmp(&b.speed[1])).copied()
 }
 
-/// The distinct values, in order of appearance.
+/// Returns the distinct values, in order of appearance.
 pub fn distinct<'a, T: PartialEq>(
     rows: impl IntoIterator<Item = &'a Row>,
     key: impl Fn(&'a Row) -> T,
@@ -77,7 +77,7 @@ pub fn distinct<'a, T: PartialEq>(
     keys
 }
 
-/// The bars: one row of panels per scene, and one panel per kind of ray.
+/// Draws the bars, with one row of panels per scene and one panel per kind of ray.
 pub fn bars(rows: &[Row], caption: &str) -> Svg {
     const PANEL: [f64; 2] = [330.0, 175.0];
     let scenes = distinct(rows, |row| (row.scene.as_str(), row.triangles));
@@ -124,7 +124,7 @@ fn panel(
         let centre = top + (ROW - 4.0) / 2.0;
         svg.line([low, centre], [high, centre], INK, 1.0);
         let wrong = row.wrong_hits + row.wrong_triangles;
-        // Answers of `fixed` are for the snapped scene.
+        // The answers of `fixed` refer to the snapped scene.
         let how = if row.engine == "fixed" { "due to the grid" } else { "wrong" };
         let wrong = match wrong as f64 * 1e6 / row.rays.max(1) as f64 {
             0.0 => format!("none {how}"),
@@ -138,11 +138,11 @@ fn panel(
     }
 }
 
-/// Speed against the number of triangles, both axes logarithmic, with one panel per kind of ray.
+/// Plots speed against the number of triangles on logarithmic axes, with one panel per kind of ray.
 pub fn growth(rows: &[Row], caption: &str) -> Svg {
     let kinds = distinct(rows, |row| row.kind.as_str());
     let (w, h) = (430.0, 380.0);
-    let title = "Million rays per second by number of triangles: a sphere with bumps, ever finer";
+    let title = "Million rays per second by number of triangles, for ever finer bumpy spheres";
     let mut svg = titled([24.0 + w * kinds.len() as f64, h + 74.0], title, caption);
     let counts: BTreeSet<usize> = rows.iter().map(|row| row.triangles).collect();
     let (Some(&few), Some(&many)) = (counts.first(), counts.last()) else { return svg };

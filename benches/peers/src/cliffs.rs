@@ -1,9 +1,9 @@
 //! Cliffs: measures how much longer the same rays take if a scene contains something that slows
 //! tracers down.
 //!
-//! The obstacles include a stray triangle, far origins, thin triangles, and rays aimed at edges.
-//! Each engine traces each case and its plain counterpart. If a tracer's time only depends on what
-//! the rays hit, its ratios are close to 1.
+//! The obstacles include a stray triangle, distant origins, thin triangles, and rays aimed at
+//! edges. Each engine traces each case and its plain counterpart. If a tracer's time only depends
+//! on what the rays hit, its ratios are close to 1.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -26,24 +26,24 @@ use crate::{embree, pool, report, scenes, write_rows};
 /// What makes a scene hostile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Cause {
-    /// One additional triangle, ever farther away.
+    /// One additional triangle, at increasing distances.
     Stray,
     /// The same, traced with diffuse rays.
     StrayDiffuse,
-    /// Ray origins ever farther from the points that the camera sees.
+    /// Ray origins at increasing distances from the points that the camera sees.
     Origin,
-    /// Ever thinner triangles: a wavy plate with a constant number of triangles.
+    /// Increasingly thin triangles: a wavy plate with a constant number of triangles.
     Thin,
-    /// An ever larger share of rays aimed at edges.
+    /// An increasing share of rays aimed at edges.
     Edges,
-    /// The same with rays aimed at vertices.
+    /// The same, with rays aimed at vertices.
     Vertices,
     /// A globe with quads at its poles, half of which are needles.
     Poles,
 }
 
 impl Cause {
-    /// The name of the cause in tables and files.
+    /// Returns the name of the cause in tables and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stray => "stray",
@@ -56,7 +56,7 @@ impl Cause {
         }
     }
 
-    /// The severities to try, of which the first is the plain case.
+    /// Returns the severities to try. The first is the plain case.
     fn amounts(self) -> &'static [f64] {
         match self {
             Self::Stray => &[0.0, 1e2, 1e4, 1e6, 1e8],
@@ -68,7 +68,8 @@ impl Cause {
         }
     }
 
-    /// Whether the cause generates its own scene instead of using the scenes that the user chose.
+    /// Returns whether the cause generates its own scene instead of using the scenes that the user
+    /// chose.
     fn has_its_own_scene(self) -> bool {
         matches!(self, Self::Thin | Self::Poles)
     }
@@ -88,7 +89,7 @@ impl Cause {
 
 #[derive(Args)]
 pub struct Options {
-    /// Scenes to trace, as for `rays`.
+    /// Scenes to trace; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
     /// What makes the scenes hostile.
@@ -99,7 +100,7 @@ pub struct Options {
         default_value = "stray,stray-diffuse,origin,thin,edges,vertices,poles"
     )]
     cause: Vec<Cause>,
-    /// Engines to measure, as for `rays`.
+    /// Engines to measure; see the `rays` command.
     #[arg(
         long,
         value_delimiter = ',',
@@ -109,16 +110,16 @@ pub struct Options {
     /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 0.5)]
     seconds: f64,
-    /// Pixels along each side of the picture, a power of two.
+    /// Width and height of the image in pixels; a power of two.
     #[arg(long, default_value_t = 256)]
     size: u32,
     /// The order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Rows)]
     order: Order,
-    /// File to write the figures to as JSON, for example for the chart.
+    /// File to write the figures to as JSON, for example for `chart`.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -160,7 +161,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     options.json.as_ref().map_or(Ok(()), |path| write_rows(path, &all))
 }
 
-/// The rows of a case, without the fields that describe the case.
+/// Measures a case. Returns its rows, without the fields that describe the case.
 fn measured(
     options: &Options,
     case: &Case,
@@ -195,7 +196,7 @@ fn case(options: &Options, name: &str, cause: Cause, amount: f64) -> Result<Case
         Cause::Edges | Cause::Vertices => {
             let target = if cause == Cause::Edges { Kind::Edges } else { Kind::Vertices };
             let aimed = rays::rays(target, &scene, &bvh, size, order);
-            // Keeps the camera rays that hit: each of them has an aimed counterpart.
+            // Keep the camera rays that hit; each has an aimed counterpart.
             let hits = bvh.query().mode(Mode::certified()).closest_batch(&rays);
             rays =
                 rays.into_iter().zip(&hits).filter(|(_, hit)| hit.is_hit()).map(|x| x.0).collect();
@@ -212,7 +213,7 @@ fn case(options: &Options, name: &str, cause: Cause, amount: f64) -> Result<Case
     Ok(Case { scene, rays, question: kind.question() })
 }
 
-/// The scene with one additional triangle, whose distance is `away` times the scene's size.
+/// Returns the scene with one additional triangle, at a distance of `away` times the scene's size.
 fn strayed(scene: &Scene, away: f32) -> Scene {
     let mut scene = scene.clone();
     let first = scene.mesh.positions.len() as u32;
@@ -223,12 +224,12 @@ fn strayed(scene: &Scene, away: f32) -> Scene {
     scene
 }
 
-/// The longest side of a mesh's bounding box.
+/// Returns the length of the longest side of a mesh's bounding box.
 fn size(mesh: &Mesh) -> f32 {
     mesh.bounds().map_or(1.0, |b| (0..3).map(|k| b.max[k] - b.min[k]).fold(0.0, f32::max))
 }
 
-/// Rays toward the points that the camera sees, from far behind the camera.
+/// Returns rays toward the points that the camera sees, from far behind the camera.
 fn from_afar(scene: &Scene, bvh: &Bvh, rays: &[Ray], far: f32) -> Vec<Ray> {
     let mut hits = vec![Hit::MISS; rays.len()];
     bvh.query().closest_batch_into(rays, &mut hits);
@@ -243,7 +244,7 @@ fn from_afar(scene: &Scene, bvh: &Bvh, rays: &[Ray], far: f32) -> Vec<Ray> {
     .collect()
 }
 
-/// A wavy plate of 2^17 triangles, each `length^2` times as long as it is wide.
+/// Returns a wavy plate of 2^17 triangles, each `length^2` times as long as it is wide.
 fn plate(length: u32) -> Mesh {
     let (across, along) = (256 * length, 256 / length);
     let mut mesh = Mesh::default();
@@ -263,7 +264,7 @@ fn plate(length: u32) -> Mesh {
     mesh
 }
 
-/// A sphere of meridians and parallels, computed in f32 as in most programs.
+/// Returns a sphere made of meridians and parallels, computed in f32 as most programs do.
 fn globe(meridians: u32, parallels: u32, quads: bool) -> Mesh {
     let mut mesh = Mesh::default();
     for j in 0..=parallels {

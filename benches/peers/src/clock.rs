@@ -12,24 +12,25 @@ const LENGTH: u32 = 100_000;
 const CHAINS: usize = 3;
 /// Measurements are discarded if the clock rate differs from the usual one by more than this ratio.
 const STEADY: f64 = 0.03;
-/// Defines the usual clock rate: of a thousand measurements, this many are slower. The median would
-/// mistake a dip for the usual rate if the dip lasted half of the time, and the fastest measurement
-/// may be a boost.
+/// Defines the usual clock rate: this many out of a thousand measurements are slower. The median
+/// would mistake a dip for the usual rate if the dip lasted half of the time, and the fastest
+/// measurement may be a boost.
 const USUAL: usize = 900;
 
-/// The clock rates while an engine traced the rays of a cell.
+/// The clock rates measured while an engine traced the rays of a cell.
 #[derive(Default)]
 pub struct Clock {
     seen: Vec<f64>,
 }
 
 impl Clock {
-    /// Additions per nanosecond in a chain, that is, the clock rate in GHz: the better of two samples.
+    /// Returns the additions per nanosecond in a chain, that is, the clock rate in GHz. It is the
+    /// better of two samples.
     pub fn now() -> f64 {
         sample().max(sample())
     }
 
-    /// The highest clock rate among many samples.
+    /// Returns the highest clock rate among many samples.
     pub fn fastest() -> f64 {
         (0..400).map(|_| sample()).fold(0.0, f64::max)
     }
@@ -40,8 +41,8 @@ impl Clock {
         self.seen.insert(at, clock);
     }
 
-    /// Whether a measurement at this clock rate counts. It does not count during a dip or a boost,
-    /// but it does once the rate has changed for good.
+    /// Returns whether a measurement at this clock rate counts. It does not count during a dip or a
+    /// boost, but it does once the rate has changed for good.
     pub fn is_steady(&self, clock: f64) -> bool {
         self.seen
             .get(self.seen.len() * USUAL / 1000)

@@ -13,10 +13,10 @@ use rayon::prelude::*;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes to measure, as for `rays`. The sign is only meaningful for closed meshes.
+    /// Scenes to measure; see the `rays` command. The sign is only meaningful for closed meshes.
     #[arg(long, value_delimiter = ',', default_value = "bunny,torus")]
     scene: Vec<String>,
-    /// Number of points, in a box that is 1.5 times as large as the mesh in each direction.
+    /// Number of points, in a box 1.5 times as large as the mesh in each direction.
     #[arg(long, default_value_t = 1_000_000)]
     points: usize,
     /// Number of threads; 0 uses all.
@@ -28,7 +28,7 @@ pub struct Options {
     dump: Option<PathBuf>,
 }
 
-/// Random numbers in `0..1`, the same in every run.
+/// Returns a generator of random numbers in `0..1`, the same in every run.
 fn random() -> impl FnMut() -> f32 {
     let mut state = 1_u64;
     move || {
@@ -68,7 +68,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Microseconds per point, in the fastest of three runs.
+/// Returns the microseconds per point in the fastest of three runs.
 fn fastest<R>(count: usize, mut work: impl FnMut() -> R) -> f64 {
     let mut once = || {
         let start = Instant::now();
@@ -123,14 +123,14 @@ fn compare(
     });
     println!("  parry3d, signed distance   {time:7.3} us/point");
 
-    // intertri's distances are within an f64 ulp of the true ones, so parry3d's are compared with
-    // them.
+    // intertri's distances are within an f64 ulp of the true ones, so they serve as the reference
+    // for parry3d's.
     let (mut signs, mut worst) = (0, 0.0_f64);
     for (&theirs, &ours) in theirs.iter().zip(&signed) {
         signs += usize::from((theirs < 0.0) != (ours < 0.0));
         worst = worst.max((f64::from(theirs).abs() - ours.abs()).abs() / ours.abs().max(1e-300));
     }
-    let said = if closed { "closed" } else { "open, so signs mean little" };
+    let said = if closed { "closed" } else { "open, so signs are not meaningful" };
     println!(
         "  parry3d: {signs} signs differ (the mesh is {said}); largest relative error {worst:.1e}"
     );

@@ -13,19 +13,19 @@ use crate::rays::widened;
 /// The names of the f64 tracers.
 const NAMES: [&str; 6] = ["bvh-f64", "parry-f64", "tinybvh-f64", "libigl", "cgal", "cgal-inexact"];
 
-/// Whether a name is that of an f64 tracer.
+/// Returns whether `name` is the name of an f64 tracer.
 pub fn is(name: &str) -> bool {
     NAMES.contains(&name)
 }
 
-/// Builds an f64 tracer over f64 triangles. If that fails, prints the reason and returns nothing.
+/// Builds an f64 tracer over f64 triangles. If that fails, prints the reason and returns `None`.
 pub fn engine(name: &str, triangles: &[Triangle64]) -> Option<Box<dyn Engine<Ray64>>> {
     let engine: Result<Box<dyn Engine<Ray64>>, String> = match name {
         "parry-f64" => parry(triangles).map(|engine| Box::new(engine) as _),
         "bvh-f64" => Ok(Box::new(TwoWay::new(triangles))),
         _ => Program::new(name, triangles).map(|engine| Box::new(engine) as _),
     };
-    engine.inspect_err(|error| eprintln!("without {name}: {error}")).ok()
+    engine.inspect_err(|error| eprintln!("skipping {name}: {error}")).ok()
 }
 
 fn parry(triangles: &[Triangle64]) -> Result<Parry64, String> {

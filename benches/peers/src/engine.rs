@@ -8,14 +8,14 @@ use rayon::prelude::*;
 /// The kind of query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// Whether the query is any hit; otherwise it is closest hit.
+    /// Whether this is an any-hit query; otherwise it is a closest-hit query.
     pub any: bool,
     /// Whether neighbouring rays are coherent.
     pub coherent: bool,
 }
 
-/// The answer for a ray: a triangle and its t. For any-hit queries, it only tells a hit from a
-/// miss.
+/// The answer for a ray: a triangle and its t. For any-hit queries, it only distinguishes a hit
+/// from a miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     pub triangle: u32,
@@ -38,9 +38,9 @@ pub trait Engine<R = Ray>: Send + Sync {
     /// Traces a range of the rays on the threads of the current pool. The range starts at a
     /// multiple of [`CHUNK`], and ends at another multiple or after the last ray. This is timed.
     fn trace(&mut self, part: Range<usize>);
-    /// The hits, in the order of the rays.
+    /// Returns the hits, in the order of the rays.
     fn answers(&self) -> Vec<Answer>;
-    /// Whether the engine guarantees every bit of t.
+    /// Returns whether the engine guarantees every bit of t.
     fn exact(&self) -> bool {
         false
     }

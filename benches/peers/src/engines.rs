@@ -57,7 +57,7 @@ pub const ENGINES: [(&str, &str); 46] = [
     ("embree-avx2-robust-8", "robust; limited to AVX2"),
     ("obvhs-2", "two-way hierarchy, slow build"),
     ("obvhs-8", "compressed eight-way hierarchy, slow build"),
-    ("tinybvh", "BVH8_CPU, one ray per call; only with the feature `tinybvh`"),
+    ("tinybvh", "BVH8_CPU, one ray per call; only with the `tinybvh` feature"),
     ("bvh", "two-way hierarchy"),
     ("bvh-f64", "the same in f64, with the scene and the rays widened"),
     ("parry", "triangle mesh"),
@@ -68,13 +68,13 @@ pub const ENGINES: [(&str, &str); 46] = [
     ("cgal-inexact", "its tree, with exact predicates and rounded constructions"),
 ];
 
-/// Whether one of the filters selects a name. A filter is either a whole name, or the beginning of
-/// one up to a dash. Without filters, all names are selected.
+/// Returns whether one of the filters selects a name. A filter is either a whole name or a prefix
+/// of one that ends before a dash. Without filters, all names are selected.
 pub fn wanted(name: &str, filters: &[String]) -> bool {
     wanted_of(name, filters, ENGINES.iter().map(|(name, _)| *name))
 }
 
-/// The same as [`wanted`], for another list of names.
+/// Like [`wanted`], but for another list of names.
 pub fn wanted_of<'a>(
     name: &str,
     filters: &[String],
@@ -89,7 +89,7 @@ pub fn wanted_of<'a>(
     filters.is_empty() || filters.iter().any(|filter| meant(filter) && !whole(filter))
 }
 
-/// Boxes an engine. On an error, prints the reason and returns nothing.
+/// Boxes an engine. If it could not be built, prints the reason and returns `None`.
 fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Box<dyn Engine>> {
     let engine = engine.inspect_err(|error| eprintln!("{name}: {error}")).ok()?;
     Some(Box::new(engine))
@@ -105,7 +105,7 @@ fn tinybvh(_: &str, _: &[Triangle]) -> Option<Box<dyn Engine>> {
     None
 }
 
-/// A mode of intertri, through the calls that the name specifies.
+/// Returns an engine for a mode of intertri that uses the calls that `name` specifies.
 fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     let bvh = bvh.clone();
     let has = |word| name.split('-').any(|part| part == word);
@@ -123,12 +123,12 @@ pub fn in_f64(triangle: &Triangle) -> Triangle64 {
     TriangleOf(triangle.0.map(|corner| corner.map(f64::from)))
 }
 
-/// The instruction level that a name specifies, if this CPU supports it.
+/// Returns the instruction level that `name` specifies, if this CPU supports it.
 fn level(name: &str) -> Option<Level> {
     if name.ends_with("avx2") { Level::avx2() } else { Some(Level::best()) }
 }
 
-/// The engines for a scene. Engines that cannot be built are reported and skipped.
+/// Builds the engines for a scene. Engines that cannot be built are reported and skipped.
 pub fn engines(
     filters: &[String],
     scene: &intertri_scene::Scene,

@@ -1,6 +1,6 @@
-//! The mode `fixed`, through a hierarchy. Triangles and rays are snapped to a grid first, and each
-//! crossing is counted once. Answers are therefore exact on the grid, and differ from the others
-//! only by the snapping.
+//! The `fixed` mode, through a hierarchy. Triangles and rays are first snapped to a grid, and each
+//! crossing is counted once. The answers are therefore exact on the grid, and differ from the
+//! others only because of the snapping.
 
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ pub struct Fixed {
 
 impl Fixed {
     pub fn new(scene: &Scene) -> Result<Self, String> {
-        // Leaves a margin for rays that start slightly off a surface.
+        // Leave a margin for rays that start slightly off a surface.
         let room = |p: [f32; 3]| [0.99, 1.01].map(|scale| p.map(|x| x * scale));
         let ends = scene.mesh.bounds().map_or([[0.0; 3]; 2], |bounds| [bounds.min, bounds.max]);
         let looks = [scene.camera.eye(), scene.light.origin([0.0; 3])];
@@ -61,7 +61,7 @@ impl Engine for Fixed {
     }
 
     fn trace(&mut self, part: Range<usize>) {
-        // Processes one chunk at a time, so that it stays in the cache.
+        // Process one chunk at a time, so that it stays in the cache.
         let Self { bvh, grid, .. } = self;
         let (query, mut lines) = (bvh.query().once(), Vec::with_capacity(CHUNK));
         let (hits, seen) = (&mut self.hits[part.clone()], &mut self.seen[part.clone()]);

@@ -7,8 +7,8 @@ use crate::chart::{FAINT, GREY, INK, distinct, fastest, none_or, titled};
 use crate::measure::Row;
 use crate::report::grouped;
 
-/// The tracers: a prefix of engine names, and a label. Of the engines with the prefix, the fastest
-/// counts.
+/// The tracers, each with a prefix of engine names and a label. Only the fastest engine with that
+/// prefix counts.
 const TRACERS: [(&str, &str); 13] = [
     ("exact", "intertri exact, batches"),
     ("exact-query", "intertri, ray by ray"),
@@ -25,7 +25,8 @@ const TRACERS: [(&str, &str); 13] = [
     ("cgal", "CGAL, exact points"),
 ];
 
-/// Limits for the share of wrong answers, each with the colour and label of the shares up to it.
+/// Limits for the share of wrong answers, each with the colour and label for shares up to that
+/// limit.
 const SHARES: [(f64, &str, &str); 5] = [
     (0.0, "#0072B2", "never wrong"),
     (1e-5, "#F3DE8A", "up to 1 in 100,000"),
@@ -45,7 +46,7 @@ const HEADING: f64 = 30.0;
 /// A tracer's figures for one kind of ray, over all scenes.
 pub struct Figures {
     pub name: &'static str,
-    /// The speed as a multiple of that of Embree's fast mode: the geometric mean over the scenes.
+    /// The speed relative to Embree's fast mode: the geometric mean over the scenes.
     pub speed: f64,
     pub wrong: usize,
     pub rays: usize,
@@ -59,7 +60,7 @@ impl Figures {
         self.wrong as f64 / self.rays.max(1) as f64
     }
 
-    /// The speed, with more decimals for small values.
+    /// Formats the speed, with more decimals for small values.
     pub fn speed(&self) -> String {
         let digits = if self.speed < 0.01 {
             4
@@ -71,8 +72,8 @@ impl Figures {
         format!("{:.digits$}", self.speed)
     }
 
-    /// The share of wrong answers as text, such as "1 in 1,000". `most` is the largest number of
-    /// rays of any tracer.
+    /// Formats the share of wrong answers, for example as "1 in 1,000". `most` is the largest
+    /// number of rays traced by any tracer.
     pub fn how_wrong(&self, most: usize) -> String {
         match self.wrong {
             0 if self.rays < most => format!("none in {}", grouped(self.rays)),
@@ -90,12 +91,12 @@ impl Figures {
     }
 }
 
-/// The kinds and orders of rays, in order of appearance.
+/// Returns the kinds and orders of rays, in order of appearance.
 pub fn kinds(rows: &[Row]) -> Vec<(&str, &str)> {
     distinct(rows, |row| (row.kind.as_str(), row.order.as_str()))
 }
 
-/// The name of a kind of ray in the chart.
+/// Returns the name of a kind of ray in the chart.
 pub fn called(kind: &str) -> &str {
     match kind {
         "primary" => "Camera, row by row",
@@ -110,7 +111,7 @@ pub fn called(kind: &str) -> &str {
     }
 }
 
-/// The figures of each tracer for one kind and order of rays.
+/// Computes the figures of each tracer for one kind and order of rays.
 pub fn figures(rows: &[Row], (kind, order): (&str, &str)) -> Vec<Figures> {
     let rows: Vec<&Row> =
         rows.iter().filter(|row| row.kind == kind && row.order == order).collect();
@@ -141,8 +142,8 @@ pub fn figures(rows: &[Row], (kind, order): (&str, &str)) -> Vec<Figures> {
     all
 }
 
-/// A tracer's row for a scene, and the row of Embree's fast mode from the same run. A slow tracer
-/// may have its own run with fewer rays.
+/// Returns a tracer's row for a scene, and the row of Embree's fast mode from the same run. A slow
+/// tracer may have its own run with fewer rays.
 fn beside_embree<'a>(cell: &[&'a Row], group: &str) -> Option<(&'a Row, &'a Row)> {
     let mut counts: Vec<usize> = cell.iter().map(|row| row.rays).collect();
     counts.sort_unstable();
@@ -153,8 +154,8 @@ fn beside_embree<'a>(cell: &[&'a Row], group: &str) -> Option<(&'a Row, &'a Row)
     })
 }
 
-/// Speed and wrong answers: a bar for each tracer and kind of ray, coloured by the share of wrong
-/// answers.
+/// Draws speed and wrong answers, with a bar for each tracer and kind of ray, coloured by the share
+/// of wrong answers.
 pub fn chart(rows: &[Row], caption: &str) -> Svg {
     let columns: Vec<_> = kinds(rows).iter().map(|&kind| (kind, figures(rows, kind))).collect();
     let across = columns.len().min(ACROSS);
@@ -191,7 +192,7 @@ fn legend(svg: &mut Svg) {
     svg.text([x + 4.0, 72.0], front, Font::new(11.0, Anchor::Start));
 }
 
-/// The names of the tracers, to the left of a block.
+/// Draws the names of the tracers, to the left of a block.
 fn labels(svg: &mut Svg, top: f64) {
     for (i, (group, name)) in TRACERS.iter().enumerate() {
         let y = top + HEADING + CELL[1] * i as f64;
@@ -226,8 +227,8 @@ fn column(svg: &mut Svg, [left, top]: [f64; 2], scale: f64, all: &[Figures]) {
     }
 }
 
-/// The chart's figures as a Markdown table: a row per tracer, with its speed and wrong answers for
-/// each kind of ray.
+/// Formats the chart's figures as a Markdown table, with a row per tracer that lists its speed and
+/// wrong answers for each kind of ray.
 pub fn table(rows: &[Row]) -> String {
     let kinds = kinds(rows);
     let columns: Vec<_> = kinds.iter().map(|&kind| figures(rows, kind)).collect();
@@ -255,7 +256,7 @@ pub fn table(rows: &[Row]) -> String {
     table
 }
 
-/// The name of a kind of ray in a column's head.
+/// Returns the name of a kind of ray for a column heading.
 fn short(kind: &str) -> &str {
     match kind {
         "primary" => "camera",

@@ -94,13 +94,13 @@ enum Command {
 #[derive(Args)]
 struct Options {
     /// Scenes to trace: names from `list`, sphere-N with N triangles, `growth` for spheres of 10^2
-    /// to 10^7 triangles, or paths of models.
+    /// to 10^7 triangles, or paths to models.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
     /// Kinds of rays to trace.
     #[arg(long, value_delimiter = ',', default_value = "primary,shadow,light,diffuse")]
     kind: Vec<Kind>,
-    /// Engines to measure, by name or by the beginning of a name up to a dash; all by default.
+    /// Engines to measure: names, or prefixes of names that end before a dash; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
     /// Number of threads; 0 uses all.
@@ -109,37 +109,37 @@ struct Options {
     /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along each side of the picture, a power of two.
+    /// Width and height of the image in pixels; a power of two.
     #[arg(long, default_value_t = 1024)]
     size: u32,
     /// Order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Tiles)]
     order: Order,
     /// Number of rays to compare with a plain loop over the f64 reference. By default, it is
-    /// smaller for large scenes, where the loop is slow.
+    /// smaller for large scenes, for which the loop is slow.
     #[arg(long)]
     reference: Option<usize>,
-    /// Quick run: by default, certified and Embree's fast and robust calls, 0.3 seconds, no
-    /// reference.
+    /// Quick run: unless set otherwise, only `certified` and Embree's fast and robust calls, for at
+    /// most 0.3 seconds, without the reference.
     #[arg(long)]
     quick: bool,
-    /// File to write the figures to as JSON, for example for the chart.
+    /// File to write the figures to as JSON, for example for `chart`.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path of Embree's shared library, version 3 or 4, if it is not installed.
+    /// Path to Embree's shared library, version 3 or 4, if it is not installed.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
 
 #[derive(Args)]
 struct BuildOptions {
-    /// Scenes to build, as for `rays`.
+    /// Scenes to build; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
     /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -159,7 +159,7 @@ struct ChartOptions {
     /// table.
     #[arg(long, conflicts_with = "growth")]
     stability: bool,
-    /// Path of the pictures, without an extension.
+    /// Path to write the images to, without an extension.
     #[arg(short, long)]
     output: PathBuf,
 }
@@ -221,7 +221,7 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
         let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
         let mut engines = engines::engines(&options.engine, &scene, &triangles, &bvh, api.as_ref());
         if engines.is_empty() {
-            return Err("no such engine; `list` shows their names".into());
+            return Err("no such engine; `list` shows the names".into());
         }
         for &kind in &options.kind {
             let rays = rays::rays(kind, &scene, &bvh, options.size, options.order);
@@ -318,7 +318,7 @@ fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
 
 fn embree(path: Option<PathBuf>) -> Option<Arc<Api>> {
     let api = Api::open(path);
-    api.inspect_err(|e| eprintln!("without Embree: {e}; pass its library as --embree PATH")).ok()
+    api.inspect_err(|e| eprintln!("skipping Embree: {e}; pass its library as --embree PATH")).ok()
 }
 
 fn pool(threads: usize) -> Result<ThreadPool, String> {
@@ -335,8 +335,8 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     std::fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// The answers of a mode at the portable level, one ray per call, which runs none of the code for
-/// bundles or streams.
+/// Returns the answers of a mode at the portable level, tracing one ray per call, which runs none
+/// of the code for bundles or streams.
 fn truth(bvh: &Arc<Bvh>, rays: &[Ray], question: Question, mode: Mode) -> Vec<Answer> {
     let mut single = Single::new(bvh.clone(), mode.at(Level::PORTABLE));
     single.load(rays, question);

@@ -1,7 +1,8 @@
-//! Measures one cell of the table: several engines take turns at tracing the same rays.
+//! Measures one cell of the table: several engines take turns tracing the same rays.
 //!
 //! On one thread, the rays of a repeat are timed in parts, and the clock rate is sampled before and
-//! after each part. A dip of the clock rate then only costs one part instead of the whole repeat.
+//! after each part. A dip in the clock rate then invalidates only one part instead of the whole
+//! repeat.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -28,9 +29,10 @@ pub struct Row {
     pub threads: usize,
     pub engine: String,
     pub rays: usize,
-    /// Million rays per second, from the slow, median and fast times of each part of the rays.
+    /// Millions of rays per second, from the slow, median and fast times of each part of the rays.
     pub speed: [f64; 3],
-    /// The number of timed parts that count, and of those discarded for an unusual clock rate.
+    /// The number of timed parts that count, and the number discarded because of an unusual clock
+    /// rate.
     pub repeats: usize,
     pub dips: usize,
     /// The engine that the ratio refers to, and how many times as fast this engine was in the same
@@ -38,9 +40,9 @@ pub struct Row {
     /// same round.
     pub base: String,
     pub ratio: Option<[f64; 3]>,
-    /// The number of rays for which hit and miss are confused, and of those with a hit on a wrong
-    /// triangle (or with another t, if the engine guarantees every bit of it). [`Truth`] decides
-    /// when either of two triangles is right.
+    /// The number of rays with a hit reported as a miss or vice versa, and the number with a hit on
+    /// a wrong triangle (or with a wrong t, if the engine guarantees every bit of it). [`Truth`]
+    /// decides when either of two triangles is right.
     pub wrong_hits: usize,
     pub wrong_triangles: usize,
     /// The number of true answers compared with a plain loop over the reference, and how many
@@ -67,17 +69,17 @@ pub type Beside = fn(&[Row], usize) -> Option<usize>;
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
-/// The number of rays that are timed together on one thread. If the clock rate dips for
-/// milliseconds, only few parts are affected.
+/// The number of rays that are timed together on one thread. If the clock rate dips for some
+/// milliseconds, only a few parts are affected.
 const PART: usize = 1 << 16;
 
 /// The number of valid times that each part needs.
 const TIMES: usize = 3;
 
-/// The seconds of each part of each repeat; `None` if the clock rate was unusual.
+/// The seconds that each part of each repeat took, or `None` if the clock rate was unusual.
 type Rounds = Vec<Vec<Option<f64>>>;
 
-/// The seconds and the clock rate of each part of each repeat of an engine.
+/// The seconds and the clock rate of each part in each repeat of an engine.
 #[derive(Default)]
 struct Times {
     rounds: Vec<Vec<(f64, f64)>>,
@@ -96,14 +98,14 @@ impl Times {
         self.rounds.push(round);
     }
 
-    /// The seconds of the parts that count.
+    /// Returns the seconds of the parts that count.
     fn kept(&self) -> Rounds {
         let counts = |&(seconds, at): &(f64, f64)| self.clock.is_steady(at).then_some(seconds);
         self.rounds.iter().map(|round| round.iter().map(counts).collect()).collect()
     }
 
-    /// Whether to stop: the time is used up, and either each part has enough valid times, or a
-    /// steady clock rate is unlikely.
+    /// Returns whether to stop: the time is used up, and either each part has enough valid times,
+    /// or a steady clock rate is unlikely.
     fn enough(&self, budget: f64) -> bool {
         if self.spent < budget {
             return false;
@@ -115,14 +117,14 @@ impl Times {
     }
 }
 
-/// The rays of a round, split into the parts that are timed separately.
+/// Splits the rays of a round into the parts that are timed separately.
 fn parts(rays: usize, threads: usize) -> impl Iterator<Item = Range<usize>> + Clone {
     let size = if threads == 1 { PART } else { rays };
     (0..rays).step_by(size).map(move |from| from..rays.min(from + size))
 }
 
-/// Million rays per second, from the slow, median and fast times of each part. Parts without valid
-/// times are skipped.
+/// Computes millions of rays per second from the slow, median and fast times of each part. Parts
+/// without valid times are skipped.
 fn speed(rounds: &[Vec<Option<f64>>], parts: impl Iterator<Item = Range<usize>>) -> [f64; 3] {
     let (mut rays, mut seconds) = (0, [0.0; 3]);
     for (i, part) in parts.enumerate() {
@@ -136,7 +138,8 @@ fn speed(rounds: &[Vec<Option<f64>>], parts: impl Iterator<Item = Range<usize>>)
     [slow, middle, fast].map(|seconds| if rays > 0 { rays as f64 * 1e-6 / seconds } else { 0.0 })
 }
 
-/// The ratio of the time of `b` to that of `a` in a round, over the parts that count for both.
+/// Returns the ratio of the time of `b` to that of `a` in a round, over the parts that count for
+/// both.
 fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     let (mut of_a, mut of_b) = (0.0, 0.0);
     for (a, b) in a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?))) {
@@ -146,9 +149,8 @@ fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     (of_a > 0.0).then(|| of_b / of_a)
 }
 
-/// Runs all engines alternately until each has used its time. Returns the rows without the fields
-/// that
-/// describe the scene.
+/// Runs all engines round-robin until each has used its time. Returns the rows without the fields
+/// that describe the scene.
 pub fn measure(
     engines: &mut [Named],
     rays: &[Ray],
@@ -198,7 +200,7 @@ fn time_parts(
     parts.map(part).collect()
 }
 
-/// An engine's row, without the comparison with another engine.
+/// Returns an engine's row, without the comparison with another engine.
 fn row(
     (name, engine): &Named,
     rounds: &Rounds,
@@ -221,8 +223,8 @@ fn row(
     }
 }
 
-/// The fastest of Embree's fast calls. For an engine limited to AVX2, only calls limited to AVX2
-/// are considered.
+/// Returns the fastest of Embree's fast calls. For an engine limited to AVX2, only calls limited to
+/// AVX2 are considered.
 pub fn embree(rows: &[Row], engine: usize) -> Option<usize> {
     let avx2 = rows[engine].engine.contains("avx2");
     let group = if avx2 { "embree-avx2" } else { "embree-fast" };
@@ -244,7 +246,7 @@ fn compare(rows: &mut [Row], kept: &[Rounds], beside: Beside) {
     }
 }
 
-/// The 10th, 50th and 90th percentiles; zeros if there are no values.
+/// Returns the 10th, 50th and 90th percentiles, or zeros if there are no values.
 fn spread(mut x: Vec<f64>) -> [f64; 3] {
     x.sort_by(f64::total_cmp);
     let at = |share: f64| x.get((share * (x.len().max(1) - 1) as f64).round() as usize);

@@ -14,13 +14,13 @@ use crate::embree::{Api, Build, Scene};
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes to measure, as for `rays`.
+    /// Scenes to measure; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
     /// Number of threads; 0 uses all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -43,7 +43,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The time of the fastest of twenty runs, in milliseconds.
+/// Returns the time of the fastest of twenty runs, in milliseconds.
 fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
     let mut once = || {
         let start = Instant::now();
@@ -53,7 +53,7 @@ fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
     (0..20).map(|_| once()).fold(f64::INFINITY, f64::min)
 }
 
-/// Moves every point slightly, by a twist about the y axis.
+/// Moves a point slightly, by a twist about the y axis.
 fn twisted(p: [f32; 3], by: f32) -> [f32; 3] {
     let (s, c) = (by * p[1]).sin_cos();
     [p[0] * c - p[2] * s, p[1], p[0] * s + p[2] * c]

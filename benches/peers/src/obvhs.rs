@@ -1,4 +1,4 @@
-//! The crate `obvhs`: a two-way and a compressed eight-way hierarchy.
+//! The `obvhs` crate: a two-way and a compressed eight-way hierarchy.
 
 use std::ops::Range;
 use std::time::Duration;

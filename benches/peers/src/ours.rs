@@ -8,9 +8,9 @@ use intertri_trace::{Bvh, BvhScalar, MeshTriangle, Query};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// The scalar of a scene: f32 in any mode, or f64 in the mode `exact`.
+/// The scalar of a scene: f32 in any mode, or f64 in the `exact` mode.
 pub trait PeerScalar: BvhScalar {
-    /// A query in a mode.
+    /// Creates a query in a mode.
     fn query(bvh: &Bvh<Self>, mode: Mode) -> Query<'_, Self>;
 }
 
@@ -151,7 +151,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Triangles<S> {
     }
 }
 
-/// Traces with the calls for a single ray.
+/// Traces with the single-ray calls.
 pub struct Single<S: PeerScalar = f32> {
     bvh: Arc<Bvh<S>>,
     mode: Mode,
@@ -187,7 +187,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Single<S> {
     }
 }
 
-/// Traces with single-ray calls through a query that each chunk of rays creates and reuses.
+/// Traces with single-ray calls through a query that is created once per chunk of rays and reused.
 pub struct Kept<S: PeerScalar = f32> {
     single: Single<S>,
     /// Whether the query only returns the triangle.
@@ -232,7 +232,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Kept<S> {
     }
 }
 
-/// Whether t must equal that of document A in every bit.
+/// Returns whether t must equal that of document A in every bit.
 fn as_document(mode: Mode) -> bool {
     mode.rule().is_none()
 }

@@ -1,4 +1,4 @@
-//! The crates `parry3d` and `parry3d-f64`: triangle meshes with their own hierarchy.
+//! The `parry3d` and `parry3d-f64` crates: triangle meshes with their own hierarchy.
 
 use std::ops::Range;
 

@@ -12,7 +12,7 @@ use intertri::{Ray64, Triangle64};
 
 use crate::engine::{Answer, Engine, Question};
 
-/// A program, and the scene that it traces.
+/// A program and the scene that it traces.
 pub struct Program {
     name: String,
     path: PathBuf,
@@ -39,7 +39,7 @@ impl Program {
         Ok(Self { name: name.into(), path, triangles: triangles.to_vec(), running: None })
     }
 
-    /// The result of a request. Panics on an error, because all figures would be wrong.
+    /// Returns the result of a request. Panics on an error, because all figures would be wrong.
     fn must<T>(&self, result: Result<T>) -> T {
         result.unwrap_or_else(|error| panic!("{}: {error}", self.path.display()))
     }
@@ -79,7 +79,7 @@ impl Running {
         }
     }
 
-    /// The path of the file that the program writes its answers to.
+    /// Returns the path to the file that the program writes its answers to.
     fn written(&self) -> PathBuf {
         let mut path = self.file.clone().into_os_string();
         path.push(".answers");

@@ -8,7 +8,7 @@ use intertri_trace::Bvh;
 use crate::engine::Question;
 use crate::scenes::random;
 
-/// The kind of rays.
+/// A kind of ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Kind {
     /// From the camera; closest hit.
@@ -19,7 +19,7 @@ pub enum Kind {
     Light,
     /// From the points that the camera sees, cosine-distributed about the normal; closest hit.
     Diffuse,
-    /// Like `Diffuse`, but from the points rounded to f32, which are on the surface or next to it.
+    /// Like `Diffuse`, but from the points rounded to f32, which lie on the surface or next to it.
     Surface,
     /// From the camera toward the midpoint of an edge of each visible triangle; closest hit.
     Edges,
@@ -29,12 +29,12 @@ pub enum Kind {
     Parallel,
     /// From the points that the camera sees toward the sun; any hit.
     Sun,
-    /// From the points that the camera sees, sixteen rays per point about the normal, with a length
-    /// of up to a tenth of the scene's size; any hit.
+    /// From the points that the camera sees, sixteen rays per point around the normal, up to a
+    /// tenth of the scene's size in length; any hit.
     Occlusion,
     /// From the moving origin of a scanner on a vehicle; closest hit.
     Lidar,
-    /// From beside the scene along z, in planes that may contain walls; closest hit.
+    /// From outside the scene along z, in planes that may contain walls; closest hit.
     Walls,
 }
 
@@ -85,7 +85,7 @@ impl Order {
     }
 }
 
-/// All rays of a kind for a picture of `size * size` pixels. `size` must be a power of two.
+/// Returns all rays of a kind for an image of `size * size` pixels. `size` must be a power of two.
 pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray> {
     let mut rays: Vec<Ray> = lines(kind, scene, bvh, size, order).iter().map(rounded).collect();
     if order == Order::Shuffled {
@@ -110,7 +110,7 @@ pub fn widened(ray: &Ray) -> Ray64 {
     Ray64::new(ray.origin.map(f64::from), ray.dir.map(f64::from)).between(t_min, t_max)
 }
 
-/// The column and row of a pixel.
+/// Returns the column and row of a pixel.
 fn pixel(i: u32, size: u32, order: Order) -> (u32, u32) {
     match order {
         Order::Tiles => (every_other_bit(i), every_other_bit(i >> 1)),
@@ -118,7 +118,7 @@ fn pixel(i: u32, size: u32, order: Order) -> (u32, u32) {
     }
 }
 
-/// The primary rays of a camera.
+/// Returns the primary rays of a camera.
 pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     let ray = |i| {
         let (x, y) = pixel(i, size, order);
@@ -127,8 +127,8 @@ pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     (0..size * size).map(ray).collect()
 }
 
-/// The same rays before their directions are rounded to f32. Rays aimed at edges and vertices then
-/// pass closer to their targets.
+/// Returns the same rays before their directions are rounded to f32. Rays aimed at edges and
+/// vertices then pass closer to their targets.
 pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let primary = primary(&scene.camera, size, order);
     match kind {
@@ -158,7 +158,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
         .map(|(i, (ray, hit))| {
             let [c1, c2, c3] = scene.mesh.corners(hit.triangle as usize).map(|p| p.map(f64::from));
             let normal = unit(cross(sub(c2, c1), sub(c3, c1)));
-            // The normal on the side that the camera sees.
+            // Orient the normal toward the camera.
             let normal =
                 normal.map(|x| if dot(normal, ray.dir.map(f64::from)) > 0.0 { -x } else { x });
             let point = hit_point(ray, hit);
@@ -207,14 +207,14 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
         .collect()
 }
 
-/// The size of the scene along each axis.
+/// Returns the size of the scene along each axis.
 fn extent(scene: &Scene) -> [f64; 3] {
     let bounds = scene.mesh.bounds();
     bounds.map_or([0.0; 3], |b| [0, 1, 2].map(|k| f64::from(b.max[k] - b.min[k])))
 }
 
-/// The ray of an orthographic camera's pixel. It starts in a plane through the camera, and runs in
-/// the viewing direction.
+/// Returns the ray for each pixel of an orthographic camera. It starts in a plane through the
+/// camera and runs in the viewing direction.
 fn parallel(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     let middle = scene.camera.ray(0, 0, 1, 1);
     let ahead = unit(middle.dir.map(f64::from));
@@ -229,8 +229,8 @@ fn parallel(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     }
 }
 
-/// A ray of a scanner with 64 beams above each other and 1024 steps per turn. During a turn, the
-/// scanner moves by a hundredth of the scene's size.
+/// Returns the rays of a scanner with 64 beams, one above the other, and 1024 steps per turn.
+/// During a turn, the scanner moves by a hundredth of the scene's size.
 fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
     let (start, extent) = (scene.camera.ray(0, 0, 1, 1).origin, extent(scene));
     move |i| {
@@ -242,8 +242,9 @@ fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
     }
 }
 
-/// A ray along z that starts in front of the scene. The pixel's column selects a vertex, and the
-/// ray runs at the vertex's x, in the plane of any wall there. Each ray has its own height.
+/// Returns rays along z that start in front of the scene. The pixel's column selects a vertex, and
+/// the ray has the same x as the vertex, so it runs in the plane of any wall there. Each ray has
+/// its own height.
 fn walls(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     let mut across: Vec<f32> = scene.mesh.positions.iter().map(|p| p[0]).collect();
     across.sort_by(f32::total_cmp);
@@ -258,8 +259,8 @@ fn walls(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     }
 }
 
-/// A random direction of length 1: a point of the unit ball, normalized. It is the same for the
-/// same `i`.
+/// Returns a random direction of length 1: a point in the unit ball, normalized. The same `i`
+/// always yields the same direction.
 pub fn direction(i: u64) -> [f64; 3] {
     for k in 0.. {
         let p = [0, 1, 2].map(|axis| random([i, k, axis]));
@@ -270,7 +271,7 @@ pub fn direction(i: u64) -> [f64; 3] {
     unreachable!("some random point of the cube is in the ball")
 }
 
-/// Moves the bits 0, 2, 4, ... to adjacent positions.
+/// Packs bits 0, 2, 4, ... into adjacent positions.
 fn every_other_bit(i: u32) -> u32 {
     (0..16).fold(0, |sum, k| sum | (i >> (2 * k) & 1) << k)
 }

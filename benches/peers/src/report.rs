@@ -7,7 +7,7 @@ use crate::leaks::Row as Leaks;
 use crate::measure::Row;
 use crate::scenes::{CLOSED, SCENES};
 
-/// The name of the CPU, and the instruction level that intertri uses.
+/// Returns the name of the CPU and the instruction level that intertri uses.
 pub fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let named = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
@@ -33,7 +33,7 @@ pub fn header(fastest: f64, threads: usize, size: u32) {
     );
 }
 
-/// Prints one cell of the table: one scene, one kind of ray, all engines.
+/// Prints one cell of the table: all engines for one scene and one kind of ray.
 pub fn table(rows: &[Row]) {
     let Some(first) = rows.first() else { return };
     println!(
@@ -122,7 +122,7 @@ pub fn list() {
     }
 }
 
-/// Prints one hostile case for all engines, with the ratio of each time to that of the plain case.
+/// Prints one hostile case for all engines, with the ratio of each time to that in the plain case.
 pub fn cliff(what: &str, rows: &[Row], plain: &[Row]) {
     println!("\n{what}");
     println!(

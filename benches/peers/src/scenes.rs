@@ -16,7 +16,7 @@ pub const SCENES: [&str; 11] = [
 /// The names of the closed generated scenes.
 pub const CLOSED: [&str; 5] = ["cube", "icosahedron", "torus", "sphere-1000", "sphere"];
 
-/// The numbers of triangles of the spheres in the growth chart.
+/// The triangle counts of the spheres in the growth chart.
 pub const GROWTH: [u32; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
 /// Subdivisions of an octahedron's edge. The number of triangles is 8 times its square: 1,312,200.
@@ -25,7 +25,7 @@ const SPHERE: u32 = 405;
 const TERRAIN: u32 = 2236;
 
 /// Creates a scene by its name: one of [`SCENES`], `sphere-` followed by the approximate number of
-/// triangles, or the path of a model.
+/// triangles, or the path to a model.
 pub fn scene(name: &str) -> Result<Scene, String> {
     let of = |mesh| Scene::of(mesh, 1.0).map_err(|e| format!("{name}: {e}"));
     if let Some(mesh) = solid(name) {
@@ -55,13 +55,13 @@ fn model(file: &str) -> Result<Mesh, String> {
         .map_err(|e| format!("{e}; set INTERTRI_MODELS to the folder"))
 }
 
-/// The folder of the shared models.
+/// Returns the folder of the shared models.
 fn folder() -> PathBuf {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models");
     std::env::var_os("INTERTRI_MODELS").map_or(beside, PathBuf::from)
 }
 
-/// The paths of all shared models, sorted.
+/// Returns the paths of all shared models, sorted.
 pub fn models() -> Result<Vec<String>, String> {
     let folder = folder();
     let failed = |e| format!("{}: {e}; set INTERTRI_MODELS to the folder", folder.display());
@@ -76,12 +76,12 @@ pub fn models() -> Result<Vec<String>, String> {
     Ok(paths)
 }
 
-/// The name of a scene in a table; for a path, the file name without its extension.
+/// Returns the name of a scene in a table. For a path, that is the file name without its extension.
 pub fn short(name: &str) -> String {
     Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The kitchen seen from inside, under a lamp.
+/// Returns the kitchen seen from inside, under a lamp.
 fn kitchen() -> Result<Scene, String> {
     let mesh = model("kitchen.obj")?;
     let camera = Camera::new([3.0, 1.7, 2.0], [-0.6, 0.9, -1.2], Camera::UP, 60.0);
@@ -89,7 +89,8 @@ fn kitchen() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [0.6, 2.3, 0.3] }, texture: None })
 }
 
-/// A Cornell box with 36 triangles, open toward the viewer: five walls, a lamp and two blocks.
+/// Returns a Cornell box with 36 triangles, open toward the viewer: five walls, a lamp and two
+/// blocks.
 fn cornell_box() -> Result<Scene, String> {
     let mut mesh = Mesh::default();
     let mut quad = |corners: [[f32; 3]; 4]| {
@@ -109,7 +110,7 @@ fn cornell_box() -> Result<Scene, String> {
         quad(wall(axis, end, 1.0));
     }
     quad(wall(1, 0.98, 0.3));
-    // A low block and a high one, rotated about the vertical axis.
+    // A short block and a tall one, rotated about the vertical axis.
     for (centre, half, turn) in [
         ([0.35, -0.7, 0.35], [0.3, 0.3, 0.3], [0.96, -0.28]),
         ([-0.35, -0.4, -0.3], [0.3, 0.6, 0.3], [0.96, 0.28]),
@@ -127,10 +128,11 @@ fn cornell_box() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [0.0, 0.9, 0.0] }, texture: None })
 }
 
-/// `n` boxes along each axis, separated by gaps as wide as the boxes, like the blocks of a town.
+/// Returns a grid of boxes, `n` along each axis, separated by gaps as wide as the boxes, like city
+/// blocks.
 fn boxes(n: u32) -> Mesh {
-    // A face at each end of each axis, counter-clockwise from outside. A corner's number has one
-    // bit per axis.
+    // A face at each end of each axis, counter-clockwise from outside. A corner's index has one bit
+    // per axis.
     const FACES: [[u32; 4]; 6] =
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let mut mesh = Mesh::default();
@@ -148,8 +150,8 @@ fn boxes(n: u32) -> Mesh {
     mesh
 }
 
-/// A sphere with bumps. Each face of an octahedron is divided into `n * n` triangles, so there are
-/// `8 * n * n` in total. Adjacent faces have the same bits along their common edge.
+/// Returns a bumpy sphere. Each face of an octahedron is divided into `n * n` triangles, so there
+/// are `8 * n * n` in total. Adjacent faces have the same bits along their common edge.
 fn displaced_sphere(n: u32) -> Mesh {
     let row = |i: u32| i * (i + 1) / 2;
     let mut mesh = Mesh::default();
@@ -180,7 +182,7 @@ fn displaced_sphere(n: u32) -> Mesh {
     mesh
 }
 
-/// A hilly landscape, seen from one of its hills toward the horizon.
+/// Returns a hilly landscape, seen from one of its hills toward the horizon.
 fn terrain() -> Result<Scene, String> {
     let n = TERRAIN;
     let height = |x: f64, z: f64| 0.25 * mountains([4.0 * x + 50.0, 20.0, 4.0 * z + 50.0], 9);
@@ -204,8 +206,8 @@ fn terrain() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [-3.0, 2.5, 1.0] }, texture: None })
 }
 
-/// Noise of several octaves, roughly from -1 to 1. It is computed with `+ - *` only, so it has the
-/// same bits everywhere.
+/// Returns noise with several octaves, roughly from -1 to 1. It is computed with only `+ - *`, so
+/// it has the same bits everywhere.
 fn mountains(p: [f64; 3], octaves: u32) -> f64 {
     let octave = |k: u32| {
         let scale = f64::from(1_u32 << k);
@@ -215,7 +217,7 @@ fn mountains(p: [f64; 3], octaves: u32) -> f64 {
     (0..octaves).map(octave).sum()
 }
 
-/// Random values at the points of the integer lattice, blended smoothly.
+/// Smoothly interpolates random values at the points of the integer lattice.
 fn noise(p: [f64; 3]) -> f64 {
     let cell = p.map(|x| x as i64);
     let s = [0, 1, 2].map(|k| {
@@ -229,7 +231,7 @@ fn noise(p: [f64; 3]) -> f64 {
     mix(along_y(0), along_y(4), s[2])
 }
 
-/// A random number in `-1..1`, the same for the same arguments.
+/// Returns a random number in `-1..1` that depends only on the arguments.
 pub fn random([x, y, z]: [u64; 3]) -> f64 {
     let mut h = x.wrapping_mul(0x9E37_79B9_7F4A_7C15)
         ^ y.wrapping_mul(0xC2B2_AE3D_27D4_EB4F)

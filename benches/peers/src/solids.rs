@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use intertri_scene::Mesh;
 
-/// The number of points around the torus and around its tube. The number of triangles is twice
+/// The numbers of points around the torus and around its tube. The number of triangles is twice
 /// their product.
 const TORUS: [u32; 2] = [96, 48];
 
@@ -18,10 +18,10 @@ pub fn solid(name: &str) -> Option<Mesh> {
     }
 }
 
-/// A cube from -1 to 1 along each axis: six squares of two triangles.
+/// Returns a cube from -1 to 1 along each axis: six squares of two triangles each.
 fn cube() -> Mesh {
     let positions = (0..8).map(|i| [0, 1, 2].map(|axis| (2 * (i >> axis & 1) - 1) as f32));
-    // The corners of a face share one bit; they are in order around the square.
+    // The corners of a face share one bit, and are listed in order around the square.
     let square = |face: u32| {
         let (axis, end) = (face / 2, face % 2);
         let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
@@ -32,8 +32,8 @@ fn cube() -> Mesh {
     Mesh { positions: positions.collect(), triangles, ..Mesh::default() }
 }
 
-/// Its vertices are the corners of three golden rectangles. Each face consists of three corners at
-/// a distance of 2 from each other.
+/// Returns an icosahedron, whose vertices are the corners of three golden rectangles. Each face
+/// consists of three vertices at a distance of 2 from each other.
 fn icosahedron() -> Mesh {
     let golden = f32::midpoint(1.0, 5.0_f32.sqrt());
     let corner = |i: usize| {
@@ -57,7 +57,7 @@ fn icosahedron() -> Mesh {
     Mesh { positions, triangles, ..Mesh::default() }
 }
 
-/// A tube of radius 0.4 around a circle of radius 1.
+/// Returns a torus: a tube of radius 0.4 around a circle of radius 1.
 fn torus() -> Mesh {
     let [m, n] = TORUS;
     let point = |i: u32, j: u32| {

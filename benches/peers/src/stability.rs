@@ -1,4 +1,4 @@
-//! The chart of how stable times are: nanoseconds per ray against what makes a scene hostile.
+//! The stability chart, which plots nanoseconds per ray against what makes a scene hostile.
 
 use intertri_lab::draw::{Anchor, Font, Log, Svg, power};
 
@@ -13,7 +13,7 @@ const OURS: [Group; 2] =
 const PANEL: [f64; 2] = [590.0, 360.0];
 const ACROSS: usize = 2;
 
-/// The title of a panel, the label of its axis, and a function that formats an amount.
+/// Returns the title of a panel, the label of its axis, and a function that formats an amount.
 fn described(kind: &str) -> (&str, &str, fn(f64) -> String) {
     match kind {
         "stray" => ("A stray triangle", "its distance, in sizes of the scene", distance),
@@ -43,8 +43,8 @@ fn factor(x: f64) -> String {
     if x < 10.0 { format!("{x:.1}") } else { format!("{x:.0}") }
 }
 
-/// A tracer's point in the chart: the geometric mean over the scenes of the nanoseconds per ray,
-/// the number of wrong answers, and the number of rays.
+/// Returns a tracer's point in the chart: the geometric mean of the nanoseconds per ray over the
+/// scenes, the number of wrong answers, and the number of rays.
 fn point(rows: &[&Row], group: &str) -> Option<(f64, usize, usize)> {
     let (mut logs, mut wrong, mut rays) = (Vec::new(), 0, 0);
     for scene in distinct(rows.iter().copied(), |row| row.scene.as_str()) {
@@ -60,7 +60,7 @@ fn point(rows: &[&Row], group: &str) -> Option<(f64, usize, usize)> {
     (!logs.is_empty()).then(|| (mean.exp(), wrong, rays))
 }
 
-/// One panel for each cause, with one line for each tracer.
+/// Draws one panel for each cause, with one line for each tracer.
 pub fn chart(rows: &[Row], caption: &str) -> Svg {
     let kinds = distinct(rows, |row| row.kind.as_str());
     let across = kinds.len().clamp(1, ACROSS);
@@ -150,8 +150,8 @@ fn labels(
     }
 }
 
-/// The same figures as a Markdown table: a row per case, with the nanoseconds per ray and wrong
-/// answers of each tracer.
+/// Formats the same figures as a Markdown table, with a row per case that lists the nanoseconds per
+/// ray and the wrong answers of each tracer.
 pub fn table(rows: &[Row]) -> String {
     let tracers: Vec<Group> = OURS.into_iter().chain(OTHERS).collect();
     let names: Vec<&str> = tracers.iter().map(|(_, name, _)| *name).collect();

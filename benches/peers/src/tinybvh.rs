@@ -1,8 +1,8 @@
-//! tinybvh's `BVH8_CPU`, its fastest layout for single-ray calls, through the crate `tinybvh-rs`.
+//! tinybvh's `BVH8_CPU`, its fastest layout for single-ray calls, through the `tinybvh-rs` crate.
 //!
-//! It requires AVX2. The C++ code is compiled for the CPU of the build machine, and the crate only
-//! offers this layout to programs that are compiled for AVX2, too. The crate has no any-hit query
-//! for this layout, so shadow rays search for the closest hit within their interval.
+//! It requires AVX2. The C++ code is compiled for the CPU of the build machine, and the crate
+//! offers this layout only to programs that are themselves compiled for AVX2. The crate has no
+//! any-hit query for this layout, so shadow rays search for the closest hit within their interval.
 
 use std::ops::Range;
 
@@ -30,7 +30,7 @@ struct Padded {
 
 impl Padded {
     fn new(ray: &Ray) -> Self {
-        // Inverts the direction as tinybvh's constructor does, but without normalizing it.
+        // Invert the direction as tinybvh's constructor does, but without normalizing it.
         let inverse = |x: f32| if x.abs() > 1e-12 { 1.0 / x } else { tinybvh_rs::INFINITE };
         let hit = tinybvh_rs::Intersection {
             t: tinybvh_rs::INFINITE.min(ray.t_max),
@@ -64,7 +64,7 @@ impl Tree {
 }
 
 impl TinyBvh {
-    /// Builds the tree with spatial splits, tinybvh's high-quality build.
+    /// Builds the tree with spatial splits, as tinybvh's high-quality build does.
     pub fn new(triangles: &[Triangle]) -> Result<Self, String> {
         let corner = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
         let corners: Vec<[f32; 4]> =

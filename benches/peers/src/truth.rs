@@ -1,4 +1,4 @@
-//! The true answers, and which other answers are equally right.
+//! The true answers, and a test of whether other answers are equally right.
 
 use intertri::{Mode, RayOf, SliceScalar, TriangleOf};
 
@@ -7,13 +7,13 @@ use crate::engine::Answer;
 /// The true answers for an engine.
 pub struct Truth<'a> {
     answers: &'a [Answer],
-    /// Whether a ray hits both triangles, at the same exact t.
+    /// Whether a ray hits both triangles at the same exact t.
     tied: Box<dyn Fn(usize, [u32; 2]) -> bool + 'a>,
 }
 
 impl<'a> Truth<'a> {
-    /// If two triangles are hit at the same exact t, either is right. Only our engines must return
-    /// the one with the lower index, because they guarantee it.
+    /// Creates the truth for an engine. If two triangles are hit at the same exact t, either is
+    /// right. Only our engines must return the one with the lower index, because they guarantee it.
     pub fn new<S: SliceScalar>(
         engine: &str,
         answers: &'a [Answer],
@@ -31,7 +31,7 @@ impl<'a> Truth<'a> {
         Self { answers, tied: Box::new(|_, _| false) }
     }
 
-    /// Counts the rays for which hit and miss are confused, and those with a hit on a wrong
+    /// Counts the rays with a hit reported as a miss or vice versa, and those with a hit on a wrong
     /// triangle. If every bit is guaranteed, another t counts as a wrong triangle.
     pub fn wrong(&self, answers: &[Answer], every_bit: bool) -> [usize; 2] {
         assert_eq!(answers.len(), self.answers.len(), "an answer for each ray");
@@ -50,13 +50,13 @@ impl<'a> Truth<'a> {
     }
 }
 
-/// Whether a ray hits both triangles, at the same exact t.
+/// Returns whether a ray hits both triangles at the same exact t.
 fn tied<S: SliceScalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, [a, b]: [u32; 2]) -> bool {
     let [Some(&a), Some(&b)] = [a, b].map(|index| triangles.get(index as usize)) else {
         return false;
     };
-    // If two triangles are hit at the same t, the first is reported as the closest, whatever their
-    // order.
+    // If two triangles are hit at the same t, the first is reported as the closest, regardless of
+    // their order.
     let is_first_closest = |pair: [TriangleOf<S>; 2]| {
         Mode::exact().closest(&pair, ray).is_some_and(|hit| hit.triangle == 0)
     };
@@ -69,18 +69,18 @@ mod tests {
 
     use super::*;
 
-    /// A ray along the z axis.
+    /// Returns a ray along the z axis.
     fn ray() -> Ray {
         Ray::new([0.0; 3], [0.0, 0.0, 1.0])
     }
 
-    /// A triangle around the z axis, at a given height.
+    /// Returns a triangle around the z axis, at a given height.
     fn around(z: f32) -> Triangle {
         TriangleOf([[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]])
     }
 
-    /// The counts of wrong answers if the truth is triangle 0 at t = 1, and an engine gives another
-    /// answer.
+    /// Returns the counts of wrong answers if the truth is triangle 0 at t = 1 and an engine
+    /// returns `answer`.
     fn wrong(engine: &str, triangles: &[Triangle], answer: Answer) -> [usize; 2] {
         let truth = [Answer { triangle: 0, t: 1.0 }];
         Truth::new(engine, &truth, triangles, &[ray()]).wrong(&[answer], false)

@@ -1,5 +1,5 @@
 //! Scenes at map coordinates: a kilometre across, half a million metres east and four and a half
-//! million north, in f64. Tracers in f32 get the same scene rounded.
+//! million north, in f64. Tracers in f32 get the same scene, rounded.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,10 +23,10 @@ const MOVED: [f64; 2] = [5e5, 4.5e6];
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes to trace, as for `rays`.
+    /// Scenes to trace; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// Engines to measure, as for `rays`; `exact` and `exact-query` use f64.
+    /// Engines to measure; see the `rays` command. `exact` and `exact-query` use f64.
     #[arg(
         long,
         value_delimiter = ',',
@@ -36,13 +36,13 @@ pub struct Options {
     /// Seconds per engine and scene.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along each side of the picture, a power of two.
+    /// Width and height of the image in pixels; a power of two.
     #[arg(long, default_value_t = 512)]
     size: u32,
     /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -78,7 +78,7 @@ impl Town {
         Ok(Self { triangles, bvh, rays, rounded: Scene { mesh, ..scene } })
     }
 
-    /// The engines, each with the rays in its own precision.
+    /// Builds the engines, each with the rays in its own precision.
     fn engines(
         &self,
         options: &Options,
@@ -119,7 +119,7 @@ impl Town {
         Ok(all)
     }
 
-    /// The true answers for the scene in f64.
+    /// Returns the true answers for the scene in f64.
     fn truth(&self) -> Vec<Answer> {
         let answer = |ray| {
             let hit = self.bvh.closest(ray);
@@ -140,7 +140,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         let town = Town::new(name, options)?;
         let answers = town.truth();
         let mut engines = town.engines(options, api.as_ref())?;
-        // Each engine has its own rays, so only the number of these matters.
+        // Each engine has its own rays, so only the number of these rays matters.
         let rays: Vec<Ray> = town.rays.iter().map(rounded).collect();
         let question = crate::rays::Kind::Primary.question();
         // Tracers in f32 trace the rounded scene, but the f64 scene defines what is right.

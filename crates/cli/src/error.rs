@@ -18,32 +18,32 @@ pub(crate) struct Error {
 pub(crate) type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An error with this message, and exit code 1.
+    /// Creates an error with this message and exit code 1.
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self { what: what.into(), code: 1 }
     }
 
-    /// An error in the command line, with exit code 2.
+    /// Creates an error in the command line, with exit code 2.
     pub(crate) fn usage(what: impl Into<String>) -> Self {
         Self { what: what.into(), code: 2 }
     }
 
-    /// An error about a file or stream.
+    /// Creates an error about a file or stream.
     pub(crate) fn at(place: impl fmt::Display, cause: impl fmt::Display) -> Self {
         Self::new(format!("{place}: {cause}"))
     }
 
-    /// The same error, preceded by the name of the file.
+    /// Returns the same error, preceded by the name of the file.
     pub(crate) fn of(self, file: &Path) -> Self {
         Self { what: format!("{}: {}", file.display(), self.what), ..self }
     }
 
-    /// An error about something that needs too much memory.
+    /// Creates an error about something that needs too much memory.
     pub(crate) fn no_memory(what: impl fmt::Display) -> Self {
         Self::new(format!("{what} need more memory than is available"))
     }
 
-    /// An error about a thread that did not start.
+    /// Creates an error about a thread that did not start.
     pub(crate) fn no_thread(cause: impl fmt::Display) -> Self {
         Self::new(format!(
             "cannot start a thread: {cause}; free some memory, or set RAYON_NUM_THREADS=1"
@@ -83,7 +83,7 @@ from!(
 pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // If the reader closed standard output, nobody wants the help.
+            // If the reader closed standard output, the help is no longer wanted.
             let _ = error.print();
             ExitCode::SUCCESS
         }

@@ -1,4 +1,4 @@
-//! The program `intertri`: draws models, traces files of rays, and runs measurements.
+//! The `intertri` program: draws models, traces files of rays, and runs measurements.
 //!
 //! The exit code is 0 only if the program did everything that the user requested, 1 if it could
 //! not, and 2 if the command line was invalid. An error is one line on standard error.
@@ -18,10 +18,9 @@ use crate::commands::{advise, bench, build, chart, crossover, inspect, render, s
 /// Ray/triangle intersection: trace in f32, answer in f64, or exactly.
 ///
 /// The default engine, exact, is correct for the coordinates as given; oracle computes the same
-/// answers with a plain loop in rational arithmetic. The engines certified and reference both
-/// return the answers of the scalar f64 reference, bit for bit, and only differ in speed. The
-/// engine fixed snaps the scene to a grid, on which it is exact; the engine raster draws without
-/// rays.
+/// answers with a plain loop in rational arithmetic. The certified and reference engines both
+/// return the answers of the scalar f64 reference, bit for bit, and only differ in speed. The fixed
+/// engine snaps the scene to a grid, on which it is exact; the raster engine draws without rays.
 #[derive(Parser)]
 #[command(name = "intertri", version)]
 struct CommandLine {

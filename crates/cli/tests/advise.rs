@@ -1,5 +1,5 @@
-//! Tests of `advise`: its predictions are never too optimistic, and bad input results in a one-line
-//! error.
+//! Tests that the predictions of `advise` are never too optimistic, and that bad input results in a
+//! one-line error.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! Tests of `bench` in the real binary: every engine answers every kind of ray, and all give the
-//! same answers.
+//! Tests `bench` through the compiled binary: every engine answers every kind of ray, and all
+//! except `fixed` report the same number of hits.
 
 use crate::common::{MODEL, TestFolder};
 use serde_json::Value;
@@ -21,7 +21,7 @@ fn all_engines_answer_all_kinds_of_rays() {
         for rate in four {
             assert_eq!(rate["rays"], kind);
             assert!(rate["million_a_second"].as_f64().unwrap() > 0.0, "{rate}");
-            // This model is so small that the reference traces all rays, too.
+            // This model is so small that the reference also traces all rays.
             if rate["engine"] != "fixed" {
                 assert_eq!(rate["hits"], four[0]["hits"], "{rate}");
             }

@@ -1,11 +1,12 @@
-//! Saved hierarchies give the same answers and pictures as the models that they were built from.
+//! Tests that saved hierarchies give the same answers and images as the models they were built
+//! from.
 
 use intertri::{Triangle, Triangle64};
 use intertri_trace::Bvh;
 
 use crate::common::{MODEL, TestFolder};
 
-/// Four corners of a wall in UTM coordinates, where adjacent f32 are up to 6.3 cm apart.
+/// Four corners of a wall in UTM coordinates, where adjacent f32 values are up to 6.3 cm apart.
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
                     v 148376.213 528980.447 3\nf 1 2 3\nf 1 1 2\nf 1 3 4\n";
 
@@ -23,7 +24,7 @@ const RAYS: &str = "ox,oy,oz,dx,dy,dz\n0,0,0,0.02,0.03,1\n0,0,0,0.5,0.25,1\n0.25
 #[test]
 fn a_saved_hierarchy_is_a_model() {
     let place = TestFolder::new();
-    // One triangle has no area, but it keeps its number.
+    // One triangle has no area, but it keeps its index.
     let model = format!("{MODEL}f 1 1 2\nf 4 6 5\n");
     place.put("m.obj", &model).put("rays.csv", RAYS);
     let report = place.ok("build m.obj -o m.itri --json");

@@ -1,5 +1,5 @@
-//! Tests of `chart` and `stress` in the real binary: the files are valid, the reports confirm what
-//! the kernel guarantees, and a seed reproduces its counts.
+//! Tests `chart` and `stress` through the compiled binary: the files are valid, the reports confirm
+//! what the kernel guarantees, and a seed reproduces its counts.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
@@ -28,7 +28,7 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
         match file.rsplit_once('.').unwrap().1 {
             "png" => assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000),
             "html" => {
-                // The page contains all pictures, supports light and dark mode, and loads nothing
+                // The page contains all charts, supports light and dark mode, and loads nothing
                 // from elsewhere.
                 let text = String::from_utf8(bytes).unwrap();
                 assert!(text.starts_with("<!DOCTYPE html>") && text.ends_with("</html>\n"));
@@ -158,7 +158,7 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
     };
     assert!(wrong("f64") == 0 && wrong("rounded to f32") > 1000);
 
-    // The same seed gives the same counts, and another seed gives others.
+    // The same seed gives the same counts, and a different seed gives different ones.
     let table = |seed: u32| {
         let run = format!("stress --quick --seed {seed} -o seed-{seed}");
         let text = String::from_utf8(place.ok(&run)).unwrap();

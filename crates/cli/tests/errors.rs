@@ -1,5 +1,5 @@
-//! Every invalid input results in one line that says what is wrong and where, an exit code, and no
-//! panic.
+//! Tests that every invalid input results in an exit code and one line that says what is wrong and
+//! where, and never in a panic.
 
 use crate::common;
 use crate::common::{MODEL, NO_SUCH_FILE, TestFolder};
@@ -11,7 +11,7 @@ fn bad_model(name: &str, bytes: &[u8], words: &[&str]) {
     place.fails(&format!("render {name}"), 1, words);
     place.fails(&format!("trace {name} --rays rays.csv"), 1, words);
     place.fails(&format!("trace {name} --rays rays.csv -o out.csv"), 1, words);
-    // Neither command leaves a picture or answers, complete or partial.
+    // Neither command leaves an image or answers behind, complete or partial.
     let mut left = [name, "rays.csv"];
     left.sort_unstable();
     assert_eq!(place.names(), left);

@@ -1,5 +1,5 @@
-//! Tests of the engine `exact` in the real binary: it is the default, counts edges by both rules,
-//! and agrees with the oracle.
+//! Tests the `exact` engine through the compiled binary: it is the default, counts edges by both
+//! rules, and agrees with the oracle.
 
 use crate::common::TestFolder;
 use serde_json::Value;
@@ -12,7 +12,8 @@ fn text(place: &TestFolder, arguments: &str) -> String {
     String::from_utf8(place.ok(arguments)).unwrap()
 }
 
-/// A square whose two triangles share a diagonal, and rays through the diagonal from either side.
+/// Creates a folder with a square whose two triangles share a diagonal, and rays through the
+/// diagonal from either side.
 fn square() -> TestFolder {
     let place = TestFolder::new();
     place.put("m.obj", "v 0 0 5\nv 1 0 5\nv 0 1 5\nv 1 1 5\nf 1 2 3\nf 4 3 2\n");
@@ -139,6 +140,6 @@ fn other_engines_may_differ_where_the_oracle_says_so() {
         assert_eq!(check["differing_hits"], check["excused_hits"], "{check}");
         assert!(check["excused_hits"].as_u64() > Some(100), "{told}");
     }
-    // If it is compared with `exact`, the rasterizer has no threshold either.
+    // When compared with `exact`, the rasterizer has no threshold either.
     place.ok("render tiny.obj --size 61x45 --check raster");
 }

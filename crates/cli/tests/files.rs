@@ -1,4 +1,4 @@
-//! Files and streams: an existing file stays unchanged, or is replaced by a complete one.
+//! Tests files and streams: an existing file stays unchanged, or is replaced by a complete one.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
@@ -43,7 +43,7 @@ fn a_run_that_is_told_to_end_leaves_nothing() {
     }
 }
 
-/// Whether this process, and therefore its children, ignores a signal.
+/// Returns whether this process, and therefore its children, ignores a signal.
 #[cfg(unix)]
 fn is_ignored(number: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -68,7 +68,7 @@ fn a_picture_that_is_told_to_end_leaves_nothing() {
     }
 }
 
-/// `nohup` and the background jobs of a shell require this.
+/// `nohup` and the background jobs of a shell rely on this.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_signal_that_was_ignored_at_the_start_is_ignored() {
@@ -206,7 +206,7 @@ fn a_closed_standard_output_is_an_error() {
             shell.arg(env!("CARGO_BIN_EXE_intertri")).output().unwrap()
         };
         one_line(line, &run(">&-"), 1, &["standard output", "closed"]);
-        // Discarding the answers is allowed, however it is written.
+        // Discarding the answers is allowed with any form of redirection.
         for away in [">/dev/null", "1<>/dev/null", ">&- >/dev/null"] {
             let output = run(away);
             assert_eq!((output.status.code(), output.stderr), (Some(0), vec![]), "{line} {away}");
@@ -218,7 +218,7 @@ fn a_closed_standard_output_is_an_error() {
 fn answers_do_not_wait_for_the_next_rays() {
     let raw = [0.25_f32, 0.25, 0.0, 0.0, 0.0, 0.0, 1.0, f32::INFINITY].map(f32::to_le_bytes);
     let raw = raw.as_flattened();
-    // Three writes, of which the last two end in the middle of a ray.
+    // Three writes; the last two end in the middle of a ray.
     let csv: [&[u8]; 3] =
         [b"\xef\xbb\xbf\nox,oy,oz,dx,dy,dz\n0.25,0.2", b"5,0,0,0,1\n0.25", b",0.25,0,0,0,1\n0"];
     let raw = [&raw[..5], &[&raw[5..], &raw[..9]].concat(), &[&raw[9..], &raw[..1]].concat()];
@@ -241,7 +241,7 @@ fn answers_do_not_wait_for_the_next_rays() {
     }
 }
 
-/// The signals that this process and its children ignore, with bit 0 for signal 1.
+/// Returns the signals that this process and its children ignore, with bit 0 for signal 1.
 #[cfg(target_os = "linux")]
 fn ignored() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap();

@@ -1,4 +1,4 @@
-//! Tests of the engine `fixed` in the real binary: its grid, its check, and its errors.
+//! Tests the `fixed` engine through the compiled binary: its grid, check, and errors.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
@@ -96,7 +96,7 @@ fn same(a: &[u8], b: &[u8]) {
     }
 }
 
-/// Multiples of one half are on every grid that is used here, so snapping moves nothing.
+/// Multiples of one half lie on every grid used here, so snapping moves nothing.
 #[test]
 fn rays_are_answered_on_a_grid_with_room_for_their_origins() {
     let place = TestFolder::new();
@@ -134,7 +134,7 @@ fn rays_are_answered_on_a_grid_with_room_for_their_origins() {
     assert_eq!(place.names(), ["a.csv", "m.obj", "rays.csv"]);
 }
 
-/// Rays that start near the model, at points that are on no grid.
+/// Returns rays that start near the model, at points that lie on no grid.
 fn near(count: usize) -> String {
     let wave = |i: usize, k: f32| (i as f32 * k).sin();
     let ray =

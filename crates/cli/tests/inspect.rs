@@ -1,4 +1,4 @@
-//! Tests of `inspect`: it reports open edges, flipped triangles and duplicates.
+//! Tests that `inspect` reports open edges, flipped triangles and duplicates.
 
 use crate::common::TestFolder;
 
@@ -17,19 +17,19 @@ fn defects_are_counted_and_named() {
 
     let open = text(&place, "f 1 3 2\nf 1 2 4\nf 1 4 3\n");
     assert!(
-        open.contains("3 open edges, which belong to one triangle alone: the first from "),
+        open.contains("3 open edges, which belong to only one triangle: the first from "),
         "{open}"
     );
     assert!(open.ends_with("the model is not closed\n"), "{open}");
 
     let turned = text(&place, "f 2 3 1\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-    let line = "3 edges between triangles that are turned against each other: \
+    let line = "3 edges between triangles with opposite orientations: \
                 the first from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0], in triangle 0\n";
     assert!(turned.contains(line), "{turned}");
 
     let doubled = text(&place, "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 3 2 1\n");
     assert!(
-        doubled.contains("3 edges of three triangles or more, which do not pair up"),
+        doubled.contains("3 edges of three or more triangles that do not pair up"),
         "{doubled}"
     );
     let line =

@@ -1,4 +1,4 @@
-//! Runs that are interrupted, and outputs that cannot be written.
+//! Tests interrupted runs and outputs that cannot be written.
 
 use crate::common::{MODEL, TestFolder};
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! The position of the light in the real binary: traced shadow rays, shadow volumes, and the check
-//! that compares them.
+//! Tests light positions through the compiled binary: traced shadow rays, shadow volumes, and the
+//! check that compares them.
 
 use crate::common;
 use crate::common::TestFolder;
@@ -81,7 +81,7 @@ fn a_light_so_far_away_that_shadows_suffer_is_told_of() {
     let arguments = "render m.obj --size 61x45 --engine certified --light 3e5,1e6,2e5";
     common::one_line(arguments, &place.run(arguments), 0, &["far away", "--sun X,Y,Z"]);
     place.ok(&format!("{arguments} --shadows none"));
-    // Exact shadow rays start on the surface, so their shadows do, too.
+    // Exact shadow rays start on the surface, so shadows also start there.
     let of = |arguments: &str| report(&place, &format!("--engine exact {arguments}"));
     let [far, sun] = [of("--light 3e5,1e6,2e5"), of("--sun 0.3,1,0.2")];
     assert!((far["dark"].as_i64().unwrap() - sun["dark"].as_i64().unwrap()).abs() < 5);

@@ -1,4 +1,4 @@
-//! Tests of the program from outside: they run the real binary in a temporary folder. All tests
+//! Tests the program from outside, by running the compiled binary in a temporary folder. All tests
 //! form one program, which is linked once.
 
 mod advise;

@@ -1,4 +1,4 @@
-//! Running out of memory results in one line and exit code 1, wherever it happens.
+//! Tests that running out of memory results in one line and exit code 1, wherever it happens.
 #![cfg(target_os = "linux")]
 
 use crate::common;
@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 use crate::common::{MODEL, TestFolder};
 
-/// A sheet of `2 * cells * cells` triangles, as a binary PLY.
+/// Writes a sheet of `2 * cells * cells` triangles, as a binary PLY.
 fn sheet(place: &TestFolder, name: &str, cells: u32) {
     let mut file = BufWriter::new(File::create(place.path(name)).unwrap());
     let (side, faces) = (cells + 1, 2 * cells * cells);
@@ -95,8 +95,8 @@ fn any_limit_ends_in_one_line() {
     }
 }
 
-/// The largest allocations report an error wherever memory runs out: those of the rays, their
-/// origins and the answers.
+/// The largest allocations, which hold the rays, their origins and the answers, report an error
+/// wherever memory runs out.
 #[test]
 fn rays_that_are_measured_end_in_one_line_of_the_program() {
     let place = TestFolder::new();

@@ -1,5 +1,6 @@
-//! Malformed files are read if nothing has to be guessed, and are never misread silently. One line
-//! for each kind of problem says what was omitted, repaired or guessed, and how often.
+//! Tests that malformed files are read if nothing has to be guessed, and are never misread
+//! silently. One line for each kind of problem says what was omitted, repaired or guessed, and how
+//! often.
 
 use crate::common::{TestFolder, one_line};
 
@@ -17,7 +18,8 @@ fn with(name: &str, model: impl AsRef<[u8]>) -> TestFolder {
     place
 }
 
-/// The triangles that the three rays hit, as in the answers: `0,1,` stands for two hits and a miss.
+/// Returns the triangles that the three rays hit, as in the answers: `0,1,` stands for two hits and
+/// a miss.
 fn hits(answers: &[u8]) -> String {
     let text = String::from_utf8_lossy(answers);
     text.lines().skip(1).map(|line| line.split(',').nth(1).unwrap()).collect::<Vec<_>>().join(",")
@@ -162,7 +164,8 @@ fn missing_texture_coordinates_are_not_an_error() {
     reads("m.obj", format!("{SQUARE}vt nan nan\nf 1 2 3 4\n"), "0,1,");
 }
 
-/// An ASCII PLY of the square, whose header states this number of faces.
+/// Returns a PLY of the square with ASCII vertices, whose header states `format` and this number of
+/// faces.
 fn ply(format: &str, faces: usize, payload: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -233,7 +236,7 @@ const FACETS: &str = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0
     endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex 0 1 0\n\
     endloop\nendfacet\n";
 
-/// A binary STL of the same triangles, whose header states `promised` triangles.
+/// Returns a binary STL of the same triangles, whose header states `promised` triangles.
 fn stl(promised: u32) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
     bytes.extend(promised.to_le_bytes());
@@ -325,7 +328,8 @@ fn tiny_and_distant_models_have_different_messages() {
     one_line(line, &place.run(line), 0, &["lies so far from 0 that", "--scalar f64"]);
 }
 
-/// Unit cubes whose corners run counter-clockwise as seen from outside, placed by the given nodes.
+/// Writes a glTF with unit cubes, placed by the given nodes. The corners of each face run
+/// counter-clockwise as seen from outside.
 fn cubes(place: &TestFolder, nodes: &str) {
     let corners = (0..8_u8).flat_map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f32::from));
     let faces: [[u16; 4]; 6] =

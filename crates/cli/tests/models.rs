@@ -1,4 +1,5 @@
-//! One model in every format. The real binary must draw the same picture from each, byte for byte.
+//! Tests one model in every format. The compiled binary must draw the same image from each, byte
+//! for byte.
 
 use std::io::Write;
 
@@ -19,7 +20,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     gzip.finish().unwrap()
 }
 
-/// The positions, at half size and moved, followed by the indices.
+/// Returns the positions, at half size and moved, followed by the indices.
 fn buffer() -> Vec<u8> {
     let small = POINTS.as_flattened().iter().map(|x| x / 2.0 - 4.0);
     let mut bytes: Vec<u8> = small.flat_map(f32::to_le_bytes).collect();
@@ -27,7 +28,7 @@ fn buffer() -> Vec<u8> {
     bytes
 }
 
-/// A glTF whose nodes undo the changes to the positions.
+/// Returns a glTF whose nodes undo the changes to the positions.
 fn gltf(uri: &str) -> String {
     let uri = if uri.is_empty() { String::new() } else { format!("\"uri\":\"{uri}\",") };
     format!(
@@ -62,12 +63,12 @@ fn ply(format: &str, faces: &str) -> String {
     )
 }
 
-/// The positions, one per line.
+/// Returns the positions, one per line.
 fn points() -> String {
     POINTS.map(|[x, y, z]| format!("{x} {y} {z}\n")).concat()
 }
 
-/// A PLY with strips for the base and the sides, separated by -1.
+/// Returns a PLY with strips for the base and the sides, separated by -1.
 fn strips(text: bool) -> Vec<u8> {
     let faces = "element tristrips 1\nproperty list int int vertex_indices";
     let list = [1, 0, 2, 3, -1, 0, 4, 1, -1, 1, 4, 2, -1, 2, 4, 3, -1, 3, 4, 0];
@@ -82,7 +83,7 @@ fn strips(text: bool) -> Vec<u8> {
     file
 }
 
-/// Draws each file, and checks that all pictures are the same.
+/// Draws each file, and checks that all images are the same.
 fn same_picture(place: &TestFolder, names: &[&str]) {
     place.put("whole.obj", OBJ).ok("render whole.obj --size 120x90 -o whole.png");
     for name in names {

@@ -1,4 +1,4 @@
-//! Answers are for the numbers in the files, and rounded numbers are counted.
+//! Tests that answers are for the numbers in the files, and that rounded numbers are counted.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::common::TestFolder;
 
-/// A wall that runs east in UTM coordinates, where adjacent f32 are up to 6.3 cm apart.
+/// A wall that runs east in UTM coordinates, where adjacent f32 values are up to 6.3 cm apart.
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
                     v 148376.213 528980.447 3\nf 1 2 3\nf 1 3 4\n";
 
@@ -38,7 +38,7 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
             .map(|scalar| place.ok(&format!("trace wall.obj --rays near.csv {query} {scalar}")));
         assert_eq!(default, double, "{query}");
     }
-    // This holds whatever type an ASCII PLY declares for its decimals.
+    // This holds regardless of the type that an ASCII PLY declares for its decimals.
     let lines =
         |first| WALL.split_terminator('\n').filter_map(move |line| line.strip_prefix(first));
     let vertices = lines("v ").collect::<Vec<_>>().join("\n");
@@ -70,7 +70,7 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
 const DECIMALS: &str = "v 0.1 0.1 0.3\nv 1.1 0.1 0.3\nv 0.1 1.1 0.3\nf 1 2 3\n";
 const BINARY: &str = "v 0 0 0.25\nv 1 0 0.25\nv 0 1 0.75\nf 1 2 3\n";
 
-/// The t in the first line of answers.
+/// Returns the t in the first line of answers.
 fn t(answers: &str) -> f64 {
     answers.lines().nth(1).unwrap().split(',').nth(2).unwrap().parse().unwrap()
 }

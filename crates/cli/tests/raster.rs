@@ -1,5 +1,5 @@
-//! Tests of the independent rasterizer in the real binary: the z-buffer, shadow volumes, checks
-//! against rays, wire drawings and textures.
+//! Tests the independent rasterizer through the compiled binary: the z-buffer, shadow volumes,
+//! checks against rays, wire drawings and textures.
 
 use crate::common;
 use crate::common::{MODEL, TestFolder};
@@ -63,7 +63,7 @@ fn a_difference_that_nothing_excuses_fails() {
         common::one_line(&arguments, &output, 1, &["intertri.diff.png", "pixels differ"]);
         assert_eq!(place.names(), ["intertri.diff.png", "intertri.png", "m.obj"]);
     }
-    // The engines that trace rays agree with each other in this case, too.
+    // The engines that trace rays also agree with each other in this case.
     place.ok(&format!("{look} --engine reference --check certified"));
 }
 
@@ -129,7 +129,8 @@ fn the_documents_pattern_can_be_seen() {
     let look = "--size 256x256 --shadows none --eye 0.5,0.5,1 --target 0.5,0.5,0";
     place.ok(&format!("render quad.obj {look} --texture xor"));
     let image = Image::read(&place.path("intertri.png")).unwrap();
-    // A row through the middle. Its cells must be wide enough to be visible, and differ enough.
+    // Take a row through the middle. Its cells must be wide enough to be visible, and differ enough
+    // in brightness.
     let row = &image.pixels()[128 * 256..129 * 256];
     let grey = |pixel: &[u8; 3]| i32::from(pixel[1]);
     let (dark, bright) = (row.iter().map(grey).min().unwrap(), row.iter().map(grey).max().unwrap());

@@ -1,4 +1,4 @@
-//! Tests of the pictures and reports of the real binary.
+//! Tests the images and reports of the compiled binary.
 
 use crate::common;
 use crate::common::{MODEL, TestFolder};
@@ -13,7 +13,7 @@ fn the_built_in_scene_is_the_reference_s_in_every_pixel() {
     assert_eq!(report["check"]["engine"], "reference");
     assert_eq!(report["rays"], 96 * 72);
     assert_eq!(report["model"], Value::Null);
-    // The picture is neither all background nor all floor.
+    // The image is neither all background nor all floor.
     assert!((3000..6500).contains(&report["hits"].as_u64().unwrap()), "{report}");
     assert_eq!(report["hits"], report["shadow_rays"]);
     assert_eq!(place.names(), ["intertri.diff.png", "intertri.png"]);

@@ -1,5 +1,5 @@
-//! Tests of `--scalar` in the real binary: what f64 reads, answers, draws and refuses, and what f32
-//! rounds.
+//! Tests `--scalar` through the compiled binary: what is read, answered, drawn and refused in f64,
+//! and what is rounded in f32.
 
 use std::fmt::Write;
 use std::io::Write as _;
@@ -7,12 +7,12 @@ use std::io::Write as _;
 use crate::common::TestFolder;
 use serde_json::Value;
 
-/// The position of a surveyed wall, where adjacent f32 are 1.6 cm apart to the east and 6.3 cm
-/// apart to the north.
+/// The position of a surveyed wall, where adjacent f32 values are 1.6 cm apart to the east and 6.3
+/// cm apart to the north.
 const EAST: f64 = 148_376.213;
 const NORTH: f64 = 528_980.447;
 
-/// A wall that runs east, 4 m long and 3 m high: its four corners.
+/// The four corners of a wall that runs east, 4 m long and 3 m high.
 const WALL: [[f64; 3]; 4] =
     [[EAST, NORTH, 0.0], [EAST + 4.0, NORTH, 0.0], [EAST + 4.0, NORTH, 3.0], [EAST, NORTH, 3.0]];
 
@@ -21,8 +21,8 @@ fn obj() -> String {
     WALL.map(vertex).concat() + "f 1 2 3\nf 1 3 4\n"
 }
 
-/// Rays that start at these distances north of the wall, with `way` as the north component of the
-/// direction.
+/// Returns rays that start at these distances north of the wall, with `way` as the north component
+/// of their direction.
 fn csv(offsets: &[f64], way: f64) -> String {
     let mut text = String::from("ox,oy,oz,dx,dy,dz\n");
     for off in offsets {
@@ -35,7 +35,7 @@ fn text(place: &TestFolder, arguments: &str) -> String {
     String::from_utf8(place.ok(arguments)).unwrap()
 }
 
-/// The cells of each line except the first.
+/// Returns the cells of each line except the first.
 fn cells(csv: &str) -> Vec<Vec<String>> {
     csv.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
@@ -97,7 +97,7 @@ fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
     refused("f64", "range of f64");
 }
 
-/// The wall in each format, in f64 if the format supports it.
+/// Reads the wall from each format, in f64 if the format supports it.
 #[test]
 fn models_are_read_in_f64_where_they_have_it() {
     let place = TestFolder::new();

@@ -1,4 +1,4 @@
-//! Tests of the real binary with files of rays.
+//! Tests the compiled binary with files of rays.
 
 use crate::common;
 use std::io::Read;
@@ -7,7 +7,7 @@ use std::process::Stdio;
 use crate::common::{MODEL, TestFolder};
 use intertri::Ray;
 
-/// Rays that hit none, one or several of the triangles, and some invalid rays.
+/// Returns rays that hit none, one or several of the triangles, and some invalid rays.
 fn rays() -> Vec<Ray> {
     let mut rays = vec![
         Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]),
@@ -40,7 +40,7 @@ fn raw(rays: &[Ray]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// A folder with the model, and with the rays in both formats.
+/// Creates a folder with the model, and with the rays in both formats.
 fn place() -> TestFolder {
     let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.csv", csv(&rays())).put("rays.f32", raw(&rays()));
@@ -51,7 +51,7 @@ fn text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap()
 }
 
-/// The cells of each line except the first.
+/// Returns the cells of each line except the first.
 fn cells(csv: &str) -> Vec<Vec<&str>> {
     csv.lines().skip(1).map(|line| line.split(',').collect()).collect()
 }

@@ -7,8 +7,8 @@
 //!                                     t = n·A / D
 //! ```
 //!
-//! These coefficients are used by the filter for rays from one origin, for the weights of every
-//! hit, and by the z-buffer.
+//! The filter uses these coefficients for rays from one origin. They also yield the weights of
+//! every hit, and the z-buffer uses them.
 
 use crate::Triangle;
 use crate::simd::Lanes;
@@ -40,13 +40,13 @@ pub struct Coefficients<D = f64> {
 }
 
 impl<D: Lanes<Scalar = f64>> Coefficients<D> {
-    /// The coefficients of triangles relative to an origin.
+    /// Computes the coefficients of triangles relative to an origin.
     #[inline(always)]
     pub(crate) fn of([c1, c2, c3]: [Vec3<D>; 3], origin: Vec3<D>) -> Self {
         Self::along(c1 - origin, c2 - c1, c3 - c1)
     }
 
-    /// The coefficients from the vector to c1 and the edges, in any coordinate axes.
+    /// Computes the coefficients from the vector to c1 and the edges, in any coordinate axes.
     #[inline(always)]
     pub(crate) fn along(a: Vec3<D>, h4: Vec3<D>, h5: Vec3<D>) -> Self {
         Self { a, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
@@ -54,17 +54,17 @@ impl<D: Lanes<Scalar = f64>> Coefficients<D> {
 }
 
 impl Coefficients {
-    /// The coefficients of a triangle relative to an origin.
+    /// Computes the coefficients of a triangle relative to an origin.
     #[inline]
     pub fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
         let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
         Self::of(triangle.0.map(vec3), vec3(origin))
     }
 
-    /// The weights u of c2 and v of c3 at the point where the line through the origin along `dir`
-    /// intersects the triangle's plane, inside or outside the triangle. The length of `dir` does
-    /// not matter. The weights are not finite if the line is parallel to the plane or an input is
-    /// not finite.
+    /// Returns the weights u of c2 and v of c3 at the point where the line through the origin along
+    /// `dir` intersects the triangle's plane, inside or outside the triangle. The length of `dir`
+    /// does not matter. The weights are not finite if the line is parallel to the plane or an input
+    /// is not finite.
     ///
     /// ```
     /// use intertri::internal::Coefficients;

@@ -1,4 +1,4 @@
-//! The test `InterTri` of document A in f64 lanes, with the document's operations in the document's
+//! Document A's `InterTri` test in f64 lanes, with the document's operations in the document's
 //! order.
 //!
 //! ```text
@@ -46,20 +46,20 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         Self { c1, c2, nrm, h4, h5, h6 }
     }
 
-    /// `nrm & dir`, and the `t` of the plane.
+    /// Returns `nrm & dir` and the `t` of the plane.
     #[inline(always)]
     fn plane(&self, org: Vec3<D>, dir: Vec3<D>) -> (D, D) {
         let vd = self.nrm.dot(dir);
         (vd, self.nrm.dot(self.c1 - org) / vd)
     }
 
-    /// The `t` of [`Tri::inter_tri`], without the test for a hit.
+    /// Returns the `t` of [`Tri::inter_tri`], without the test for a hit.
     #[inline(always)]
     pub(crate) fn t(&self, org: Vec3<D>, dir: Vec3<D>) -> D {
         self.plane(org, dir).1
     }
 
-    /// The document's test: the lanes that hit the triangle, and their `t`.
+    /// Performs the document's test. Returns the lanes that hit the triangle, and their `t`.
     #[inline(always)]
     pub(crate) fn inter_tri(&self, org: Vec3<D>, dir: Vec3<D>, threshold: f64) -> (D::Mask, D) {
         let zero = D::splat(0.0);
@@ -80,7 +80,7 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         (!(parallel | outside) & t.gt(threshold), t)
     }
 
-    /// The test [`Tri::inter_tri`] within the rays' intervals: `t_min <= t < t_max`.
+    /// Performs [`Tri::inter_tri`] within the rays' intervals: `t_min <= t < t_max`.
     #[inline(always)]
     pub(crate) fn hit(&self, rays: &RayLanes<D>, threshold: f64) -> (D::Mask, D) {
         let (hit, t) = self.inter_tri(rays.org, rays.dir, threshold);
@@ -107,7 +107,7 @@ pub(crate) fn hit<S: Scalar>(
     hit.then_some(t)
 }
 
-/// The reference's t of a triangle that is known to be hit.
+/// Returns the reference's t for a triangle that is known to be hit.
 #[inline(always)]
 pub(crate) fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     let rays = RayLanes::of_ray(ray);
@@ -128,7 +128,7 @@ impl SeenPlane {
         Self { nrm, num: nrm.dot(c1 - Vec3::splat(origin.map(f64::from))) }
     }
 
-    /// The reference's t for a ray from this origin that is known to hit the triangle.
+    /// Returns the reference's t for a ray from this origin that is known to hit the triangle.
     #[inline(always)]
     pub(crate) fn t(&self, dir: [f32; 3]) -> f64 {
         self.num / self.nrm.dot(Vec3::splat(dir.map(f64::from)))

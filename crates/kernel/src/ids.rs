@@ -1,4 +1,4 @@
-//! Ids of rays, of triangles, and of the slots in which triangles are stored.
+//! Ids of rays, triangles, and the slots in which triangles are stored.
 
 /// The id of a ray among the rays that are traced together.
 ///

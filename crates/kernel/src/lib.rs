@@ -21,7 +21,7 @@
 //! | --- | --- |
 //! | a few hundred triangles, in f32 or f64 | the queries of [`Mode`]: `closest`, `any`, `all`, `crossings` |
 //! | the same triangles for many rays | [`Blocks`], which loads them into lanes once |
-//! | a mesh | `Bvh` in the crate `intertri-trace`, a hierarchy over millions of triangles |
+//! | a mesh | `Bvh` in the `intertri-trace` crate, a hierarchy over millions of triangles |
 //! | your own BVH | [`Mode::packet`] and [`Mode::block`], with 4, 8, or 16 rays or triangles side by side; in your own loops, [`Filter`] |
 //! | coordinates on an integer grid | [`fixed`] |
 //!
@@ -39,8 +39,8 @@
 //! - `std` (default): selects the CPU's best instructions at run time. Without it, the crate is
 //!   `no_std` with `alloc`, and it uses the instructions for which it was compiled.
 //!
-//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` accept anything that converts into
-//! `[f32; 3]`, such as the vectors of glam and of any library that supports mint. There is no serde
+//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` accept anything that converts into `[f32;
+//! 3]`, such as the vector types of glam and of any library that supports mint. There is no serde
 //! feature, because most rays end at infinity, which JSON cannot represent. Rays and triangles have
 //! public fields, so you can serialize them in any format.
 //!
@@ -125,7 +125,7 @@ pub mod internal {
     pub use crate::scalar::Bits;
     pub use crate::simd::{Pair, lanes_of, prefetch, prefetch_early};
 
-    /// The arithmetic of the mode `exact`.
+    /// The arithmetic of the `exact` mode.
     pub mod exact {
         pub use crate::exact::{
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,

@@ -8,7 +8,7 @@ use bytemuck::Pod;
 ///
 /// ```
 /// use intertri::{Scalar, TriangleOf};
-/// /// The centroid of a triangle, in f64.
+/// /// Computes the centroid of a triangle in f64.
 /// fn middle<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
 ///     [0, 1, 2].map(|k| triangle.0.iter().map(|corner| Into::<f64>::into(corner[k])).sum::<f64>() / 3.0)
 /// }
@@ -54,24 +54,24 @@ pub trait Bits: Copy {
     /// The maximum number of bits of m in [`Bits::parts`].
     const DIGITS: i32;
 
-    /// The m and e of a finite number `m * 2^e`. For zero, m is 0 and e is arbitrary. A number of
-    /// smaller magnitude never has a larger e.
+    /// Returns the m and e of a finite number `m * 2^e`. For zero, m is 0 and e is arbitrary. A
+    /// number of smaller magnitude never has a larger e.
     fn parts(self) -> (i64, i32);
 
-    /// The number nearest to an f64; infinite if the f64 is too large.
+    /// Returns the number nearest to an f64, which is infinite if the f64 is too large.
     fn nearest(x: f64) -> Self;
 
     /// The smallest positive normal number.
     const LEAST_NORMAL: f64;
 
-    /// Whether the number is neither NaN nor infinite.
+    /// Returns whether the number is neither NaN nor infinite.
     fn is_finite(self) -> bool;
 
-    /// Whether the sign bit is set, even for a zero or a NaN.
+    /// Returns whether the sign bit is set, even for a zero or a NaN.
     fn is_negative(self) -> bool;
 
-    /// An integer that orders floats by magnitude: 0 for zero, [`Bits::ENDLESS`] for infinity, and
-    /// larger for NaN.
+    /// Returns an integer that orders floats by magnitude: 0 for zero, [`Bits::ENDLESS`] for
+    /// infinity, and larger for NaN.
     fn rank(self) -> u64;
 
     /// The [`Bits::rank`] of infinity.

@@ -42,7 +42,7 @@ impl Threshold {
     /// Creates a threshold.
     ///
     /// # Errors
-    /// Fails if the threshold is negative, infinite, or NaN.
+    /// Returns an error if the threshold is negative, infinite, or NaN.
     ///
     /// ```
     /// use intertri::Threshold;
@@ -64,7 +64,7 @@ impl Threshold {
         Self { exact, near, below: near.next_down(), above: near.next_up() }
     }
 
-    /// The threshold as a number.
+    /// Returns the threshold as an f64.
     ///
     /// ```
     /// assert_eq!(intertri::Threshold::new(1e-6).unwrap().get(), 1e-6);
@@ -81,7 +81,7 @@ impl Default for Threshold {
     }
 }
 
-/// A threshold that is negative, infinite, or NaN.
+/// The error for a threshold that is negative, infinite, or NaN.
 ///
 /// ```
 /// let refused = intertri::Threshold::new(f64::NAN).unwrap_err();
@@ -92,7 +92,7 @@ pub struct BadThreshold(pub f64);
 
 impl fmt::Display for BadThreshold {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a threshold of {}: it must be finite and not negative", self.0)
+        write!(f, "the threshold is {}, but must be finite and not negative", self.0)
     }
 }
 

@@ -5,14 +5,14 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::Scalar;
 
-/// A half-line, and the interval of t in which hits count.
+/// A half-line and the interval of t in which hits count.
 ///
 /// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
-/// unit length. A hit counts if `t_min <= t < t_max` and `t > 0`. The mode
-/// [`Mode::exact`](crate::Mode::exact) compares the true t. The other modes compare t in f64, which
-/// must also be above their threshold. The interval excludes `t_max`, so that with the default of
-/// infinity, a `t` that overflowed is a miss. A ray hits nothing if its origin or direction
-/// contains a NaN or an infinity, or its interval a NaN.
+/// unit length. A hit counts if `t_min <= t < t_max` and `t > 0`.
+/// [`Mode::exact`](crate::Mode::exact) compares the true t. The other modes compare t in f64 and
+/// also require it to be above their threshold. The interval excludes `t_max`, so that with the
+/// default of infinity, a `t` that overflowed is a miss. A ray hits nothing if its origin or
+/// direction contains a NaN or an infinity, or if its interval contains a NaN.
 ///
 /// The layout matches a file of raw rays: eight little-endian numbers in the order of the fields.
 /// [`Ray`] is the f32 type, and [`Ray64`] the f64 type.
@@ -32,7 +32,7 @@ pub struct RayOf<S> {
     pub t_min: S,
     /// The direction, whose length is the unit of `t`.
     pub dir: [S; 3],
-    /// The smallest `t` that no longer counts.
+    /// The end of the interval: hits count only below this `t`.
     pub t_max: S,
 }
 
@@ -43,7 +43,7 @@ pub type Ray = RayOf<f32>;
 pub type Ray64 = RayOf<f64>;
 
 impl<S: Scalar> RayOf<S> {
-    /// A ray over the whole half-line, `0 < t < infinity`. A hit at 0 never counts.
+    /// Creates a ray over the whole half-line, `0 < t < infinity`. A hit at 0 never counts.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
@@ -53,7 +53,7 @@ impl<S: Scalar> RayOf<S> {
         Self { origin: origin.into(), t_min: S::ZERO, dir: dir.into(), t_max: S::INFINITY }
     }
 
-    /// The same ray with the interval `t_min <= t < t_max`.
+    /// Returns the same ray with the interval `t_min <= t < t_max`.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0; 3], [0.0, 0.0, 1.0]).between(1.0, 5.0);
@@ -67,7 +67,7 @@ impl<S: Scalar> RayOf<S> {
 /// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
 ///
 /// `bytemuck` casts a buffer of vertices, with nine numbers per triangle, to a slice of triangles.
-/// A triangle is never hit if it contains a NaN or an infinity or has no area.
+/// A triangle is never hit if it has no area or contains a NaN or an infinity.
 /// [`Triangle`](type@Triangle) is the f32 type, and [`Triangle64`](type@Triangle64) the f64 type.
 ///
 /// ```
@@ -94,7 +94,7 @@ mod constructors {
 pub use constructors::*;
 
 impl<S: Scalar> TriangleOf<S> {
-    /// A triangle from its corners.
+    /// Creates a triangle from its corners.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
@@ -104,9 +104,9 @@ impl<S: Scalar> TriangleOf<S> {
         Self([c1.into(), c2.into(), c3.into()])
     }
 
-    /// The normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area, and it
-    /// points to the side from which the corners run counter-clockwise. It is zero for a triangle
-    /// without area.
+    /// Returns the normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area,
+    /// and it points to the side from which the corners run counter-clockwise. It is zero for a
+    /// triangle without area.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
@@ -120,7 +120,7 @@ impl<S: Scalar> TriangleOf<S> {
     }
 }
 
-/// Where a ray meets a triangle, in 32 bytes.
+/// The point where a ray meets a triangle. Takes 32 bytes.
 ///
 /// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights
 /// `u` and `v` are the same on every CPU but may be outside `0..=1` because of rounding. Single-ray
@@ -181,7 +181,7 @@ impl Hit {
         self.triangle != Self::NO_TRIANGLE
     }
 
-    /// The hit, or `None` for a miss.
+    /// Returns the hit, or `None` for a miss.
     ///
     /// ```
     /// assert_eq!(intertri::Hit::MISS.some(), None);
@@ -191,7 +191,7 @@ impl Hit {
         self.is_hit().then_some(self)
     }
 
-    /// The point `origin + t * dir`, computed in f64; not finite for a miss.
+    /// Returns the point `origin + t * dir`, computed in f64. It is not finite for a miss.
     ///
     /// ```
     /// use intertri::{Hit, Ray};
@@ -203,12 +203,12 @@ impl Hit {
     }
 }
 
-/// A [`Hit`] with t, u, and v in f32, in 20 bytes.
+/// A [`Hit`] with t, u, and v in f32. Takes 20 bytes.
 ///
-/// In the modes [`Mode::exact`](crate::Mode::exact) and [`Mode::once`](crate::Mode::once), each
-/// number is the true value, correctly rounded to f32. In
-/// [`Mode::certified`](crate::Mode::certified), it is the number in [`Hit`], rounded to f32. A t
-/// beyond the largest f32 becomes infinity, so use [`Hit32::is_hit`] to tell hits from misses.
+/// In [`Mode::exact`](crate::Mode::exact) and [`Mode::once`](crate::Mode::once), each of them is
+/// the true value, correctly rounded to f32. In [`Mode::certified`](crate::Mode::certified), each
+/// is the value in [`Hit`], rounded to f32. A t beyond the largest f32 becomes infinity, so use
+/// [`Hit32::is_hit`] to tell hits from misses.
 ///
 /// ```
 /// use intertri::Hit32;
@@ -243,7 +243,7 @@ impl Hit32 {
         self.triangle != Hit::NO_TRIANGLE
     }
 
-    /// A hit with the given t, u, and v.
+    /// Creates a hit with the given t, u, and v.
     #[inline(always)]
     pub(crate) fn new([t, u, v]: [f32; 3], triangle: u32) -> Self {
         Self { t, u, v, triangle, geometry: 0 }
@@ -251,7 +251,7 @@ impl Hit32 {
 }
 
 impl From<Hit> for Hit32 {
-    /// Rounds t, u, and v once more.
+    /// Rounds t, u, and v a second time, to f32.
     #[inline(always)]
     fn from(Hit { t, u, v, triangle, geometry }: Hit) -> Self {
         Self { t: t as f32, u: u as f32, v: v as f32, triangle, geometry }

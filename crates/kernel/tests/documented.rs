@@ -1,6 +1,6 @@
-//! Checks that every public type, trait, and function has an example, which the doc tests run. A
-//! method has its own example or is called in another one. Items in the hidden module `internal`
-//! are exempt.
+//! Checks that every public type, trait, and function has an example, which the doc tests run. For
+//! a method, it is enough to be called in another item's example. Items in the hidden module
+//! `internal` are exempt.
 
 use std::fs;
 use std::path::Path;
@@ -39,7 +39,7 @@ fn read(folder: &Path, files: &mut Vec<(String, String)>) {
     }
 }
 
-/// The text of a file's examples.
+/// Returns the text of a file's examples.
 fn examples_of(text: &str) -> String {
     let (mut within, mut examples) = (false, String::new());
     for line in text.lines().filter_map(|line| line.trim().strip_prefix("///")) {
@@ -52,7 +52,7 @@ fn examples_of(text: &str) -> String {
     examples
 }
 
-/// The number of public items in a file, and the names of those without an example.
+/// Returns the number of public items in a file and the names of those without an example.
 fn items_of<'a>(
     text: &'a str,
     examples: &str,

@@ -1,4 +1,5 @@
-//! The kernel takes the vectors of glam and mint directly, although it depends on neither.
+//! Tests that the kernel accepts glam and mint vectors directly, although it depends on neither
+//! crate.
 
 use glam::Vec3;
 use intertri::{Mode, Ray, Triangle};

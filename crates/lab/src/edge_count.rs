@@ -18,8 +18,8 @@ pub struct EdgeCount {
     pub rays: u64,
     /// The number of ray/triangle pairs that `certified` tested.
     pub pairs: u64,
-    /// The number of these pairs for which hit or miss, or any bit of `t`, differs from the
-    /// reference.
+    /// The number of these pairs that differ from the reference in whether there is a hit, or in
+    /// any bit of `t`.
     pub not_reference: u64,
     /// The number of rays for which `fixed` finds no crossing.
     pub leaks: u64,
@@ -29,7 +29,7 @@ pub struct EdgeCount {
 
 const PIECE: u64 = 4096;
 
-/// Checks at least `rays` rays, and calls `step` with the number of rays just completed. The counts
+/// Checks at least `rays` rays. Calls `step` with the number of rays just completed. The counts
 /// depend only on the seed and the number of rays.
 pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCount {
     let piece = |piece: u64| {
@@ -51,8 +51,8 @@ pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCou
     (0..rays.div_ceil(PIECE)).into_par_iter().map(piece).reduce(EdgeCount::default, sum)
 }
 
-/// Rays exactly at edges and vertices or, if `near`, the same input scaled so that everything is
-/// rounded.
+/// Generates rays exactly at edges and vertices. If `near`, scales the whole input, so that
+/// everything is rounded.
 fn batch(rng: &mut Rng, bits: u32, near: bool) -> TestBatch {
     let mut batch = closed_mesh(rng, bits, PIECE as usize);
     if near {
@@ -103,7 +103,7 @@ fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
         let count = |ray| Ok(mode.crossings(&blocks, &grid.ray(ray)?).unsigned);
         batch.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()
     };
-    // If the input does not fit the grid, every ray counts as a leak.
+    // If the input does not fit on the grid, every ray counts as a leak.
     let crossings = crossings().unwrap_or_else(|_| vec![0; batch.rays.len()]);
     count.leaks += crossings.iter().filter(|&&n| n == 0).count() as u64;
     count.doubles += crossings.iter().filter(|&&n| n > 1).count() as u64;

@@ -10,7 +10,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// The name in the published tables: `packets`, or `packs` for blocks of triangles.
+    /// Returns the name in the published tables: `packets`, or `packs` for blocks of triangles.
     pub fn name(self) -> &'static str {
         match self {
             Self::Packets => "packets",
@@ -18,7 +18,7 @@ impl Form {
         }
     }
 
-    /// The form in words, for a heading.
+    /// Returns the form in words, for a heading.
     pub fn label(self) -> &'static str {
         match self {
             Self::Packets => "packets",

@@ -17,12 +17,12 @@
 //! | [`stress`] | where the methods begin to fail |
 //! | [`edge_count`] | checks of the kernel's guarantees on a very large number of rays |
 //! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it does get wrong |
-//! | `draw`, [`tables`], [`machine`] | pictures (feature `draw`), tables, and facts about the machine |
+//! | `draw`, [`tables`], [`machine`] | charts (feature `draw`), tables, and machine details |
 //!
-//! Without the feature `measure`, the crate contains only [`rng`], [`meshes`], [`families`], and
+//! Without the `measure` feature, the crate contains only [`rng`], [`meshes`], [`families`], and
 //! the generic tests of [`methods`], which compile in seconds on every target.
 //!
-//! A seed yields the same counts on every run and every CPU; only times differ.
+//! A seed yields the same counts on every run and every CPU; only the times differ.
 
 #[cfg(feature = "measure")]
 pub mod accuracy;

@@ -1,17 +1,17 @@
-//! The date and the machine of a measurement.
+//! Describes when, on which machine, and with which compiler a measurement was made.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use intertri::simd::Level;
 
-/// The date in UTC, such as 2026-01-31.
+/// Returns today's date in UTC, such as 2026-01-31.
 pub fn date() -> String {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let [year, month, day] = civil(now.as_secs() / 86_400);
     format!("{year:04}-{month:02}-{day:02}")
 }
 
-/// The year, month, and day, from the number of days since the start of 1970.
+/// Converts a number of days since the start of 1970 to a year, month, and day.
 fn civil(mut days: u64) -> [u64; 3] {
     let leap = |year: u64| {
         year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
@@ -33,7 +33,7 @@ fn civil(mut days: u64) -> [u64; 3] {
     [year, month, days + 1]
 }
 
-/// The name of the CPU, and the instruction level that was used.
+/// Returns the name of the CPU and the best instruction level that it supports.
 pub fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let named = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
@@ -41,7 +41,7 @@ pub fn cpu() -> String {
     format!("{name}, {}", Level::best().name())
 }
 
-/// The version of the compiler that built this crate.
+/// Returns the version of the compiler that built this crate.
 pub fn rustc() -> &'static str {
     env!("LAB_RUSTC")
 }

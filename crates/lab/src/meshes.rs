@@ -15,8 +15,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A sphere of radius 1: an icosahedron with every face split in four `splits` times, so it has
-    /// `20 * 4^splits` faces.
+    /// Creates a sphere of radius 1: an icosahedron with every face split in four `splits` times,
+    /// for a total of `20 * 4^splits` faces.
     pub fn icosphere(splits: u32) -> Self {
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
         let (s, g) = (1.0, golden);
@@ -82,8 +82,8 @@ impl Mesh {
         self.faces = faces;
     }
 
-    /// A torus around the z axis with radii 0.7 and 0.3, made of `around * across` quads with two
-    /// faces each. Counts below 3 are raised to 3.
+    /// Creates a torus around the z axis with radii 0.7 and 0.3, made of `around * across` quads
+    /// with two faces each. Counts below 3 are raised to 3.
     pub fn torus(around: usize, across: usize) -> Self {
         let (around, across) = (around.max(3), across.max(3));
         let mut vertices = Vec::with_capacity(around * across);
@@ -103,8 +103,8 @@ impl Mesh {
         Self { vertices, faces }
     }
 
-    /// The cube from `-n` to `n`, with integer vertices one unit apart. It has `48 n^2` faces,
-    /// whose diagonals run both ways.
+    /// Creates a cube from `-n` to `n`, with integer vertices one unit apart. It has `48 n^2`
+    /// faces, whose diagonals run both ways.
     pub fn cube(n: usize) -> Self {
         let n = n.max(1) as i32;
         let mut mesh = Self { vertices: Vec::new(), faces: Vec::new() };
@@ -138,27 +138,27 @@ impl Mesh {
         mesh
     }
 
-    /// The mesh with a function applied to every vertex.
+    /// Returns the mesh with a function applied to every vertex.
     pub fn map(mut self, f: impl FnMut([f64; 3]) -> [f64; 3]) -> Self {
         self.vertices = self.vertices.into_iter().map(f).collect();
         self
     }
 
-    /// The faces as triangles, with vertices rounded to f32.
+    /// Returns the faces as triangles, with vertices rounded to f32.
     pub fn triangles(&self) -> Vec<Triangle> {
         let corner = |v: usize| self.vertices[v].map(|x| x as f32);
         self.faces.iter().map(|face| Triangle(face.map(corner))).collect()
     }
 }
 
-/// A vector of length 1 in the same direction.
+/// Returns a vector of length 1 in the same direction.
 fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
     let length = (x * x + y * y + z * z).sqrt();
     [x / length, y / length, z / length]
 }
 
-/// Point `i` of `n` on the unit circle, computed by normalizing a point on a square. Unlike a sine,
-/// a root has the same bits everywhere.
+/// Returns point `i` of `n` on the unit circle, computed by normalizing a point on a square. Unlike
+/// a sine, a root has the same bits everywhere.
 fn circle(i: usize, n: usize) -> [f64; 2] {
     let walk = 4.0 * i as f64 / n as f64;
     let (side, along) = (walk as usize, 2.0 * (walk - (walk as usize) as f64) - 1.0);

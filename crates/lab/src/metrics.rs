@@ -60,7 +60,7 @@ pub struct Row {
 const PIECE: u64 = 500;
 /// The maximum number of true hits per unit of work for which the exact `t` is computed.
 const EXACT: usize = 50;
-/// The families whose scenes are closed convex meshes, and how many triangles they have.
+/// The families whose scenes are closed convex meshes, and the numbers of their triangles.
 const CLOSED: [(&str, usize); 3] =
     [("icosphere", 80), ("icosphere-exact", 80), ("cube-exact", 192)];
 
@@ -72,7 +72,7 @@ struct Found {
     false_hits: u64,
     t_not_finite: u64,
     not_reference: u64,
-    /// The relative error, and the error in ulps.
+    /// For each compared `t`, the relative error and the error in ulps.
     errors: Vec<[f64; 2]>,
 }
 

@@ -15,7 +15,7 @@ pub enum Baseline {
 }
 
 impl Baseline {
-    /// The number of a method's wrong answers.
+    /// Returns the number of a method's wrong answers.
     pub fn wrong(self, errors: &ErrorCounts) -> u64 {
         match self {
             Self::Reference => errors.not_reference,
@@ -25,8 +25,8 @@ impl Baseline {
     }
 }
 
-/// The time of a method at its fastest number of lanes, in the workload's form. [`ON_GRID`] has the
-/// same time as `fixed`, because it does the same work on inputs that need no snapping.
+/// Returns the time of a method at its fastest number of lanes, in the workload's form. [`ON_GRID`]
+/// has the same time as `fixed`, because it does the same work on inputs that need no snapping.
 pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> {
     let method = if errors.method == ON_GRID { "fixed" } else { errors.method };
     let form = Workload::ALL.into_iter().find(|w| w.name() == errors.workload)?.form().name();
@@ -35,9 +35,9 @@ pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> 
     times.iter().filter(own).max_by(|a, b| a.times_faster.total_cmp(&b.times_faster))
 }
 
-/// The Pareto front on a workload, with the fastest method first. Each method is right more often
-/// than all faster ones. If two methods are equal, the first in the table wins. `fixed` takes part
-/// as [`ON_GRID`], on the inputs for which it guarantees right answers.
+/// Returns the Pareto front on a workload, with the fastest method first. Each method is right more
+/// often than all faster ones. If two methods are equal, the first in the table wins. `fixed` takes
+/// part as [`ON_GRID`], on the inputs for which it guarantees right answers.
 pub fn pareto_front(
     workload: Workload,
     baseline: Baseline,

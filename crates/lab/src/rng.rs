@@ -2,8 +2,8 @@
 //! roots.
 //!
 //! The generator is `SplitMix64` (Steele, Lea, and Flood, "Fast splittable pseudorandom number
-//! generators", OOPSLA 2014). It advances a counter in steps of the golden ratio, and mixes its
-//! bits twice.
+//! generators", OOPSLA 2014). It advances a counter in steps of the golden ratio and mixes its bits
+//! twice.
 
 /// A stream of random numbers, determined by its seed.
 #[derive(Clone, Debug)]
@@ -15,7 +15,7 @@ impl Rng {
         Self(seed)
     }
 
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -24,22 +24,22 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// An integer in `0..n`, taken from the high half of a product, or 0 if `n` is 0.
+    /// Returns an integer in `0..n`, taken from the high half of a product, or 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
 
-    /// An integer in `-n..=n`.
+    /// Returns an integer in `-n..=n`.
     pub fn within(&mut self, n: i32) -> i32 {
         self.below(2 * n.unsigned_abs() as usize + 1) as i32 - n
     }
 
-    /// True with probability `1 / n`.
+    /// Returns true with probability `1 / n`.
     pub fn one_in(&mut self, n: usize) -> bool {
         self.below(n) == 0
     }
 
-    /// An element of a list.
+    /// Returns a random element of a list.
     ///
     /// # Panics
     /// Panics if the list is empty.
@@ -47,22 +47,22 @@ impl Rng {
         list[self.below(list.len())]
     }
 
-    /// A number in `0..1`, a multiple of 2^-53.
+    /// Returns a multiple of 2^-53 in `0..1`.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A number in `-1..1`.
+    /// Returns a number in `-1..1`.
     pub fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
 
-    /// A point in the cube `-1..1`.
+    /// Returns a point in the cube from -1 to 1.
     pub fn cube(&mut self) -> [f64; 3] {
         [self.signed(), self.signed(), self.signed()]
     }
 
-    /// A unit vector, made by normalizing a point in the unit ball.
+    /// Returns a unit vector, made by normalizing a point in the unit ball.
     pub fn direction(&mut self) -> [f64; 3] {
         loop {
             let [x, y, z] = self.cube();
@@ -74,9 +74,9 @@ impl Rng {
         }
     }
 
-    /// A positive number between two others, distributed log-uniformly.
+    /// Returns a log-uniformly distributed number between two bounds.
     ///
-    /// The ends may be in either order, and must be normal, positive, and finite.
+    /// The bounds may be in either order. They must be positive, normal, and finite.
     pub fn log(&mut self, a: f64, b: f64) -> f64 {
         const FRACTION: u64 = (1 << 52) - 1;
         let (low, high) = if a < b { (a, b) } else { (b, a) };
@@ -91,7 +91,7 @@ impl Rng {
     }
 }
 
-/// Moves `x` up or down by a number of f32 steps, across 0 if necessary. Stops at the infinities,
+/// Moves `x` up or down by a number of f32 steps, across 0 if necessary. Stops at the infinities
 /// and returns a NaN unchanged.
 ///
 /// ```
@@ -113,7 +113,7 @@ pub fn step(x: f32, steps: i32) -> f32 {
     if moved < 0 || (moved == 0 && bits >> 31 == 1 && steps == 0) { -magnitude } else { magnitude }
 }
 
-/// Moves `x` up or down by a number of f64 steps. Stops at the infinities, and returns a NaN
+/// Moves `x` up or down by a number of f64 steps. Stops at the infinities and returns a NaN
 /// unchanged.
 pub fn step64(mut x: f64, steps: i32) -> f64 {
     for _ in 0..steps.unsigned_abs() {

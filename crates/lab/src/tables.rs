@@ -1,11 +1,11 @@
-//! Numbers as text, and rows as CSV.
+//! Formats numbers as text and rows as CSV.
 
 use serde::Serialize;
 
 /// Formats rows as CSV with a header.
 ///
 /// # Errors
-/// Fails if a row cannot be written as text fields.
+/// Returns an error if a row cannot be written as text fields.
 pub fn csv<T: Serialize>(rows: &[T]) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {

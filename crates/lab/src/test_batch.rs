@@ -1,4 +1,4 @@
-//! A method's input, which is rays and triangles that are all tested against each other, and its
+//! The input of a method (rays and triangles that are all tested against each other) and its
 //! answers.
 
 use intertri::{Ray, Triangle};
@@ -32,7 +32,7 @@ impl TestBatch {
 pub struct Answer {
     /// Whether there is a hit.
     pub hit: bool,
-    /// The `t` of the hit, or any number for a miss.
+    /// The `t` of the hit; unspecified for a miss.
     pub t: f64,
 }
 

@@ -53,7 +53,7 @@ pub fn measure(
     let tests: usize =
         batches.iter().map(|TestBatch { rays, triangles }| rays.len() * triangles.len()).sum();
 
-    // Every method in every layout, and the seconds of each turn.
+    // Every method in every layout, with the seconds of each turn.
     let mut contenders = Vec::new();
     for method in METHODS {
         for form in [Form::Packets, Form::Blocks] {

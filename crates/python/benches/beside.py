@@ -1,11 +1,11 @@
-"""Compares speed and answers with trimesh, with and without Embree, and with Open3D.
+"""Compares the speed and answers of intertri, Open3D, and trimesh with and without Embree.
 
     python beside.py FOLDER_OF_MODELS [--rays 1024] [--only bunny] [--seconds 0.6]
 
-Everything runs in one process, from numpy to numpy. Prints tables in Markdown. The contenders take
-turns, and each figure is the best of several turns, in millions per second. Where answers differ,
-rational arithmetic decides whether the ray meets the triangle that each contender reports, and
-which triangle is nearer.
+Everything runs in one process, with numpy arrays as input and output. Prints tables in Markdown.
+The contenders take turns, and each figure is the best of several turns, in millions per second.
+Where answers differ, rational arithmetic decides whether the ray meets the triangle that each
+contender reports, and which triangle is nearer.
 """
 
 import argparse
@@ -30,7 +30,7 @@ def scenes(folder):
 
 
 def camera(vertices, faces, size):
-    """The rays of a picture, row by row: origins and directions, (n, 3) float32."""
+    """Returns the rays of an image, row by row: origins and directions, (n, 3) float32."""
     used = vertices[np.unique(faces)].astype(float)
     low, high = used.min(axis=0), used.max(axis=0)
     middle, reach = (low + high) / 2, np.linalg.norm(high - low) / 2
@@ -47,8 +47,8 @@ def camera(vertices, faces, size):
 
 
 def diffuse(mesh, origins, ways, rng):
-    """Rays from the picture's hits in random directions away from the surface, as many as the
-    picture has rays."""
+    """Returns rays from the image's hits in random directions away from the surface, as many as
+    there are camera rays."""
     hits = mesh.closest(origins, ways)
     hit = hits["triangle"] >= 0
     a, b, c = np.moveaxis(mesh.triangles[hits["triangle"][hit]].astype(float), 1, 0)
@@ -67,7 +67,8 @@ def diffuse(mesh, origins, ways, rng):
 
 
 def best(contenders, count, seconds):
-    """Millions per second, and the last answer of each contender, by name."""
+    """Returns the rate of each contender, in millions per second, and its last answer, both by
+    name."""
     rates, answers = {name: 0.0 for name in contenders}, {}
     for name, ask in contenders.items():
         answers[name] = ask()
@@ -83,8 +84,8 @@ def best(contenders, count, seconds):
 
 
 def verdicts(mesh, origins, ways, ours, theirs, most=200):
-    """Counts how often each side is right among rays on which they disagree, as decided by
-    rationals."""
+    """Counts how often each side is right among rays on which they disagree, as decided by rational
+    arithmetic."""
     differ = np.flatnonzero(ours != theirs)
     corners, said = mesh.triangles, {"ours": 0, "theirs": 0, "tie": 0}
     for i in differ[:most]:
@@ -223,10 +224,10 @@ def points_of(name, vertices, faces, count, threads, seconds, rng):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models")
-    parser.add_argument("--rays", type=int, default=1024, help="rays per side of the picture")
+    parser.add_argument("--rays", type=int, default=1024, help="rays per side of the image")
     parser.add_argument("--only", help="the only scene to run")
     parser.add_argument("--ask", default="primary,diffuse,lists,points")
-    parser.add_argument("--threads", default="1,0", help="numbers of threads, 0 for all")
+    parser.add_argument("--threads", default="1,0", help="thread counts, 0 for all")
     parser.add_argument("--seconds", type=float, default=0.6, help="seconds per contender")
     given = parser.parse_args()
     import intertri

@@ -2,8 +2,8 @@
 
     python cluster.py MODEL.obj FOLDER [--rays 100] [--workers 2]
 
-Writes the rays to FOLDER in blocks; a ray needs 24 bytes there, and an answer 32. Prints how long
-the two threads trace, how long each worker traces, and how long the whole run takes with and
+Writes the rays to FOLDER in blocks, at 24 bytes per ray and 32 bytes per answer. Prints how long
+the two threads take to trace, how long each worker takes, and how long the whole run takes with and
 without tracing. Also prints a hash of all answers.
 """
 
@@ -24,8 +24,8 @@ BLOCK = 1_000_000
 
 
 def some_rays(mesh, number, count):
-    """The rays of a block, between random points in the mesh's bounding box. The number of the
-    block is the seed."""
+    """Returns the rays of a block, between random points in the mesh's bounding box. The block's
+    number is the seed."""
     rng = np.random.default_rng(number)
     low, high = mesh.bounds
     a, b = (rng.uniform(low, high, (count, 3)).astype(np.float32) for _ in range(2))
@@ -33,7 +33,7 @@ def some_rays(mesh, number, count):
 
 
 def timed():
-    """Runs on a worker, and times each block where it is traced."""
+    """Runs on a worker and times each block where it is traced."""
     from intertri.dask import _answer as answer
 
     if hasattr(answer, "seconds"):
@@ -56,8 +56,8 @@ def taken():
 
 
 def by_threads(mesh, where, threads):
-    """The seconds that threads take to trace blocks from memory into a reused array. Runs before
-    and after the cluster, because the speed of the machine varies."""
+    """Returns the seconds that threads take to trace each block from memory into a reused array.
+    Runs before and after the cluster, because the machine's speed varies."""
     rays, out, times = zarr.open_array(where), np.empty(BLOCK, intertri.HIT), []
     for first in range(0, min(rays.shape[0], 10 * BLOCK), BLOCK):
         block = rays[first : first + BLOCK]
@@ -69,7 +69,7 @@ def by_threads(mesh, where, threads):
 
 
 def untraced(block):
-    """Returns as many bytes as the answers have, filled from the bytes read."""
+    """Returns an array of the answers' size, filled with values from the rays read."""
     hits = np.zeros(len(block), intertri.HIT)
     hits["t"], hits["u"], hits["v"] = block[:, 0], block[:, 1], block[:, 2]
     return hits

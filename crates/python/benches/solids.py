@@ -20,7 +20,7 @@ import numpy as np
 
 
 def box(cells=2):
-    """A box from -1 to 1 with `cells` by `cells` squares on each side, as triangles (n, 3, 3)."""
+    """Returns a box from -1 to 1, with `cells` × `cells` squares per side: triangles (n, 3, 3)."""
     at = np.linspace(-1, 1, cells + 1)
     triangles = []
     for axis in range(3):
@@ -38,7 +38,7 @@ def box(cells=2):
 
 
 def damaged():
-    """Fifteen boxes as triangles (n, 3, 3), named after their damage."""
+    """Returns fifteen boxes as triangles (n, 3, 3), keyed by the kind of damage."""
     whole = box()
     top = (whole[:, :, 2] == 1).all(axis=1)
     rng = np.random.default_rng(57)
@@ -81,14 +81,14 @@ def damaged():
 
 
 def indexed(triangles):
-    """Converts triangles to vertices without duplicates, and faces."""
+    """Converts triangles to vertices and faces, and merges duplicate vertices."""
     vertices, where = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     return vertices, where.reshape(-1, 3)
 
 
 def solid_angles(triangles, points):
-    """Winding numbers by van Oosterom and Strackee's formula, summed over all triangles for each
-    point."""
+    """Computes winding numbers with van Oosterom and Strackee's formula, summed over all triangles
+    for each point."""
     a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(x, axis=-1) for x in (a, b, c))
     dot = lambda x, y: (x * y).sum(axis=-1)  # noqa: E731
@@ -182,7 +182,7 @@ def table():
     print("| --- " * (3 + len(ALL)) + "|")
     for name, triangles in damaged().items():
         numbers = np.abs(solid_angles(triangles, points))
-        # Skip points whose classification the damage changes: they have no other ground truth.
+        # Skip points that the damage moves to the other side, because they have no ground truth.
         clear = (numbers > 0.5) == truth
         row = []
         for make in ALL.values():
@@ -198,7 +198,7 @@ def table():
 
 
 def globe(rings, missing):
-    """A globe without the faces whose corners all have y of at least `missing`."""
+    """Returns a globe without the faces that lie entirely at y >= `missing`."""
     a = np.arange(rings + 1) / rings * np.pi
     b = np.arange(2 * rings) / rings * np.pi
     r = np.sin(a)

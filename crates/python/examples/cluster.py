@@ -3,9 +3,9 @@
     python cluster.py mesh.npz rays.zarr hits.zarr                       two processes on this machine
     python cluster.py mesh.npz rays.zarr hits.zarr --scheduler tcp://head:8786
 
-On a real cluster, pass the scheduler's address, and paths that every worker can reach, such as a
-shared file system or "s3://bucket/rays.zarr". Start workers with `dask worker tcp://head:8786
---nworkers N --nthreads T`, where N times T is the number of cores of the machine. Each block is
+On a real cluster, pass the scheduler's address and paths that every worker can reach, such as paths
+on a shared file system or "s3://bucket/rays.zarr". Start workers with `dask worker tcp://head:8786
+--nworkers N --nthreads T`, where N times T is the machine's number of cores. Each block is
 processed by one thread. With blocks of about a million rays, the scheduler has little to do. Every
 worker must have the same version of intertri installed.
 """

@@ -1,4 +1,4 @@
-"""A lidar scans a house behind a tree and records every return of each pulse.
+"""Simulates a lidar that scans a house behind a tree and records every return of each pulse.
 
     python lidar.py [picture.png]
 
@@ -19,7 +19,8 @@ def quad(a, b, d):
 
 
 def scene():
-    """Ground, a house front with a window, and a crown of leaves: (n, 3, 3)."""
+    """Returns the triangles (n, 3, 3) of the ground, a house front with a window, and a crown of
+    leaves."""
     random = np.random.default_rng(1)
     ground = quad((-40, -40, 0), (40, -40, 0), (-40, 40, 0))
     front = [quad((-15, 10, 0), (3, 10, 0), (-15, 10, 9)), quad((7, 10, 0), (15, 10, 0), (7, 10, 9))]
@@ -30,7 +31,7 @@ def scene():
 
 
 def pulses(rows, columns):
-    """The directions (rows, columns, 3) of one sweep past the front, top row first."""
+    """Returns the directions (rows, columns, 3) of one sweep past the front, top row first."""
     up, around = np.meshgrid(np.linspace(0.55, -0.45, rows), np.linspace(-1.1, 1.1, columns), indexing="ij")
     return np.stack([np.cos(up) * np.sin(around), np.cos(up) * np.cos(around), np.sin(up)], axis=-1)
 
@@ -48,8 +49,8 @@ def main():
         print(f"  {(returns == n).sum():6} pulses with {n} returns")
     print(f"  {(returns > 3).sum():6} pulses with more, at most {returns.max()}")
 
-    # The last return of a pulse comes from behind the leaves. If it is on the ground, its height
-    # should be that of the ground.
+    # The last return of a pulse is behind all leaves that it hits. If it is on the ground, it
+    # should be at the height of the ground.
     last = lists.hits[lists.offsets[1:][returns > 0] - 1]
     height = mesh.hit_points(last[last["triangle"] < 2])[:, 2] - ORIGIN[2]
     print(f"ground: {len(height)} last returns, off by at most {np.abs(height).max():.1e} m")

@@ -2,7 +2,7 @@
 
     python sky_view.py [picture.png]
 
-The town is in UTM coordinates, millions of metres from the origin, where adjacent float32 numbers
+The town is in UTM coordinates, millions of metres from the origin, where adjacent float32 values
 are half a metre apart.
 """
 
@@ -15,22 +15,22 @@ ORIGIN = np.array([691_604.31, 5_335_802.77, 519.4])  # Munich, zone 32N
 
 
 def box(low, high):
-    """The walls and the roof of a house: 8 corners, 10 triangles."""
+    """Returns the walls and the roof of a house: 8 corners and 10 triangles."""
     corners = np.array(np.meshgrid(*zip(low, high), indexing="ij")).reshape(3, -1).T
     quads = np.array([[0, 4, 5, 1], [4, 6, 7, 5], [6, 2, 3, 7], [2, 0, 1, 3], [1, 5, 7, 3]])
     return corners, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
 
 
 def directions(count):
-    """Upward directions with a density proportional to their cosine, so that shares are view
-    factors."""
+    """Returns upward directions, cosine-weighted, so that the share of rays reaching a surface is
+    its view factor."""
     i = np.arange(count)
     radius, angle = np.sqrt((i + 0.5) / count), i * np.pi * (3 - np.sqrt(5))
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - radius**2)], axis=-1)
 
 
 def town():
-    """The mesh of a town, and the house that each triangle belongs to."""
+    """Returns the mesh of a town and the number of the house to which each triangle belongs."""
     random = np.random.default_rng(1)
     houses = []
     for x in range(0, 240, 40):
@@ -43,8 +43,8 @@ def town():
 
 
 def view_factors(mesh, house, points, rays):
-    """The shares of the hemisphere that house 0, house 1, ..., and finally the sky fill. They add
-    up to one."""
+    """Returns the fraction of each point's hemisphere that is filled by each house, followed by the
+    sky. The fractions add up to one."""
     triangle = mesh.closest_triangle(points[:, None], rays)
     seen = np.where(triangle < 0, house.max() + 1, house[triangle])
     return np.stack([np.bincount(row, minlength=house.max() + 2) for row in seen]) / len(rays)
@@ -54,7 +54,7 @@ def main():
     rays = directions(2000)
 
     # A long street, 20 m wide, between walls 15 m high. In its middle, the sky view factor is the
-    # cosine of the walls' angle above the horizon.
+    # cosine of the angle at which the walls rise above the horizon.
     walls = [box(ORIGIN + [x, -1e5, 0], ORIGIN + [x + 1, 1e5, 15]) for x in (-11, 10)]
     street = intertri.Mesh(np.concatenate([walls[0][0], walls[1][0]]), np.concatenate([walls[0][1], walls[1][1] + 8]))
     middle = view_factors(street, np.repeat([0, 1], 10), ORIGIN[None], rays)[0]

@@ -17,7 +17,7 @@ COLOURS = np.array([[255, 255, 255], [70, 110, 180], [210, 60, 50]], np.uint8)
 
 
 def globe(rings, centre, radius, is_turned=False):
-    """Triangles (n, 3, 3) of a ball; inside out if turned."""
+    """Returns the triangles (n, 3, 3) of a ball, inside out if `is_turned`."""
     a, b = np.arange(rings + 1) / rings * np.pi, np.arange(2 * rings) / rings * np.pi
     r = np.where(np.arange(rings + 1) % rings == 0, 0, np.sin(a))[:, None]
     unit = np.stack(np.broadcast_arrays(r * np.cos(b), np.cos(a)[:, None], r * np.sin(b)), axis=-1)
@@ -30,14 +30,14 @@ def globe(rings, centre, radius, is_turned=False):
 
 
 def block(low, high):
-    """Triangles (12, 3, 3) of a box."""
+    """Returns the triangles (12, 3, 3) of a box."""
     corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], float)
     sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     return corners[[face for a, b, c, d in sides for face in ([a, b, c], [a, c, d])]]
 
 
 def write_png(path, pixels):
-    """Writes an RGB picture (height, width, 3)."""
+    """Writes an RGB image (height, width, 3) as a PNG file."""
     height, width, _ = pixels.shape
     rows = np.concatenate([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)], axis=1)
 

@@ -1,5 +1,5 @@
-//! Batches of rays: threads take them in chunks, gather each chunk from numpy's arrays into the
-//! cache, and trace it there.
+//! Traces batches of rays. Threads take the rays in chunks, gather each chunk from numpy's arrays
+//! into the cache, and trace it there.
 
 use intertri::RayOf;
 use pyo3::prelude::*;
@@ -47,7 +47,7 @@ pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
                 }
                 done = band.pixels();
             }
-            // All rays, or those of a row that is cut off.
+            // Trace all rays, or those of a row that is cut off.
             let rest = piece.rays.start + done..piece.rays.end;
             if !stop.is_set() && !rest.is_empty() {
                 let skip = rays.skip(rest.clone());

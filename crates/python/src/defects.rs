@@ -1,4 +1,4 @@
-//! The defects of a mesh, as lists for Python, and the faces to turn.
+//! Lists the defects of a mesh and the faces to turn, for Python.
 
 use intertri::TriangleOf;
 use intertri_trace::{BvhScalar, MeshReport, Solid};
@@ -24,7 +24,7 @@ pub(crate) fn defects<S: BvhScalar>(
     Ok((report.to_string(), [open, turned, uneven, doubled, opposed]))
 }
 
-/// The triangles to turn so that each connected piece is oriented consistently and outward.
+/// Returns the triangles to turn so that each connected piece is oriented consistently and outward.
 pub(crate) fn turned<S: BvhScalar>(triangles: &[TriangleOf<S>]) -> PyResult<Vec<i64>> {
     let turned = Solid::orient(triangles).map_err(no_memory)?.turned;
     Ok(turned.into_iter().map(|face| face as i64).collect())

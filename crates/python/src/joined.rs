@@ -56,7 +56,7 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.lock().idle.pop().unwrap_or_else(Part::new)
     }
 
-    /// Puts a part and the parts that waited for it into their places.
+    /// Copies a part, and the parts that waited for it, to their positions in the output.
     pub(crate) fn put(&self, number: usize, part: Part<A>) {
         self.lock().waiting.insert(number, part);
         // The thread that determines where a part belongs also copies it there, in parallel with
@@ -74,7 +74,7 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.lock().next()
     }
 
-    /// Returns the number of answers in the array, and the parts that did not fit.
+    /// Returns the number of answers in the array and the parts that did not fit.
     pub(crate) fn finish(self) -> (usize, Vec<Part<A>>) {
         let state = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         let left: usize = state.more.iter().map(|part| part.answers.len()).sum();

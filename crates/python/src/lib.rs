@@ -39,7 +39,8 @@ mod _intertri {
     #[pymodule_export]
     use crate::tree::{Tree32, Tree64};
 
-    /// The XXH64 checksum of a contiguous array of bytes. It detects damage, but not tampering.
+    /// Returns the XXH64 checksum of a contiguous array of bytes. It detects damage, but not
+    /// tampering.
     #[pyfunction]
     fn checksum(py: Python<'_>, bytes: PyReadonlyArray1<'_, u8>) -> PyResult<u64> {
         let bytes = bytes.as_slice()?;

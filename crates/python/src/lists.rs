@@ -1,6 +1,6 @@
-//! Lists of answers, with any number of answers per ray.
+//! Runs queries that return a list of answers, of any length, for each ray.
 //!
-//! Threads take bands of rays in order, and put the answers of each band after those of the
+//! Threads take bands of rays in order and store the answers of each band after those of the
 //! previous bands:
 //!
 //! ```text
@@ -32,7 +32,8 @@ use crate::source::Source;
 /// The number of rays that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// The offsets where each ray's answers start and the last ones end, and the answers as words.
+/// The offsets where each ray's answers start and the last ones end, and the answers as 64-bit
+/// words.
 pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64>>);
 
 /// Runs a query that returns a list for each ray.
@@ -149,7 +150,7 @@ where
         Ok(())
     }
 
-    /// Appends the lists of a band of a picture, block by block.
+    /// Appends the lists of a band of an image, block by block.
     fn band(
         &self,
         whole: &Band,
@@ -179,8 +180,8 @@ where
     }
 }
 
-/// An array of zeros that the system provides without writing them. If there is not enough memory,
-/// this returns an error, whereas the function of the `numpy` crate panics.
+/// Creates an array of zeros, which the system provides without writing to the pages. Returns an
+/// error if memory runs out, whereas the `numpy` crate's function panics.
 fn zeros<T: Element>(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<T>>> {
     let made = py.import("numpy")?.call_method1("zeros", (count, T::get_dtype(py)))?;
     Ok(made.cast_into()?)

@@ -18,7 +18,7 @@ use crate::scalar::{Scalar, no_memory, wrong};
 use crate::source::Arrays;
 use crate::tree::{gather, small_or};
 
-/// The medium number that means outside.
+/// The medium number for points outside all media.
 const OUTSIDE: i32 = -1;
 
 /// The vertices and faces of a mesh.
@@ -66,7 +66,7 @@ impl SegmentRow {
     }
 }
 
-/// The number of a medium.
+/// Returns the number of a medium, or `OUTSIDE` for `None`.
 fn number(medium: Option<u32>) -> i32 {
     medium.map_or(OUTSIDE, |medium| medium as i32)
 }
@@ -125,7 +125,7 @@ macro_rules! media_class {
                 let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
                 let workers = Workers::new(threads, points.len() < FEW)?;
                 of_points(py, &workers, points, (out, OUTSIDE), |points, out| {
-                    // If there is not enough memory for lists, answer one by one.
+                    // If there is not enough memory for a list, answer the points one by one.
                     match on_this_thread(|| self.media.medium_at_batch(points)) {
                         Ok(found) => {
                             out.iter_mut()

@@ -14,7 +14,7 @@ use crate::skip::{Skip, without};
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
-    /// The solid with its boundary, found on first use.
+    /// The solid with its boundary, computed on first use.
     soup: OnceLock<Solid<S>>,
 }
 
@@ -35,13 +35,13 @@ impl<S: Scalar> Mesh<S> {
         Self { solid: Solid::assume_closed_bvh(bvh), soup: OnceLock::new() }
     }
 
-    /// The solid, either assumed to be closed or with its boundary.
+    /// Returns the solid, either assumed to be closed or with its boundary.
     pub(crate) fn solid(&self, assume_closed: bool) -> PyResult<&Solid<S>> {
         if assume_closed {
             return Ok(&self.solid);
         }
         if self.soup.get().is_none() {
-            // Another thread may have found the boundary in the meantime, with the same result.
+            // Another thread may have computed the boundary in the meantime, with the same result.
             _ = self.soup.set(self.solid.with_boundary().map_err(no_memory)?);
         }
         Ok(self.soup.get().unwrap_or(&self.solid))
@@ -54,22 +54,22 @@ impl<S: Scalar> Mesh<S> {
             error => wrong(error),
         })?;
         if bvh.geometries() != 1 {
-            return Err(wrong(format!("a hierarchy of {} meshes, not of one", bvh.geometries())));
+            return Err(wrong(format!("its tree has {} meshes instead of one", bvh.geometries())));
         }
         if bvh.len() != triangles {
-            return Err(wrong(format!("a hierarchy of {} triangles, not {triangles}", bvh.len())));
+            return Err(wrong(format!("its tree has {} triangles, not {triangles}", bvh.len())));
         }
         bvh.set_mask(0, u32::MAX);
         Ok(Self::of(bvh))
     }
 
-    /// A copy, without derived data.
+    /// Copies the mesh, without derived data.
     pub(crate) fn try_clone(&self) -> Result<Self, BuildError> {
         Ok(Self::of(self.solid.bvh().try_clone()?))
     }
 
-    /// Moves the triangles, and returns the mesh and how much longer rays take than in a new tree,
-    /// as a factor: 1 if nothing has moved. If there is not enough memory, the returned mesh
+    /// Moves the triangles. Returns the mesh and the estimated factor by which rays take longer
+    /// than in a new tree, which is 1 if nothing has moved. If memory runs out, the returned mesh
     /// contains no triangles.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
         // Drop the other solid, so that the hierarchy is not shared.
@@ -79,7 +79,7 @@ impl<S: Scalar> Mesh<S> {
         (Self::of(bvh), refit.map(|refit| refit.ratio()))
     }
 
-    /// The crossings of rays, in order of t.
+    /// Returns the crossings of rays, in order of t.
     pub(crate) fn crossings(
         &self,
         rays: &[RayOf<S>],

@@ -1,4 +1,4 @@
-//! The arguments of queries other than points and rays: threads, and memory for the answers.
+//! Query arguments besides points and rays: the thread count and the output buffer.
 
 use std::num::NonZeroUsize;
 
@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 pub(crate) type Threads = Option<NonZeroUsize>;
 pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 
-/// For up to this many rays or triangles, one thread finishes before other threads would wake up.
+/// With at most this many rays or triangles, one thread finishes before other threads would wake
+/// up.
 pub(crate) const SMALL: usize = 4096;
 
 /// The same limit for the coordinates of points.

@@ -1,11 +1,11 @@
-//! The lists of answers of some rays.
+//! Lists of answers for a range of rays.
 
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
-/// The lists of answers of some rays, one after another.
+/// The lists of answers for a range of rays, stored one after another.
 pub(crate) struct Part<A> {
-    /// Where the answers of each ray start, and where the last ones end.
+    /// Where the answers of each ray start and the last ones end.
     pub(crate) offsets: Vec<i64>,
     pub(crate) answers: Vec<A>,
 }
@@ -16,7 +16,7 @@ impl<A: Copy> Part<A> {
         Self { offsets: vec![0], answers: Vec::new() }
     }
 
-    /// The number of rays.
+    /// Returns the number of rays.
     pub(crate) fn rays(&self) -> usize {
         self.offsets.len() - 1
     }
@@ -44,7 +44,7 @@ impl<A: Copy> Part<A> {
     }
 }
 
-/// The error if there is not enough memory for the answers.
+/// Creates the error for answers that need more memory than is available.
 fn too_many(answers: usize) -> PyErr {
     PyMemoryError::new_err(format!("{answers} answers need more memory than is available"))
 }

@@ -1,5 +1,5 @@
-//! Pictures in numpy arrays: gathers rows of pixels tile by tile, as the library does with rays in
-//! memory.
+//! Gathers images in numpy arrays from rows of pixels, tile by tile, as the library does with rays
+//! in memory.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::pool::workers;
 use crate::scalar::Scalar;
 use crate::source::Source;
 
-/// Fewer rays are not treated as a picture.
+/// Fewer rays than this are not treated as an image.
 const PICTURE: usize = 4 * TILE * TILE;
 
 /// Consecutive rays that a thread takes at a time.
@@ -21,9 +21,9 @@ pub(crate) struct Piece {
     pub(crate) band: Option<Arc<Band>>,
 }
 
-/// Splits rays into pieces of `size`, and pictures into bands for the threads of this pool.
+/// Splits rays into pieces of `size`, and images into bands for the threads of the current pool.
 ///
-/// `width` is the length of the last dimension of the caller's array, which may be a picture.
+/// `width` is the length of the last dimension of the caller's array, which may be an image.
 pub(crate) fn pieces<S: Scalar>(rays: &Source<'_, S>, width: usize, size: usize) -> Vec<Piece> {
     let mut pieces = Vec::new();
     for Run { rays, width } in pictures(rays, width) {
@@ -38,10 +38,10 @@ pub(crate) fn pieces<S: Scalar>(rays: &Source<'_, S>, width: usize, size: usize)
     pieces
 }
 
-/// Finds the runs of rays that are pictures.
+/// Finds the runs of rays that are images.
 fn pictures<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Vec<Run> {
     let all = 0..rays.count;
-    // Tiles contain only rays, without triangles to skip.
+    // Tiles contain only rays, without the triangles to skip.
     if rays.count < PICTURE || rays.skips() {
         return vec![Run { rays: all, width: None }];
     }
@@ -77,7 +77,7 @@ pub(crate) fn prefetch_next<S: Scalar>(block: &Block<'_>, (rays, first): (&Sourc
     }
 }
 
-/// The rays of a square picture, in the order in which they are traced.
+/// Returns the rays of a square image, in the order in which they are traced.
 pub(crate) fn tiled<S: Scalar>(rays: &Source<'_, S>) -> Vec<RayOf<S>> {
     let side = rays.count.isqrt();
     let (mut tiled, mut gathered) = (Vec::with_capacity(side * side), Vec::new());

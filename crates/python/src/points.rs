@@ -1,5 +1,5 @@
-//! Queries for many points, in the order of a space-filling curve, so that neighbours follow each
-//! other.
+//! Runs queries for many points, in the order of a space-filling curve, so that neighbours follow
+//! each other.
 
 use std::collections::TryReserveError;
 
@@ -21,7 +21,7 @@ const CHUNK: usize = 4096;
 /// The number of points in a slab.
 const SLAB: usize = 1 << 20;
 
-/// Fewer points are queried in the given order.
+/// Fewer points than this are queried in the given order.
 const FEW: usize = 512;
 
 /// The number of points that are sorted together.
@@ -147,7 +147,7 @@ pub(crate) fn of_solid<S: Scalar, A: Clone + Send + Sync, O: Pod + Send>(
     })
 }
 
-/// The winding number of a mesh around a point, or `SURFACE` on the mesh.
+/// Returns the winding number of a mesh around a point, or `SURFACE` on the mesh.
 pub(crate) fn winding(containment: Containment) -> i32 {
     match containment {
         Containment::Outside => 0,
@@ -194,7 +194,7 @@ pub(crate) fn grid<S: Scalar>(
     Ok(())
 }
 
-/// The positions of points on the curve and their indices, sorted by position.
+/// Returns the positions of points on the curve and their indices, sorted by position.
 fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveError> {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
@@ -205,7 +205,7 @@ fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveErro
             }
         }
     }
-    // Use ten bits per axis. Coordinates that are not finite become 0 or the largest number.
+    // Use ten bits per axis. Coordinates that are not finite become 0 or the largest value.
     let steps = [0, 1, 2].map(|k| 1023.0 / (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
     let place = |(i, point): (usize, &[S; 3])| {
         let along = |k: usize| {
@@ -225,7 +225,7 @@ fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveErro
     Ok(order)
 }
 
-/// An empty vector with space for `count` items.
+/// Creates an empty vector with capacity for `count` items.
 fn room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     let mut vector = Vec::new();
     vector.try_reserve_exact(count)?;

@@ -60,7 +60,7 @@ pub(crate) fn is_caller() -> bool {
     rayon::current_thread_index().is_none()
 }
 
-/// The number of threads that do the work.
+/// Returns the number of threads that do the work.
 pub(crate) fn workers() -> usize {
     if is_caller() { 1 } else { rayon::current_num_threads() }
 }
@@ -96,7 +96,7 @@ pub(crate) fn distribute<P: Send, T>(
     }
 }
 
-/// The pool with this many threads.
+/// Returns the pool with this many threads, which is started on first use.
 fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let process = std::process::id();
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);

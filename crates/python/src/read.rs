@@ -18,7 +18,7 @@ type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<Str
 pub(crate) fn read_model(py: Python<'_>, path: PathBuf) -> PyResult<Model<'_>> {
     let loaded = run_apart(py, move || load_model::<f64>(&path))?;
     let LoadedModel { mesh, notes, .. } = loaded.map_err(|error| {
-        // The loaders report a lack of memory only in words.
+        // The loaders report that memory ran out only in the error's text.
         if error.cause.contains("more memory than is available") {
             no_memory(error)
         } else {

@@ -10,7 +10,7 @@ use crate::part::Part;
 
 /// f32 or f64.
 pub(crate) trait Scalar: Element + BvhScalar {
-    /// Whether the type has the mode `certified`.
+    /// Whether the type supports the `certified` mode.
     const HAS_CERTIFIED: bool;
 
     /// Sets a query's mode to one that [`named`] accepts.
@@ -33,13 +33,13 @@ impl Scalar for f64 {
     }
 }
 
-/// The mode with this name, if the scalar type has it.
+/// Returns the mode with this name, if the scalar type supports it.
 pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     match name {
         "exact" => Ok(Mode::exact()),
         "certified" if S::HAS_CERTIFIED => Ok(Mode::certified()),
         "certified" => Err(PyValueError::new_err(
-            "mode 'certified' answers for float32 vertices and rays, and these are float64",
+            "mode 'certified' requires float32 vertices and rays, but these are float64",
         )),
         _ => {
             Err(PyValueError::new_err(format!("mode {name:?} is neither 'exact' nor 'certified'")))
@@ -47,7 +47,7 @@ pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     }
 }
 
-/// Finds the closest hits. A single ray needs none of the preparation of a batch.
+/// Finds the closest hits. A single ray is traced without the preparation that a batch needs.
 pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hits: &mut [Hit]) {
     if let ([ray], [to]) = (rays, &mut *hits) {
         *to = query.closest(ray).unwrap_or(Hit::MISS);

@@ -53,8 +53,8 @@ impl From<SceneClosestPoint> for PointRow {
     }
 }
 
-/// The scene being edited, and the last committed snapshot. A query keeps the snapshot with which
-/// it started.
+/// The scene being edited and the last committed snapshot. A query keeps the snapshot with which it
+/// started.
 struct State {
     scene: Scene,
     snapshot: SceneSnapshot,
@@ -67,13 +67,13 @@ pub(crate) struct NativeScene {
 }
 
 impl NativeScene {
-    /// Locks the state. The lock is held only briefly, and never while waiting for the
-    /// interpreter's lock.
+    /// Locks the state. The lock is held only briefly and never while waiting for the interpreter's
+    /// lock.
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The last committed snapshot, restricted to instances that share a bit with the mask.
+    /// Returns the last committed snapshot, restricted to instances that share a bit with the mask.
     fn snapshot(&self, mask: u32) -> SceneSnapshot {
         self.state().snapshot.clone().mask(mask)
     }
@@ -123,7 +123,7 @@ impl NativeScene {
         let (instances, matrices) = (instances.as_slice()?, matrices.as_slice()?);
         let (matrices, _) = matrices.as_chunks::<12>();
         if matrices.len() != instances.len() {
-            return Err(PyValueError::new_err("one matrix for each instance"));
+            return Err(PyValueError::new_err("there must be one matrix for each instance"));
         }
         let mut state = self.state();
         let mut ids = instances.iter().map(|&number| InstanceId::from_index(number));

@@ -35,9 +35,9 @@ impl<S: Scalar> Shared<S> {
         mesh.ok_or_else(lost)
     }
 
-    /// Moves the triangles, and returns how much longer rays take than in a new tree, as a factor.
-    /// Queries that started earlier continue with the old mesh. If a signal ends the refit, the
-    /// mesh is lost.
+    /// Moves the triangles and returns the estimated factor by which rays take longer than in a new
+    /// tree. Queries that started earlier continue with the old mesh. If a signal ends the refit,
+    /// the mesh is lost.
     pub(crate) fn refit(
         &self,
         py: Python<'_>,
@@ -74,7 +74,7 @@ impl<S: Scalar> Shared<S> {
     }
 }
 
-/// The error for a query on a mesh that was lost in a refit.
+/// Creates the error for a query on a mesh that was lost in a refit.
 fn lost() -> PyErr {
     no_memory("a refit was interrupted or ran out of memory; repeat the query")
 }

@@ -11,9 +11,9 @@ use pyo3::prelude::*;
 use crate::scalar::Scalar;
 use crate::skip::Skip;
 
-/// Borrowed arrays of rays, flat and contiguous. `origins` and `directions` contain 3 numbers for
-/// each ray, or 3 for all rays; `t_min` and `t_max` contain 1 for each ray, or 1 for all rays.
-/// Without `directions`, `origins` contains whole rays of 6 or 8 numbers.
+/// Borrowed arrays of rays, flat and contiguous. `origins` and `directions` contain 3 values per
+/// ray, or 3 for all rays; `t_min` and `t_max` contain 1 value per ray, or 1 for all rays. Without
+/// `directions`, `origins` contains whole rays of 6 or 8 values.
 #[derive(FromPyObject)]
 pub(crate) struct Arrays<'py, S: Element> {
     count: usize,
@@ -45,7 +45,7 @@ impl<'a, T: Copy> Rows<'a, T> {
         self.one.map_or_else(|| self.rows[ray], |[one, ..]| one)
     }
 
-    /// The rows of four rays.
+    /// Returns the rows of four rays.
     #[inline]
     fn four(&self, first: usize) -> &[T; 4] {
         match (&self.one, self.rows.get(first..).and_then(|rows| rows.first_chunk())) {
@@ -82,7 +82,7 @@ struct Ends<'a, S> {
 }
 
 impl<S: Scalar> Ends<'_, S> {
-    /// Writes four rays, whose lines `line` returns.
+    /// Writes four rays, whose origins and directions `line` returns.
     #[inline]
     fn put(&self, first: usize, to: &mut [RayOf<S>], line: impl Fn(usize) -> ([S; 3], [S; 3])) {
         let (t_min, t_max) = (self.t_min.four(first), self.t_max.four(first));
@@ -93,7 +93,7 @@ impl<S: Scalar> Ends<'_, S> {
 }
 
 impl<S: Scalar> Arrays<'_, S> {
-    /// The rays that the arrays describe.
+    /// Returns the rays that the arrays describe.
     pub(crate) fn source(&self) -> PyResult<Source<'_, S>> {
         let count = self.count;
         let ends = Ends {
@@ -121,7 +121,7 @@ impl<S: Scalar> Arrays<'_, S> {
 }
 
 impl<S: Scalar> Source<'_, S> {
-    /// The origin and the direction of a ray.
+    /// Returns the origin and the direction of a ray.
     pub(crate) fn line(&self, i: usize) -> [[f64; 3]; 2] {
         let RayOf { origin, dir, .. } = self.ray(i);
         [origin.map(Into::into), dir.map(Into::into)]
@@ -132,7 +132,7 @@ impl<S: Scalar> Source<'_, S> {
         self.skip.each > 0
     }
 
-    /// The triangles that the rays of a range skip.
+    /// Returns the triangles that the rays of a range skip.
     pub(crate) fn skip(&self, range: Range<usize>) -> Skip<'_> {
         let Skip { numbers, each } = self.skip;
         Skip { numbers: &numbers[each * range.start..each * range.end], each }
@@ -196,7 +196,8 @@ impl<S: Scalar> Source<'_, S> {
         }
     }
 
-    /// The rays of a range, borrowed if the array contains whole rays, and gathered otherwise.
+    /// Returns the rays of a range, borrowed if the array contains whole rays and gathered
+    /// otherwise.
     pub(crate) fn rays<'s>(
         &'s self,
         range: Range<usize>,

@@ -1,4 +1,4 @@
-//! Rays that start at hits.
+//! Creates rays that start at hits.
 
 use intertri::{Hit, TriangleOf, spawn_ray};
 use pyo3::exceptions::PyValueError;
@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 const CHUNK: usize = 4096;
 
 /// Fills `out` with the origins and directions of rays that start at hits on faces and never hit
-/// the same faces. The origins are NaN for misses.
+/// those faces again. The origins are NaN for misses.
 pub(crate) fn spawn_rays<S: Scalar>(
     py: Python<'_>,
     workers: &Workers,

@@ -27,7 +27,8 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-/// The threads that trace these rays. A small number of rays is traced by the calling thread alone.
+/// Returns the threads that trace these rays. A small number of rays is traced by the calling
+/// thread alone.
 pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
 }
@@ -35,7 +36,7 @@ pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyR
 /// The number of faces gathered between two checks for signals.
 const STEP: usize = 1 << 16;
 
-/// Gathers the triangles of faces, and ends early if `stop` is set.
+/// Gathers the triangles of faces. Ends early if `stop` is set.
 pub(crate) fn gather<S: Scalar>(
     vertices: &[S],
     faces: &[u32],
@@ -104,7 +105,7 @@ macro_rules! tree {
                 })?
             }
 
-            /// Describes the defects of a mesh, and lists them as rows of two numbers.
+            /// Describes the defects of a mesh and lists them as rows of two numbers.
             #[staticmethod]
             fn inspect<'py>(
                 py: Python<'py>,
@@ -118,7 +119,8 @@ macro_rules! tree {
                 Ok((text, lists.map(|list| PyArray1::from_vec(py, list))))
             }
 
-            /// The faces to turn so that each connected piece is oriented consistently and outward.
+            /// Returns the faces to turn so that each connected piece is oriented consistently and
+            /// outward.
             #[staticmethod]
             fn orient<'py>(
                 py: Python<'py>,
@@ -204,7 +206,7 @@ macro_rules! tree {
 
             /// Fills `out` with whether segments hit nothing between their ends. The ends are
             /// passed in place of origins and directions, and were rounded to `bits` bits after the
-            /// first bit.
+            /// leading bit.
             fn visible(
                 &self,
                 py: Python<'_>,
@@ -228,7 +230,7 @@ macro_rules! tree {
                 })
             }
 
-            /// Fills `out` with rays that start at hits and never hit the same triangles.
+            /// Fills `out` with rays that start at hits and never hit those triangles again.
             #[staticmethod]
             fn spawn_rays(
                 py: Python<'_>,
@@ -416,8 +418,8 @@ macro_rules! tree {
                 })
             }
 
-            /// Moves the triangles, and returns how much longer rays take than in a new tree, as a
-            /// factor.
+            /// Moves the triangles and returns the estimated factor by which rays take longer than
+            /// in a new tree.
             fn refit(
                 &self,
                 py: Python<'_>,
@@ -451,8 +453,7 @@ macro_rules! tree {
             }
 
             /// Measures how many seconds the call in Rust takes to find the closest hits of these
-            /// rays, in the given order and in the order of tiles of a square picture. For
-            /// benchmarks.
+            /// rays, in the given order and in the tile order of a square image. For benchmarks.
             fn seconds(
                 &self,
                 py: Python<'_>,

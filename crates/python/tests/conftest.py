@@ -1,11 +1,11 @@
-"""Meshes that the tests share."""
+"""Meshes and rays that the tests share."""
 
 import numpy as np
 import pytest
 
 
 def icosphere(steps):
-    """A sphere of 20 * 4**steps triangles, counter-clockwise as seen from outside."""
+    """Returns a sphere of 20 * 4**steps triangles, counter-clockwise as seen from outside."""
     g = (1 + 5**0.5) / 2
     vertices = [[-1, g, 0], [1, g, 0], [-1, -g, 0], [1, -g, 0], [0, -1, g], [0, 1, g],
                 [0, -1, -g], [0, 1, -g], [g, 0, -1], [g, 0, 1], [-g, 0, -1], [-g, 0, 1]]
@@ -29,14 +29,14 @@ def icosphere(steps):
 
 
 def box(low=(-1, -1, -1), high=(1, 1, 1)):
-    """A box of 12 triangles, counter-clockwise as seen from outside."""
+    """Returns a box of 12 triangles, counter-clockwise as seen from outside."""
     corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], float)
     quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     return corners, np.array([face for a, b, c, d in quads for face in ([a, b, c], [a, c, d])])
 
 
 def camera(size, eye, target=(0, 0, 0), spread=0.6):
-    """The rays of a picture in rows: an eye (3,), and unit directions (size, size, 3)."""
+    """Returns the rays of an image: an eye (3,) and unit directions in rows (size, size, 3)."""
     eye = np.array(eye, float)
     ahead = np.array(target, float) - eye
     ahead /= np.linalg.norm(ahead)

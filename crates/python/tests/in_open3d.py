@@ -1,4 +1,5 @@
-"""A pytest plugin that replaces Open3D's RaycastingScene with intertri's, to run Open3D's own tests with it:
+"""A pytest plugin that replaces Open3D's RaycastingScene with intertri's, so that Open3D's own
+tests run against it:
 
     git clone --depth 1 https://github.com/isl-org/Open3D && cd Open3D/python/test
     PYTHONPATH=.../crates/python/tests python -m pytest -p in_open3d t/geometry/test_raycasting_scene.py
@@ -11,4 +12,4 @@ open3d.t.geometry.RaycastingScene = intertri.open3d.RaycastingScene
 
 
 def pytest_report_header():
-    return f"Open3D {open3d.__version__}, with the RaycastingScene of intertri"
+    return f"Open3D {open3d.__version__}, with intertri's RaycastingScene"

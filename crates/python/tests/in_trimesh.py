@@ -1,9 +1,10 @@
-"""A pytest plugin that replaces Embree in trimesh with intertri, to run trimesh's own tests with it:
+"""A pytest plugin that replaces Embree in trimesh with intertri, so that trimesh's own tests run
+against it:
 
     git clone https://github.com/mikedh/trimesh && cd trimesh
     PYTHONPATH=.../crates/python/tests:. python -m pytest -p in_trimesh tests/test_ray.py tests/test_ray_upstream.py
 
-With INTERTRI_EVERYWHERE=1, it also replaces trimesh's engine in Python, and the closest points and
+With INTERTRI_EVERYWHERE=1, it also replaces trimesh's Python engine and the closest points and
 signed distances of trimesh.proximity.
 """
 

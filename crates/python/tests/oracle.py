@@ -1,5 +1,5 @@
-"""Computes the right answers with a plain loop in rationals. It follows the definition and uses
-nothing from the package."""
+"""Computes the right answers with a plain loop in rational arithmetic. Follows the definitions and
+uses nothing from the package."""
 
 from fractions import Fraction
 from math import inf, isfinite
@@ -37,7 +37,7 @@ def _in(t, t_min, t_max):
 
 
 def hit(triangle, origin, direction, t_min=0.0, t_max=inf):
-    """(t, u, v) of the hit on the closed triangle, or None."""
+    """Returns (t, u, v) of the hit on the closed triangle, or None."""
     origin, direction = _exact(origin), _exact(direction)
     _, (u, v, w), t = _volumes(triangle, origin, direction)
     d = u + v + w
@@ -48,8 +48,8 @@ def hit(triangle, origin, direction, t_min=0.0, t_max=inf):
 
 
 def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):
-    """(t, side) of the crossing, or None. An edge or corner counts for only one of its triangles. A
-    side of 1 means that the ray leaves."""
+    """Returns (t, side) of the crossing, or None. An edge or corner counts for only one of its
+    triangles. A side of 1 means that the ray leaves."""
     origin, direction = _exact(origin), _exact(direction)
     normals, volumes, t = _volumes(triangle, origin, direction)
     side = _sign(t)
@@ -64,7 +64,7 @@ def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):
 
 
 def all_hits(triangles, origin, direction, t_min=0.0, t_max=inf):
-    """[(t, u, v, triangle)] sorted by t, then by triangle."""
+    """Returns [(t, u, v, triangle)] sorted by t, then by triangle."""
     hits = []
     for number, triangle in enumerate(triangles):
         found = hit(triangle, origin, direction, t_min, t_max)
@@ -74,12 +74,12 @@ def all_hits(triangles, origin, direction, t_min=0.0, t_max=inf):
 
 
 def closest(triangles, origin, direction, t_min=0.0, t_max=inf):
-    """(t, u, v, triangle), or None."""
+    """Returns (t, u, v, triangle), or None."""
     return next(iter(all_hits(triangles, origin, direction, t_min, t_max)), None)
 
 
 def crossings(triangles, origin, direction, t_min=0.0, t_max=inf):
-    """[(t, triangle, side)] sorted by t, then by triangle."""
+    """Returns [(t, triangle, side)] sorted by t, then by triangle."""
     found = []
     for number, triangle in enumerate(triangles):
         one = crossing(triangle, origin, direction, t_min, t_max)
@@ -89,7 +89,7 @@ def crossings(triangles, origin, direction, t_min=0.0, t_max=inf):
 
 
 def squared_distance(triangle, point):
-    """The square of the distance from a point to a closed triangle."""
+    """Returns the square of the distance from a point to a closed triangle."""
     p = _exact(point)
     a, b, c = (_exact(corner) for corner in triangle)
     ab, ac = _minus(b, a), _minus(c, a)

@@ -1,4 +1,4 @@
-"""Tests of pickles, threads, signals, forks, documentation, and types."""
+"""Tests pickles, threads, signals, forks, documentation, and types."""
 
 import copy
 import doctest
@@ -37,7 +37,7 @@ def test_copies_answer_alike(mesh):
 
 
 def _whatever_has_threads(vertices, faces, rays):
-    """A digest of the answers from all calls that use several threads."""
+    """Returns a digest of the answers from all calls that use several threads."""
     mesh = intertri.Mesh(vertices, faces)
     mesh.refit(vertices * vertices.dtype.type(1.5))
     mesh = pickle.loads(pickle.dumps(mesh))

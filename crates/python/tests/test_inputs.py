@@ -1,4 +1,4 @@
-"""Arrays and meshes from other packages, and error messages that say what to pass instead."""
+"""Tests arrays and meshes from other packages, and error messages that say what to pass instead."""
 
 from types import SimpleNamespace
 
@@ -12,7 +12,7 @@ DIGEST = intertri.Mesh(VERTICES, FACES).digest
 
 
 class Tensor:
-    """A tensor that NumPy can only read through DLPack."""
+    """A tensor that NumPy can read only through DLPack."""
 
     def __init__(self, array, device="cpu"):
         self._array, self._device = array, device
@@ -30,7 +30,7 @@ class Tensor:
 
 
 class OwnNumpy:
-    """A tensor like Open3D's: its own conversion to NumPy is fast, but DLPack and reading row by row are slow."""
+    """A tensor like Open3D's: quick to convert with its own `numpy`, but slow through DLPack or row by row."""
 
     by_dlpack = False
 
@@ -41,7 +41,7 @@ class OwnNumpy:
         return self._array
 
     def __dlpack__(self, **options):
-        # This may take seconds.
+        # For a real tensor, this may take seconds.
         OwnNumpy.by_dlpack = True
         return self._array.__dlpack__(**options)
 
@@ -128,12 +128,12 @@ def test_messages(ask, error, says):
 
 def test_models_are_no_saved_meshes(tmp_path):
     (tmp_path / "x.obj").write_text("v 0 0 0\n")
-    with pytest.raises(ValueError, match="x.obj holds no mesh: .*Mesh.read"):
+    with pytest.raises(ValueError, match="x.obj contains no mesh: .*Mesh.read"):
         intertri.load(tmp_path / "x.obj")
 
 
 def test_what_is_wrong_with_a_mesh_is_told():
-    """A mesh with a missing, flipped, or duplicated face. The last mesh also has a flipped duplicate."""
+    """Inspects meshes with a missing, flipped, or duplicated face. The last also has a flipped duplicate."""
     turned = FACES[:1, ::-1]
     cases = [
         (FACES[1:], "open", "3 edges belong to one triangle alone, the first at triangle"),
@@ -148,7 +148,7 @@ def test_what_is_wrong_with_a_mesh_is_told():
 
 
 def test_defects_are_listed(dtype):
-    """Edges are vertex pairs in the direction of their first face; repeated faces come with the earlier copy."""
+    """An edge is a vertex pair, in the direction of its first face. A repeated face is paired with its earlier copy."""
     # The slanted face is missing, the second face is flipped, and the first appears three times.
     faces = [[0, 2, 1], [1, 0, 3], [0, 3, 2], [2, 1, 0], [0, 1, 2]]
     mesh = intertri.Mesh(np.array(VERTICES, dtype)[:4], faces)

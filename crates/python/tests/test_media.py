@@ -1,4 +1,4 @@
-"""Media along rays, thickness, and voxels."""
+"""Tests media along rays, thickness, and voxels."""
 
 import copy
 import pickle
@@ -67,7 +67,7 @@ def test_batches_are_single_rays(rng):
         assert media.medium_at(origins[i]) == at[i] == alone["medium"][0]
     middle = np.minimum(lists.segments["end"], 100) / 2 + lists.segments["start"] / 2
     points = origins[lists.rays] + middle[:, None] * ways[lists.rays]
-    # The midpoint of a segment as short as a rounding error may round to the other side of a wall.
+    # If a segment is as short as a rounding error, its midpoint may round to the other side of a wall.
     clear = np.min([mesh.closest_point(points)["distance"] for mesh in meshes], axis=0) > 1e-14
     assert (media.medium_at(points) == lists.segments["medium"])[clear].all() and clear.mean() > 0.99
     # Float64 rays keep their precision in float32 meshes.

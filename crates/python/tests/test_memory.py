@@ -1,5 +1,5 @@
-"""Running out of memory raises MemoryError and never aborts. Each call is repeated, and a different
-allocation fails each time."""
+"""Tests that running out of memory raises MemoryError and never aborts. Each call is repeated, and a
+different allocation fails each time."""
 
 import os
 import shutil
@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-# An allocator between Python and the system allocator. After `arm`, one large allocation fails.
+# A shim in front of the system allocator. After `arm(count)`, the next `count` large allocations
+# succeed, and the one after them fails.
 FAILING = r"""
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -117,7 +118,7 @@ for name, call in calls.items():
             answer = None
         failed = shim.has_failed()
         assert failed or answer is not None, "MemoryError for no reason"
-        assert answer is None or answer.tobytes() == truth, "another answer"
+        assert answer is None or answer.tobytes() == truth, "wrong result"
         errors += answer is None
         if not failed:
             break

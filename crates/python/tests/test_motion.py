@@ -1,4 +1,4 @@
-"""Files, motion, and nearest points."""
+"""Tests saved files, moving meshes, and nearest points."""
 
 import base64
 import copy
@@ -59,7 +59,8 @@ def test_triangles_without_area_are_segments_and_points(dtype):
     assert near["distance"].tolist() == [1, 1] and near["triangle"].tolist() == [1, 1]
     assert mesh.hit_points(near).tolist() == [[6, 5, 5], [5, 5, 5]]
     assert mesh.signed_distance(np.array([6, 5, 6], dtype), assume_closed=True) == 1
-    # A copy answers the same. Then one triangle gains area, and another loses it.
+    # A copy returns the same result. The refit then gives one triangle an area and makes another
+    # degenerate.
     assert copy.deepcopy(mesh).closest_point(np.array([6, 5, 6], dtype)) == near[0]
     corners[5], corners[1] = [6, 7, 5], [0, 2, 0]
     mesh.refit(corners)
@@ -90,8 +91,8 @@ def test_a_saved_mesh_answers_alike(mesh, tmp_path):
     assert (hits_of(loaded) == hits_of(mesh)).all()
 
 
-# A saved hierarchy of two meshes, a triangle at z = 5 and one at z = 7, from `Bvh::from_meshes` and
-# `to_bytes`.
+# A saved hierarchy of two meshes (a triangle at z = 5 and one at z = 7), made with
+# `Bvh::from_meshes` and `to_bytes`.
 TWO_MESHES = (
     b"c-rgq3<>h&<&t7zU|?VYVh{}ij10)&N4)?uiU32N#M1+nf@#wjp^6VMplTHDR7+!%Hw*!p=Kzw2iaS8*3}eP{LC+i$W~jXkXy(s+c_YyLw%dD<"
     b"90!uT095{*pjL*E<qLNRuc00{CM3VW0l$2MJrMuLg9*q#aKJAQBq#t36a$d|AK<}Y|KY)unokH2vY)W|pd^PY{9tl08UQ5#&oK"
@@ -99,7 +100,7 @@ TWO_MESHES = (
 
 
 def save_bound(path, vertices, faces, tree):
-    """Saves these arrays in the file format of a mesh."""
+    """Saves the arrays in the format that `Mesh.save` writes."""
     bound = np.array(_archive.binding(vertices, faces, tree), np.uint64)
     np.savez(path, vertices=vertices, faces=faces, tree=np.frombuffer(tree, np.uint8), binding=bound)
 
@@ -114,17 +115,17 @@ def test_other_files(mesh, tmp_path):
         (mesh.vertices, out_of_range, b"", r"face 3 is \["),
     ]:
         save_bound(path, vertices, faces, tree)
-        with pytest.raises(ValueError, match=f"mesh.npz holds no mesh: .*({says})"):
+        with pytest.raises(ValueError, match=f"mesh.npz contains no mesh: .*({says})"):
             intertri.load(path)
     np.savez(path, vertices=mesh.vertices)
-    with pytest.raises(ValueError, match="holds no mesh: it has no member faces and tree"):
+    with pytest.raises(ValueError, match="contains no mesh: it has no member faces and tree"):
         intertri.load(path)
     two, faces = zlib.decompress(base64.b85decode(TWO_MESHES)), np.uint32([[0, 1, 2]] * 2)
     save_bound(path, np.zeros((3, 3), np.float32), faces, two)
-    with pytest.raises(ValueError, match="holds no mesh: a hierarchy of 2 meshes, not of one"):
+    with pytest.raises(ValueError, match="contains no mesh: its tree has 2 meshes instead of one"):
         intertri.load(path)
     np.save(tmp_path / "mesh.npy", mesh.vertices)
-    with pytest.raises(ValueError, match="holds no mesh: .*not a file that Mesh.save wrote"):
+    with pytest.raises(ValueError, match="contains no mesh: .*not a file that Mesh.save wrote"):
         intertri.load(tmp_path / "mesh.npy")
 
 
@@ -141,7 +142,7 @@ def test_a_tree_of_another_mesh_is_refused(mesh, tmp_path):
     other = intertri.Mesh(vertices.astype(mesh.dtype), faces)
     path = tmp_path / "mesh.npz"
     save_bound(path, mesh.vertices, mesh.faces, other._saved()[2])
-    with pytest.raises(ValueError, match="a hierarchy of 12 triangles, not 1280"):
+    with pytest.raises(ValueError, match="its tree has 12 triangles, not 1280"):
         intertri.load(path)
     other = intertri.Mesh(mesh.vertices.astype(np.float64 if mesh.dtype == np.float32 else np.float32), mesh.faces)
     save_bound(path, mesh.vertices, mesh.faces, other._saved()[2])
@@ -158,7 +159,7 @@ def test_refit_answers_as_a_new_mesh(mesh, rng):
                                       np.sin(angle) * turned[:, 0] + np.cos(angle) * turned[:, 2])
         turned = turned.astype(mesh.dtype)
         ratio = mesh.refit(turned)
-        # In a new tree the ratio would be 1.
+        # For a newly built tree, the ratio would be 1.
         assert 0 < ratio < 10 and (ratio != 1) == (twist > 0)
         new = intertri.Mesh(turned, faces)
         assert mesh.digest == new.digest and (mesh.vertices == turned).all()
@@ -194,7 +195,7 @@ def test_refit_of_some_vertices(mesh, rng):
     for indices, error, says in [
         ([len(moved)], IndexError, f"indices has {len(moved)}, but there are {len(moved)} vertices"),
         ([-1], IndexError, "indices has -1"),
-        ([0, 1], ValueError, r"vertices has shape \(1, 3\); it must be \(2, 3\), a row for each of indices"),
+        ([0, 1], ValueError, r"vertices has shape \(1, 3\); it must be \(2, 3\), one row for each index"),
         ([0.5], TypeError, "indices has dtype float64"),
         ([[0]], TypeError, r"shape \(1, 1\)"),
     ]:
@@ -213,7 +214,7 @@ def wall():
 
 
 class Meanwhile:
-    """Forwards calls, but runs `does` before it returns each result."""
+    """Forwards calls, but runs `does` before returning each result."""
 
     def __init__(self, inner, does):
         self.inner, self.does = inner, does
@@ -328,7 +329,7 @@ def test_a_refit_without_memory_changes_nothing(dtype):
 
 
 def test_queries_while_a_mesh_moves(dtype):
-    """Each answer belongs entirely to one position, old or new."""
+    """All results of one call reflect the same position of the mesh, either old or new."""
     corners = np.array([[-9, -9, 5], [9, -9, 5], [0, 9, 5]], dtype)
     many = np.concatenate([corners + dtype([0, 0, k]) for k in range(100)])
     mesh = intertri.Mesh(many, np.arange(300).reshape(-1, 3))

@@ -1,4 +1,4 @@
-"""The Open3D-compatible scene, compared with Open3D itself if it is installed."""
+"""Tests the Open3D-compatible scene, and compares it with Open3D itself if that is installed."""
 
 import math
 from types import SimpleNamespace
@@ -111,7 +111,7 @@ def test_devices():
 
 
 def test_a_scene_in_float64():
-    """A wall at UTM coordinates, and rays that start a nanometre away from it."""
+    """Traces rays that start a nanometre away from a wall at UTM coordinates."""
     wall = np.array([[528980.85, 183526.1, 0], [528980.85, 183526.1, 3], [528982.3, 183523.55, 0]])
     scene = RaycastingScene()
     scene.add_triangles(*meshes()[0])

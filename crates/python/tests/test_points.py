@@ -1,4 +1,4 @@
-"""Points inside, outside, and on the mesh, checked in rational arithmetic."""
+"""Tests points inside, outside, and on a mesh, checking the results in rational arithmetic."""
 
 import intertri
 import numpy as np
@@ -36,7 +36,7 @@ def test_cavities_and_overlaps(dtype):
 
 
 def solid_angles(triangles, points):
-    """Winding numbers from van Oosterom and Strackee's formula, summed over all triangles for each point."""
+    """Returns winding numbers from van Oosterom and Strackee's formula, summed over all triangles for each point."""
     a, b, c = (triangles[None, :, k].astype(float) - points[:, None].astype(float) for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
     num = (a * np.cross(b, c)).sum(axis=2)
@@ -45,7 +45,7 @@ def solid_angles(triangles, points):
 
 
 def test_open_meshes_have_winding_numbers(dtype, rng):
-    """With holes, flipped faces, or duplicates, a point is inside if its winding number does not round to 0."""
+    """In meshes with holes, flipped faces, or duplicates, points are inside if their winding numbers do not round to 0."""
     vertices, faces = icosphere(2)
     some = rng.uniform(size=len(faces))
     meshes = [faces[some < 0.8], np.where((some < 0.1)[:, None], faces[:, ::-1], faces), np.r_[faces, faces[some < 0.1]]]
@@ -92,7 +92,7 @@ def test_more_points_than_are_put_in_order_at_once():
 
 
 def test_no_ray_leaks_and_every_count_is_right(dtype, rng):
-    """Every ray from inside a closed mesh, through any corner or edge, counts the winding number."""
+    """From inside a closed mesh, every ray's signed crossings sum to 1, even through corners and edges."""
     vertices, faces = icosphere(3)
     mesh = intertri.Mesh(vertices.astype(dtype), faces)
     origin = np.array([0.125, 0.25, -0.125], dtype)

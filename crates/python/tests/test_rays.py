@@ -1,4 +1,4 @@
-"""Every bit of every ray result, checked in rational arithmetic."""
+"""Checks every bit of every ray result in rational arithmetic."""
 
 import math
 
@@ -10,7 +10,7 @@ from conftest import box, camera, icosphere
 
 
 def aimed(mesh, rng, count):
-    """Hard rays: most aim at corners or edge midpoints, some run along an axis, and some are random."""
+    """Returns difficult rays: most aim at corners or edge midpoints, some run along an axis, and some are random."""
     corners = mesh.triangles
     origins = (mesh.vertices.mean(axis=0) + rng.uniform(-2, 2, (count, 3))).astype(mesh.dtype)
     picked = corners[rng.integers(len(corners), size=count)]
@@ -25,7 +25,7 @@ def aimed(mesh, rng, count):
 
 
 def rounded(hit):
-    """The true values, rounded once."""
+    """Returns the exact t, u, and v, each rounded once."""
     return [float(x) for x in hit[:3]]
 
 
@@ -132,7 +132,7 @@ def test_forms_of_rays_agree(dtype, rng):
 
 @pytest.mark.parametrize("size", [31, 64, 100, 200, 333])
 def test_order_of_pictures_changes_nothing(dtype, size, rng):
-    """Images are traced in tiles, but hits do not depend on row length, on ray order, or on missing pixels."""
+    """Images are traced in tiles, but hits do not depend on row length, ray order, or missing pixels."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     eye, directions = camera(size, [1, 0.5, 3])
     eye, flat = eye.astype(dtype), directions.astype(dtype).reshape(-1, 3)
@@ -150,7 +150,7 @@ def test_order_of_pictures_changes_nothing(dtype, size, rng):
 
 @pytest.mark.parametrize("width,height", [(131, 100), (64, 70), (33, 200), (259, 33)])
 def test_lists_of_pictures(dtype, width, height, rng):
-    """All hits and crossings of an image, in each layout of rays, compared with those of shuffled rays."""
+    """Compares all hits and crossings of an image, in every ray layout, with those of shuffled rays."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     eye, directions = camera(260, [1, 0.5, 3])
     top, left = (260 - height) // 2, (260 - width) // 2
@@ -177,7 +177,7 @@ def test_lists_of_pictures(dtype, width, height, rng):
 
 @pytest.mark.parametrize("width,height", [(2048, 9), (1024, 64), (500, 37)])
 def test_wide_pictures(dtype, width, height, rng):
-    """Scans with few long rows: the number of threads determines how many rows are traced together."""
+    """In scans with few, long rows, the thread count determines how many rows are traced together."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     around, up = np.meshgrid(np.linspace(0, 6.2, width), np.linspace(-0.4, 0.4, height))
     directions = np.stack([np.cos(around), np.sin(around), up], axis=-1).astype(dtype)[:, :-1]
@@ -212,7 +212,7 @@ def test_threads_and_out_change_nothing(dtype):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_crossings_of_a_diagonal(dtype):
-    """Rays that hit the diagonal of a square, many with rounded weights: each crosses exactly once."""
+    """Each ray through the diagonal of a square crosses exactly once, even if its barycentric weights are rounded."""
     for n in range(2, 90):
         square = np.array([[0, 0, 1], [n, 0, 1], [0, n, 1], [n, n, 1]], dtype)
         mesh = intertri.Mesh(square, [[0, 1, 2], [3, 2, 1]])
@@ -223,7 +223,7 @@ def test_crossings_of_a_diagonal(dtype):
 
 @pytest.mark.parametrize("few", [False, True])
 def test_lists_from_many_chunks(few, rng):
-    """Parallel walls and rays that end between them: the hits are known and must not depend on the threads."""
+    """Rays end between parallel walls, so their hits are known. They must not depend on the thread count."""
     walls = np.arange(1, 6)
     corners = np.array([[-9, -9, 0], [9, -9, 0], [0, 18, 0]])
     mesh = intertri.Mesh(np.float32((corners + walls[:, None, None] * [0, 0, 1]).reshape(-1, 3)), np.arange(15).reshape(5, 3))
@@ -252,7 +252,7 @@ def test_certified(rng):
 
 
 def test_float64_rays_keep_their_precision():
-    """A float32 mesh, and rays within 1e-12 of an edge, which float32 could not tell apart."""
+    """Traces rays within 1e-12 of an edge of a float32 mesh. In float32, these rays would be identical."""
     mesh = intertri.Mesh(np.float32([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]]))
     origins = np.array([[0.5, 0.5 - 1e-12, 0], [0.5, 0.5, 0], [0.5, 0.5 + 1e-12, 0]])
     assert mesh.any(origins, [0, 0, 1]).tolist() == [True, True, False]

@@ -1,4 +1,4 @@
-"""Models from files, read by the same loaders as in the command-line program."""
+"""Tests reading models from files, with the loaders that the command-line program uses."""
 
 import gzip
 import pickle

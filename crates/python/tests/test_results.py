@@ -1,4 +1,4 @@
-"""Results in pandas data frames, misses as NaN, and the memory of results."""
+"""Tests results in pandas data frames, misses as NaN, and the reuse of memory for results."""
 
 import math
 import os
@@ -97,7 +97,7 @@ def test_rays_start_at_nearest_points():
 
 @pytest.fixture
 def many():
-    """A mesh, and enough rays that their answers use memory which is kept."""
+    """A mesh, and enough rays that the memory for their results is kept for reuse."""
     vertices, faces = icosphere(2)
     ways = np.random.default_rng(3).normal(size=(50_000, 3)).astype(np.float32)
     _memory._idle.clear()
@@ -132,7 +132,7 @@ def test_idle_memory_is_bounded_and_fits(many, monkeypatch):
     small = _memory.empty((1 << 20,), np.uint8)
     assert len(_memory._idle) == 1
     del small
-    # A block above the bound is not kept.
+    # A block larger than the limit is not kept.
     large = _memory.empty((4 << 21,), np.uint8)
     del large
     assert sum(map(len, _memory._idle)) <= _memory.MOST

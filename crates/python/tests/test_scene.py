@@ -1,4 +1,4 @@
-"""A scene of instances answers like a single mesh of all its triangles."""
+"""Tests that a scene of instances returns the same results as a single mesh of all its triangles."""
 
 import intertri
 import numpy as np
@@ -7,13 +7,13 @@ from conftest import box, icosphere
 
 
 def placed(mesh, matrix):
-    """The triangles of an instance, transformed as documented."""
+    """Returns the triangles of an instance, transformed as documented."""
     x, y, z = np.moveaxis(mesh.triangles.astype(np.float64), -1, 0)
     return np.stack([((row[0] * x + row[1] * y) + row[2] * z) + row[3] for row in np.asarray(matrix)[:3]], axis=-1)
 
 
 def matrices(rng, count):
-    """Random matrices that rotate, shear, and scale. Every fourth one mirrors instead."""
+    """Returns random matrices that rotate, shear, and scale. Every fourth one mirrors instead."""
     all = np.tile(np.eye(4), (count, 1, 1))
     all[:, :3, :3] = rng.uniform(-1, 1, (count, 3, 3)) * rng.choice([0.1, 1, 3], (count, 1, 1))
     all[:, :3, 3] = rng.uniform(-3, 3, (count, 3))
@@ -29,7 +29,7 @@ def rays(rng, corners, count):
 
 
 def check(scene, instances, rng):
-    """Compares all queries with a single mesh of all triangles. `instances` is {number: (mesh, matrix)}."""
+    """Compares all queries with those of a single mesh of all triangles. `instances` is {number: (mesh, matrix)}."""
     numbers = sorted(instances)
     parts = [placed(*instances[number]) for number in numbers]
     flat = intertri.Mesh(np.concatenate(parts))
@@ -80,7 +80,7 @@ def test_a_scene_answers_as_the_mesh_of_its_triangles(rng):
     assert len(scene) == 12 and repr(scene) == "Scene(12 instances)"
     check(scene, instances, rng)
 
-    # Move several in one call, remove one, and hide one. Nothing changes before the commit.
+    # Move several instances in one call, remove one, and hide one. Nothing changes before the commit.
     before = scene.closest([0, 0, -9], [0.01, 0.02, 1])
     moved = matrices(rng, 5)
     scene.place(np.arange(5), moved)

@@ -1,4 +1,4 @@
-"""skip, visible, and spawn_rays keep a surface from shading itself by accident."""
+"""Tests that skip, visible, and spawn_rays keep a surface from shading itself by accident."""
 
 import math
 
@@ -99,7 +99,7 @@ def test_skipping_is_as_a_mesh_without_the_face(dtype, rng):
 
 
 def test_skip_in_pictures_and_on_threads(dtype):
-    """An image with one origin is traced in tiles only if it skips nothing; the results are the same."""
+    """An image with one origin is traced in tiles only if no triangle is skipped, but the results are the same."""
     vertices, faces = icosphere(4)
     mesh = intertri.Mesh(vertices.astype(dtype), faces)
     eye, ways = (array.astype(dtype) for array in camera(160, [1, 2, 3]))

@@ -1,4 +1,4 @@
-"""The trimesh interface, with a test for each kind of problem that trimesh users report."""
+"""Tests the trimesh interface, including each kind of problem that trimesh users have reported."""
 
 import copy
 import pickle
@@ -23,7 +23,7 @@ def wall():
 
 @pytest.mark.parametrize("distance", [1e-1, 1e-2, 1e-3, 1e-6, 1e-9])
 def test_48_a_ray_that_leaves_a_wall_at_utm_coordinates(distance):
-    """An issue called unfixable: rays away from the wall must miss it, and rays toward it must hit it."""
+    """This issue was called unfixable: rays away from the wall must miss it, and rays toward it must hit it."""
     mesh, normal = wall()
     middle = mesh.vertices[[0, 2]].mean(axis=0) + [0, 0, 1]
     for side in (1, -1):
@@ -34,8 +34,8 @@ def test_48_a_ray_that_leaves_a_wall_at_utm_coordinates(distance):
 
 
 def test_331_points_on_the_surface_do_not_hit_it():
-    """Points sampled exactly on a box. Outward rays hit nothing. Inward rays hit the far side first
-    and cross the surface twice."""
+    """From points sampled exactly on a box, outward rays hit nothing. Inward rays hit the far side
+    first and cross the surface twice."""
     mesh = install(trimesh.creation.box())
     points, faces = trimesh.sample.sample_surface(mesh, 200, seed=0)
     normals = mesh.face_normals[faces]
@@ -247,7 +247,7 @@ def test_a_closest_point_on_an_edge_or_a_corner_has_the_face_that_faces_most(rng
 
 
 def test_rays_start_on_an_edge_or_a_corner():
-    """A ray that starts inward from a corner or edge crosses once at its start and once where it leaves."""
+    """A ray that points inward from a corner or edge crosses once at its start and once where it leaves."""
     mesh = install(trimesh.creation.box(extents=[2, 2, 2]))
     corner, edge = [1.0, 1, 1], [1.0, 1, 0.25]
     inward, outward = [-1, -0.9, -0.8], [1, 0.9, 0.8]

@@ -66,7 +66,7 @@ impl Adjacency {
     pub fn new(triangles: &[Triangle]) -> Self {
         assert!(triangles.len() < 1 << 30, "fewer than 2^30 triangles");
 
-        // Weld equal points. The first of them determines the index.
+        // Weld equal points; the index is that of the first.
         let mut points = Vec::new();
         let mut numbers = HashMap::with_capacity(triangles.len());
         let mut number = |p: [f32; 3]| {
@@ -79,7 +79,7 @@ impl Adjacency {
         };
         let faces: Vec<_> = triangles.iter().map(|t| t.0.map(&mut number)).collect();
 
-        // Sort all edges of all faces, so that equal ones are adjacent, in the order of the faces.
+        // Sort all edges of all faces. Equal edges become adjacent, in the order of their faces.
         let mut uses = Vec::with_capacity(3 * faces.len());
         for (face, &[a, b, c]) in (0..).zip(&faces) {
             if a != b && b != c && c != a {
@@ -115,7 +115,7 @@ impl Adjacency {
         self.faces[face].map(|corner| self.points[corner as usize])
     }
 
-    /// Each edge once, sorted by its ends.
+    /// Iterates over the edges, sorted by their ends. Each edge occurs once.
     pub fn edges(&self) -> impl Iterator<Item = Edge<'_>> {
         let firsts = std::iter::once(0).chain(self.ends.iter().map(|&(_, end)| end));
         self.ends.iter().zip(firsts).map(|(&(ends, end), first)| Edge {

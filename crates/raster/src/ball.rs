@@ -2,7 +2,7 @@
 //! that a pixel shows.
 //!
 //! The visible point P is where the line of sight through the pixel's centre meets the triangle's
-//! plane. Two roundings move it, so it is only known to be in a ball around the exact point:
+//! plane. Two roundings move it, so it is known only to be in a ball around the exact point:
 //!
 //! ```text
 //!   eye o---___ m                        The line of sight moves by m = r pixels, which is m / q at
@@ -38,13 +38,13 @@ struct Border {
     from: Point,
     way: Point,
     ends: bool,
-    /// Whether the piece is to the left of the border, seen with the normal toward the viewer.
+    /// Whether the piece is to the left of the border when its normal points at the viewer.
     left: bool,
 }
 
 impl<'a> Ball<'a> {
-    /// The ball for a pixel that shows a face of the mesh, or `None` if the face may be edge-on to
-    /// the eye, because the ball is then unbounded.
+    /// Returns the ball for a pixel that shows a face of the mesh, or `None` if the face may be
+    /// edge-on to the eye, in which case the ball is unbounded.
     pub(crate) fn new(
         view: &View,
         volume: &'a Volume<'a>,
@@ -65,7 +65,7 @@ impl<'a> Ball<'a> {
         let depth = abs(&offset / &height);
         let centre = add(&eye, &scale(&d, &(&offset / &height)));
 
-        // The rest is computed in f64, with errors on the safe side: the radius is an upper bound.
+        // The rest is computed in f64 and rounded up, so that the radius is an upper bound.
         let over = 1.0 + 2f64.powi(-40);
         let length = |a: &Point| rounded(&dot(a, a)).sqrt() * over;
         let (moved, directions, steep) =
@@ -102,7 +102,7 @@ impl<'a> Ball<'a> {
         })
     }
 
-    /// Whether the near cap of a face meets the ball.
+    /// Returns whether the near cap of a face meets the ball.
     pub(crate) fn meets_cap(&self, face: [u32; 3]) -> bool {
         self.may_meet(&face, &[]) && {
             let corners = face.map(|corner| self.near(corner));
@@ -115,7 +115,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Whether the side behind an edge meets the ball.
+    /// Returns whether the side behind an edge meets the ball.
     pub(crate) fn meets_side(&self, edge: [u32; 2]) -> bool {
         self.may_meet(&edge, &edge) && {
             let [a, b] = edge.map(|end| self.near(end));
@@ -135,7 +135,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Whether a flat piece within these borders meets the ball.
+    /// Returns whether a flat piece within these borders meets the ball.
     fn meets(&self, normal: &Point, borders: &[Border; 3]) -> bool {
         let square = self.radius.sqr();
         let over = |border: &Border| {
@@ -151,7 +151,8 @@ impl<'a> Ball<'a> {
             || near_plane() && borders.iter().all(over)
     }
 
-    /// Whether a border meets the ball, decided by its point nearest to the centre.
+    /// Returns whether a border meets the ball, that is, whether the border's point nearest to the
+    /// centre is in the ball.
     fn meets_border(&self, Border { from, way, ends, .. }: &Border, square: &Exact) -> bool {
         let arm = sub(&self.centre, from);
         let (along, length) = (dot(&arm, way), dot(way, way));
@@ -165,9 +166,9 @@ impl<'a> Ball<'a> {
         dot(&arm, &arm) * &length - along.sqr() <= square * &length
     }
 
-    /// Where the volume begins behind a point. For a point light, that is at `1 / reach` times the
-    /// point's distance from the light. For a directional light, the point is shifted away from the
-    /// light by `1 - reach` of the vector to it.
+    /// Returns where the volume begins behind a point. For a point light, that is at `1 / reach`
+    /// times the point's distance from the light. For a directional light, the point is shifted
+    /// away from the light by `1 - reach` times the vector to the light.
     fn near(&self, corner: u32) -> Point {
         let place = point(self.volume.adjacency().points()[corner as usize]);
         match self.volume.light() {
@@ -181,7 +182,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// The direction in which the volume continues from there.
+    /// Returns the direction in which the volume extends from there.
     fn far(&self, corner: u32) -> Point {
         match self.volume.light() {
             Light::Point { position, .. } => {
@@ -191,8 +192,8 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// A fast test in f64: false if the piece with these corners is certainly outside the ball, or
-    /// is not finite. From the corners in `endless`, the piece extends to infinity.
+    /// A fast f64 test that returns false only if the piece with these corners is certainly outside
+    /// the ball, or is not finite. The piece extends to infinity from the corners in `endless`.
     fn may_meet(&self, corners: &[u32], endless: &[u32]) -> bool {
         let (middle, half, most) = self.cube;
         let volume = self.volume;
@@ -232,7 +233,7 @@ mod tests {
     use crate::adjacency::Adjacency;
     use intertri::Triangle;
 
-    /// A ball with an arbitrary centre and radius.
+    /// Returns a ball with an arbitrary centre and radius.
     fn ball<'a>(volume: &'a Volume<'a>, centre: Vector, radius: f64) -> Ball<'a> {
         let cube = (centre, radius, largest(&[centre]));
         Ball { volume, centre: point(centre), radius: exact(radius), cube }
@@ -252,7 +253,7 @@ mod tests {
         let cap = |centre, radius| ball(&volume, centre, radius).meets_cap([0, 1, 2]);
         let side = |centre, radius| ball(&volume, centre, radius).meets_side([0, 1]);
 
-        // Centres nearest to the cap's face, to its edges, and to its corners.
+        // The cap's point nearest to these centres is inside the cap, on an edge, or at a corner.
         for (centre, distance) in [
             ([1.0, 2.0, 4.0], 3.0),
             ([2.0, -3.0, 5.0], 5.0),

@@ -1,6 +1,6 @@
-//! Outlines ready to draw: clipped, snapped, and sorted into bands of rows.
+//! Prepares outlines for drawing: clips them, snaps them, and sorts them into bands of rows.
 //!
-//! A picture is divided into bands of several full rows each. The first pass runs over the facets,
+//! The image is divided into bands of several full rows each. The first pass runs over the facets,
 //! in batches on all threads. It prepares the outlines and records which of them reach into each
 //! band. The second pass, with one band per task, draws them in order. The result does not depend
 //! on the number of threads.
@@ -11,10 +11,10 @@ use crate::spans::{BAND, first_centre};
 use crate::threads;
 use crate::view::View;
 
-/// The number of facets that are prepared together.
+/// The number of facets per batch.
 const BATCH: usize = 2048;
 
-/// One outline in the picture.
+/// One outline in the image.
 pub(crate) struct Piece {
     /// The depth of the outline.
     pub(crate) plane: FacetPlane,
@@ -26,7 +26,7 @@ pub(crate) struct Piece {
     corners: (u32, u32),
 }
 
-/// The outlines of several facets, and the ones that each band draws, in order.
+/// The outlines of several facets, and for each band the indices of those to draw, in order.
 pub(crate) struct Batch {
     corners: Vec<[i32; 2]>,
     pieces: Vec<Piece>,
@@ -83,7 +83,7 @@ impl Batch {
         }
     }
 
-    /// The outlines that reach into a band, each with its corners and its rows there.
+    /// Iterates over the outlines that reach into a band, each with its corners and its rows there.
     pub(crate) fn of_band(
         &self,
         band: usize,

@@ -30,22 +30,22 @@ pub struct Point4 {
 /// All six walls, for [`clip_facet`]: bit `i` is wall `i`.
 pub const ALL_WALLS: u8 = 0b11_1111;
 
-/// All walls except the far one: bits 0 to 3 are the sides of the picture, bit 4 is the near wall.
+/// All walls except the far one: bits 0 to 3 are the sides of the image, bit 4 is the near wall.
 pub const NO_FAR_WALL: u8 = 0b01_1111;
 
 impl Point4 {
-    /// A point from its four coordinates.
+    /// Creates a point from its four coordinates.
     pub const fn new(x: f64, y: f64, z: f64, w: f64) -> Self {
         Self { x, y, z, w }
     }
 
-    /// The six boundary coordinates: `w + x, w - x, w + y, w - y, w + z, w - z`.
+    /// Returns the six boundary coordinates: `w + x, w - x, w + y, w - y, w + z, w - z`.
     pub fn boundaries(self) -> [f64; 6] {
         let Self { x, y, z, w } = self;
         [w + x, w - x, w + y, w - y, w + z, w - z]
     }
 
-    /// `self + t * (to - self)`, for each coordinate.
+    /// Returns `self + t * (to - self)`, computed for each coordinate.
     fn toward(self, to: Self, t: f64) -> Self {
         Self {
             x: self.x + t * (to.x - self.x),
@@ -69,19 +69,19 @@ impl Point4 {
     }
 }
 
-/// Bit `i` is 0 if the point is inside wall `i`, that is, if its boundary coordinate is positive,
-/// and 1 if the point is outside, on the wall, or NaN.
+/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if its
+/// boundary coordinate is positive, and 1 if the point is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }
 
-/// Whether differences between these boundary coordinates, and between the coordinates they come
-/// from, cannot overflow; false for NaN.
+/// Returns whether differences between these boundary coordinates, and between the coordinates they
+/// come from, cannot overflow. If a coordinate is NaN, the result is false.
 fn in_range(boundaries: [f64; 6]) -> bool {
     boundaries.iter().all(|bc| bc.abs() <= f64::MAX / 4.0)
 }
 
-/// The part of an edge in the canonical view volume, or `None` if it is empty.
+/// Returns the part of an edge that is inside the canonical view volume, or `None` if no part is.
 ///
 /// An end that is inside keeps its bits, a clipped end is on its wall up to rounding, and the edge
 /// from `c` to `a` yields the same two points in reverse. The result is `None` if a coordinate is
@@ -127,7 +127,7 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         }
     }
 
-    // Do the two parts overlap?
+    // The edge is visible only if the two parts overlap.
     if from_a.0 + from_c.0 < 1.0 {
         return None;
     }
@@ -144,8 +144,8 @@ pub struct Scratch {
     next: Vec<Point4>,
 }
 
-/// The part of a flat facet inside the given walls, as an outline in the facet's order; empty if no
-/// part is inside.
+/// Returns the part of a flat facet that is inside the given walls, as an outline in the facet's
+/// order. The outline is empty if no part is inside.
 ///
 /// A convex facet has a convex outline. The outline of a concave facet may have several parts,
 /// connected by edges that run back and forth along a wall. Corners that are inside keep their
@@ -174,7 +174,7 @@ pub fn clip_facet(
         outline.clear();
     }
 
-    // Each wall with a corner outside clips the outline that the previous wall left.
+    // Each wall with a corner outside clips what remains after the previous walls.
     for i in (0..6).filter(|i| any >> i & 1 == 1) {
         next.clear();
         let Some(&last) = outline.last() else { break };

@@ -1,9 +1,9 @@
-//! Decides, pixel by pixel and without rounding, where two pictures of the same scene may differ.
+//! Decides, pixel by pixel and without rounding, where two images of the same scene may differ.
 //!
 //! A traced ray does not pass exactly through the centre of its pixel: the tracer rounds directions
 //! to f32, and this crate snaps corners to fractions of a pixel. Together, these roundings shift
-//! the picture by at most `r`, the [`View::tolerance`] of about 1e-4 pixels. A difference is
-//! excused only if the pixel could show it for some point within `r` of its centre:
+//! the image by at most `r`, the [`View::tolerance`] of about 1e-4 pixels. A difference is excused
+//! only if a shift of the pixel's centre by at most `r` could explain it:
 //!
 //! ```text
 //!      .-----.            an edge of one of the two facets passes within r of the centre, or
@@ -20,10 +20,10 @@ use crate::threads;
 use crate::vector::{cross, dot, double, length, sub};
 use crate::view::View;
 
-/// The verdict on one pixel of two pictures.
+/// The verdict on one pixel of two images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Both pictures agree.
+    /// Both images agree.
     Same,
     /// They differ, but rounding explains the difference.
     Excused,
@@ -31,19 +31,19 @@ pub enum Verdict {
     Unexcused,
 }
 
-/// Compares the triangle and the depth that each pixel shows in two pictures of the same triangles
+/// Compares the triangle and the depth that each pixel shows in two images of the same triangles
 /// with the same view, row by row.
 ///
 /// A different triangle is excused if an edge of either comes within [`View::tolerance`] of the
 /// centre of the pixel, or if, at some point within that distance, the depths of their planes are
-/// equal or one of the planes is edge-on to the eye. If both pictures show the same triangle, its
+/// equal or one of the planes is edge-on to the eye. If both images show the same triangle, its
 /// depth must also agree: each `t`, a distance from the eye, must occur on the triangle's plane
 /// within the tolerance, up to a relative error of 2^-22 for the length of a ray's direction. No
 /// other difference in depth is excused.
 ///
-/// All decisions use rational arithmetic on the numbers of the view and the triangles. Only depth
-/// comparisons have an allowance for the engines' f64 rounding, about 2^-48 of the products
-/// involved (`docs/raster.md`).
+/// All decisions are made in rational arithmetic, on the exact values of the view and the
+/// triangles. Only depth comparisons allow for the engines' f64 rounding, about 2^-48 of the
+/// products involved (`docs/raster.md`).
 ///
 /// # Panics
 /// Panics if a slice does not have one entry per pixel.
@@ -79,14 +79,14 @@ pub fn differences(
     verdicts
 }
 
-/// Whether a triangle can be visible at the distance `t` in a pixel.
+/// Returns whether a triangle can be visible at the distance `t` in a pixel.
 fn may_be_at(view: &View, triangle: &Triangle, t: f64, x: u32, y: u32) -> bool {
     clearly_at(view, triangle, t, x, y)
         .unwrap_or_else(|| Disc::new(view, x, y).may_be_at(triangle, t))
 }
 
-/// A fast test in f64 for the clear cases: a difference below half of the allowance, or above twice
-/// the allowance. The rounding of f64 is far smaller.
+/// A fast f64 test for the clear cases: a difference below half the allowance or above twice the
+/// allowance. The test's own rounding error is far smaller.
 fn clearly_at(view: &View, TriangleOf(corners): &Triangle, t: f64, x: u32, y: u32) -> Option<bool> {
     let [c1, c2, c3] = corners.map(double);
     let [p, q, arm] = [sub(c2, c1), sub(c3, c1), sub(c1, view.eye())];

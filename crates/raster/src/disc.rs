@@ -1,7 +1,7 @@
-//! The rule for one pixel, in rational arithmetic: what can be visible within a given distance of
-//! its centre?
+//! Decides, in rational arithmetic, what can be visible within a given distance of a pixel's
+//! centre.
 //!
-//! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where
+//! Points are relative to the eye: X to the right, Y up, W ahead. The image is at W = 1, where
 //! the pixel is a disc of radius r around its centre c. Everything visible in the disc is in a
 //! cone:
 //!
@@ -36,27 +36,27 @@ struct SeenTriangle {
     height: Linear,
     /// `n · a`, not negative.
     offset: Exact,
-    /// A bound on f64's rounding of the offset.
+    /// A bound on the f64 rounding error of the offset.
     doubt: Exact,
 }
 
-/// A linear function of the position in the picture.
+/// A linear function of the position in the image.
 struct Linear {
     /// The value at the centre.
     value: Exact,
     /// The slopes along x and y.
     slope: [Exact; 2],
-    /// A bound on f64's rounding of its value.
+    /// A bound on the f64 rounding error of its value.
     doubt: Exact,
 }
 
 impl Linear {
-    /// The square of its gradient.
+    /// Returns the square of the gradient's length.
     fn steepness(&self) -> Exact {
         self.slope[0].sqr() + self.slope[1].sqr()
     }
 
-    /// Whether the function is 0 somewhere in a disc of the given radius around the centre.
+    /// Returns whether the function is 0 somewhere in a disc of the given radius around the centre.
     fn vanishes(&self, radius: &Exact) -> bool {
         let beyond = &self.doubt - abs(self.value.clone());
         sign_with_root(&beyond, radius, &self.steepness()).is_ge()
@@ -64,10 +64,10 @@ impl Linear {
 }
 
 impl Disc {
-    /// The disc of [`View::tolerance`] around the centre of a pixel.
+    /// Creates the disc of radius [`View::tolerance`] around the centre of a pixel.
     pub(crate) fn new(view: &View, x: u32, y: u32) -> Self {
         let pixel = exact(2.0 * view.half_height()) / Exact::from(view.height());
-        // The centre of the picture is (0, 0), and y grows downward.
+        // The centre of the image is (0, 0), and y grows downward.
         let from_middle = |place: u32, side: u32| {
             (Exact::from(2 * place + 1) - Exact::from(side)) / Exact::from(2) * &pixel
         };
@@ -80,8 +80,8 @@ impl Disc {
         }
     }
 
-    /// The direction of the line of sight through the centre, in scene coordinates. Its component
-    /// along forward is 1.
+    /// Returns the direction of the line of sight through the centre, in scene coordinates. Its
+    /// component along forward is 1.
     pub(crate) fn pixel_directions(&self) -> Point {
         [0, 1, 2].map(|k| {
             let along = |axis: usize| &self.axes[axis][k] * &self.centre[axis];
@@ -89,7 +89,7 @@ impl Disc {
         })
     }
 
-    /// Whether the pixel may show either of two triangles, or nothing instead of one of them.
+    /// Returns whether the pixel may show either member of a pair: a triangle, or nothing (`None`).
     pub(crate) fn excuses(&self, pair: [Option<&Triangle>; 2]) -> bool {
         // A triangle that is not finite or has no area is never visible.
         let [one, other] = pair.map(|triangle| triangle.map(|triangle| self.see(triangle)));
@@ -105,9 +105,9 @@ impl Disc {
         one.zip(other).is_some_and(|(one, other)| tie(&one, &other).vanishes(&self.radius))
     }
 
-    /// Whether a triangle can be visible at the distance `t`, that is, whether `q t = |d|` for its
-    /// plane somewhere in the disc, up to a relative error of 2^-22. Here `d` is the direction
-    /// through the centre.
+    /// Returns whether a triangle can be visible at the distance `t`, that is, whether `q t = |d|`
+    /// for its plane somewhere in the disc, up to a relative error of 2^-22. Here `d` is the
+    /// direction through the centre.
     pub(crate) fn may_be_at(&self, triangle: &Triangle, t: f64) -> bool {
         let Some(seen) = self.see(triangle).filter(|_| t.is_finite() && t > 0.0) else {
             return false;
@@ -127,10 +127,10 @@ impl Disc {
             && sign_with_roots(&((doubt - value) * &t), [&reach, &steep], [&most, &length]).is_ge()
     }
 
-    /// The triangle relative to the eye, with its normal turned away from the eye, or `None` if it
-    /// is not finite or has no area.
+    /// Returns the triangle relative to the eye, with its normal pointing away from the eye, or
+    /// `None` if it is not finite or has no area.
     fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
-        // In both engines, each of the two numbers is rounded to f64 about 12 times.
+        // Both engines round about 12 times, in f64, while computing each of the two values.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;
@@ -156,14 +156,14 @@ impl Disc {
         Some(SeenTriangle { corners, height, offset, doubt })
     }
 
-    /// Whether an edge of a triangle meets the cone.
+    /// Returns whether an edge of a triangle meets the cone.
     fn meets_outline(&self, SeenTriangle { corners: [a, b, c], .. }: &SeenTriangle) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| self.meets(a, b))
     }
 
-    /// Whether the segment from a to b meets the cone. A point is in the cone if `W > 0` and
-    /// `f >= 0`, where `f = (r W)^2 - |(X, Y) - W c|^2` is a quadratic function of the position s
-    /// along the segment:
+    /// Returns whether the segment from a to b meets the cone. A point is in the cone if `W > 0`
+    /// and `f >= 0`, where `f = (r W)^2 - |(X, Y) - W c|^2` is a quadratic function of the position
+    /// s along the segment:
     ///
     /// ```text
     ///   a ------(======)------ b     Either an end is in the cone or, because the cone is convex,
@@ -191,7 +191,7 @@ impl Disc {
     }
 }
 
-/// The difference of two depths `q = height / offset`, multiplied by both offsets.
+/// Returns the difference of two depths `q = height / offset`, multiplied by both offsets.
 fn tie(one: &SeenTriangle, other: &SeenTriangle) -> Linear {
     let across =
         |k: usize| &one.height.slope[k] * &other.offset - &other.height.slope[k] * &one.offset;

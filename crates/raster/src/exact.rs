@@ -13,7 +13,7 @@ pub(crate) type Exact = Relaxed;
 /// A point or vector with rational coordinates.
 pub(crate) type Point = [Exact; 3];
 
-/// The exact value of a number, or 0 if the number is not finite.
+/// Converts a number exactly, or returns 0 if the number is not finite.
 pub(crate) fn exact(x: f64) -> Exact {
     Exact::try_from(x).unwrap_or_default()
 }
@@ -22,7 +22,7 @@ pub(crate) fn point<T: Into<f64>>(p: [T; 3]) -> Point {
     p.map(|x| exact(x.into()))
 }
 
-/// The nearest f64.
+/// Rounds to the nearest f64.
 pub(crate) fn rounded(x: &Exact) -> f64 {
     x.to_f64().value()
 }
@@ -51,7 +51,7 @@ pub(crate) fn cross(a: &Point, b: &Point) -> Point {
     [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
 }
 
-/// |x| + |y| + |z|, a rational upper bound on the length.
+/// Returns |x| + |y| + |z|, a rational upper bound on the length.
 pub(crate) fn size(a: &Point) -> Exact {
     a.iter().cloned().map(abs).fold(Exact::ZERO, |sum, x| sum + x)
 }
@@ -60,12 +60,12 @@ fn sign(x: &Exact) -> Ordering {
     x.cmp(&Exact::ZERO)
 }
 
-/// The sign of `a + b sqrt(p)`, where `p` is not negative.
+/// Returns the sign of `a + b sqrt(p)`, where `p` is not negative.
 pub(crate) fn sign_with_root(a: &Exact, b: &Exact, p: &Exact) -> Ordering {
     stronger(sign(a), sign(b), || sign(&(a.sqr() - b.sqr() * p)), p)
 }
 
-/// The sign of `a + b sqrt(p) + c sqrt(q)`, where neither `p` nor `q` is negative.
+/// Returns the sign of `a + b sqrt(p) + c sqrt(q)`, where neither `p` nor `q` is negative.
 pub(crate) fn sign_with_roots(a: &Exact, [b, p]: [&Exact; 2], [c, q]: [&Exact; 2]) -> Ordering {
     // (a + b sqrt(p))^2 - (c sqrt(q))^2 has only one root left.
     let squares = || {
@@ -75,8 +75,8 @@ pub(crate) fn sign_with_roots(a: &Exact, [b, p]: [&Exact; 2], [c, q]: [&Exact; 2
     stronger(sign_with_root(a, b, p), sign(c), squares, q)
 }
 
-/// The sign of `x + y sqrt(p)`, from the signs of x and y and, if those are opposite, the sign of
-/// `x^2 - y^2 p`.
+/// Returns the sign of `x + y sqrt(p)`, given the signs of x and y and, if those are opposite, the
+/// sign of `x^2 - y^2 p`.
 fn stronger(x: Ordering, y: Ordering, squares: impl FnOnce() -> Ordering, p: &Exact) -> Ordering {
     let y = if p.is_zero() { Ordering::Equal } else { y };
     if y.is_eq() || x == y {

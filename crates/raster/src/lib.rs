@@ -4,8 +4,7 @@
 //! [`facets`] and [`triangles`] fill a visibility buffer, one [`intertri::Hit`] per pixel, as a
 //! tracer does with one ray per pixel. [`lit`] fills a shadow mask for any visibility buffer, as a
 //! tracer does with one shadow ray per pixel. [`differences`] and [`shadow_differences`] decide
-//! pixel by pixel whether two engines may disagree. [`wire`] draws the visible edges over a
-//! picture.
+//! pixel by pixel whether two engines may disagree. [`wire`] draws the visible edges over an image.
 //!
 //! ```
 //! use intertri::Triangle;

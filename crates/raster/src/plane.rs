@@ -1,8 +1,8 @@
-//! The depth of a plane over the picture: `q`, the inverse of the view depth, as a linear function.
+//! The depth of a plane across the image: `q`, the inverse of the view depth, as a linear function.
 //!
 //! Let `n` be the plane's normal, and `a` the vector from the eye to one of its points. The line of
 //! sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,
-//! which is linear over the picture because `d` is. A larger q is nearer, and a point at infinity
+//! which is linear over the image because `d` is. A larger q is nearer, and a point at infinity
 //! has q = 0.
 
 use intertri::simd::Lanes;
@@ -24,8 +24,8 @@ pub(crate) struct FacetPlane {
 }
 
 impl FacetPlane {
-    /// The plane through `eye + arm` with this normal, with `q` clamped to `lo..=hi`. A plane
-    /// through the eye has no depth; its `q` is `lo` everywhere.
+    /// Creates the plane through `eye + arm` with this normal, with `q` clamped to `lo..=hi`. A
+    /// plane through the eye has no depth; its `q` is `lo` everywhere.
     pub(crate) fn new(
         directions: &PixelDirections,
         normal: Vector,
@@ -42,12 +42,12 @@ impl FacetPlane {
         }
     }
 
-    /// A plane with the same q everywhere; 0 means infinitely far away.
+    /// Creates a plane with the same q everywhere. A q of 0 means infinitely far away.
     pub(crate) fn flat(q: f64) -> Self {
         Self { q0: q, dx: 0.0, dy: 0.0, lo: q, hi: q }
     }
 
-    /// The largest q, at the nearest corner.
+    /// Returns the largest q, which is at the nearest corner.
     pub(crate) fn hi(&self) -> f64 {
         self.hi
     }
@@ -63,7 +63,7 @@ impl FacetPlane {
         }
     }
 
-    /// The q at one point, with the same bits as [`Row::at`].
+    /// Returns the q at one point, with the same bits as [`Row::at`].
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         (self.dx * x + (self.q0 + self.dy * y)).max(self.lo).min(self.hi)
     }
@@ -79,15 +79,16 @@ pub(crate) struct Row<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Row<D> {
-    /// The q at the centres `x`. No operation is fused, so the bits are the same on every CPU.
+    /// Returns the q at the centres `x`. No operation is fused, so the bits are the same on every
+    /// CPU.
     #[inline(always)]
     pub(crate) fn at(&self, x: D) -> D {
         (self.dx * x + self.q0).max(self.lo).min(self.hi)
     }
 }
 
-/// The range of q over corners with these view depths, for the part of a facet in front of the eye;
-/// unbounded if a corner is behind it.
+/// Returns the range of q between corners with these view depths, for the part of a facet in front
+/// of the eye. The range is unbounded if a corner is behind the eye.
 pub(crate) fn range(depths: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for w in depths {
@@ -104,8 +105,8 @@ mod tests {
 
     #[test]
     fn a_plane_seen_edge_on_stays_between_its_corners() {
-        // A facet 1 to 3 ahead, in a plane that passes extremely close to the eye. Just beside the
-        // facet, the plane itself may have any depth.
+        // A facet at view depths from 1 to 3, in a plane that passes extremely close to the eye.
+        // Just beside the facet, the plane itself may have any depth.
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
         let view = View::new([0.0; 3], axes, 1.0, 100, 100).unwrap();
         let plane = FacetPlane::new(

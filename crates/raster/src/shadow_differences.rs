@@ -1,7 +1,7 @@
-//! Decides, pixel by pixel, where two shadow masks of the same picture may differ.
+//! Decides, pixel by pixel, where two shadow masks of the same image may differ.
 //!
-//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused if
-//! the surface of a shadow volume, a side or a near cap, meets that ball:
+//! The point that a pixel shows is known only to be in a small ball ([`Ball`]). A difference is
+//! excused if the surface of a shadow volume, a side or a near cap, meets that ball:
 //!
 //! ```text
 //!        * light
@@ -12,9 +12,9 @@
 //!      -------`--'----- surface
 //! ```
 //!
-//! A triangle that is edge-on to the light casts a flat, empty volume. Its surface counts
-//! nevertheless, because rounding decides whether a shadow ray along the triangle hits it. Its cap
-//! and its three sides are therefore treated like any others.
+//! A triangle that is edge-on to the light casts a flat, empty volume. Its surface still counts,
+//! because rounding decides whether a shadow ray along the triangle hits it. Its cap and its three
+//! sides are therefore treated like any others.
 
 use intertri::Hit;
 
@@ -27,7 +27,7 @@ use crate::volume::Volume;
 
 /// Compares two shadow masks of the same view, row by row.
 ///
-/// Where the masks differ, the visible point is only known to be in a ball. The ball's radius is
+/// Where the masks differ, the visible point is known only to be in a ball. The ball's radius is
 /// the distance on the triangle's plane that [`View::tolerance`] pixels cover, plus 2^-24 of the
 /// distance to the light (for a directional light, 2^-24 of the distance to the origin plus twice
 /// the length of the vector to the light, because its shadow rays start at rounded points). The
@@ -68,8 +68,8 @@ pub fn shadow_differences(
     verdicts
 }
 
-/// Whether the surface of a volume comes so close to the visible point that the point may be either
-/// lit or dark.
+/// Returns whether the surface of a volume comes so close to the visible point that the point may
+/// be either lit or dark.
 fn excused(view: &View, hit: &Hit, volume: &Volume<'_>, x: u32, y: u32) -> bool {
     // A pixel without a hit counts as lit in both masks.
     if !hit.is_hit() {

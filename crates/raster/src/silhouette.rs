@@ -48,16 +48,17 @@ pub enum Light {
 /// One edge of a silhouette.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outline {
-    /// Two indices into [`Adjacency::points`], in the direction of the faces that are turned to the
-    /// light (counter-clockwise around each of them, as seen from the light).
+    /// Two indices into [`Adjacency::points`], in the direction of the faces once they point toward
+    /// the light (counter-clockwise around each face, as seen from the light).
     pub ends: [u32; 2],
-    /// How many more faces run along the edge in this direction than in the other; always positive.
+    /// How many more faces run along the edge in this direction than in the other. It is always
+    /// positive.
     pub count: u32,
 }
 
-/// For each face, 1 if its normal (c2 - c1) ^ (c3 - c1) points toward the light, -1 if it points
-/// away, and 0 if the face casts no shadow because it is edge-on to the light, has no area, or is
-/// not finite.
+/// Returns, for each face, 1 if its normal (c2 - c1) ^ (c3 - c1) points toward the light, -1 if it
+/// points away, and 0 if the face casts no shadow because it is edge-on to the light, has no area,
+/// or is not finite.
 ///
 /// For a point light, the sign is exact. For a directional light, it is exact for the face's sides
 /// after they are rounded to f64.
@@ -84,8 +85,8 @@ pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     (0..adjacency.faces().len()).map(face).collect()
 }
 
-/// The edges at which the faces do not cancel once those that point away from the light are
-/// flipped.
+/// Returns the edges at which the faces do not cancel once those that point away from the light
+/// are flipped.
 ///
 /// # Panics
 /// Panics if `facing` does not have one entry for each face.

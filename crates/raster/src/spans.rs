@@ -2,7 +2,7 @@
 //! shared edges.
 //!
 //! Corners are on a grid of fractions of a pixel. Where an edge crosses the centre line of a row,
-//! it marks the first pixel whose centre is not to its left:
+//! it marks the first pixel whose centre is not to the left of the crossing:
 //!
 //! ```text
 //!     row's centre line   . . .\. . . . . . . ./. . . .     . pixel centres
@@ -15,10 +15,10 @@
 //!
 //! **Ownership.** An edge applies to the rows with `top <= centre < bottom` and to the pixels with
 //! `crossing <= centre`. This is the top-left rule: a centre exactly on an edge belongs to the
-//! facet to its right, or to the facet below it if the edge is horizontal. Two facets at an edge
-//! use the same integers for it with opposite signs. So the windings over a closed surface add up
-//! to 0 at every centre, and every centre is covered equally often by front and back facets. There
-//! are no gaps and no overlaps, however thin the facets are.
+//! facet to its right, or to the facet below it if the edge is horizontal. Two facets that share an
+//! edge use the same integers for it, with opposite signs. The windings of a closed surface
+//! therefore add up to 0 at every centre, and every centre is covered equally often by front and
+//! back facets. There are no gaps and no overlaps, however thin the facets are.
 
 use crate::view::SUBPIXEL_BITS;
 
@@ -34,7 +34,7 @@ pub(crate) struct Crossings {
     rows: [Vec<(u32, i32)>; BAND as usize],
 }
 
-/// The first row (or column) whose centre is at or after a coordinate.
+/// Returns the first row (or column) whose centre is at or after a coordinate.
 pub(crate) fn first_centre(x: i32) -> u32 {
     ((i64::from(x) - HALF + PIXEL - 1) >> SUBPIXEL_BITS).max(0) as u32
 }
@@ -75,7 +75,7 @@ impl Crossings {
     /// Records where an edge crosses the rows.
     #[inline(always)]
     fn edge(&mut self, from: [i32; 2], to: [i32; 2], (top, bottom): (u32, u32)) {
-        // Both facets at an edge must do the same arithmetic, so always go from the upper end down.
+        // Both facets at an edge must do the same arithmetic, so always start at the upper end.
         let (high, low, step) = if from[1] < to[1] { (from, to, 1) } else { (to, from, -1) };
         let first = first_centre(high[1]).max(top);
         let end = first_centre(low[1]).min(bottom);
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_square_owns_its_top_and_left_edges() {
-        // The corners are pixel centres. The square covers two by two pixels, not three by three.
+        // The corners are pixel centres. The square covers 2×2 pixels, not 3×3.
         let p = |x: i32, y: i32| [x * (1 << 16) + (1 << 15), y * (1 << 16) + (1 << 15)];
         let square = [p(1, 1), p(1, 3), p(3, 3), p(3, 1)];
         let sums = windings(&square, 5, 20);

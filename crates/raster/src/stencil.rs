@@ -30,9 +30,9 @@ use crate::view::{PixelDirections, View};
 use crate::volume::Volume;
 use crate::z_buffer::{centres, plane};
 
-/// Which pixels the light reaches, given the hit that each pixel shows (from any engine): `false`
-/// if a face of the volume's mesh is between the visible point and the light. A pixel that shows
-/// nothing is lit.
+/// Computes which pixels the light reaches, given the hit that each pixel shows (from any engine).
+/// A pixel is `false` if a face of the volume's mesh is between the visible point and the light. A
+/// pixel that shows nothing is lit.
 ///
 /// The hits must be on the volume's mesh, whose planes determine the depths. If the mesh has no
 /// triangle with the index of a hit, the depth is computed from `t`, assuming a direction of unit
@@ -70,7 +70,7 @@ pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
     lit
 }
 
-/// `q`, the inverse of the view depth, for each pixel; 0 for a miss.
+/// Computes `q`, the inverse of the view depth, for each pixel. A miss has `q = 0`.
 fn depths(
     view: &View,
     directions: &PixelDirections,
@@ -132,7 +132,7 @@ impl Surfaces<'_> {
         }
     }
 
-    /// Adds one side, from a silhouette edge, reversed, to infinity.
+    /// Adds one side, which extends from a silhouette edge (reversed) to infinity.
     fn side(&self, batch: &mut Batch, i: usize) {
         let Self { view, directions, volume, near } = *self;
         let side = volume.silhouette()[i];
@@ -157,8 +157,8 @@ impl Surfaces<'_> {
     }
 }
 
-/// The counters of one band; they cannot wrap, because there are fewer than 2^30 faces. Rows are
-/// slightly longer than the picture, to fill the last lanes.
+/// The counters of one band. They cannot wrap, because there are fewer than 2^30 faces. Each row is
+/// padded to fill the last lanes.
 #[derive(Default)]
 struct Counters {
     stride: usize,

@@ -1,4 +1,4 @@
-//! Vectors of three f64, for the set-up of facets and volumes.
+//! Vectors of three f64 values, for setting up facets and volumes.
 
 pub(crate) type Vector = [f64; 3];
 

@@ -1,4 +1,4 @@
-//! The viewer: an eye, its axes, and the picture in front of it.
+//! The viewer: an eye, its axes, and the image in front of it.
 //!
 //! ```text
 //!                    up
@@ -12,7 +12,7 @@
 //! ```
 //!
 //! A point at `eye + a` has the view depth `w = forward & a`, the factor by which `d` must be
-//! scaled to reach it. Its inverse `q = 1 / w` is linear over the picture within one plane, and the
+//! scaled to reach it. Its inverse `q = 1 / w` is linear over the image within one plane, and the
 //! `t` of a ray of unit length is `w * |d| = |d| / q`.
 
 use std::fmt;
@@ -22,14 +22,14 @@ use crate::vector::{Vector, add, dot, double, length, scale, sub};
 
 /// Each pixel is divided into `2^SUBPIXEL_BITS` parts along each axis.
 ///
-/// With 16 bits and at most 2^14 pixels, a coordinate has 30 bits, so all edge arithmetic fits into
-/// i64.
+/// With 16 bits and at most 2^14 pixels per side, coordinates are at most 2^30, so all edge
+/// arithmetic fits in i64.
 pub const SUBPIXEL_BITS: u32 = 16;
 
-/// The largest width and height of a picture.
+/// The largest width and height of an image.
 pub const MAX_SIDE: u32 = 1 << 14;
 
-/// An eye and its picture.
+/// An eye and its image.
 ///
 /// A tracer's rays from the same eye are `eye + t * d / |d|`, where `d` is the [`View::direction`]
 /// at the centre of a pixel, up to rounding to f32. [`View::tolerance`] bounds the effect of that
@@ -46,7 +46,7 @@ pub struct View {
     height: u32,
 }
 
-/// The directions as a linear function of the position in the picture: `origin + x * dx + y * dy`.
+/// The directions as a linear function of the position in the image: `origin + x * dx + y * dy`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelDirections {
     pub(crate) origin: Vector,
@@ -55,13 +55,14 @@ pub(crate) struct PixelDirections {
 }
 
 impl View {
-    /// A view from `eye` along the axes right, up, and forward, with `width` by `height` square
-    /// pixels. `half_height` is half the picture's height at distance 1, which is the tangent of
-    /// half the vertical field of view.
+    /// Creates a view from `eye` along the axes right, up, and forward, with `width`×`height`
+    /// square pixels. `half_height` is half the image's height at distance 1, which is the tangent
+    /// of half the vertical field of view.
     ///
     /// # Errors
-    /// Fails if a number is not finite, the axes are not orthonormal to 1e-9, `half_height` is not
-    /// positive, or a side of the picture is 0 or more than [`MAX_SIDE`].
+    /// Returns an error if a value is not finite, the axes are not orthonormal to 1e-9, half the
+    /// height or width at distance 1 is not between 1e-9 and 1e9, or a side of the image is 0 or
+    /// more than [`MAX_SIDE`].
     ///
     /// ```
     /// use intertri_raster::View;
@@ -115,25 +116,25 @@ impl View {
         [self.right, self.up, self.forward]
     }
 
-    /// Half the picture's height at distance 1.
+    /// Half the image's height at distance 1.
     pub(crate) fn half_height(&self) -> f64 {
         self.half_height
     }
 
-    /// The direction of the line of sight through a point of the picture, given in pixels from the
-    /// top left corner. Its component along `forward` is 1.
+    /// Returns the direction of the line of sight through a point in the image, given in pixels
+    /// from the top left corner. Its component along `forward` is 1.
     pub fn direction(&self, x: f64, y: f64) -> [f64; 3] {
         let PixelDirections { origin, dx, dy } = self.pixel_directions();
         add(origin, add(scale(dx, x), scale(dy, y)))
     }
 
-    /// [`View::direction`] through the centre of a pixel, and its length.
+    /// Returns [`View::direction`] through the centre of a pixel, and its length.
     pub(crate) fn through(&self, x: u32, y: u32) -> (Vector, f64) {
         let d = self.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
         (d, length(d))
     }
 
-    /// The directions as a linear function of the position in the picture.
+    /// Returns the directions as a linear function of the position in the image.
     pub(crate) fn pixel_directions(&self) -> PixelDirections {
         let across = scale(self.right, self.half_width);
         let above = scale(self.up, self.half_height);
@@ -144,12 +145,12 @@ impl View {
         }
     }
 
-    /// `|d|` at a corner of the picture, its largest value.
+    /// Returns the largest value of `|d|`, which it has at the corners of the image.
     pub(crate) fn longest(&self) -> f64 {
         (1.0 + self.half_width * self.half_width + self.half_height * self.half_height).sqrt()
     }
 
-    /// How far apart, in pixels, a traced ray and this crate's picture can place an edge.
+    /// Returns how far apart, in pixels, a traced ray and this crate's image can place an edge.
     ///
     /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its
     /// directions to f32, and here the corners of facets are snapped to 2^-16 of a pixel.
@@ -161,14 +162,14 @@ impl View {
         rounded_ray + snapped
     }
 
-    /// The view depth of `eye + arm`.
+    /// Returns the view depth of `eye + arm`.
     pub(crate) fn depth(&self, arm: Vector) -> f64 {
         dot(self.forward, arm)
     }
 
-    /// A point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight` 0), in
-    /// the homogeneous coordinates of this picture, with the near wall at the view depth `near` and
-    /// the far wall at infinity.
+    /// Projects a point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight`
+    /// 0) to the homogeneous coordinates of this image, with the near wall at the view depth `near`
+    /// and the far wall at infinity.
     pub(crate) fn project(&self, arm: Vector, weight: f64, near: f64) -> Point4 {
         let w = self.depth(arm);
         Point4 {
@@ -179,13 +180,14 @@ impl View {
         }
     }
 
-    /// The position of a point in the picture, in pixels from its top left corner.
+    /// Returns the position of a point in the image, in pixels from its top left corner.
     pub(crate) fn pixel(&self, point: Point4) -> [f64; 2] {
         let half = [self.width, self.height].map(|side| f64::from(side) * 0.5);
         [(1.0 + point.x / point.w) * half[0], (1.0 - point.y / point.w) * half[1]]
     }
 
-    /// [`View::pixel`] in integer fractions of a pixel, clamped to the picture. NaN becomes 0.
+    /// Returns [`View::pixel`] in integer fractions of a pixel, clamped to the image. NaN becomes
+    /// 0.
     pub(crate) fn snap(&self, point: Point4) -> [i32; 2] {
         let [x, y] = self.pixel(point).map(|x| (x * f64::from(1 << SUBPIXEL_BITS)).round() as i32);
         let limit = |side: u32| (side << SUBPIXEL_BITS) as i32;
@@ -202,7 +204,7 @@ pub enum ViewError {
     Eye,
     /// The axes are not three orthogonal unit vectors.
     Axes,
-    /// Half the picture's height (or width) at distance 1 is not between 1e-9 and 1e9.
+    /// Half the image's height (or width) at distance 1 is not between 1e-9 and 1e9.
     Field(f64),
 }
 
@@ -220,7 +222,7 @@ impl fmt::Display for ViewError {
             ),
             Self::Field(half) => write!(
                 f,
-                "raster: half of the picture is {half} high at distance 1; give a field of view between 0 and 180 degrees"
+                "raster: half the picture's height at distance 1 is {half}; give a field of view between 0 and 180 degrees"
             ),
         }
     }

@@ -34,17 +34,17 @@ pub struct Volume<'a> {
     light: Light,
     facing: Vec<i8>,
     silhouette: Vec<Outline>,
-    /// Where the volume begins behind each point, and the direction in which it continues.
+    /// Where the volume begins behind each point, and the direction in which it extends.
     near: Vec<Vector>,
     far: Vec<Vector>,
 }
 
 impl<'a> Volume<'a> {
-    /// The volumes behind all faces of a mesh.
+    /// Creates the volumes behind all faces of a mesh.
     ///
     /// # Errors
-    /// Fails if the light is not finite, has no direction, or has a reach that is not above 0 and
-    /// at most 1.
+    /// Returns an error if the light is not finite, has no direction, or has a reach that is not
+    /// above 0 and at most 1.
     pub fn new(adjacency: &'a Adjacency, light: Light) -> Result<Self, LightError> {
         let finite = |p: [f32; 3]| p.iter().all(|x| x.is_finite());
         let (Light::Point { position: place, reach } | Light::Directional { toward: place, reach }) =
@@ -91,8 +91,8 @@ impl<'a> Volume<'a> {
         &self.silhouette
     }
 
-    /// The face's points in counter-clockwise order as seen from the light, or `None` if the face
-    /// casts no shadow.
+    /// Returns the face's points in counter-clockwise order as seen from the light, or `None` if
+    /// the face casts no shadow.
     pub(crate) fn cap(&self, face: usize) -> Option<[u32; 3]> {
         let [a, b, c] = self.adjacency.faces()[face];
         match self.facing[face] {
@@ -102,12 +102,12 @@ impl<'a> Volume<'a> {
         }
     }
 
-    /// Where the volume begins behind a point.
+    /// Returns where the volume begins behind a point.
     pub(crate) fn near(&self, point: u32) -> Vector {
         self.near[point as usize]
     }
 
-    /// The direction in which it continues from there.
+    /// Returns the direction in which the volume extends from there.
     pub(crate) fn far(&self, point: u32) -> Vector {
         self.far[point as usize]
     }

@@ -1,4 +1,4 @@
-//! Draws edges over a picture, clipped as in document E and without their hidden parts.
+//! Draws the visible parts of edges over an image, clipped as in document E.
 
 use intertri::Hit;
 
@@ -15,7 +15,7 @@ use crate::z_buffer::plane;
 /// away. On a curved surface, the next facet's plane may be slightly in front of the edge there.
 const SLACK: f64 = 1.0 / 500.0;
 
-/// The pixels through which edges of a mesh pass, except where the picture's surfaces hide them.
+/// Returns the pixels through which edges of a mesh pass, except where visible surfaces hide them.
 ///
 /// `edges` are pairs of indices into [`Adjacency::points`]: all of [`Adjacency::edges`], or a
 /// [`silhouette`](crate::silhouette()) for a light at the eye. At each pixel, an edge is hidden if
@@ -35,7 +35,7 @@ pub fn wire(
     let directions = view.pixel_directions();
     let mut drawn = vec![false; hits.len()];
     for ends in edges {
-        // Clip the edge to the picture. With z = 0, only the sides of the picture and w > 0 matter.
+        // Clip the edge to the image. With z = 0, only the sides of the image and w > 0 matter.
         let [a, b] = ends.map(|end| {
             let arm = sub(double(adjacency.points()[end as usize]), view.eye());
             Point4 { z: 0.0, ..view.project(arm, 1.0, 0.0) }
@@ -54,7 +54,7 @@ pub fn wire(
             let (x, y, q) = (ax + t * (bx - ax), ay + t * (by - ay), aq + t * (bq - aq));
             let pixel = (y as usize).min(height - 1) * width + (x as usize).min(width - 1);
 
-            // Is the surface shown there in front of the edge?
+            // Check whether the surface shown there is in front of the edge.
             let face = usize::try_from(hits[pixel].triangle).ok();
             let face = face.filter(|&face| face < adjacency.faces().len());
             let plane =

@@ -1,9 +1,8 @@
-//! Document B: finds the facet that each pixel shows, which is the nearest facet that covers its
-//! centre.
+//! Document B: finds the facet that each pixel shows, the nearest one that covers its centre.
 //!
 //! 1. Every facet is clipped, snapped to fractions of a pixel, and sorted into bands of rows.
 //! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number
-//!    in integers. A pixel of a run takes the facet if it is nearer than the one stored there.
+//!    in integers. Each pixel in a run stores the facet if it is nearer than the one already there.
 //! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
 use intertri::internal::Coefficients;
@@ -17,10 +16,10 @@ use crate::threads;
 use crate::vector::{Vector, add, cross, dot, double, sub};
 use crate::view::{PixelDirections, View};
 
-/// The number of facets in a picture must be less than this.
+/// The number of facets in an image must be less than this.
 const MAX_FACETS: usize = i32::MAX as usize;
 
-/// The facet that each pixel of a view shows, row by row from the top left.
+/// Returns the facet that each pixel of a view shows, row by row from the top left.
 ///
 /// A facet is an outline of three or more corners in one plane. It may be convex or concave, may
 /// have either winding, and is two-sided. It covers the pixels whose centres its outline winds
@@ -30,10 +29,11 @@ const MAX_FACETS: usize = i32::MAX as usize;
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
 /// - `t` is the distance from the eye, which equals a ray's `t` if its direction has unit length.
-///   It is computed from the facet's plane, and is never nearer or farther than the facet's
-///   corners. Only points with `t > threshold` are visible, as with the threshold of rays. The
-///   smallest `t` owns the pixel; if several are equal, the facet with the lowest index does.
-/// - `u` and `v` are the weights of the second and third corner: a point of the facet's plane is
+///   It is computed from the facet's plane, and the point is never nearer or farther than the
+///   facet's corners. Only points with `t > threshold` are visible, as with the threshold of rays.
+///   The facet with the smallest `t` owns the pixel. If several have the same `t`, the facet with
+///   the lowest index does.
+/// - `u` and `v` are the weights of the second and third corners: a point in the facet's plane is
 ///   `c1 + u (c2 - c1) + v (c3 - c1)`, even for a facet with more corners.
 ///
 /// A facet is invisible if it has fewer than three corners, a NaN or infinite coordinate, or no
@@ -97,16 +97,16 @@ where
     hits
 }
 
-/// [`facets`] of triangles.
+/// Like [`facets`], but for triangles.
 ///
 /// # Panics
-/// Panics as [`facets`] does.
+/// Panics under the same conditions as [`facets`].
 pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit> {
     facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
 }
 
-/// The depth of a facet, or `None` if it has no area or the eye is in its plane. Its normal is the
-/// sum of the cross products over the fan around the first corner, as in the reference.
+/// Returns the depth of a facet, or `None` if it has no area or the eye is in its plane. Its normal
+/// is the sum of the cross products over the fan around the first corner, as in the reference.
 pub(crate) fn plane<C>(view: &View, directions: &PixelDirections, corners: C) -> Option<FacetPlane>
 where
     C: IntoIterator<Item = Vector, IntoIter: Clone>,
@@ -125,7 +125,7 @@ where
     (dot(normal, arm) != 0.0).then(|| FacetPlane::new(directions, normal, arm, depths))
 }
 
-/// Step 1 for one facet.
+/// Performs step 1 for one facet.
 fn prepare(
     batch: &mut Batch,
     view: &View,
@@ -141,7 +141,7 @@ fn prepare(
     batch.push(view, outline, tag, || plane(view, directions, corners.iter().copied().map(double)));
 }
 
-/// The pixels of one band. Rows are slightly longer than the picture, to fill the last lanes.
+/// The pixels of one band. Each row is padded to fill the last lanes.
 #[derive(Default)]
 struct Buffer {
     stride: usize,
@@ -150,7 +150,7 @@ struct Buffer {
     crossings: Crossings,
 }
 
-/// Step 2 for one band.
+/// Performs step 2 for one band.
 struct Draw<'a> {
     batches: &'a [Batch],
     directions: &'a PixelDirections,
@@ -209,7 +209,7 @@ impl WithSimd for Draw<'_> {
     }
 }
 
-/// The centres of a pixel and the following pixels, one per lane.
+/// Returns the centres of a pixel and the following pixels, one per lane.
 #[inline(always)]
 pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     const STEPS: [f64; 16] = {
@@ -224,7 +224,7 @@ pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     D::splat(x as f64) + D::load(&STEPS)
 }
 
-/// `|d|` for the lines of sight through these centres of a row.
+/// Computes `|d|` for the lines of sight through these centres in a row.
 #[inline(always)]
 fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -> D {
     let d = |axis: usize| {
@@ -235,13 +235,13 @@ fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -
     (dx * dx + dy * dy + dz * dz).sqrt()
 }
 
-/// The coefficients for the weights of a facet's second and third corners (document D).
+/// Computes the coefficients for the weights of a facet's second and third corners (document D).
 fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
     let first = Triangle([corners[0], corners[1], corners[2]]);
     Coefficients::new(&first, view.eye().map(|x| x as f32))
 }
 
-/// Step 3 for one pixel: the distance and the weights.
+/// Performs step 3 for one pixel: computes the distance and the weights.
 fn resolve(view: &View, seen: &Coefficients, facet: usize, q: f64, x: u32, y: u32) -> Hit {
     let (d, long) = view.through(x, y);
     let (u, v) = seen.weights(d);
@@ -301,9 +301,9 @@ mod tests {
 
     #[test]
     fn a_closed_surface_is_crossed_as_often_one_way_as_the_other() {
-        // Random tetrahedra, some of them around the eye or across its plane. At every pixel, the
-        // windings of the four faces, clipped and snapped, have the same sum: 0, or -1 if the eye
-        // is inside and sees only back faces, or +1 if the tetrahedron is also inside out.
+        // Random tetrahedra, some of them around the eye or across its plane. The windings of the
+        // four faces, clipped and snapped, have the same sum at every pixel: 0, or -1 if the eye is
+        // inside and sees only back faces, or +1 if the tetrahedron is also inside out.
         let view = ahead(40, 40);
         let mut state = 2;
         let mut around = 0;

@@ -1,10 +1,10 @@
-//! Document E compared with its scalar reference, and the properties that two facets at an edge
-//! rely on.
+//! Compares document E with its scalar reference, and tests that two facets cut a shared edge at
+//! the same points.
 
 use intertri_raster::{ALL_WALLS, NO_FAR_WALL, Point4, Scratch, clip_edge, clip_facet, outcode};
 use intertri_reference::clip_edge as reference;
 
-/// Numbers in -1..1, the same on every run.
+/// Pseudorandom numbers in -1..1, the same on every run.
 struct Numbers(u64);
 
 impl Numbers {
@@ -14,7 +14,7 @@ impl Numbers {
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// A point near the volume, sometimes behind the eye, on a wall, or far away.
+    /// Returns a point near the volume, sometimes behind the eye, on a wall, or far away.
     fn point(&mut self) -> Point4 {
         let w = self.next() + 0.5;
         let [x, y, z] = [(); 3].map(|()| {
@@ -93,7 +93,7 @@ fn a_facet_behind_the_eye_or_beside_the_volume_is_nowhere() {
     assert!(clip_facet(behind, NO_FAR_WALL, &mut scratch).is_empty());
     let right = behind.map(|p| Point4::new(p.x + 5.0, p.y, 0.0, 1.0));
     assert!(clip_facet(right, ALL_WALLS, &mut scratch).is_empty());
-    // A facet beyond the far wall, which is in only one of the two sets of walls.
+    // A facet beyond the far wall, which only one of the two sets of walls includes.
     let far = behind.map(|p| Point4::new(p.x * 0.1, p.y * 0.1, 2.0, 1.0));
     assert!(clip_facet(far, ALL_WALLS, &mut scratch).is_empty());
     assert_eq!(clip_facet(far, NO_FAR_WALL, &mut scratch), far);
@@ -163,7 +163,7 @@ fn two_facets_at_an_edge_cut_it_at_the_same_bits() {
     assert!(cut > 10_000, "{cut}");
 }
 
-/// Whether p is on the line from a to b, up to rounding.
+/// Returns whether p is on the line from a to b, up to rounding.
 fn on_line(a: Point4, b: Point4, p: Point4) -> bool {
     let [a, b, p] = [a, b, p].map(|p| [p.x, p.y, p.z, p.w]);
     let along: f64 = (0..4).map(|i| (b[i] - a[i]).powi(2)).sum();

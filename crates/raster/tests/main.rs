@@ -1,5 +1,5 @@
-//! Tests of the z-buffer and the shadow volumes through their public interface. Pictures and
-//! shadows are compared with scalar references and with rays.
+//! Tests the z-buffer and the shadow volumes through their public interface. Images and shadows
+//! are compared with scalar references and with rays.
 
 mod clip;
 mod common;

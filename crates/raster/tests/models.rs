@@ -1,5 +1,5 @@
-//! Whole scenes at 1024 x 768: the z-buffer compared with rays, and shadow volumes with shadow
-//! rays.
+//! Compares the z-buffer with rays, and shadow volumes with shadow rays, in whole scenes at
+//! 1024×768.
 
 use crate::common::{rays_of, view_of};
 use intertri::{Hit, Mode, Ray, Threshold};
@@ -9,8 +9,8 @@ use intertri_raster::{
 use intertri_scene::{Light as Lamp, Scene, hit_point, load, shade};
 use intertri_trace::Bvh;
 
-/// Draws and traces a scene. Only a few pixels may differ, each for a known reason; if many were
-/// excused, the rule could hide an error.
+/// Draws and traces a scene. Only a few pixels may differ, each for a known reason: a rule that
+/// excused many differences could hide an error.
 fn check(name: &str, scene: &Scene) {
     let (width, height) = (1024, 768);
     let soup = scene.mesh.to_triangles();

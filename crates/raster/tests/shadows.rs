@@ -1,4 +1,4 @@
-//! Shadow volumes compared with brute-force shadow rays, for well-formed meshes and many kinds of
+//! Compares shadow volumes with brute-force shadow rays, for well-formed meshes and many kinds of
 //! malformed ones.
 
 use crate::common::{Numbers, ball, cuboid, floor, view_of};
@@ -21,8 +21,8 @@ fn directional(toward: [f32; 3]) -> Light {
     Light::Directional { toward, reach: 1.0 }
 }
 
-/// Which pixels are lit according to brute-force shadow rays. The visible triangle does not shadow
-/// itself.
+/// Computes which pixels are lit, with brute-force shadow rays. The visible triangle does not
+/// shadow itself.
 fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bool> {
     let width = view.width() as usize;
     let one = |(i, hit): (usize, &Hit)| {
@@ -76,7 +76,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usi
     (dark, verdicts.iter().filter(|v| **v != Verdict::Same).count())
 }
 
-/// The lights used by all tests: near, far, at the eye, behind it, below, and directional.
+/// Returns the lights used by all tests: near, far, at the eye, behind it, below, and directional.
 fn lights(camera: &Camera) -> Vec<Light> {
     let mut lights = Vec::new();
     for position in
@@ -97,7 +97,7 @@ fn camera() -> Camera {
 }
 
 /// Tests one mesh with all lights. At least half of the lights must cast a shadow, and at most
-/// `few` pixels in total may need an excuse.
+/// `few` pixels in total may be excused.
 fn all_lights(camera: &Camera, soup: &[Triangle], few: usize) {
     let (mut with_shadow, mut excused) = (0, 0);
     let lights = lights(camera);
@@ -202,8 +202,8 @@ fn the_eye_within_a_shadow() {
             same_as_rays(&camera, soup, light);
         }
     }
-    // Light from outside falls only on the outside of the wall in between. The wall is a single
-    // sheet, so it looks lit from the inside too.
+    // Light from outside falls only on the side of the room that faces the light. The wall is a
+    // single sheet, so it looks lit from the inside too.
     let camera = Camera::new([0.3, -0.2, 1.0], [0.0, -0.5, -1.0], Camera::UP, 75.0).unwrap();
     let outside = [20.0, 30.0, 10.0];
     same_as_rays(&camera, &room, point(outside, REACH));

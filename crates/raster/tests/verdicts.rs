@@ -1,5 +1,4 @@
-//! Tests the rule that excuses differences just inside and just outside its limits, which are
-//! exact.
+//! Tests the rule that excuses differences, just inside and just outside its exact limits.
 
 use crate::common::Numbers;
 use dashu_ratio::Relaxed as Exact;
@@ -18,7 +17,7 @@ fn ahead(half_height: f64) -> View {
     View::new([0.0; 3], axes, half_height, SIDE, SIDE).unwrap()
 }
 
-/// The verdict on one pixel for which the two pictures have these hits.
+/// Returns the verdict on one pixel, for which the two images have these hits.
 fn verdict(view: &View, soup: &[Triangle], pair: [Hit; 2]) -> Verdict {
     let place = (PIXEL.1 * SIDE + PIXEL.0) as usize;
     let [one, other] = pair.map(|hit| {
@@ -33,8 +32,8 @@ fn shows(triangle: u32, t: f64) -> Hit {
     Hit { t, triangle, ..Hit::MISS }
 }
 
-/// The smallest f64 between `lo` and `hi` for which a predicate is true. The predicate must be
-/// false for all smaller numbers.
+/// Returns the smallest f64 between `lo` and `hi` for which a predicate is true. The predicate must
+/// be false below that value and true above it.
 fn turning_point(lo: f64, hi: f64, question: impl Fn(f64) -> bool) -> f64 {
     let (mut lo, mut hi) = (lo.to_bits(), hi.to_bits());
     while hi - lo > 1 {
@@ -51,7 +50,7 @@ fn turning_point(lo: f64, hi: f64, question: impl Fn(f64) -> bool) -> f64 {
 #[test]
 fn an_edge_at_the_distance_to_the_last_bit() {
     // A vertical edge to the right of a pixel's centre comes within the tolerance at a certain
-    // width of the picture. Test the adjacent widths on both sides, where f64 could only guess.
+    // image width. Test the adjacent widths on both sides, where f64 could only guess.
     let mut numbers = Numbers(71);
     let (mut wrong_in_f64, mut excused, mut tried) = (0, 0, 0);
     for _ in 0..40 {
@@ -60,7 +59,7 @@ fn an_edge_at_the_distance_to_the_last_bit() {
         let soup = [Triangle([[x, -90.0, -w], [x, 90.0, -w], [x + 90.0, 0.0, -w]])];
 
         // The edge's distance to the right of the centre, in pixels. Up to the tolerance, x / w is
-        // 3 / 8 of half the picture's width.
+        // 3 / 8 of half the image's width.
         let centre = f64::from(PIXEL.0) + 0.5;
         let apart =
             |half: f64| (1.0 + f64::from(x) / half / f64::from(w)) * f64::from(SIDE) * 0.5 - centre;

@@ -1,4 +1,4 @@
-//! Edges drawn over a picture.
+//! Tests drawing edges over an image.
 
 use crate::common::{cuboid, view_of};
 use intertri_raster::{Adjacency, Light, facing, silhouette, triangles, wire};

@@ -1,4 +1,4 @@
-//! The z-buffer, compared with document B's reference and with rays, and in awkward cases.
+//! Compares the z-buffer with document B's reference and with rays, and tests edge cases.
 
 use crate::common;
 use crate::common::{Numbers, ball, floor, rays_of, view_of};
@@ -10,13 +10,13 @@ use intertri_scene::Camera;
 
 const THRESHOLD: f64 = 1e-9;
 
-/// A view from the origin along -z with a field of view of 90 degrees.
+/// Returns a view from the origin along -z with a field of view of 90 degrees.
 fn ahead(width: u32, height: u32) -> View {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
     View::new([0.0; 3], axes, 1.0, width, height).unwrap()
 }
 
-/// Draws a picture, traces it by brute force, and checks that the rule excuses every difference.
+/// Draws an image, traces it by brute force, and checks that the rule excuses every difference.
 fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> Vec<Hit> {
     let view = view_of(camera, width, height);
     let drawn = triangles(&view, soup, THRESHOLD);
@@ -27,7 +27,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
     for (i, verdict) in verdicts.iter().enumerate() {
         assert_ne!(*verdict, Verdict::Unexcused, "pixel {i}: {:?}, {:?}", drawn[i], traced[i]);
         if *verdict == Verdict::Same && drawn[i].is_hit() {
-            // Rounding the ray to f32 changes t more, the more edge-on the triangle is.
+            // The more edge-on the triangle is, the more t changes when the ray is rounded to f32.
             let [c1, c2, c3] =
                 soup[drawn[i].triangle as usize].0.map(|c| Vector::from(c.map(f64::from)));
             let normal = ((c2 - c1) ^ (c3 - c1)).unit();
@@ -40,7 +40,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
 
 #[test]
 fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
-    // Convex facets inside the picture; the reference decides coverage by document B's cross
+    // Convex facets inside the image; the reference decides coverage by document B's cross
     // products in f64 and depth by -q, which is linear on the screen.
     let (width, height) = (96, 64);
     let view = ahead(width, height);
@@ -120,7 +120,7 @@ fn from_inside_of_a_closed_surface_every_pixel_is_covered() {
 
 #[test]
 fn a_floor_reaches_to_the_horizon_and_below_the_feet() {
-    // Two triangles around the eye, a million times larger than its height above them.
+    // A floor of two triangles, a million times larger than the eye's height above it.
     let soup = floor(-1.0, 1e6);
     let camera = Camera::new([0.0; 3], [0.3, -0.2, -1.0], Camera::UP, 120.0).unwrap();
     let drawn = same_as_rays(&camera, &soup, 160, 120);
@@ -238,7 +238,7 @@ fn a_facet_of_a_thousand_corners_and_its_weights() {
 
 #[test]
 fn a_concave_facet_is_drawn_as_it_is() {
-    // A comb with three teeth, whole and clipped by the picture's left and right walls.
+    // A comb with three teeth, whole and clipped by the image's left and right walls.
     let comb: [[f32; 2]; 12] = [
         [-3.01, -1.01],
         [3.01, -1.01],
@@ -285,7 +285,7 @@ fn a_wrong_picture_is_not_excused() {
         verdicts.iter().filter(|v| **v == Verdict::Unexcused).count()
     };
     assert_eq!(count(&good), 0);
-    // A picture shifted by one pixel, and a picture without the triangle in its centre.
+    // An image shifted by one pixel, and an image without the triangle in its centre.
     let mut shifted = good.clone();
     shifted.rotate_right(1);
     assert!(count(&shifted) > 50);

@@ -35,18 +35,18 @@ pub struct Point4 {
 }
 
 impl Point4 {
-    /// A point from its four coordinates.
+    /// Creates a point from its four coordinates.
     pub const fn new(x: f64, y: f64, z: f64, w: f64) -> Self {
         Self { x, y, z, w }
     }
 
-    /// The six boundary coordinates: `w + x, w - x, w + y, w - y, w + z, w - z`.
+    /// Returns the six boundary coordinates: `w + x, w - x, w + y, w - y, w + z, w - z`.
     pub fn boundaries(self) -> [f64; 6] {
         let Self { x, y, z, w } = self;
         [w + x, w - x, w + y, w - y, w + z, w - z]
     }
 
-    /// `self + t * (c - self)`, for each coordinate.
+    /// Returns `self + t * (c - self)`, computed for each coordinate.
     fn toward(self, c: Self, t: f64) -> Self {
         Self {
             x: self.x + t * (c.x - self.x),
@@ -57,8 +57,8 @@ impl Point4 {
     }
 }
 
-/// Bit `i` is 0 if the point is inside wall `i`, that is, if its boundary coordinate is positive,
-/// and 1 if the point is outside, on the wall, or NaN.
+/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if its
+/// boundary coordinate is positive, and 1 if the point is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     let bit = |i: usize| if boundaries[i] > 0.0 { 0 } else { 1 << i };
     (0..6).map(bit).sum()

@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use crate::inter_tri::{Ray, Scene};
 
 impl Scene {
-    /// `t`, if the ray hits triangle `obj` with `t_min <= t < t_max`.
+    /// Returns `t` if the ray hits triangle `obj` with `t_min <= t < t_max`.
     ///
     /// # Panics
     /// Panics if `obj` is out of bounds.
@@ -20,8 +20,8 @@ impl Scene {
         (inside && t_min <= t && t < t_max).then_some(t)
     }
 
-    /// The number and `t` of the triangle with the smallest `t`. If two have the same `t`, the
-    /// lower number wins.
+    /// Returns the index and `t` of the triangle with the smallest `t`. If two have the same `t`,
+    /// the lower index wins.
     pub fn closest(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<(usize, f64)> {
         let mut closest = None;
         let mut t_closest = t_max;
@@ -35,12 +35,12 @@ impl Scene {
         closest
     }
 
-    /// Whether the ray hits anything.
+    /// Returns whether the ray hits any triangle.
     pub fn any(&self, ray: &Ray, t_min: f64, t_max: f64) -> bool {
         (0..self.trian.len()).any(|obj| self.hit(obj, ray, t_min, t_max).is_some())
     }
 
-    /// The number and `t` of every triangle that the ray hits, in ascending order of number.
+    /// Returns the index and `t` of every triangle that the ray hits, in ascending order of index.
     pub fn all(&self, ray: &Ray, t_min: f64, t_max: f64) -> Vec<(usize, f64)> {
         (0..self.trian.len())
             .filter_map(|obj| self.hit(obj, ray, t_min, t_max).map(|t| (obj, t)))

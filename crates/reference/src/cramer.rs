@@ -1,4 +1,4 @@
-//! Document D: ray and triangle by Cramer's rule, for many rays from one origin.
+//! Document D: ray-triangle intersection by Cramer's rule, for many rays from one origin.
 //!
 //! The line `P + t PN` and the plane `A + u AB + v AC` meet where
 //!
@@ -31,7 +31,7 @@
 
 use crate::vector::Vector;
 
-/// A corner: its position, and its texture coordinates.
+/// A corner: its position and texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
     /// The position.
@@ -43,7 +43,7 @@ pub struct Corner {
 }
 
 impl Corner {
-    /// A corner from its position and its texture coordinates.
+    /// Creates a corner from its position and texture coordinates.
     pub fn new(pos: impl Into<Vector>, u: f64, v: f64) -> Self {
         Self { pos: pos.into(), u, v }
     }
@@ -93,7 +93,7 @@ pub struct Meeting {
     pub v: f64,
 }
 
-/// The part of the document's `calc_triangle` that needs no viewpoint.
+/// Computes the part of the document's `calc_triangle` that needs no viewpoint.
 pub fn calc_triangle([a, b, c]: [Corner; 3]) -> Trig {
     let ab = b.pos - a.pos;
     let ac = c.pos - a.pos;
@@ -109,13 +109,13 @@ pub fn calc_triangle([a, b, c]: [Corner; 3]) -> Trig {
 }
 
 impl Trig {
-    /// The part of the document's `calc_triangle` that needs the viewpoint `p`.
+    /// Computes the part of the document's `calc_triangle` that needs the viewpoint `p`.
     pub fn seen_from(&self, p: Vector) -> Viewpoint {
         let ap = p - self.a;
         Viewpoint { u: self.ac ^ ap, v: ap ^ self.ab, d: self.d, t_ap: self.t & ap }
     }
 
-    /// The texture coordinates `(tx, ty)` at the point with the weights `u` and `v`.
+    /// Returns the texture coordinates `(tx, ty)` at the point with the weights `u` and `v`.
     pub fn texture(&self, u: f64, v: f64) -> (f64, f64) {
         let at = |k: Vector| k.x + k.y * u + k.z * v;
         (at(self.tu), at(self.tv))
@@ -123,7 +123,7 @@ impl Trig {
 }
 
 impl Viewpoint {
-    /// The document's test, corrected, for the ray from this viewpoint along `dir`.
+    /// Applies the document's test, corrected, to the ray from this viewpoint along `dir`.
     ///
     /// Only the side that the normal `AB ^ AC` points to is visible, so `dir` must run against the
     /// normal. Points on AB and AC are hits. Points on BC, including its ends, are misses, and so
@@ -137,9 +137,9 @@ impl Viewpoint {
     }
 }
 
-/// The document's texture: 256 times the exclusive or of the coordinates' integer parts, rounded
-/// toward 0. Read as a colour 0xRRGGBB, that is a shade of green for coordinates from 0 to 255. The
-/// green component repeats every 256 texels.
+/// Computes the document's texture: 256 times the exclusive or of the coordinates, each rounded
+/// toward 0. Read as a colour 0xRRGGBB, the value is a shade of green for coordinates from 0 to
+/// 255. The green component repeats every 256 texels.
 ///
 /// Coordinates outside the range of `i32` are clamped to it, and NaN counts as 0. A product that
 /// overflows `i32` loses its high bits.

@@ -27,7 +27,7 @@
 //! # Edge cases of the listing, kept as they are
 //! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0
 //!   nothing is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
-//! - **A miss changes `t`** if an edge test or the last line rejected it; a parallel ray leaves `t`
+//! - **A miss changes `t`** if an edge test or the last line rejects it; a parallel ray leaves `t`
 //!   unchanged.
 //! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is
 //!   false. The last line, `t > Threshold`, returns 0.
@@ -44,8 +44,8 @@ use crate::vector::Vector;
 
 /// The default of [`Scene::threshold`].
 ///
-/// In a unit-sized scene, this is far above the rounding of f64 (about 1e-16) and far below the
-/// size of features. A scene with distances or directions on the order of 1e-9 needs a smaller
+/// In a unit-sized scene, this is far above the rounding errors of f64 (about 1e-16) and far below
+/// the size of features. A scene with distances or directions on the order of 1e-9 needs a smaller
 /// threshold, such as 0.
 pub const THRESHOLD: f64 = 1e-9;
 
@@ -59,16 +59,16 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// A ray from anything that converts to vectors.
+    /// Creates a ray from anything that converts to vectors.
     pub fn new(org: impl Into<Vector>, dir: impl Into<Vector>) -> Self {
         Self { org: org.into(), dir: dir.into() }
     }
 }
 
-/// A triangle of the table: three vertex numbers and the values computed once from them.
+/// A triangle in the table: three vertex indices and the values computed once from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trian {
-    /// The first corner, a number in [`Scene::vertx`].
+    /// The first corner, an index into [`Scene::vertx`].
     pub c1: usize,
     /// The second corner.
     pub c2: usize,
@@ -101,9 +101,9 @@ pub struct Scene {
 /// The error for a triangle that refers to a missing vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IndexOutOfRange {
-    /// The number of the triangle, from 0.
+    /// The index of the triangle.
     pub triangle: usize,
-    /// The number of the missing vertex.
+    /// The index of the missing vertex.
     pub index: usize,
     /// The number of vertices.
     pub vertices: usize,
@@ -122,12 +122,12 @@ impl fmt::Display for IndexOutOfRange {
 impl core::error::Error for IndexOutOfRange {}
 
 impl Scene {
-    /// A scene from a vertex table and three vertex numbers per triangle, with the default
+    /// Creates a scene from a vertex table and three vertex indices per triangle, with the default
     /// threshold.
     ///
     /// # Errors
-    /// Fails if a triangle refers to a missing vertex. The error contains the first such triangle
-    /// and its first such vertex.
+    /// Returns an error if a triangle refers to a missing vertex. The error contains the first such
+    /// triangle and its first such vertex.
     pub fn new(
         vertx: Vec<Vector>,
         corners: impl IntoIterator<Item = [usize; 3]>,
@@ -143,7 +143,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// A scene from separate triangles: triangle `i` has the vertices `3i`, `3i+1`, `3i+2`.
+    /// Creates a scene from separate triangles: triangle `i` has the vertices `3i`, `3i+1`, `3i+2`.
     pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
         let mut scene = Self { vertx: Vec::new(), trian: Vec::new(), threshold: THRESHOLD };
         for triangle in triangles {
@@ -154,12 +154,12 @@ impl Scene {
         scene
     }
 
-    /// The same scene with another threshold.
+    /// Returns the same scene with a different threshold.
     pub fn with_threshold(self, threshold: f64) -> Self {
         Self { threshold, ..self }
     }
 
-    /// The document's special initialization of a triangle.
+    /// Performs the document's special initialization of a triangle.
     fn push(&mut self, [c1, c2, c3]: [usize; 3]) {
         let h4 = self.vertx[c2] - self.vertx[c1];
         let h5 = self.vertx[c3] - self.vertx[c1];
@@ -167,7 +167,8 @@ impl Scene {
         self.trian.push(Trian { c1, c2, c3, nrm: (h4 ^ h5).unit(), h4, h5, h6 });
     }
 
-    /// Whether the ray meets triangle `obj`: 1 or 0. Edges and corners belong to the triangle.
+    /// Returns 1 if the ray meets triangle `obj`, and 0 otherwise. Edges and corners belong to the
+    /// triangle.
     ///
     /// `t` becomes the distance to the triangle's plane in multiples of `|dir|`, even if the result
     /// is 0. For a ray parallel to the plane, `t` is unchanged. The [module](self) lists edge
@@ -187,7 +188,7 @@ impl Scene {
             return 0;
         }
 
-        // How far is the plane?
+        // Find the distance to the plane.
         *t = (tmp.nrm & (c1 - ray.org)) / vd;
 
         // Intersect the ray with the plane.
@@ -202,15 +203,15 @@ impl Scene {
             return 0;
         }
 
-        // Is it in front of the origin?
+        // Is the point in front of the origin?
         i32::from(*t > self.threshold)
     }
 
-    /// The weights `u` of `c2` and `v` of `c3` at the point where the ray's line meets the plane of
-    /// triangle `obj`, so that `c1 + h4 * u + h5 * v = org + dir * t` up to rounding.
+    /// Returns the weights `u` of `c2` and `v` of `c3` at the point where the ray's line meets the
+    /// plane of triangle `obj`, so that `c1 + h4 * u + h5 * v = org + dir * t` up to rounding.
     ///
-    /// The weights come from Cramer's rule (document D, [`crate::cramer`]), without `t` or the
-    /// normal's length, and whether or not the point is inside. These are the operations, in the
+    /// The weights come from Cramer's rule (document D, [`crate::cramer`]) and use neither `t` nor
+    /// the normal's length. The point may be outside the triangle. These are the operations, in the
     /// order that determines the bits:
     ///
     /// ```text

@@ -46,7 +46,7 @@ pub enum Light {
 }
 
 impl Light {
-    /// The vector from a point to the light, of any length.
+    /// Returns the vector from a point to the light, of any length.
     fn seen_from(self, p: Vector) -> Vector {
         match self {
             Self::Directional(to_light) => to_light,
@@ -69,10 +69,10 @@ pub struct Sides {
     pub triangles: Vec<[usize; 3]>,
 }
 
-/// Which faces are front culled: `dot(normal, direction to the light) >= 0`.
+/// Determines which faces are front culled: `dot(normal, direction to the light) >= 0`.
 ///
 /// The normal is `(c2 - c1) ^ (c3 - c1)`, and the direction is taken at c1. Faces edge-on to the
-/// light and faces without area are front culled; faces with a NaN are back culled.
+/// light and faces without area are front culled; faces with a NaN coordinate are back culled.
 ///
 /// # Panics
 /// Panics if a face refers to a missing vertex.
@@ -84,8 +84,8 @@ pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec
     faces.iter().map(front).collect()
 }
 
-/// The edges between front-culled faces and back-culled neighbours, face by face, each in the
-/// direction of the front-culled face.
+/// Returns the edges between front-culled faces and their back-culled neighbours, face by face,
+/// each in the direction of the front-culled face.
 ///
 /// # Panics
 /// Panics if `faces`, `adj`, and `front` differ in length, or if a neighbour is missing.
@@ -105,7 +105,7 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
     edges
 }
 
-/// A quad for each edge of the silhouette, from the edge to the distance `big` behind it.
+/// Extrudes each edge of the silhouette into a quad, from the edge to the distance `big` behind it.
 ///
 /// `big` is the document's BIG: a distance that reaches beyond the scene. An edge through the
 /// position of the light, or along its direction, yields a quad without area.

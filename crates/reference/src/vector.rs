@@ -1,4 +1,4 @@
-//! A vector of three f64 with the operators of document A, and the square root that `core` lacks.
+//! A vector of three f64 values with document A's operators, and the square root that `core` lacks.
 
 use core::ops::{Add, BitAnd, BitXor, Mul, Sub};
 
@@ -18,18 +18,18 @@ pub struct Vector {
 }
 
 impl Vector {
-    /// A vector from its coordinates.
+    /// Creates a vector from its coordinates.
     pub const fn new(x: f64, y: f64, z: f64) -> Self {
         Self { x, y, z }
     }
 
-    /// The length: the square root of the vector's product with itself.
+    /// Returns the length: the square root of the vector's dot product with itself.
     #[expect(clippy::eq_op, reason = "`&` is the dot product")]
     pub fn length(self) -> f64 {
         sqrt(self & self)
     }
 
-    /// A vector of length 1 in the same direction: each component divided by the length.
+    /// Returns a vector of length 1 in the same direction: each component divided by the length.
     ///
     /// A vector whose length is 0, even by underflow (below 1e-162), is returned unchanged. A
     /// vector whose length overflows (above 1e154) becomes zero. A component that is not finite
@@ -105,8 +105,8 @@ impl From<Vector> for [f64; 3] {
     }
 }
 
-/// The correctly rounded square root, bit for bit as in IEEE 754: NaN for a negative number, and
-/// `-0.0` for `-0.0`.
+/// Returns the correctly rounded square root, bit for bit as in IEEE 754: NaN for a negative
+/// number, and `-0.0` for `-0.0`.
 pub fn sqrt(x: f64) -> f64 {
     // These cases need no arithmetic: 0, -0, NaN, and +inf are their own roots, and negative
     // numbers have no root.
@@ -117,7 +117,8 @@ pub fn sqrt(x: f64) -> f64 {
         return f64::NAN;
     }
 
-    // x = m * 2^e, where m has 53 bits; a subnormal is shifted until its leading bit is set.
+    // x = m * 2^e, where m is a 53-bit integer. A subnormal is shifted until its leading bit is
+    // set.
     let bits = x.to_bits();
     let (mut m, mut e) = match (bits >> 52, bits & ((1 << 52) - 1)) {
         (0, fraction) => {
@@ -133,9 +134,9 @@ pub fn sqrt(x: f64) -> f64 {
         e -= 1;
     }
 
-    // The root of m * 2^54, rounded down, has 54 bits: the 53 bits of the result and one bit for
-    // rounding. The root is never exactly halfway: a halfway root would be odd, and so would its
-    // square, but m * 2^54 is even.
+    // The root of m * 2^54, rounded down, is 54 bits long: the 53 bits of the result and one bit
+    // for rounding. The root is never exactly halfway: a halfway root would be odd, and so would
+    // its square, but m * 2^54 is even.
     let root = (u128::from(m) << 54).isqrt() as u64;
     let rounded = (root + 1) >> 1;
 

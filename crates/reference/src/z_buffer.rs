@@ -16,7 +16,7 @@
 //! # What the scan lost, and what is added here
 //! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
 //! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
-//!   clockwise if y points up (counter-clockwise on a screen with y downward). A picture contains
+//!   clockwise if y points up (counter-clockwise on a screen with y downward). An image contains
 //!   both orientations, so [`ZBuffer::draw`] mirrors the rule for the other one.
 //! - **Facets without area.** For three collinear vertices, every `c_kz` is 0 along their line, and
 //!   for three equal vertices, everywhere. [`ZBuffer::draw`] skips such facets.
@@ -24,15 +24,15 @@
 //!   of four or more vertices that is not flat, this is the plane with its mean normal through its
 //!   first vertex. The closer a facet is to edge-on, the less accurate its depth.
 //!
-//! Of a concave facet, only the points inside all of its edges are drawn. Cut concave facets into
-//! convex ones first, as the document does with curved ones.
+//! If a facet is concave, only the points inside all of its edges are drawn. Cut concave facets
+//! into convex ones first, as the document does with curved ones.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::vector::Vector;
 
-/// The document's `c_kz` for each vertex of the outline, in order; z is ignored.
+/// Computes the document's `c_kz` for each vertex of the outline, in order. z is ignored.
 pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(move |(&a, &b)| {
@@ -42,13 +42,14 @@ pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The document's test of a clockwise outline (y up): no `c_kz` is positive, so edges and vertices
-/// belong to the facet. NaN is outside. An outline without vertices contains everything.
+/// Applies the document's test for a clockwise outline (y up): a point is inside if no `c_kz` is
+/// positive, so edges and vertices belong to the facet. NaN is outside. An outline without vertices
+/// contains everything.
 pub fn inside(outline: &[Vector], p: Vector) -> bool {
     turns(outline, p).all(|c| c <= 0.0)
 }
 
-/// A picture that stores the nearest facet so far for each pixel.
+/// An image that stores the nearest facet so far for each pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZBuffer {
     /// The width in pixels.
@@ -62,13 +63,13 @@ pub struct ZBuffer {
 }
 
 impl ZBuffer {
-    /// An empty picture.
+    /// Creates an empty image.
     pub fn new(width: usize, height: usize) -> Self {
         let pixels = width * height;
         Self { width, height, depth: vec![f64::INFINITY; pixels], facet: vec![None; pixels] }
     }
 
-    /// Draws a convex facet under a number chosen by the caller.
+    /// Draws a convex facet, whose number the caller chooses.
     ///
     /// A facet owns the pixels whose centres are inside it or on its outline, where its depth is
     /// smaller than the stored depth. If depths are equal, the facet drawn first stays. Depth has
@@ -77,8 +78,8 @@ impl ZBuffer {
     pub fn draw(&mut self, facet: usize, outline: &[Vector]) {
         let Some((&a1, others)) = outline.split_first() else { return };
 
-        // The normal is the sum over the fan around the first vertex; its z is twice the area,
-        // positive where the outline runs against the document's direction.
+        // The normal is the sum over the fan around the first vertex. Its z is twice the area, and
+        // positive if the outline runs against the document's direction.
         let normal = others
             .windows(2)
             .map(|pair| (pair[0] - a1) ^ (pair[1] - a1))

@@ -1,4 +1,4 @@
-//! Document E: trivial cases, clipping at each wall, points on walls, and the exact remaining part.
+//! Tests document E: trivial cases, clipping at each wall, points on walls, and the remaining part.
 
 use intertri_reference::clip_edge::{Point4, clip_edge, outcode};
 use proptest::prelude::*;
@@ -58,17 +58,17 @@ fn the_second_end_is_cut_from_the_old_first_end() {
     // If C were computed from the new A, it would be about 0.625 instead of 1.
     let (answer, a, c) = clip(p(-3.0, 0.0, 0.0, 1.0), p(5.0, 0.0, 0.0, 1.0));
     assert_eq!((answer, a.x, c.x), (1, -1.0, 1.0));
-    // If A is inside, nothing is stored in the temporary, and A must stay.
+    // If A is inside, nothing is stored in the temporary, and A must not change.
     let a = p(0.5, 0.5, 0.5, 1.0);
     assert_eq!(clip(a, p(0.5, 0.5, 2.5, 1.0)), (1, a, p(0.5, 0.5, 1.0, 1.0)));
 }
 
 #[test]
 fn past_a_corner_of_the_volume_the_interval_closes_early() {
-    // One end is outside in x and the other in y, and the edge passes the corner (1, 1) outside.
+    // One end is outside in x and the other in y, and the edge passes outside the corner (1, 1).
     let (a, c) = (p(3.0, 0.0, 0.0, 1.0), p(0.0, 3.0, 0.0, 1.0));
     assert_eq!(clip(a, c), (0, a, c));
-    // Through the corner itself: one point remains.
+    // An edge through the corner itself is cut to one point.
     let (answer, a, c) = clip(p(2.0, 0.0, 0.0, 1.0), p(0.0, 2.0, 0.0, 1.0));
     assert_eq!((answer, a, c), (1, p(1.0, 1.0, 0.0, 1.0), p(1.0, 1.0, 0.0, 1.0)));
 }
@@ -116,7 +116,7 @@ fn point() -> impl Strategy<Value = Point4> {
     prop::array::uniform4(-3.0f64..3.0).prop_map(|[x, y, z, w]| p(x, y, z, w))
 }
 
-/// The smallest boundary coordinate of the point at `t`.
+/// Returns the smallest boundary coordinate of the point at `t`.
 fn depth_inside(a: Point4, c: Point4, t: f64) -> f64 {
     let mix = |a: f64, c: f64| a + t * (c - a);
     let at = p(mix(a.x, c.x), mix(a.y, c.y), mix(a.z, c.z), mix(a.w, c.w));
@@ -131,7 +131,7 @@ proptest! {
     #[test]
     fn the_part_that_is_left_is_the_part_inside(a in point(), c in point()) {
         let (answer, new_a, new_c) = clip(a, c);
-        // The position of a point along the old edge, from its longest coordinate.
+        // The position of a point along the old edge, measured in the coordinate that changes most.
         let parts = |q: Point4| [q.x - a.x, q.y - a.y, q.z - a.z, q.w - a.w];
         let whole = parts(c);
         let longest = (0..4).max_by(|&i, &j| whole[i].abs().total_cmp(&whole[j].abs())).unwrap();

@@ -1,8 +1,8 @@
-//! Tests of the loops: ties, intervals, and order.
+//! Tests the loops over all triangles: ties, intervals, and order.
 
 use intertri_reference::{Ray, Scene};
 
-/// Triangles stacked at the given heights, along the line of `ray`.
+/// Returns triangles stacked at the given heights, along the line of `ray`.
 fn layers(heights: &[f32]) -> Scene {
     Scene::from_triangles(heights.iter().map(|&z| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]]))
 }

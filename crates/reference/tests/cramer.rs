@@ -1,11 +1,11 @@
-//! Document D: its example, its errors, and the weights compared with document A.
+//! Tests document D: its example, its errors, and its weights, which are compared with document A.
 
 use intertri_reference::cramer::{Corner, Trig, Viewpoint, calc_triangle, xor_pattern};
 use intertri_reference::{Ray, Scene, Vector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// The document's example, with its triangle at the given z instead of 0.
+/// Returns the document's example, with its triangle at the given z instead of 0.
 fn example(z: f64) -> Trig {
     calc_triangle([
         Corner::new([-1.0, 1.0, z], 0.0, 0.0),
@@ -14,13 +14,13 @@ fn example(z: f64) -> Trig {
     ])
 }
 
-/// The number of pixels in the document's loop for which a test succeeds.
+/// Returns the number of pixels in the document's loop for which a test succeeds.
 fn pixels(hit: impl Fn(Vector) -> bool) -> usize {
     let rows = (-100..100).flat_map(|y| (-160..160).map(move |x| (x, y)));
     rows.filter(|&(x, y)| hit(Vector::from([x as f32 / 100.0, y as f32 / 100.0, 1.0]))).count()
 }
 
-/// The listing's test unchanged, with its negative `t`.
+/// Applies the listing's test unchanged, with its negative `t`.
 fn listing(view: &Viewpoint, dir: Vector) -> bool {
     let (u, v, d) = (view.u & dir, view.v & dir, view.d & dir);
     u + v < d && u >= 0.0 && v >= 0.0 && view.t_ap < 0.0

@@ -1,4 +1,4 @@
-//! Tests of document A: typical hits and misses, and every edge case listed in the module's
+//! Tests document A: typical hits and misses, and every edge case listed in the module's
 //! documentation.
 
 use intertri_reference::{IndexOutOfRange, Ray, Scene, THRESHOLD, Vector};
@@ -63,13 +63,13 @@ fn parallel_leaves_t_alone() {
 
 #[test]
 fn threshold_is_open_for_parallel_and_for_t() {
-    // |vd| equal to the threshold is not parallel; the next smaller one is.
+    // A |vd| equal to the threshold does not count as parallel; the next smaller value does.
     let with_dz = |dz: f64| ask(&scene(), &Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, dz]));
     assert_eq!(with_dz(THRESHOLD).0, 1);
     assert_eq!(with_dz(-THRESHOLD), (0, 5.0 / -THRESHOLD));
     assert_eq!(with_dz(THRESHOLD.next_down()), (0, 42.0));
     assert_eq!(with_dz(-THRESHOLD.next_down()), (0, 42.0));
-    // t equal to the threshold is not a hit; the next larger one is.
+    // A t equal to the threshold is not a hit; the next larger value is.
     let plane = Scene::from_triangles([TRIANGLE.map(|[x, y, _]| [x, y, 0.0])]);
     let from = |z: f64| ask(&plane, &Ray::new([0.25, 0.25, z], [0.0, 0.0, 1.0])).0;
     assert_eq!(from(-THRESHOLD), 0);
@@ -193,7 +193,7 @@ proptest! {
         prop_assert!((there - here).length() < 1e-8 * (1.0 + here.length()), "{here:?} {there:?}");
     }
 
-    /// The weights of a known point.
+    /// The weights match those of the point that the ray aims at.
     #[test]
     fn barycentric_weights_are_those_of_the_aim(u in 0.0f64..1.0, v in 0.0f64..1.0, flip: bool) {
         let scene = scene();

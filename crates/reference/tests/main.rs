@@ -1,4 +1,4 @@
-//! Tests of the five documents, including their examples and their errors.
+//! Tests the five documents, including their examples and their errors.
 
 mod clip_edge;
 mod closest;

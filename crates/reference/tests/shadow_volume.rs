@@ -1,10 +1,10 @@
-//! Document C: silhouettes, closed volumes, and what the document's own indices would draw.
+//! Tests document C: silhouettes, closed volumes, and what the document's own indices would draw.
 
 use intertri_reference::Vector;
 use intertri_reference::shadow_volume::{Adj, Light, extrude, front_culled, silhouette};
 use std::collections::BTreeMap;
 
-/// The cube from -1 to 1, wound counter-clockwise as seen from outside.
+/// Returns the cube from -1 to 1, wound counter-clockwise as seen from outside.
 fn cube() -> (Vec<Vector>, Vec<[usize; 3]>) {
     let side = |i: usize, bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
     let vertx = (0..8).map(|i| Vector::new(side(i, 0), side(i, 1), side(i, 2))).collect();
@@ -14,7 +14,7 @@ fn cube() -> (Vec<Vector>, Vec<[usize; 3]>) {
     (vertx, faces)
 }
 
-/// The document's ADJ for consistently wound faces.
+/// Returns the document's ADJ for consistently wound faces.
 fn adjacency(faces: &[[usize; 3]]) -> Vec<Adj> {
     let owner = |edge: [usize; 2]| {
         faces.iter().position(|&[a, b, c]| [[a, b], [b, c], [c, a]].contains(&edge))
@@ -26,8 +26,8 @@ fn at(vertx: &[Vector], triangle: [usize; 3]) -> [Vector; 3] {
     triangle.map(|index| vertx[index])
 }
 
-/// The number of silhouette edges, and the closed volume: the sides, the lit faces as the near cap,
-/// and their reversed images at the far end as the far cap.
+/// Returns the number of silhouette edges, and the closed volume: the sides, the lit faces as the
+/// near cap, and their reversed copies at the far end as the far cap.
 fn closed(
     vertx: &[Vector],
     faces: &[[usize; 3]],
@@ -53,8 +53,8 @@ fn closed(
     (edges.len(), volume)
 }
 
-/// The number of directed edges that do not occur as often as their reverse; 0 for a closed
-/// surface.
+/// Returns the number of directed edges that do not occur as often as their reverse, which is 0 for
+/// a closed surface.
 fn open_edges(volume: &[[Vector; 3]]) -> usize {
     let key = |p: Vector| <[f64; 3]>::from(p).map(f64::to_bits);
     let mut count = BTreeMap::new();
@@ -67,7 +67,7 @@ fn open_edges(volume: &[[Vector; 3]]) -> usize {
     count.values().filter(|n| **n != 0).count()
 }
 
-/// The volume, by the divergence theorem; positive if the surface faces outward.
+/// Computes the volume by the divergence theorem. It is positive if the surface faces outward.
 fn contents(volume: &[[Vector; 3]]) -> f64 {
     volume.iter().map(|&[a, b, c]| (a & (b ^ c)) / 6.0).sum()
 }
@@ -128,7 +128,7 @@ fn volumes_are_closed_and_look_outward() {
             assert!(contents(&volume) >= 0.0, "{light:?}, {} faces", faces.len());
         }
     }
-    // A square of 2 by 2 extruded by 100, from the two top faces.
+    // The two top faces form a 2×2 square, which is extruded by 100.
     let top: Vec<_> = faces[2..4].to_vec();
     let (edges, volume) =
         closed(&vertx, &top, Light::Directional(Vector::new(0.0, 0.0, 1.0)), 100.0);

@@ -1,4 +1,4 @@
-//! The operators round in the order written, and the square root matches IEEE 754.
+//! Tests that the operators round in the order written and that the square root matches IEEE 754.
 
 use intertri_reference::Vector;
 use intertri_reference::vector::sqrt;

@@ -1,5 +1,5 @@
-//! Document B: the inside test in both orientations, any number of vertices, depth, and degenerate
-//! facets.
+//! Tests document B: the inside test in both orientations, any number of vertices, depth, and
+//! degenerate facets.
 
 use intertri_reference::z_buffer::{ZBuffer, inside, turns};
 use intertri_reference::{Ray, Scene, Vector};
@@ -10,7 +10,7 @@ fn v(x: f64, y: f64, z: f64) -> Vector {
     Vector::new(x, y, z)
 }
 
-/// A regular outline of `n` vertices, clockwise if y points up.
+/// Returns a regular outline with `n` vertices, clockwise if y points up.
 fn round(n: usize, x: f64, y: f64, radius: f64) -> Vec<Vector> {
     let turn = |k| -std::f64::consts::TAU * f64::from(k) / n as f64;
     (0..n as i32).map(|k| v(x + radius * turn(k).cos(), y + radius * turn(k).sin(), 1.0)).collect()
@@ -47,8 +47,8 @@ fn the_rule_is_for_clockwise_outlines_with_y_up() {
 
 #[test]
 fn a_rectangle_covers_its_pixels_whichever_way_it_runs() {
-    // x from 1 to 4 and y from 1.5 to 3.5 covers columns 1 to 3 and rows 1 to 3. The upper and
-    // lower edges run through pixel centres.
+    // A rectangle from x = 1 to 4 and from y = 1.5 to 3.5 covers columns 1 to 3 and rows 1 to 3.
+    // Its upper and lower edges run through pixel centres.
     let outline = [v(1.0, 1.5, 7.0), v(4.0, 1.5, 7.0), v(4.0, 3.5, 7.0), v(1.0, 3.5, 7.0)];
     for outline in [outline.to_vec(), reversed(&outline)] {
         let buffer = draw(6, 5, &[&outline]);
@@ -100,7 +100,8 @@ fn crossing_facets_split_the_picture_where_they_cross() {
 fn without_area_or_not_finite_draws_nothing() {
     let (a, b, c) = (v(0.0, 0.0, 1.0), v(4.0, 4.0, 1.0), v(0.0, 4.0, 1.0));
     let line = [a, v(2.0, 2.0, 1.0), b];
-    // By the document's rule alone, the first would own its whole line, and the second every pixel.
+    // By the document's rule alone, a line would own all points on it, and a single point would own
+    // every pixel.
     assert!(inside(&line, v(9.5, 9.5, 0.0)) && inside(&[a; 3], v(3.0, 1.0, 0.0)));
     let nothing = ZBuffer::new(5, 5);
     let edge_on = [a, b, v(2.0, 2.0, 3.0)];

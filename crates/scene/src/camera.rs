@@ -46,8 +46,8 @@ impl Camera {
     /// The up direction of [`Camera::framing`].
     pub const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
-    /// [`Camera::VIEW`] under the rotation that takes [`Camera::UP`] to `up`. A model rotated in
-    /// the same way gives the same picture.
+    /// Returns [`Camera::VIEW`] under the rotation that takes [`Camera::UP`] to `up`. A model
+    /// rotated in the same way gives the same image.
     pub fn view_for(up: [f32; 3]) -> [f32; 3] {
         match double(up).try_normalize() {
             Some(to) if up != Self::UP => {
@@ -57,8 +57,8 @@ impl Camera {
         }
     }
 
-    /// The default up direction for a view along `view`: [`Camera::UP`] or, if the view is along
-    /// that axis, north on a map.
+    /// Returns the default up direction for a view along `view`: [`Camera::UP`] or, if the view is
+    /// along that axis, north on a map.
     pub fn up_for(view: [f32; 3]) -> [f32; 3] {
         let along = double(view).normalize_or_zero();
         if along != DVec3::ZERO && along.cross(double(Self::UP)).length() < LEVEL {
@@ -70,13 +70,13 @@ impl Camera {
 }
 
 impl<S: Coordinate> Camera<S> {
-    /// A camera at `eye` with `target` in the centre of its image and `up` pointing upward.
+    /// Creates a camera at `eye` with `target` in the centre of its image and `up` pointing upward.
     ///
     /// `fov` is the vertical field of view in degrees, above 0 and below 180.
     ///
     /// # Errors
-    /// Fails if a number is not finite, `fov` is out of range, `eye` and `target` are the same
-    /// point, or `up` is zero or points along the view direction.
+    /// Returns an error if a value is not finite, `fov` is out of range, `eye` and `target` are the
+    /// same point, or `up` is zero or points along the view direction.
     pub fn new(eye: [S; 3], target: [S; 3], up: [f32; 3], fov: f64) -> Result<Self, CameraError> {
         let finite = |p: [S; 3]| p.iter().all(|x| x.is_finite());
         if !(finite(eye) && finite(target) && up.iter().all(|x| x.is_finite())) {
@@ -96,14 +96,14 @@ impl<S: Coordinate> Camera<S> {
         Ok(Self { eye, right, up: right.cross(forward), forward, half_height })
     }
 
-    /// A camera with all `points` in its image: [`Camera::framing_from`] with [`Camera::VIEW`],
-    /// [`Camera::UP`] and [`Camera::FOV`].
+    /// Creates a camera with all `points` in its image: [`Camera::framing_from`] with
+    /// [`Camera::VIEW`], [`Camera::UP`], and [`Camera::FOV`].
     ///
     /// `aspect` is the image's width divided by its height.
     ///
     /// # Errors
-    /// Fails if the camera would be outside the range of its scalar, or if `aspect` is not positive
-    /// and finite.
+    /// Returns an error if the camera would be outside the range of its scalar, or if `aspect` is
+    /// not positive and finite.
     pub fn framing(
         points: impl IntoIterator<Item = [S; 3]>,
         aspect: f64,
@@ -111,8 +111,9 @@ impl<S: Coordinate> Camera<S> {
         Self::framing_from(points, Camera::VIEW, Camera::UP, Camera::FOV, aspect)
     }
 
-    /// A camera with all `points` in its image, filling it up to a narrow margin, seen from the
-    /// direction `view` (from the points toward the eye). Without points, it looks at the origin.
+    /// Creates a camera whose image contains all `points`, which fill it up to a narrow margin.
+    /// `view` is the direction from the points to the eye. Without points, the camera looks at the
+    /// origin.
     ///
     /// ```text
     ///   left border                       right border
@@ -126,8 +127,8 @@ impl<S: Coordinate> Camera<S> {
     /// ```
     ///
     /// # Errors
-    /// Fails as [`Camera::new`] does, with the reverse of `view` as the view direction, and also if
-    /// `aspect` is not positive and finite.
+    /// Returns an error under the same conditions as [`Camera::new`], with the reverse of `view` as
+    /// the view direction, or if `aspect` is not positive and finite.
     pub fn framing_from(
         points: impl IntoIterator<Item = [S; 3]>,
         view: [f32; 3],
@@ -167,8 +168,8 @@ impl<S: Coordinate> Camera<S> {
             return Self::framing_from([[S::ZERO; 3]], view, up, fov, aspect);
         }
 
-        // The eye is where a pair of opposite borders meets, for the pair that meets farther away.
-        // It is centred between the other two borders, and behind the foremost point.
+        // The eye is where two opposite borders meet, for the pair that meets farther away. It is
+        // centred between the other two borders, and behind the foremost point.
         let [r_max, r_min, u_max, u_min] = borders;
         let size = (max - min).length();
         let near = max.z + if size > 0.0 { size * 0.01 } else { 1.0 };
@@ -185,7 +186,7 @@ impl<S: Coordinate> Camera<S> {
         self.eye
     }
 
-    /// The camera ray through the centre of pixel `(x, y)` in an image of `width` by `height`
+    /// Returns the camera ray through the centre of pixel `(x, y)` in an image of `width`×`height`
     /// pixels. `x` grows to the right and `y` downward. `dir` has unit length up to rounding, so
     /// `t` is a distance. The interval is the default of [`RayOf::new`].
     pub fn ray(&self, x: u32, y: u32, width: u32, height: u32) -> RayOf<S> {
@@ -209,7 +210,7 @@ impl<S: Coordinate> Camera<S> {
         self.half_height
     }
 
-    /// [`Camera::axes`].
+    /// [`Camera::axes`] as vectors.
     pub(crate) fn basis(&self) -> [DVec3; 3] {
         [self.right, self.up, self.forward]
     }

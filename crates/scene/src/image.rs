@@ -1,4 +1,4 @@
-//! Images in memory, reading PNG and JPEG files, and writing PNG files atomically.
+//! Stores images in memory, reads PNG and JPEG files, and writes PNG files atomically.
 
 use std::io::{self, BufWriter, IntoInnerError};
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, Image
 
 use crate::PartialFile;
 
-/// The maximum number of pixels in an image (8192 by 8192). At this size, the visibility buffer
-/// alone takes 2 GiB.
+/// The maximum number of pixels in an image (8192×8192). At this size, the visibility buffer alone
+/// takes 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// An image, stored in rows from the top with three sRGB bytes per pixel.
+/// An image, stored row by row from the top, with three sRGB bytes per pixel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -22,10 +22,10 @@ pub struct Image {
 }
 
 impl Image {
-    /// A black image.
+    /// Creates a black image.
     ///
     /// # Errors
-    /// Fails as [`check_size`] does.
+    /// Returns an error under the same conditions as [`check_size`].
     pub fn new(width: u32, height: u32) -> Result<Self, ImageError> {
         let pixels = check_size(width, height)?;
         Ok(Self { width, height, pixels: vec![[0; 3]; pixels] })
@@ -54,8 +54,8 @@ impl Image {
     /// Reads a PNG or JPEG file, recognized by its first bytes. An alpha channel is dropped.
     ///
     /// # Errors
-    /// Fails if the file does not exist or is in neither format, if a side is 0, or if there are
-    /// more than [`MAX_PIXELS`] pixels.
+    /// Returns an error if the file does not exist or is in neither format, if a side is 0, or if
+    /// there are more than [`MAX_PIXELS`] pixels.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let error = |cause: String| ImageError::Read { path: path.into(), cause };
         let metadata = fs::metadata(path).map_err(|cause| error(cause.to_string()))?;
@@ -83,7 +83,8 @@ impl Image {
     /// program is killed. After an error, an older image at `path` is unchanged.
     ///
     /// # Errors
-    /// Fails as [`check_output`] does, or with an error from the file system.
+    /// Returns an error under the same conditions as [`check_output`], or if the file cannot be
+    /// written.
     pub fn write_png(&self, path: &Path) -> Result<(), ImageError> {
         check_output(path)?;
         let written = replace(path, |file| {
@@ -112,10 +113,11 @@ fn replace(
     file.finish()
 }
 
-/// The number of pixels in an image of the given size. Call this before allocating anything.
+/// Returns the number of pixels in an image of the given size. Call this before allocating
+/// anything.
 ///
 /// # Errors
-/// Fails if a side is 0 or there are more than [`MAX_PIXELS`] pixels.
+/// Returns an error if a side is 0 or there are more than [`MAX_PIXELS`] pixels.
 pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
     let pixels = u64::from(width) * u64::from(height);
     match usize::try_from(pixels) {
@@ -127,7 +129,8 @@ pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
 /// Checks whether an image can probably be written to `path`. Call this before rendering.
 ///
 /// # Errors
-/// Fails if `path` does not end in `.png`, is a folder, or is in a folder that does not exist.
+/// Returns an error if `path` does not end in `.png`, is a folder, or is in a folder that does not
+/// exist.
 pub fn check_output(path: &Path) -> Result<(), ImageError> {
     let error = |why| Err(ImageError::Output { path: path.into(), why });
     if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
@@ -144,7 +147,7 @@ pub fn check_output(path: &Path) -> Result<(), ImageError> {
     }
 }
 
-/// An image that shows where two engines disagree. It is a darkened copy of `image` in which each
+/// Returns an image that shows where two engines disagree: a darkened copy of `image` in which each
 /// marked pixel has the colour in `marks` and a frame around it, so that even a single pixel is
 /// easy to see.
 ///

@@ -37,9 +37,9 @@ impl Light {
 }
 
 impl<S: Coordinate> Light<S> {
-    /// A light for `bounds` as seen by `camera`: high over the photographer's left shoulder, and
-    /// far enough away that shadows do not spread much. If the camera is inside the bounds, which
-    /// may be a room, the light is slightly above the camera and to its left.
+    /// Creates a light for `bounds` as seen by `camera`: high over the photographer's left
+    /// shoulder, and far enough away that shadows do not spread much. If the camera is inside the
+    /// bounds, which may be a room, the light is slightly above the camera and to its left.
     pub fn over_the_shoulder(bounds: &Bounds<S>, camera: &Camera<S>) -> Self {
         let [right, up, forward] = camera.basis();
         let position = if bounds.contains(camera.eye()) {
@@ -51,7 +51,7 @@ impl<S: Coordinate> Light<S> {
         Self::Point { position: rounded(position) }
     }
 
-    /// A directional light for `bounds`, where `toward` is the direction to the light, of any
+    /// Creates a directional light for `bounds`. `toward` is the direction to the light, of any
     /// length. Returns `None` if `toward` is zero or not finite, or if the bounds are too large for
     /// the scalar.
     pub fn sun(toward: [f32; 3], bounds: &Bounds<S>) -> Option<Self> {
@@ -61,7 +61,7 @@ impl<S: Coordinate> Light<S> {
         toward.iter().all(|x| x.is_finite()).then_some(Self::Directional { toward })
     }
 
-    /// The origin of the shadow ray for `point`.
+    /// Returns the origin of the shadow ray for `point`.
     pub fn origin(&self, point: [f64; 3]) -> [S; 3] {
         match *self {
             Self::Point { position } => position,
@@ -69,7 +69,7 @@ impl<S: Coordinate> Light<S> {
         }
     }
 
-    /// The shadow ray for `point`, which is on a surface. Any hit occludes the light.
+    /// Returns the shadow ray for `point`, which is on a surface. Any hit occludes the light.
     ///
     /// The ray runs in reverse: from the light, or from a point far enough toward it, to the
     /// surface at `t = 1`, over the interval `0 <= t <` [`Light::REACH`]. All shadow rays of a
@@ -78,15 +78,16 @@ impl<S: Coordinate> Light<S> {
         Self::shadow_ray_from(self.origin(point), point)
     }
 
-    /// [`Light::shadow_ray`] from a different origin, for instance one that was snapped to a grid.
+    /// Like [`Light::shadow_ray`], but from a different origin, for instance one that was snapped
+    /// to a grid.
     pub fn shadow_ray_from(origin: [S; 3], point: [f64; 3]) -> RayOf<S> {
         let dir = DVec3::from(point) - double(origin);
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
     }
 
-    /// The shadow ray from a hit found by [`Mode::exact`](intertri::Mode::exact) to the light: any
-    /// hit occludes it. The ray never hits the triangle itself (see [`spawn_ray`]), so no part of
-    /// the segment is skipped.
+    /// Returns the shadow ray from a hit found by [`Mode::exact`](intertri::Mode::exact) to the
+    /// light. Any hit occludes the light. The ray never hits the triangle itself (see
+    /// [`spawn_ray`]), so no part of the segment is skipped.
     pub fn shadow_ray_of(&self, hit: &Hit, triangle: &TriangleOf<S>) -> RayOf<S> {
         match *self {
             Self::Point { position } => spawn_ray_to(hit, triangle, position),
@@ -94,7 +95,7 @@ impl<S: Coordinate> Light<S> {
         }
     }
 
-    /// The unit vector from a point to the light.
+    /// Returns the unit vector from a point to the light.
     #[inline]
     pub(crate) fn direction(&self, point: DVec3) -> DVec3 {
         let toward = match *self {
@@ -105,7 +106,7 @@ impl<S: Coordinate> Light<S> {
     }
 }
 
-/// The point of a `hit` on `ray`, in f64. Not finite for a miss.
+/// Returns the point of a `hit` on `ray`, in f64. For a miss, it is not finite.
 pub fn hit_point<S: Scalar>(ray: &RayOf<S>, hit: &Hit) -> [f64; 3] {
     (double(ray.origin) + double(ray.dir) * hit.t).to_array()
 }
@@ -151,7 +152,7 @@ mod tests {
             let t = normal.dot(point - double(ray.origin)) / normal.dot(dir);
             worst = worst.min(t);
             assert!(t >= f64::from(ray.t_max), "{i}: {t}");
-            // An occluder a thousandth of the distance before the surface counts.
+            // An occluder counts if it is a thousandth of the distance in front of the surface.
             assert!(0.999 < ray.t_max);
         }
         // The test is meaningful: rounding does move the hit with the surface in front of the

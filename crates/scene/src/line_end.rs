@@ -14,7 +14,7 @@ pub(crate) enum LineEnd {
     Feed,
     /// With a carriage return, which a line feed may follow.
     ReturnAndPerhapsFeed,
-    /// With a carriage return, like all lines of the text.
+    /// With a carriage return, as do all lines of the text.
     Return,
 }
 
@@ -30,7 +30,7 @@ impl LineEnd {
         Ok(())
     }
 
-    /// Whether the available bytes contain a whole line.
+    /// Returns whether the available bytes contain a whole line.
     pub(crate) fn has_line(self, bytes: &[u8]) -> bool {
         let bytes = match (self, bytes) {
             (Self::ReturnAndPerhapsFeed, [b'\n', rest @ ..]) => rest,
@@ -69,7 +69,7 @@ pub(crate) fn read_line(
     }
 }
 
-/// The bytes that have arrived but have not been read.
+/// Returns the bytes that have arrived but have not been read yet.
 fn fill(input: &mut impl BufRead) -> io::Result<&[u8]> {
     // `fill_buf` is called twice because the loop cannot return a borrow.
     while let Err(error) = input.fill_buf() {

@@ -22,8 +22,8 @@ pub struct Part {
 /// Triangles keep the order of the file. A polygon becomes the fan of triangles around its first
 /// corner, in order: `(0, 1, 2), (0, 2, 3), ...`. If that fan would reach outside a concave
 /// polygon, ear clipping cuts it into the same number of triangles. Positions keep their order and
-/// the numbers in the file, rounded once to f32 or, for a `Mesh<f64>`, to f64. They are not welded,
-/// moved, or dropped.
+/// their values in the file, rounded once to f32 or, for a `Mesh<f64>`, to f64. They are not
+/// welded, moved, or dropped.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh<S = f32> {
     /// The positions of the vertices. In a mesh made by [`crate::load`], all positions that
@@ -44,7 +44,7 @@ impl Mesh {
 }
 
 impl<S: Coordinate> Mesh<S> {
-    /// The triangles that the kernel intersects. Index `i` here is triangle `i` of the mesh.
+    /// Returns the triangles for the kernel to intersect, in the order of the mesh.
     ///
     /// # Panics
     /// Panics if an index is outside `positions`; [`crate::load`] never makes such a mesh.
@@ -52,7 +52,7 @@ impl<S: Coordinate> Mesh<S> {
         (0..self.triangles.len()).map(|i| TriangleOf(self.corners(i))).collect()
     }
 
-    /// The three corners of triangle `index`.
+    /// Returns the three corners of triangle `index`.
     ///
     /// # Panics
     /// Panics if the index is out of bounds.
@@ -60,18 +60,18 @@ impl<S: Coordinate> Mesh<S> {
         self.triangles[index].map(|corner| self.positions[corner as usize])
     }
 
-    /// The part that triangle `index` belongs to; `None` for a mesh without parts.
+    /// Returns the part that triangle `index` belongs to, or `None` if it belongs to no part.
     pub fn part(&self, index: usize) -> Option<&Part> {
         let after = self.parts.partition_point(|part| part.first as usize <= index);
         after.checked_sub(1).map(|part| &self.parts[part])
     }
 
-    /// The corners of all triangles. Positions that no triangle uses are skipped.
+    /// Iterates over the corners of all triangles. Positions that no triangle uses are skipped.
     pub fn points(&self) -> impl Iterator<Item = [S; 3]> {
         self.triangles.as_flattened().iter().map(|&corner| self.positions[corner as usize])
     }
 
-    /// The bounding box of all triangles, or `None` if there are none.
+    /// Returns the bounding box of all triangles, or `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds<S>> {
         let first = self.points().next()?;
         let mut bounds = Bounds { min: first, max: first };
@@ -85,7 +85,7 @@ impl<S: Coordinate> Mesh<S> {
         Some(bounds)
     }
 
-    /// The bounding box of all triangles, or the origin if there are none.
+    /// Returns the bounding box of all triangles, or the origin if there are none.
     pub(crate) fn bounds_or_point(&self) -> Bounds<S> {
         self.bounds().unwrap_or(Bounds { min: [S::ZERO; 3], max: [S::ZERO; 3] })
     }
@@ -101,30 +101,30 @@ pub struct Bounds<S = f32> {
 }
 
 impl<S: Scalar> Bounds<S> {
-    /// The centre.
+    /// Returns the centre of the box.
     pub(crate) fn centre(&self) -> DVec3 {
-        // Halve first, so that the largest f64 does not overflow.
+        // Halve first, so that the sum of the largest values does not overflow.
         double(self.min) * 0.5 + double(self.max) * 0.5
     }
 
-    /// Half the diagonal, or 1 for a box that is a single point, so that a scale is never 0.
+    /// Returns half the diagonal, or 1 if the box is a single point, so that a scale is never 0.
     pub(crate) fn radius(&self) -> f64 {
         let radius = (double(self.max) * 0.5 - double(self.min) * 0.5).length();
         if radius > 0.0 { radius } else { 1.0 }
     }
 
-    /// Whether a point is in the box or on its boundary.
+    /// Returns whether a point is in the box or on its boundary.
     pub(crate) fn contains(&self, p: [S; 3]) -> bool {
         (0..3).all(|axis| self.min[axis] <= p[axis] && p[axis] <= self.max[axis])
     }
 }
 
-/// A point converted to f64.
+/// Converts a point to f64.
 pub(crate) fn double<S: Scalar>(p: [S; 3]) -> DVec3 {
     DVec3::from(p.map(Into::<f64>::into))
 }
 
-/// A point rounded to its scalar.
+/// Rounds a point to its scalar.
 pub(crate) fn rounded<S: Scalar>(p: DVec3) -> [S; 3] {
     p.to_array().map(S::nearest)
 }

@@ -43,7 +43,7 @@ impl PartialFile {
     /// stays, and its target is replaced.
     ///
     /// # Errors
-    /// Fails with any error of the file system.
+    /// Returns any error from the file system.
     pub fn create(path: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -63,11 +63,11 @@ impl PartialFile {
         Ok(partial)
     }
 
-    /// Waits until the bytes are on the disk. Otherwise, a power cut could leave the final name
-    /// without the bytes.
+    /// Waits until the bytes are on the disk. Without this, a power cut could leave an incomplete
+    /// file under the final name.
     ///
     /// # Errors
-    /// Fails with any error of the file system.
+    /// Returns any error from the file system.
     pub fn sync(&self) -> io::Result<()> {
         self.file.sync_all()
     }
@@ -75,7 +75,7 @@ impl PartialFile {
     /// Renames the file to its final name.
     ///
     /// # Errors
-    /// Fails with any error of the file system. The new file is then removed.
+    /// Returns any error from the file system. In that case, the new file is removed.
     pub fn finish(self) -> io::Result<()> {
         // If renaming fails, `this` is dropped after the list is unlocked, which removes the file.
         let this = self;

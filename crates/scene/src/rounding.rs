@@ -2,8 +2,7 @@
 
 use crate::coordinate::Coordinate;
 
-/// How many numbers were rounded because they are not exact in their scalar, and how far that moved
-/// them.
+/// How many numbers were rounded because they are not exact in their scalar, and by how much.
 ///
 /// ```
 /// use intertri_scene::Rounding;
@@ -16,8 +15,7 @@ use crate::coordinate::Coordinate;
 pub struct Rounding {
     /// How many numbers were rounded.
     pub numbers: u64,
-    /// The largest distance that a number moved; infinite if a number was beyond the scalar's
-    /// range.
+    /// The largest change to a number, which is infinite if a number was beyond the scalar's range.
     pub by_up_to: f64,
 }
 

@@ -21,18 +21,18 @@ pub struct Scene<S = f32> {
 }
 
 impl<S: Coordinate> Scene<S> {
-    /// A mesh framed by [`Camera::framing`] and lit by [`Light::over_the_shoulder`], for an image
-    /// with `aspect` = width / height.
+    /// Creates a scene with a mesh that is framed by [`Camera::framing`] and lit by
+    /// [`Light::over_the_shoulder`], for an image with `aspect` = width / height.
     ///
     /// # Errors
-    /// Fails as [`Camera::framing`] does.
+    /// Returns an error under the same conditions as [`Camera::framing`].
     pub fn of(mesh: Mesh<S>, aspect: f64) -> Result<Self, CameraError> {
         let camera = Camera::framing(mesh.points(), aspect)?;
         Ok(Self::seen_by(mesh, camera))
     }
 
-    /// Points whose bounds contain all ray origins: the eye and the light or, if the light has no
-    /// position, the box in which its shadow rays start.
+    /// Returns points whose bounds contain all ray origins: the eye and the light or, if the light
+    /// has no position, the box in which its shadow rays start.
     pub fn ray_origins(&self) -> Vec<[S; 3]> {
         let bounds = self.mesh.bounds_or_point();
         // Leave a margin for points that rounding moves out of the box.
@@ -42,7 +42,7 @@ impl<S: Coordinate> Scene<S> {
         [vec![self.camera.eye()], light.to_vec()].concat()
     }
 
-    /// A mesh as `camera` sees it, lit by [`Light::over_the_shoulder`].
+    /// Creates a scene with a mesh seen by `camera` and lit by [`Light::over_the_shoulder`].
     pub fn seen_by(mesh: Mesh<S>, camera: Camera<S>) -> Self {
         let light = Light::over_the_shoulder(&mesh.bounds_or_point(), &camera);
         Self { mesh, camera, light, texture: None }

@@ -13,22 +13,22 @@ use crate::texture::{Texture, ways};
 
 /// The ambient light from below and from above.
 const AMBIENT: [f32; 2] = [0.07, 0.20];
-/// The background at the top and at the bottom of the image, linear.
+/// The linear colours of the background at the top and bottom of the image.
 const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68, 0.68)];
 
 /// Shades `scene`, given its visibility buffer and its shadow mask.
 ///
 /// `hits[y * width + x]` is the hit of the ray that [`crate::Camera::ray`] returns for pixel
-/// `(x, y)`. `lit` at the same index is whether the light reaches the hit point; it is not read
+/// `(x, y)`. `lit` at the same index says whether the light reaches the hit point; it is not read
 /// where the ray missed. For an image without shadows, pass all `true`.
 ///
-/// The hit's u and v give its point on the triangle. Surfaces are Lambertian: they reflect light in
-/// proportion to the cosine of the angle between the normal and the light. The normal is the
-/// geometric one, turned toward the camera, so both sides look alike, and no mesh is smoothed. A
-/// little ambient light, more from above than from below, keeps shadows readable.
+/// The hit's u and v determine its point on the triangle. Surfaces are Lambertian: they reflect
+/// light in proportion to the cosine of the angle between the normal and the light. The normal is
+/// the geometric one, turned toward the camera, so both sides look alike, and meshes are not
+/// smoothed. A little ambient light, more from above than from below, keeps shadows readable.
 ///
 /// # Errors
-/// Fails as [`Image::new`] does.
+/// Returns an error under the same conditions as [`Image::new`].
 ///
 /// # Panics
 /// Panics if a buffer does not have one entry per pixel, or if a hit refers to a missing triangle.
@@ -67,7 +67,7 @@ struct Face<'a> {
     /// The first corner, and the vectors from there to the other two.
     corner: DVec3,
     sides: [DVec3; 2],
-    /// The unit normal on the side of the eye.
+    /// The unit normal on the side that faces the eye.
     normal: DVec3,
     ambient: f32,
     tint: Vec3,
@@ -77,7 +77,7 @@ struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    /// The face of a hit; reuses the last one if it is the same.
+    /// Returns the face of a hit, reusing the last one if it is the same.
     fn at<'b, S: Coordinate>(
         scene: &'a Scene<S>,
         hit: &Hit,
@@ -103,8 +103,8 @@ impl<'a> Face<'a> {
         Self { triangle, corner: a, sides, normal, ambient, tint, cover }
     }
 
-    /// What all hits of a triangle share of the albedo: the part's tint and, if there is one, the
-    /// texture. A mesh without parts has only the texture, or clay.
+    /// Returns the parts of the albedo that all hits of a triangle share: the part's tint and, if
+    /// there is one, the texture. A mesh without parts has only the texture, or else clay.
     fn albedo<S: Coordinate>(
         scene: &'a Scene<S>,
         triangle: u32,
@@ -118,7 +118,7 @@ impl<'a> Face<'a> {
         (part.map_or(bare, |part| Vec3::from(part.tint)), cover)
     }
 
-    /// The linear radiance that a hit reflects toward the eye.
+    /// Returns the linear radiance that a hit reflects toward the eye.
     #[inline]
     fn radiance<S: Coordinate>(&self, scene: &Scene<S>, hit: &Hit, lit: bool) -> Vec3 {
         // A light behind the surface, as seen by the camera, contributes nothing, hence the `max`.
@@ -145,7 +145,7 @@ mod tests {
     use crate::light::Light;
     use crate::mesh::Part;
 
-    /// A floor seen from above, with the light above or below it.
+    /// Returns a floor seen from above, with the light above or below it.
     fn floor(light_height: f32) -> Scene {
         let mesh = Mesh {
             positions: vec![[-9.0, 0.0, -9.0], [9.0, 0.0, -9.0], [0.0, 0.0, 9.0]],

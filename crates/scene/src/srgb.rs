@@ -1,13 +1,13 @@
 //! The sRGB transfer function (IEC 61966-2-1) for eight bits per channel, with tables in both
 //! directions.
 //!
-//! Code n begins at a threshold of light, where the curve reaches n - 1/2. Codes are looked up by
-//! the exponent and the first seven fraction bits of the light:
+//! Code n begins at the light threshold where the curve reaches n - 1/2. Codes are looked up by the
+//! exponent and the first seven fraction bits of the light:
 //!
 //! ```text
 //!   f32   0 01111011 1011010.........    thirteen octaves of 128 buckets, preceded by black
 //!           -------- -------             a bucket is narrower than any code, so it has at
-//!           exponent bucket              most one threshold: one comparison is left
+//!           exponent bucket              most one threshold: one comparison suffices
 //! ```
 
 use std::sync::LazyLock;
@@ -34,7 +34,7 @@ const BUCKETS: usize = 13 * 128 + 1;
 static SRGB: LazyLock<Srgb> = LazyLock::new(Srgb::new);
 
 impl Srgb {
-    /// The tables.
+    /// Returns the tables.
     pub(crate) fn get() -> &'static Self {
         &SRGB
     }
@@ -80,18 +80,18 @@ impl Srgb {
     }
 }
 
-/// The curve from sRGB to linear light.
+/// Evaluates the curve from sRGB to linear light.
 fn linear(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// [`linear`] in f32, as textures have always been decoded.
+/// Evaluates [`linear`] in f32, for decoding textures.
 fn decode(encoded: u8) -> f32 {
     let x = f32::from(encoded) / 255.0;
     if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The smallest f32 that is not below `x`.
+/// Returns the smallest f32 that is not below `x`.
 fn rounded_up(x: f64) -> f32 {
     let near = x as f32;
     if f64::from(near) < x { near.next_up() } else { near }
@@ -105,7 +105,7 @@ mod tests {
         Srgb::get().encode(Vec3::splat(x))[1]
     }
 
-    /// The standard's curve from linear light to sRGB, in units of codes.
+    /// Evaluates the standard's curve from linear light to sRGB, in units of codes.
     fn exact(x: f32) -> f64 {
         let x = f64::from(x).clamp(0.0, 1.0);
         let encoded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
@@ -117,8 +117,7 @@ mod tests {
         for n in 1..=255_u8 {
             let least = Srgb::get().thresholds[usize::from(n)];
             let half = f64::from(n) - 0.5;
-            // The error of f64 is about 1e-13 of a code, and no threshold is that close to the
-            // curve.
+            // The f64 error is about 1e-13 of a code, and no threshold is that close to the curve.
             assert!(exact(least) > half + 1e-12 && exact(least.next_down()) < half - 1e-12, "{n}");
             assert_eq!((code(least.next_down()), code(least)), (n - 1, n));
         }
@@ -126,7 +125,7 @@ mod tests {
 
     #[test]
     fn between_the_thresholds_a_code_goes_on() {
-        // Test the ends of all buckets, and many numbers between.
+        // Test the ends of all buckets, and many numbers between them.
         let mut bits = 0;
         while bits <= 1.0_f32.to_bits() {
             for x in [bits, bits.saturating_sub(1)].map(f32::from_bits) {

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   t ^   c3                Each corner has texture coordinates (s, t). They are interpolated by the
-//!     |   /\                barycentric coordinates, u and v being those of c2 and c3:
+//!     |   /\                barycentric coordinates, where u and v belong to c2 and c3:
 //!   1 +--/--\--+            (s, t) = p1 + u (p2 - p1) + v (p3 - p1)
 //!     | / .  \ |
 //!     |c1-----c2            A texture is the unit square, and it repeats in both directions. The
@@ -34,8 +34,8 @@ pub enum Texture {
     Image(Image),
 }
 
-/// The texture coordinates of a hit, interpolated between those of the corners with the barycentric
-/// coordinates: u for the second corner and v for the third.
+/// Interpolates the texture coordinates of a hit between those of the corners. The barycentric
+/// coordinate `u` belongs to the second corner and `v` to the third.
 ///
 /// ```
 /// let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 4.0]];
@@ -46,7 +46,7 @@ pub fn place(corners: &[[f32; 2]; 3], u: f64, v: f64) -> [f64; 2] {
     (first + p * u + q * v).to_array()
 }
 
-/// The first corner's texture coordinates, and the vectors from there to the other two.
+/// Returns the first corner's texture coordinates, and the vectors from there to the other two.
 pub(crate) fn ways(corners: &[[f32; 2]; 3]) -> [DVec2; 3] {
     let [a, b, c] = corners.map(|[s, t]| DVec2::new(s.into(), t.into()));
     [a, b - a, c - a]
@@ -54,13 +54,13 @@ pub(crate) fn ways(corners: &[[f32; 2]; 3]) -> [DVec2; 3] {
 
 impl Texture {
     /// The XOR pattern for a whole model, with few texels and a wide range of light, so that it is
-    /// recognizable at any picture size and with any shading.
+    /// recognizable at any image size and with any shading.
     pub const XOR: Self = Self::Xor { texels: 32, dark: 0.04 };
 
     /// Reads a PNG or JPEG file.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, is in neither format, or has more than
+    /// Returns an error if the file cannot be read, is in neither format, or has more than
     /// [`crate::MAX_PIXELS`] pixels.
     pub fn load(path: &Path) -> Result<Self, ImageError> {
         Image::read(path).map(Self::Image)
@@ -84,7 +84,7 @@ impl Texture {
             }
             Self::Image(image) => {
                 let srgb = Srgb::get();
-                // Pixel centres are at integers here, and rows count downward.
+                // Pixel centres are at integers here, and rows are counted downward.
                 let size = [image.width(), image.height()];
                 let x = (s - s.floor()) * f64::from(size[0]) - 0.5;
                 let y = (t.ceil() - t) * f64::from(size[1]) - 0.5;
@@ -115,7 +115,8 @@ mod tests {
             let level = f64::from(x ^ y) as f32 / 255.0;
             assert_eq!(colour, Vec3::splat(0.5 + 0.5 * level));
         }
-        // Unlike the document's pattern, which rounds toward zero, it also repeats below zero.
+        // Unlike the document's pattern, which rounds toward zero, this one also repeats below
+        // zero.
         let coarse = Texture::Xor { texels: 8, dark: 0.5 };
         assert_eq!(coarse.color([0.3, 0.9]), coarse.color([-0.7, 5.9]));
         assert!(coarse.color([0.3, 0.9]) != coarse.color([0.5, 0.9]));
@@ -132,7 +133,7 @@ mod tests {
         assert_eq!(at(0.75, 0.75), [0.0; 3]);
         assert_eq!(at(0.25, 0.25), [1.0, 0.0, 0.0]);
         assert_eq!(at(-0.25, 7.25), [0.0, 0.0, 1.0]);
-        // Halfway between two, and between all four, even across the border.
+        // Halfway between two pixels, and between all four, even across the border.
         assert_eq!(at(0.5, 0.75), [0.5; 3]);
         assert_eq!(at(0.0, 0.0), at(0.5, 0.5));
         assert_eq!(at(0.5, 0.5), [0.5, 0.25, 0.5]);

@@ -1,5 +1,5 @@
-//! Invalid files fail with one line that contains the file, the line, and the cause, without a
-//! panic or a large allocation.
+//! Tests that invalid files cause a one-line error with the file, the line, and the cause, and
+//! neither a panic nor a large allocation.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::path::Path;
 use intertri_scene::{load, read};
 use tempfile::TempDir;
 
-/// The error message for a file with this name and content, without the folder.
+/// Returns the error message for a file with this name and content, without the folder.
 fn message(name: &str, bytes: impl AsRef<[u8]>) -> String {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join(name);
@@ -105,14 +105,14 @@ fn obj_faults_name_their_line() {
     for (fault, expected) in cases {
         says(&message("a.obj", format!("{V}{fault}\nf 1 2 3\n")), &format!("a.obj:{expected}"), "");
     }
-    // A word of a megabyte that contains a bell character is shortened and escaped.
+    // A one-megabyte word that contains a bell character is shortened and escaped.
     let text = format!("v 0 0 \x07{}\nv 0 0 0\nf 1 1 2\n", "9x".repeat(500_000));
     let long = message("a.obj", text);
     says(&long, "a.obj:1: \"\\u{7}9x9x", "\"... is not a number");
     assert!(long.len() < 120);
 }
 
-/// A PLY that declares this many vertices and triangles, with this payload.
+/// Returns a PLY file that declares this many vertices and triangles, with this payload.
 fn ply(format: &str, vertices: u64, faces: u64, payload: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
@@ -219,7 +219,7 @@ fn ply_binary_faults() {
     says(&with(48, 3), "a.ply: a face refers to vertex 3, but there are 3, numbered from 0", "");
     says(&with(48, u32::MAX), "a.ply: face 0: a face has an index that is negative", "");
 
-    // Huge counts do not cause large allocations, and reading fails at once.
+    // Huge counts do not cause large allocations, and reading fails immediately.
     for format in ["binary_little_endian", "binary_big_endian", "ascii"] {
         let message = message("a.ply", header(format, u64::MAX, u64::MAX));
         says(&message, "a.ply:", "the file is cut off");
@@ -286,7 +286,7 @@ fn a_line_or_a_header_without_end_is_refused() {
 
 #[test]
 fn what_looks_wrong_and_is_right() {
-    // Other line ends, no final line end, names in Latin-1, numbers in odd forms, and a face with
+    // Other line ends, no final line end, names in Latin-1, unusual number formats, and a face with
     // 100,000 corners.
     let folder = TempDir::new().unwrap();
     let saved = |name: &str, bytes: &[u8]| {
@@ -312,8 +312,8 @@ fn what_looks_wrong_and_is_right() {
 
 #[test]
 fn damage_anywhere_is_a_model_or_one_line() {
-    // Takes a valid file of each kind, cuts it off at every byte, and overwrites every byte with
-    // several others.
+    // Cut off a valid file of each kind at every byte, and overwrite every byte with several
+    // others.
     let ply_text = ply("ascii", 3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     let mut ply_bytes = ply("binary_big_endian", 3, 1, "").into_bytes();
     ply_bytes.extend(

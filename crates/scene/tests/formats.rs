@@ -1,4 +1,4 @@
-//! The meshes read from valid files in every format.
+//! Tests the meshes read from valid files in every format.
 
 use std::fs;
 use std::path::PathBuf;
@@ -72,8 +72,8 @@ fn positions_have_the_nearest_f32_and_are_not_welded() {
     assert_eq!(mesh.positions[2].map(f32::to_bits), [-0.0, f32::MAX, 0.0].map(f32::to_bits));
 }
 
-/// The header for a square with texture coordinates, and with an edge element between the vertices
-/// and the faces.
+/// Returns the header for a square with texture coordinates, and with an edge element between the
+/// vertices and the faces.
 fn ply_header(format: &str, real: &str, list: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\ncomment by hand\nelement vertex 4\nproperty {real} x\n\
@@ -146,7 +146,7 @@ fn ply_strips_are_wound_alike_and_end_at_minus_one() {
     assert!(error.starts_with("a.ply:17: a face refers to vertex 5, but there are 5"), "{error}");
 }
 
-/// A binary STL with this many triangles, whose free text begins with `text`.
+/// Returns a binary STL file with this many triangles, whose free text begins with `text`.
 fn stl_binary(text: &str, triangles: u8) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
     bytes[..text.len()].copy_from_slice(text.as_bytes());

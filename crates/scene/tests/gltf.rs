@@ -1,11 +1,11 @@
-//! glTF: the triangles of nodes, and checks that no number in a file is trusted.
+//! Tests the triangles of glTF nodes, and that no number in a file is trusted.
 
 use std::path::Path;
 
 use intertri_scene::{LoadedModel, Mesh, load_model, read};
 use tempfile::TempDir;
 
-/// The corners of the unit square as f32, then as u8, then the indices 0, 1, 2, 3.
+/// Returns the corners of the unit square as f32, then as u8, then the indices 0, 1, 2, 3.
 fn bytes() -> Vec<u8> {
     let points = [[0_u8, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]];
     let mut bytes: Vec<u8> =
@@ -26,7 +26,7 @@ const ACCESSORS: &str = r#""bufferViews":[{"buffer":0,"byteLength":48},
     {"bufferView":1,"componentType":5121,"normalized":true,"count":4,"type":"VEC2"}],
     "buffers":[{"byteLength":68}]"#;
 
-/// A GLB with this JSON and [`bytes`].
+/// Returns a GLB with this JSON and [`bytes`].
 fn glb(json: &str) -> Vec<u8> {
     let bin = bytes();
     let mut glb = b"glTF\x02\0\0\0".to_vec();
@@ -39,7 +39,7 @@ fn glb(json: &str) -> Vec<u8> {
     glb
 }
 
-/// A file with these primitives. `rest` contains the nodes and any other members.
+/// Returns a file with these primitives. `rest` contains the nodes and any other members.
 fn file(primitives: &str, rest: &str) -> Vec<u8> {
     glb(&format!(
         r#"{{"asset":{{"version":"2.0"}},"meshes":[{{"primitives":[{primitives}]}}],{rest},{ACCESSORS}}}"#
@@ -168,7 +168,7 @@ fn damage_anywhere_is_a_model_or_one_line() {
     }
 }
 
-/// Many buffers that refer to one file, by several names, read it once.
+/// If many buffers refer to one file, even by several names, it is read once.
 #[test]
 fn a_file_that_many_buffers_name_is_read_once() {
     let folder = TempDir::new().unwrap();

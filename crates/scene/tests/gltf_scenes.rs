@@ -1,5 +1,4 @@
-//! glTF: the effect of nodes, skins, and extensions on triangles, and the allowed locations of
-//! buffers.
+//! Tests how glTF nodes, skins, and extensions affect triangles, and where buffers may be.
 
 use std::fmt::Write;
 use std::fs;
@@ -12,8 +11,8 @@ use tempfile::TempDir;
 /// The corners of a triangle.
 type Triangle = [[f32; 3]; 3];
 
-/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and its bytes, to which tests
-/// may add.
+/// A glTF file, initially with a single triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes of its
+/// buffer. Tests may add to both.
 struct File {
     json: Value,
     bytes: Vec<u8>,
@@ -76,7 +75,7 @@ impl File {
         fs::write(folder.join("a.gltf"), json.to_string()).unwrap();
     }
 
-    /// The triangles' corners and the notes, or the error.
+    /// Returns the triangles' corners and the notes, or the error.
     fn load(&self) -> Result<(Vec<Triangle>, Vec<String>), String> {
         let folder = TempDir::new().unwrap();
         self.write(folder.path());
@@ -85,7 +84,7 @@ impl File {
         Ok((corners, model.notes.as_slice().iter().map(ToString::to_string).collect()))
     }
 
-    /// The triangles of a file that causes no notes.
+    /// Returns the triangles, and checks that the file causes no notes.
     #[track_caller]
     fn triangles(&self) -> Vec<Triangle> {
         let (triangles, notes) = self.load().unwrap();
@@ -190,7 +189,8 @@ fn hidden_nodes_and_all_below_them_are_left_out() {
     assert_eq!(file.triangles(), [moved([5.0, 0.0, 0.0])]);
 }
 
-/// A skin with two joints, at x = 10 and x = 20, both bound at 0; the mesh's node is elsewhere.
+/// Returns a file with a skin. Its two joints, at x = 10 and x = 20, are both bound at 0, and the
+/// mesh's node is elsewhere.
 fn skinned(shares: &[f32]) -> File {
     let mut file = File::new(&json!([
         {"mesh": 0, "skin": 0, "translation": [0, 0, 99]},
@@ -216,8 +216,8 @@ fn joints_place_a_skinned_mesh_and_not_its_node() {
     assert_eq!(file.triangles(), [moved([10.0, 0.0, 0.0])]);
     let halves = [0.5, 0.5, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&halves).triangles(), [moved([15.0, 0.0, 0.0])]);
-    // Weights need not sum to 1, for instance if a file stores them in units of 1/255. Each weight
-    // counts relative to their sum.
+    // Weights need not sum to 1, for instance if a file stores them in units of 1/255. Only their
+    // ratios matter.
     let twice = [1.0, 1.0, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&twice).triangles(), [moved([15.0, 0.0, 0.0])]);
 
@@ -279,7 +279,7 @@ fn sparse_tables_replace_rows() {
         "indices": {"bufferView": rows, "componentType": 5121}, "values": {"bufferView": values}});
     let replaced = [[0.0, 0.0, 0.0], [7.0, 8.0, 9.0], [4.0, 5.0, 6.0]];
     assert_eq!(file.triangles(), [replaced]);
-    // Without a buffer view, the other numbers are zeros.
+    // Without a buffer view, the other rows are zeros.
     file.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     assert_eq!(file.triangles(), [replaced]);
 

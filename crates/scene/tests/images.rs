@@ -1,4 +1,4 @@
-//! Images: their sizes, their files, and the state after a failure.
+//! Tests images: their sizes, their files, and what remains after a failure.
 
 use std::fs;
 #[cfg(unix)]

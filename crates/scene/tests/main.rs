@@ -1,4 +1,4 @@
-//! Tests of model files in every format, valid and invalid, and of images.
+//! Tests model files in every format, both valid and invalid, and images.
 
 mod bad_files;
 mod formats;

@@ -1,5 +1,5 @@
-//! Well-known models load completely. They are not part of the repository; if they are missing,
-//! these tests print a message and return.
+//! Tests that well-known models load completely. They are not part of the repository; if they are
+//! missing, these tests print a message and return.
 
 use std::path::{Path, PathBuf};
 

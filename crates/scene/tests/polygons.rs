@@ -1,4 +1,4 @@
-//! Polygons become triangles that cover exactly the same area.
+//! Tests that polygons become triangles that cover exactly the same area.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 type Point = [f64; 3];
 
-/// The triangles of one polygon, as indices into its corners, and the notes about it.
+/// Returns the triangles of one polygon, as indices into its corners, and the notes about it.
 fn cut<S: Coordinate>(corners: &[Point]) -> (Vec<[usize; 3]>, Vec<String>) {
     let mut text = String::new();
     for [x, y, z] in corners {
@@ -55,7 +55,7 @@ fn check(corners: &[Point], triangles: &[[usize; 3]]) {
     assert!(area <= length(sum) * (1.0 + 1e-6), "{area} is not {sum:?} of {corners:?}");
 }
 
-/// A polygon in the plane, placed in space with a rotation, a size, and a position.
+/// Places a flat polygon in space, rotated and with the given size and position.
 fn put(corners: &[[f64; 2]], size: f64, place: Point) -> Vec<Point> {
     let (across, up) = ([0.6, 0.48, 0.64], [-0.8, 0.36, 0.48]);
     let point =
@@ -67,7 +67,7 @@ fn flat(corners: &[[f64; 2]]) -> Vec<Point> {
     corners.iter().map(|&[x, y]| [x, y, 0.0]).collect()
 }
 
-/// A polygon starting from each of its corners, in both directions.
+/// Returns the polygon starting from each of its corners, in both directions.
 fn turns(corners: &[[f64; 2]]) -> impl Iterator<Item = Vec<[f64; 2]>> {
     (0..2 * corners.len()).map(|turn| {
         let mut turned = corners.to_vec();
@@ -136,8 +136,8 @@ fn a_polygon_that_its_first_corner_sees_is_a_fan() {
     let fan = |count: usize| (2..count).map(|i| [0, i - 1, i]).collect::<Vec<_>>();
     let circle: Vec<_> =
         (0..100).map(|i| f64::from(i) * 0.0628).map(|a| [a.cos(), a.sin()]).collect();
-    // A dart from its tip and from its inner corner, a square with corners on its edges, and a
-    // line.
+    // A dart that starts at its tip or at its inner corner, a square with corners on its edges, and
+    // a line.
     let mut middle = DART;
     middle.rotate_left(2);
     let square: Vec<_> = (0..8)
@@ -188,7 +188,7 @@ fn polygons_that_cross_themselves_are_fans_and_counted() {
     assert_eq!((triangles.len(), notes.len()), (19_999, 1));
 }
 
-/// Stars with many corners at random distances from the centre.
+/// Cuts stars with many corners at random distances from the centre.
 #[test]
 fn stars_are_covered() {
     let mut state = 1_u64;

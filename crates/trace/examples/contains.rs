@@ -7,7 +7,7 @@ use std::time::Instant;
 use intertri::Triangle;
 use intertri_trace::{Containment, Solid, SolidError};
 
-/// A torus about the y axis, with corners counter-clockwise as seen from outside.
+/// Returns a torus about the y axis, with corners counter-clockwise as seen from outside.
 fn torus(around: usize, across: usize, large: f32, small: f32) -> Vec<Triangle> {
     let corner = |i: usize, j: usize| {
         // The last ring equals the first, bit for bit, so that the mesh is closed.

@@ -18,7 +18,7 @@ fn main() -> Result<(), BuildError> {
         squares.flat_map(|i| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]]).collect();
     let sea = Bvh::from_indexed(&positions, &triangles)?;
 
-    // A camera of 1024 by 1024 pixels; neighbours in the slice are neighbours in the picture.
+    // A camera with 1024×1024 pixels. Neighbours in the slice are neighbours in the image.
     let pixel = |i: u32| {
         let (x, y) = ((i % 1024) as f32 / 512.0 - 1.0, 1.0 - (i / 1024) as f32 / 512.0);
         Ray::new([8.0, 3.0, -4.0], [x, y - 0.6, 1.2])

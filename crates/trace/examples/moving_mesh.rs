@@ -1,4 +1,4 @@
-//! Refits a moving mesh each frame, and rebuilds it once it is worn:
+//! Refits the hierarchy of a moving mesh each frame, and rebuilds it once it is worn:
 //! `cargo run --release --example moving_mesh`.
 
 use std::time::Instant;
@@ -6,7 +6,7 @@ use std::time::Instant;
 use intertri::{Hit, Ray, Triangle};
 use intertri_trace::Bvh;
 
-/// A column of squares that twists more and more over time.
+/// Returns a column of squares, twisted by `turn`.
 fn column(turn: f32) -> Vec<Triangle> {
     let (around, up) = (200, 200);
     let corner = |i: usize, j: usize| {
@@ -50,8 +50,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             traced * 1e3
         );
 
-        // However worn the tree is, it gives the same answers as a new tree, but a new tree may be
-        // faster.
+        // However worn the tree is, it returns the same results as a new tree, but a new tree may
+        // be faster.
         if refit.is_worn() {
             let anew = Bvh::new(&triangles)?;
             assert_eq!(anew.closest(&rays[99_000]), hits[99_000].some());

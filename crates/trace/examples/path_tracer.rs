@@ -29,7 +29,7 @@ fn dot(a: V, b: V) -> f32 {
 fn unit(a: V) -> V {
     a.map(|x| x / dot(a, a).sqrt())
 }
-/// A number in 0..1, the same on every run.
+/// Returns a pseudorandom number in 0..1, the same on every run.
 fn random(state: &mut u64) -> f32 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
     (*state >> 40) as f32 / (1 << 24) as f32

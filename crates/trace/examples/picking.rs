@@ -7,7 +7,7 @@ use std::time::Instant;
 use intertri::{Ray64, Triangle};
 use intertri_trace::{Bvh, Scene};
 
-/// A torus of a few thousand triangles.
+/// Returns a torus of a few thousand triangles.
 fn torus() -> Vec<Triangle> {
     let (around, across) = (64, 32);
     let corner = |i: usize, j: usize| {
@@ -23,8 +23,8 @@ fn torus() -> Vec<Triangle> {
     (0..across).flat_map(|j| (0..around).flat_map(move |i| square(i, j))).collect()
 }
 
-/// The placement of an object at a given time. Objects are on a grid, rotate about their own axes,
-/// and bob up and down.
+/// Returns the placement of an object at a given time. Objects are on a grid, rotate about their
+/// own axes, and bob up and down.
 fn placement(object: usize, time: f64) -> [f64; 12] {
     let (x, z) = ((object % 100) as f64 * 3.0 - 150.0, (object / 100) as f64 * 3.0);
     let y = (time + 0.1 * x + 0.07 * z).sin();
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let snapshot = scene.commit()?;
         let committed = milliseconds(start);
 
-        // The mouse moves across the picture of a camera above the field.
+        // The mouse moves across the image of a camera above the field.
         let mouse = 0.1 * f64::from(frame) - 0.45;
         let start = Instant::now();
         let picked = snapshot.closest(&Ray64::new([0.0, 40.0, -40.0], [mouse, -0.5, 1.0]));

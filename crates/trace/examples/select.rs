@@ -1,7 +1,7 @@
 //! A room with a window, a lamp, and a one-sided screen: `cargo run --release --example select`.
 //!
-//! The example has several meshes in one hierarchy, and queries that select some of their
-//! triangles: by mask, by side, and by skipping earlier hits.
+//! The example puts several meshes in one hierarchy and selects some of their triangles in queries:
+//! by mask, by side, and by skipping earlier hits.
 
 use std::error::Error;
 
@@ -16,7 +16,7 @@ const HELPER: u32 = 0b100;
 /// The names of the geometries, in the order of the meshes.
 const NAMES: [&str; 4] = ["walls", "window", "lamp", "screen"];
 
-/// A rectangle of two triangles, with the same winding as `a`, `b`, `c`.
+/// Returns a rectangle of two triangles, with the same winding as `a`, `b`, `c`.
 fn rectangle(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> [Triangle; 2] {
     let d = [0, 1, 2].map(|k| a[k] + c[k] - b[k]);
     [Triangle::new(a, b, c), Triangle::new(c, d, a)]

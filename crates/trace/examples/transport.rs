@@ -17,7 +17,7 @@ const CONCRETE: u32 = 0;
 const STEEL: u32 = 1;
 const WATER: u32 = 2;
 
-/// Collisions per metre, and the fraction of them that absorb.
+/// Collisions per metre in each medium, and the fraction of collisions that absorb the particle.
 const PER_METRE: [f64; 3] = [1.5, 6.0, 2.0];
 const ABSORBED: f64 = 0.5;
 
@@ -28,7 +28,7 @@ const SITE: [f64; 3] = [500_123.0, 4_649_776.0, 311.0];
 /// the rounding of coordinates.
 const BESIDE: f64 = 1e-8;
 
-/// A number in `0..1`.
+/// Returns a pseudorandom number in `0..1`.
 fn random(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let mut z = *state;
@@ -37,7 +37,7 @@ fn random(state: &mut u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A number rounded to a grid, so that differences are exact.
+/// Rounds a number to a grid, so that differences are exact.
 fn on_grid(x: f64) -> f64 {
     (x * 1024.0).round() / 1024.0
 }
@@ -87,7 +87,7 @@ fn along(ray: &Ray64, t: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| ray.origin[k] + t * ray.dir[k])
 }
 
-/// Moves particles to their next collision, and returns the rays of the scattered ones.
+/// Moves particles to their next collision and returns the rays of the scattered ones.
 fn fly(media: &Media<f64>, rays: &[Ray64], state: &mut u64, tally: &mut Tally) -> Vec<Ray64> {
     let paths = media.segments_batch(rays).expect("memory for a batch");
     let (mut scattered, mut points, mut expected) = (Vec::new(), Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Whether a point lies inside, outside, or on the surface of a mesh.
+//! The result of testing whether a point lies inside a mesh.
 
 /// Whether a point lies inside, outside, or on the surface of a mesh, as returned by
 /// [`Solid::classify`](crate::Solid::classify).
@@ -39,13 +39,13 @@ impl Containment {
         }
     }
 
-    /// The result after one more crossing of a ray from the point.
+    /// Returns the result after one more crossing of a ray from the point.
     pub(crate) fn crossed(self, leaves: bool) -> Self {
         self.wound(if leaves { 1 } else { -1 })
     }
 
-    /// The result after several crossings. `leave` is the number of crossings that leave the mesh
-    /// minus the number that enter it.
+    /// Returns the result after several crossings. `leave` is the number of crossings that leave
+    /// the mesh minus the number that enter it.
     pub(crate) fn wound(self, leave: i32) -> Self {
         let times = match self {
             Self::Outside => 0,

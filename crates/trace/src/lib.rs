@@ -29,7 +29,7 @@
 //!
 //! | you want | use |
 //! | --- | --- |
-//! | hits in the mode `exact`, among all triangles | the shortcuts of [`Bvh`]: `closest`, `any`, `all`, `crossings`, `visible` |
+//! | hits in `exact` mode, among all triangles | the shortcuts of [`Bvh`]: `closest`, `any`, `all`, `crossings`, `visible` |
 //! | another mode, masks, culling, triangles to skip | [`Bvh::query`]; chain the settings of [`Query`], then call one of its methods |
 //! | inside or outside, winding numbers, signed distances | [`Solid`], for closed meshes and for open and damaged ones |
 //! | the media along a ray, through nested and touching solids | [`Media`] |
@@ -41,9 +41,9 @@
 //! | shadows, or whether two points see each other | [`Query::visible_batch`], which keeps surfaces from shading themselves |
 //!
 //! **One ray or many.** If you have many rays, use a batch. `closest_batch` and its siblings trace
-//! coherent rays as bundles and all others as ray streams, on all threads. Batch methods return new
-//! vectors; the `…_into` variants write to a slice that you can reuse. If you trace one ray at a
-//! time, create one [`Query`] per thread and reuse it: it owns the traversal's scratch memory.
+//! coherent rays as bundles and all others as ray streams, using all threads. Batch methods return
+//! new vectors; the `…_into` variants write to a slice that you can reuse. If you trace one ray at
+//! a time, create one [`Query`] per thread and reuse it: it owns the traversal's scratch memory.
 //!
 //! ```
 //! use intertri_trace::{Bvh, Faces};
@@ -55,7 +55,7 @@
 //! let hits = bvh.closest_batch(&rays);
 //! assert!(hits[0].geometry == 0 && hits[1] == Hit::MISS);
 //!
-//! Only back faces, with the bits of the scalar f64 reference, written to your own buffer.
+//! // Only back faces, with the bits of the scalar f64 reference, written to your own buffer.
 //! let mut hits = [Hit::MISS; 2];
 //! bvh.query().mode(Mode::certified()).faces(Faces::Back).closest_batch_into(&rays, &mut hits);
 //! assert_eq!(hits[0].t, 3.0);
@@ -93,7 +93,7 @@
 //!
 //! A hierarchy holds fewer than 2^31 triangles and nothing else: no curves or user geometry.
 //! Triangles with a NaN or infinite coordinate are never hit, nor are triangles without area. If
-//! memory runs out during a build, a refit, a load, or while collecting lists of hits, you get an
+//! memory runs out during a build, refit, or load, or while hits are collected in lists, you get an
 //! error, not an abort.
 //!
 //! Build in release mode, or at least optimize this crate and `intertri`; the front page of

@@ -23,15 +23,14 @@ pub(crate) fn along_curve(
     let cells = (1 << BITS) as f32;
     let places = [0, 1, 2].map(|axis| {
         let (lo, hi) = (around.lo[axis], around.hi[axis]);
-        // Use twice the box with the same centre, so that points around the box get their own
-        // cells, too.
+        // Double the box about its centre, so that points just outside it get their own cells.
         let size = 2.0 * (hi - lo);
         (lo - 0.25 * size, if size > 0.0 { cells / size } else { 0.0 })
     });
     let cell = |point: [f32; 3]| {
         let along = |axis: usize| {
             let (from, per_unit) = places[axis];
-            // Points outside this range, or not finite, go to the first or last cell.
+            // Points that are outside this range or not finite go to the first or last cell.
             let cell = ((point[axis] - from) * per_unit).clamp(0.0, cells - 1.0) as u32;
             spread(cell) << axis
         };

@@ -85,7 +85,7 @@ impl<'a> Selection<'a> {
 }
 
 impl TriangleFilter<'_> {
-    /// The filter for a range of the query's rays.
+    /// Returns the filter for a range of the query's rays.
     pub(crate) fn part(self, from: usize, to: usize) -> Self {
         let Self { mut selection, first, .. } = self;
         if !selection.skip.is_empty() {
@@ -121,7 +121,7 @@ impl TriangleFilter<'_> {
         );
     }
 
-    /// The candidate lanes of a leaf that are selected for a ray.
+    /// Returns the candidate lanes of a leaf that are selected for a ray.
     #[inline(never)]
     pub(crate) fn keep(
         &self,
@@ -197,7 +197,7 @@ pub(crate) fn closest_in_leaf<S: Simd>(
     }
 }
 
-/// The candidate lanes of a leaf that are selected.
+/// Returns the candidate lanes of a leaf that are selected.
 #[inline(always)]
 pub(crate) fn selected(
     selection: &ActiveSelection<'_>,

@@ -1,12 +1,13 @@
-//! Classification of grids of points: every result must equal that of classifying the point alone.
+//! Tests that classifying a grid of points returns the same results as classifying each point
+//! alone.
 
 use intertri_trace::intertri::{Triangle64, TriangleOf};
 use intertri_trace::{BvhScalar, Containment, Solid};
 
 type Mesh = Vec<[[f64; 3]; 3]>;
 
-/// A prism over a convex polygon in the xy-plane. If `is_cracked`, the upper edges are split, and
-/// needles, some without area, fill the gaps.
+/// Returns a prism over a convex polygon in the xy-plane. If `is_cracked` is true, the upper edges
+/// are split, and needles, some without area, fill the gaps.
 fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh {
     let at = |i: usize, z: f64| [corners[i][0], corners[i][1], z];
     let count = corners.len();
@@ -29,7 +30,7 @@ fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh 
     mesh
 }
 
-/// A sphere of `rings` rings of triangles.
+/// Returns a sphere of `rings` rings of triangles.
 fn globe(rings: usize, centre: f64) -> Mesh {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % rings) as f64 / rings as f64);
@@ -46,13 +47,13 @@ fn globe(rings: usize, centre: f64) -> Mesh {
     halves.collect()
 }
 
-/// The mesh with its axes rotated by `by` places.
+/// Returns the mesh with its axes rotated by `by` places.
 fn rolled(mesh: &Mesh, by: usize) -> Mesh {
     mesh.iter().map(|t| t.map(|p| [0, 1, 2].map(|k| p[(k + by) % 3]))).collect()
 }
 
-/// Compares a grid with its points classified one by one. Returns the numbers of points inside,
-/// outside, and on the surface.
+/// Compares the classification of a grid with that of each point alone. Returns the numbers of
+/// points inside, outside, and on the surface.
 fn check<S: BvhScalar>(solid: &Solid<S>, axes: [&[S]; 3]) -> [usize; 3] {
     let [x, y, z] = axes;
     let all = solid.classify_grid(axes);
@@ -71,8 +72,8 @@ fn check<S: BvhScalar>(solid: &Solid<S>, axes: [&[S]; 3]) -> [usize; 3] {
     counts
 }
 
-/// Checks four grids: steps of 1/2, steps of 1/3, decreasing steps, and coordinates of corners with
-/// neighbouring numbers.
+/// Checks four grids: with steps of 1/2, with steps of 1/3, with decreasing steps, and with corner
+/// coordinates and slightly larger numbers.
 fn check_all<S: BvhScalar>(mesh: &Mesh, offset: [f64; 3]) -> [usize; 3] {
     let corner = |p: [f64; 3]| [0, 1, 2].map(|k| S::nearest(p[k] + offset[k]));
     let triangles: Vec<TriangleOf<S>> = mesh.iter().map(|t| TriangleOf(t.map(corner))).collect();
@@ -139,8 +140,8 @@ fn grids_are_their_points() {
     assert!(counts.iter().all(|&count| count > 10_000), "{counts:?}");
 }
 
-/// The same holds for open meshes, for coordinates that descend or are not finite, and for empty
-/// grids.
+/// Repeats the comparison with open meshes, with descending or non-finite coordinates, and with
+/// empty grids.
 #[test]
 fn other_grids_are_their_points() {
     let square = [[1.0, 1.0], [5.0, 1.0], [5.0, 5.0], [1.0, 5.0]];
@@ -162,7 +163,7 @@ fn other_grids_are_their_points() {
     assert!(open.open_edges() > 0 && check(&open, [&up, &up, &up])[0] > 100);
 }
 
-/// Coordinates so small or large that their products underflow or overflow.
+/// Tests coordinates so small or large that their products underflow or overflow.
 #[test]
 fn grids_of_extreme_sizes_are_their_points() {
     let slanted = [[1.0, 0.0], [7.0, 6.0], [6.0, 7.0], [0.0, 1.0]];

@@ -1,5 +1,5 @@
-//! Running out of memory must never abort, and must be an error in every call that promises one.
-//! Each call is repeated, and each time a different one of its allocations fails.
+//! Tests that running out of memory never aborts the program, and that every call that can return
+//! an error does so. Each call is repeated, and a different allocation fails each time.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -11,7 +11,7 @@ use intertri_trace::internal::on_this_thread;
 use intertri_trace::intertri::{Hit, Ray, Ray64, Triangle, Triangle64};
 use intertri_trace::{Bvh, ClosestPoint, Containment, Media, Solid};
 
-/// Smaller allocations always succeed. Among them is each thread's scratch memory, which has a
+/// Smaller allocations always succeed. They include each thread's scratch memory, which has a
 /// small, fixed size.
 const LEAST: usize = 1 << 19;
 
@@ -24,7 +24,7 @@ std::thread_local! {
     static HAS_FAILED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Whether the next allocation, of `size` bytes, must fail.
+/// Returns whether the next allocation, of `size` bytes, must fail.
 fn fails(size: usize) -> bool {
     if size < LEAST || LEFT.get() < 0 {
         return false;
@@ -35,7 +35,7 @@ fn fails(size: usize) -> bool {
     fails
 }
 
-// SAFETY: it returns what the system's allocator returns, or null, which is allowed when memory runs out.
+// SAFETY: each method forwards to the system allocator or returns null, which reports failure.
 unsafe impl GlobalAlloc for Failing {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller upholds the same contract.
@@ -61,9 +61,9 @@ unsafe impl GlobalAlloc for Failing {
 #[global_allocator]
 static ALLOCATOR: Failing = Failing;
 
-/// Repeats a call, failing its first allocation, then its second, and so on, until none is left to
-/// fail. Returns the number of failed allocations. `call` returns true if the result is right, and
-/// false if it is an error.
+/// Repeats a call, failing its first allocation, then its second, and so on, until no allocation is
+/// left to fail. Returns the number of failed allocations. `call` must return true if the result is
+/// correct, and false if it is an error.
 fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     for allocation in 0.. {
         // If the program aborts, this line is the last one printed.
@@ -80,7 +80,8 @@ fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     unreachable!("some call has no more allocations")
 }
 
-/// A closed, bumpy ball of `rings` rings. Triangles at its poles are needles or have no area.
+/// Returns a closed, bumpy ball of `rings` rings. Triangles at its poles are needles or have no
+/// area.
 fn ball(rings: usize) -> Vec<Triangle64> {
     let point = |i: usize, j: usize| {
         let (a, b) = (i as f64 / rings as f64, (j % (2 * rings)) as f64 / rings as f64);
@@ -104,8 +105,8 @@ fn in_f32(triangles: &[Triangle64]) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle(t.0.map(|corner| corner.map(|x| x as f32)))).collect()
 }
 
-/// Checks every call that creates or changes a hierarchy or lists hits: it must return an error or
-/// the same result as with enough memory.
+/// Checks every call that creates or changes a hierarchy or lists hits: it must return either an
+/// error or the same result as with enough memory.
 macro_rules! calls {
     ($scalar:ty, $ray:ident, $triangles:expr) => {{
         let triangles = $triangles;
@@ -237,7 +238,7 @@ macro_rules! calls {
             Err(_) => false,
         });
 
-        // These calls cannot return an error: if memory runs out, they continue with less.
+        // These calls cannot return an error; if memory runs out, they make do with less.
         check("classify_batch_into", &mut || {
             let mut all = without_failing(|| vec![Containment::Outside; points.len()]);
             solid.classify_batch_into(&points, &mut all);
@@ -277,7 +278,7 @@ macro_rules! calls {
     }};
 }
 
-/// Runs part of the check itself, with no failing allocations.
+/// Runs part of the check itself, where no allocation may fail.
 fn without_failing<T>(work: impl FnOnce() -> T) -> T {
     let left = LEFT.replace(-1);
     let made = work();
@@ -288,7 +289,7 @@ fn without_failing<T>(work: impl FnOnce() -> T) -> T {
 /// [`no_allocation_that_fails_aborts`] runs this test in a child process, which can abort without
 /// ending the other tests.
 #[test]
-#[ignore = "aborts where the other test fails"]
+#[ignore = "run in a child process by no_allocation_that_fails_aborts"]
 fn all_calls() {
     let triangles = ball(200);
     calls!(f32, Ray, in_f32(&triangles));

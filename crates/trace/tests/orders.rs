@@ -1,5 +1,5 @@
-//! Batches of rays in typical orders: each result must equal that of tracing the ray alone, bit for
-//! bit.
+//! Tests that batches of rays in typical orders return the same results as tracing each ray alone,
+//! bit for bit.
 
 use std::sync::OnceLock;
 
@@ -7,13 +7,13 @@ use intertri::internal::exact::attributes32;
 use intertri::{Crossings, Hit, Hit32, Mode, Ray, Ray64, RayOf, Triangle, TriangleOf};
 use intertri_trace::{Bvh, BvhScalar, MeshTriangle};
 
-/// A pseudo-random number in -1..1, computed from two indices.
+/// Returns a pseudo-random number in -1..1, computed from two indices.
 fn number(i: usize, k: usize) -> f32 {
     let x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(k as u32 * 7 + 11);
     (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
 }
 
-/// A cloud of triangles, with another mesh behind it.
+/// Returns a scene of two meshes, each a cloud of triangles, one behind the other.
 fn scene() -> &'static Bvh {
     static SCENE: OnceLock<Bvh> = OnceLock::new();
     SCENE.get_or_init(|| {
@@ -33,20 +33,21 @@ fn scene() -> &'static Bvh {
 const WIDEST: usize = 1100;
 const HIGHEST: usize = 41;
 
-/// The ray from a camera through a pixel, offset from the pixel's centre by up to `jitter` pixels.
+/// Returns the ray from a camera through a pixel, offset from the pixel's centre by up to `jitter`
+/// pixels.
 fn pixel(camera: usize, x: usize, y: usize, jitter: f32) -> Ray {
     let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 600.0;
     let [u, v] = [x as f32 / 600.0 - 0.9 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
     Ray::new([0.1 * camera as f32, 0.05, -2.5], [u, v, 2.0])
 }
 
-/// The rays of an image, row by row.
+/// Returns the rays of an image, row by row.
 fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
     (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
 }
 
-/// The expected closest hit in f32: the f64 hit rounded or, in the mode `exact`, the true values
-/// rounded.
+/// Returns the expected closest hit in f32: the f64 hit or, in exact modes, the true values,
+/// rounded to f32.
 fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hit>) -> Hit32 {
     let Some(hit) = hit else { return Hit32::MISS };
     match bvh.triangle(&hit) {
@@ -58,7 +59,7 @@ fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hi
     }
 }
 
-/// Compares every batch query with single rays.
+/// Compares every batch query with queries for single rays.
 fn check(name: &str, rays: &[Ray]) {
     let bvh = scene();
     for mode in [Mode::certified(), Mode::exact(), Mode::once()] {
@@ -118,7 +119,7 @@ fn check(name: &str, rays: &[Ray]) {
     }
 }
 
-/// The scene in f64, with coordinates that f32 cannot represent exactly.
+/// Returns the scene in f64, with coordinates that f32 cannot represent exactly.
 fn scene64() -> &'static Bvh<f64> {
     static SCENE: OnceLock<Bvh<f64>> = OnceLock::new();
     SCENE.get_or_init(|| {
@@ -223,7 +224,7 @@ fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     assert!(passed > 1000, "{passed}");
 }
 
-/// Shuffles a list, in the same way on every run.
+/// Shuffles a list, the same way on every run.
 fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
     for i in (1..all.len()).rev() {
         let share = 0.5 + 0.5 * number(i, 7);
@@ -232,11 +233,12 @@ fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
     all
 }
 
-/// A ray of an orthographic camera, offset from its pixel's centre by up to `jitter` pixels.
+/// Returns a ray from an orthographic camera, offset from its pixel's centre by up to `jitter`
+/// pixels.
 fn parallel(dir: [f32; 3], x: usize, y: usize, jitter: f32) -> Ray {
     let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 200.0;
     let [u, v] = [x as f32 / 200.0 - 1.0 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
-    // All origins are in one plane of constant z, in front of the scene.
+    // All origins are in a plane of constant z in front of the scene.
     Ray::new([u - 2.5 * dir[0], v - 2.5 * dir[1], -2.5 * dir[2]], dir)
 }
 
@@ -276,7 +278,7 @@ fn parallel_rays_with_ends_and_nan_get_what_each_ray_gets_alone() {
 fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
     let rays = shuffled(parallel_rows([0.25, -0.1, 0.9], 500, 41, 0.2));
     check("parallel, shuffled", &rays);
-    // Rays toward the sun, from the points where a camera's rays hit.
+    // Rays toward the sun, from the points that camera rays hit.
     let bvh = scene();
     let seen = rows(0, 700, 41, 0.0);
     let toward = |ray: &Ray| {
@@ -292,8 +294,8 @@ fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
     check("toward the sun, shuffled", &shuffled([&rays[..]; 8].concat()));
 }
 
-/// Shadow rays from an image's hits toward a light, row by row. They are traced in bundles,
-/// reversed so that they start at the light, or in packets.
+/// Tests shadow rays from an image's hits toward a light, row by row. They are traced in bundles
+/// (reversed, so that they start at the light) or in packets.
 #[test]
 fn rays_toward_a_light_get_what_each_ray_gets_alone() {
     let bvh = scene();
@@ -310,7 +312,7 @@ fn rays_toward_a_light_get_what_each_ray_gets_alone() {
     check("toward a light, few", &[&few[..], &rays[..], &shuffled(few.clone())].concat());
 }
 
-/// A scanner on a vehicle: columns of 64 rays, from an origin that moves.
+/// Simulates a scanner on a vehicle: columns of 64 rays from a moving origin.
 #[test]
 fn rays_of_a_moving_origin_get_what_each_ray_gets_alone() {
     for moved in [1e-3, 0.02, 0.3] {

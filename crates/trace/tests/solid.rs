@@ -1,10 +1,10 @@
-//! Batches and single points must be classified alike, for points inside, outside, on, and near the
-//! surface.
+//! Tests that a batch of points inside, outside, on, and near the surface is classified like each
+//! point alone.
 
 use intertri::Triangle;
 use intertri_trace::{Bvh, Containment, Solid};
 
-/// A sphere of `rings` rings. Seen from outside, the corners of each triangle run
+/// Returns a sphere of `rings` rings. Seen from outside, the corners of each triangle run
 /// counter-clockwise.
 fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
     let corner = |ring: usize, i: usize| {
@@ -25,7 +25,7 @@ fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
 
 #[test]
 fn a_batch_tells_what_single_points_are_told() {
-    // Two spheres that overlap, and a small one inside the first, turned inside out.
+    // Two overlapping spheres, and a small one inside the first that is turned inside out.
     let small = globe(8, 0.0).into_iter().map(|intertri::TriangleOf([a, b, c])| {
         Triangle([a, c, b].map(|corner| corner.map(|x| 0.25 * x)))
     });
@@ -61,7 +61,7 @@ fn a_batch_tells_what_single_points_are_told() {
     assert_eq!(solid.classify([0.5, 0.01, 0.02]), Containment::Inside(2));
 }
 
-/// Masks affect only rays. They cannot remove one of two meshes from a solid.
+/// Masks affect only rays, so they cannot remove a mesh from a solid.
 #[test]
 fn masks_do_not_open_a_solid() {
     let (one, other) = (globe(12, 0.0), globe(12, 5.0));

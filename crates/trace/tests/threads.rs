@@ -1,10 +1,10 @@
-//! Batches traced on all threads must equal rays traced one by one. Run this test under a thread
-//! sanitizer to check for data races.
+//! Tests that batches traced on all threads return the same results as rays traced one by one. Run
+//! this test under a thread sanitizer to check for data races.
 
 use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_trace::Bvh;
 
-/// A pseudo-random number in -1..1, computed from two indices.
+/// Returns a pseudo-random number in -1..1, computed from two indices.
 fn number(i: usize, k: usize) -> f32 {
     let x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(k as u32 * 7 + 11);
     (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
@@ -19,8 +19,8 @@ fn many_rays_at_once_get_what_each_gets_alone() {
             Triangle([corner(3), corner(6), corner(4)])
         })
         .collect();
-    // Incoherent rays, which are traced as streams, and an image seen from one point, which is
-    // traced in bundles.
+    // Incoherent rays, which are traced as streams, and the rays of an image, which are traced in
+    // bundles.
     let mut rays: Vec<Ray> = (0..10_000)
         .map(|i| {
             let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|k| number(i + 77_777, k));

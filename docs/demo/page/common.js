@@ -1,9 +1,9 @@
-// ---- Functions that both views use: colours, directions, input ----
+// ---- Functions shared by both views: colours, directions, input ----
 
 const $ = (id) => document.getElementById(id);
 const NUMBER = new Intl.NumberFormat("en");
 
-/** Returns a colour of the style sheet as [r, g, b]. */
+/** Returns a colour from the style sheet as [r, g, b]. */
 function colour(name) {
   const text = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16));
@@ -35,7 +35,7 @@ function readable(x) {
   return x.toExponential(1).replace("e+", "e");
 }
 
-/** Makes a canvas navigable: dragging and arrow keys turn; the wheel, pinching, and plus and minus zoom. */
+/** Makes a canvas navigable: dragging and the arrow keys turn the view; the wheel, pinching, + and - zoom. */
 function navigate(canvas, { turn, magnify }) {
   const pointers = new Map();
   let apart = 0;
@@ -97,7 +97,7 @@ function scheduler(draw, rest) {
   };
 }
 
-/** Returns a function that runs a list of jobs, a few in each frame, until it is called with other jobs. */
+/** Returns a function that runs a list of jobs, a few in each frame, until it is called with new ones. */
 function pieces() {
   let current = 0;
   return (jobs) => {

@@ -29,7 +29,7 @@ class Engine {
     return engine;
   }
 
-  /** Creates a new instance, at the start and after a trap has made the previous one unusable. */
+  /** Creates a new instance, initially and whenever a trap has made the previous one unusable. */
   async restart() {
     this.wasm = (await WebAssembly.instantiate(this.module)).exports;
     this.wasm.method_names();
@@ -64,7 +64,7 @@ class Engine {
     return this.counted();
   }
 
-  /** Loads a model. Throws an Error with the library's message if the file cannot be read as one. */
+  /** Loads a model. Throws an Error with the library's message if the file is not a valid model. */
   model(name, bytes) {
     const label = new TextEncoder().encode(name);
     const at = this.wasm.buffer(label.length + bytes.length);
@@ -91,7 +91,7 @@ class Engine {
     return this.counted();
   }
 
-  /** Computes the golden report. Its rows have the section, level, lines, hash here, committed hash, and verdict. */
+  /** Computes the golden report. Each row has the section, SIMD level, line count, hash, committed hash, and verdict. */
   golden() {
     this.wasm.golden();
     const text = this.text();

@@ -1,6 +1,6 @@
 // ---- The page ----
 
-/** State that the tests of the page read. */
+/** State for the page's tests to read. */
 const page = window.intertri = { ready: false };
 
 /** Computes the golden results and shows their hashes. */

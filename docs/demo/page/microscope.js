@@ -20,7 +20,7 @@ function microscope(engine) {
   const offset = () => [1, 0.7, 0.4].map((x) => x * away());
   const view = () => axes(state.yaw, state.pitch);
 
-  /** The numbers that describe the view, for the module and for the native program of the tests. */
+  /** Returns the numbers that describe the view, for the module and for the tests' native program. */
   function numbers(size = SIZE) {
     const { right, up, forward } = view();
     return [size, width(), 0, 0, ...offset(), ...right, ...up, ...forward, DISTANCE,
@@ -166,7 +166,7 @@ function microscope(engine) {
     handles.forEach((handle, i) => handle.setAttribute("transform", `translate(${text(corners[i]).replace(" ", ",")})`));
   }
 
-  // The table of methods, with one row for each.
+  // The table of methods, one per row.
   engine.methods.forEach((name, method) => {
     const tr = $("methods").tBodies[0].insertRow();
     const picture = document.createElement("canvas");

@@ -11,7 +11,7 @@ function modelView(engine) {
 
   const away = () => (state.away === 0 ? 0 : 10 ** (state.away / 4));
   const pixel = () => FIELD * 2 ** -state.close;
-  /** The numbers that describe the view, for the module and for the native tests. The picture is `by` times smaller. */
+  /** Returns the numbers that describe the view at 1/`by` of the resolution, for the module and for the tests' native program. */
   function numbers(by = 1) {
     const { right, up, forward } = axes(state.yaw, state.pitch);
     return [WIDTH / by, HEIGHT / by, pixel() * by, ...state.shift, ...[1, 0.7, 0.4].map((x) => x * away()),
@@ -34,7 +34,7 @@ function modelView(engine) {
     context.drawImage(small, 0, 0, WIDTH, HEIGHT);
   }
 
-  /** Traces the whole picture and shows it. Setting the view can rebuild the hierarchy; that time is not included in the rate. */
+  /** Traces the whole image and shows it. Setting the view can rebuild the hierarchy; that time is not included in the rate. */
   function trace(by) {
     if (!engine.look(numbers(by))) return;
     looked = by;
@@ -58,7 +58,7 @@ function modelView(engine) {
   }
 
   const inPieces = pieces();
-  /** Traces the picture at full resolution if needed, then compares the selected method with it, a few rows of tiles at a time. */
+  /** Traces the image at full resolution if needed, then compares the selected method with it, a few rows of tiles at a time. */
   function rest() {
     if (state.triangles === 0) return;
     if (looked !== 1 || scale !== 1) guarded(() => trace(1));
@@ -133,7 +133,7 @@ function modelView(engine) {
     }
   }
 
-  /** Loads a model with the function `load`, and shows it under a name. */
+  /** Loads a model with `load` and shows it under a name. */
   function take(name, load, from = {}) {
     complain("");
     try {
@@ -178,7 +178,7 @@ function modelView(engine) {
   }
   for (const name of ["dragleave", "drop"]) drop.addEventListener(name, () => drop.classList.remove("over"));
   drop.addEventListener("drop", (e) => { e.preventDefault(); open(e.dataTransfer.files[0]); });
-  // The browser must not open a file that is dropped next to the picture.
+  // The browser must not open a file that is dropped next to the image.
   for (const name of ["dragover", "drop"]) window.addEventListener(name, (e) => e.preventDefault());
   $("open").addEventListener("click", () => $("file").click());
   $("file").addEventListener("change", () => { open($("file").files[0]); $("file").value = ""; });

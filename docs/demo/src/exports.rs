@@ -41,7 +41,7 @@ impl State {
         self.output.extend(pixels);
     }
 
-    /// Stores a model and returns its number of triangles. For an error, outputs the message and
+    /// Stores a model and returns its number of triangles. On error, outputs the message and
     /// returns 0.
     fn take(&mut self, model: Result<Model, String>) -> u32 {
         match model {
@@ -79,7 +79,7 @@ pub extern "C" fn output_len() -> usize {
     state().output.len()
 }
 
-/// Outputs the report of the golden results. Returns 1 if all hashes equal the committed ones.
+/// Outputs the golden report. Returns 1 if all hashes equal the committed ones.
 #[unsafe(no_mangle)]
 pub extern "C" fn golden() -> u32 {
     let (text, same) = intertri_golden::report();
@@ -114,8 +114,8 @@ pub extern "C" fn fan_picture(method: usize) -> u32 {
     1
 }
 
-/// Loads a model from the input buffer, which has a file name of `name_len` bytes and then the
-/// file. Returns the number of triangles. On an error, outputs the message and returns 0.
+/// Loads a model from the input buffer, which holds a file name of `name_len` bytes followed by the
+/// file. Returns the number of triangles. On error, outputs the message and returns 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_load(name_len: usize) -> u32 {
     let mut state = state();
@@ -140,7 +140,7 @@ pub extern "C" fn model_look() -> u32 {
     state.model.as_mut().is_some_and(|model| model.look(&numbers)).into()
 }
 
-/// Traces the rows `first..end` of the picture and outputs one byte per pixel.
+/// Traces the rows `first..end` of the image and outputs one byte per pixel.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_trace(first: usize, end: usize) {
     let mut state = state();
@@ -148,8 +148,8 @@ pub extern "C" fn model_trace(first: usize, end: usize) {
     state.output = model.trace(first..end);
 }
 
-/// Compares a method with the traced picture, in the rows of tiles `first..end`. Outputs the counts
-/// and one byte per pixel. Returns 0 if there is no model or no such method.
+/// Compares a method with the traced image in the tile rows `first..end`. Outputs the counts and
+/// one byte per pixel. Returns 0 if there is no model or no such method.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_compare(method: usize, first: usize, end: usize) -> u32 {
     let mut state = state();

@@ -44,7 +44,7 @@ pub struct Fan {
 
 impl Fan {
     /// Reads a fan from numbers, in this order: the number of pixels per side, the width of a
-    /// pixel, the shift of the picture's centre (2), the offset from the origin (3), the right, up,
+    /// pixel, the shift of the image's centre (2), the offset from the origin (3), the right, up,
     /// and forward directions (9), the distance of the eye, the number of corners around the
     /// vertex, the vertex (3), and the corners (3 each). Returns `None` if the numbers do not
     /// describe a fan.
@@ -97,7 +97,7 @@ impl Fan {
 
     /// Returns the triangles that each ray hits according to a method, one bit per triangle.
     fn hit_by(&self, method: usize) -> Vec<u8> {
-        /// One word for each packet. It has one byte for each triangle, with one bit for each ray.
+        /// One word per packet, with one byte per triangle and one bit per ray.
         struct Bits(Vec<u64>);
         impl Sink for Bits {
             #[inline]
@@ -134,8 +134,8 @@ impl Fan {
     }
 }
 
-/// Finds the directions of a square of pixels, and reuses a direction if it equals that of the
-/// pixel to the left or above. Returns the different directions, and the index of each pixel's
+/// Computes the directions of a square of pixels, reusing the direction of the pixel to the left or
+/// above if it is the same. Returns the distinct directions and the index of each pixel's
 /// direction.
 fn differing(size: usize, dir: impl Fn(usize, usize) -> [f32; 3]) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (mut dirs, mut ray_of) = (Vec::with_capacity(size * size), Vec::with_capacity(size * size));
@@ -168,7 +168,8 @@ fn transposed(bits: u64) -> u64 {
     swap(x, 28, 0x0000_0000_f0f0_f0f0)
 }
 
-/// Classifies a pixel where a method hits the triangles `hit` and `exact` the triangles `truth`.
+/// Classifies a pixel where a method hits the triangles `hit` and `exact` hits the triangles
+/// `truth`.
 fn classify(hit: u8, truth: u8) -> Class {
     match (hit, truth) {
         (0, 0) => Class::Background,

@@ -1,6 +1,6 @@
 //! Reads and converts the numbers that the page sends.
 
-/// A reader of f64 numbers, which returns them in order.
+/// Reads f64 numbers one at a time, in order.
 #[derive(Clone, Debug)]
 pub(crate) struct Numbers<'a>(std::slice::Iter<'a, f64>);
 

@@ -1,5 +1,5 @@
-//! The computations of `docs/demo/index.html`: pictures of a vertex by well-known methods, a model
-//! traced with `exact`, and the golden results.
+//! The computations behind `docs/demo/index.html`: images of a vertex, rendered with well-known
+//! methods; a model, traced with `exact`; and the golden results.
 //!
 //! The page calls the functions in [`exports`]. They need no `unsafe` blocks, because they take no
 //! pointers: the page writes to one buffer of this module and reads from another.

@@ -11,12 +11,14 @@ use intertri_lab::methods::moller_trumbore::MollerTrumbore;
 use intertri_lab::methods::woop::Woop;
 use intertri_lab::methods::{Intersector, Number, Real};
 
-/// Receives hits: the packet, the lanes that hit as bits, the triangle, and the t of each lane.
+/// Receives hits: the packet, a bit mask of the lanes that hit, the triangle, and the t of each
+/// lane.
 pub(crate) trait Sink {
     fn hits(&mut self, packet: usize, bits: u32, triangle: usize, t: &[f64; 8]);
 }
 
-/// Packets of rays, and triangles. Each packet is tested against all triangles in order.
+/// Packets of rays, and the triangles to test against them. Each packet is tested against all
+/// triangles in order.
 #[derive(Clone, Copy)]
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
@@ -26,7 +28,7 @@ pub(crate) struct Pairs<'a> {
     pub(crate) closest: bool,
 }
 
-/// A method to test rays against triangles.
+/// A method for testing rays against triangles.
 #[derive(Clone, Copy)]
 pub struct Method {
     /// The name, as shown on the page.

@@ -1,4 +1,4 @@
-//! A model, which is traced with `exact` through a hierarchy, and with the other methods for
+//! A model that is traced with `exact` through a hierarchy, and with the other methods for
 //! comparison.
 
 use std::path::Path;
@@ -28,7 +28,7 @@ pub struct Model {
     look: Option<Look>,
 }
 
-/// A view, the hits of its pixels, and the lists of triangles for its tiles once they are needed.
+/// A view, the hit at each pixel and, once they are needed, the triangles of each tile.
 struct Look {
     view: View,
     hits: Vec<Hit>,
@@ -48,7 +48,7 @@ impl Model {
     /// Loads the built-in scene.
     ///
     /// # Errors
-    /// Returns an error if there is not enough memory.
+    /// Returns an error if memory runs out.
     pub fn built_in() -> Result<Self, String> {
         Self::new(Scene::built_in().mesh.to_triangles())
     }
@@ -60,20 +60,20 @@ impl Model {
         Ok(Self { original, triangles, offset: [0.0; 3], bvh, middle, radius, look: None })
     }
 
-    /// The number of triangles.
+    /// Returns the number of triangles.
     pub fn len(&self) -> usize {
         self.original.len()
     }
 
-    /// Whether there are no triangles.
+    /// Returns whether there are no triangles.
     pub fn is_empty(&self) -> bool {
         self.original.is_empty()
     }
 
     /// Sets the view from numbers, in this order: the width and height in pixels, the width of a
-    /// pixel at distance 1, the shift of the picture's centre (2), the model's offset in units of
-    /// its radius (3), the right, up, and forward directions (9), and the distance of the eye in
-    /// units of the radius. Returns false if the numbers do not describe a view.
+    /// pixel at distance 1, the shift of the image's centre (2), the model's offset in units of its
+    /// radius (3), the right, up, and forward directions (9), and the distance of the eye in units
+    /// of the radius. Returns false if the numbers do not describe a view.
     pub fn look(&mut self, numbers: &[f64]) -> bool {
         self.try_look(numbers).is_some()
     }
@@ -101,8 +101,8 @@ impl Model {
         Some(())
     }
 
-    /// Traces rows of the picture with `exact`. Returns one byte for each pixel: 0 for a miss, and
-    /// 1 to 255 for a hit, depending on how directly the triangle faces the ray.
+    /// Traces rows of the image with `exact`. Returns one byte for each pixel: 0 for a miss, and 1
+    /// to 255 for a hit, depending on how directly the triangle faces the ray.
     pub fn trace(&mut self, rows: std::ops::Range<usize>) -> Vec<u8> {
         let Some(look) = &mut self.look else { return vec![] };
         let [width, height] = look.view.size;
@@ -119,7 +119,7 @@ impl Model {
         rays.iter().zip(&*hits).map(shade).collect()
     }
 
-    /// Runs a method on rows of tiles, which are eight pixels high, and compares its hits with
+    /// Runs a method on rows of tiles, which are eight pixels tall, and compares its hits with
     /// those of [`Model::trace`]. Returns the number of pixels in each class, and the class of each
     /// pixel, row by row.
     ///
@@ -226,9 +226,9 @@ mod tests {
     use super::Model;
     use crate::methods::METHODS;
 
-    /// The lists of triangles for the tiles lose no hit: with them, `exact` finds the same hits as
-    /// with the hierarchy, at several zoom levels, near the origin and far from it. Other methods
-    /// find different hits, which shows that this test can detect an error.
+    /// The per-tile triangle lists lose no hit: with them, `exact` finds the same hits as with the
+    /// hierarchy, at several zoom levels, near the origin and far from it. Other methods find
+    /// different hits, which shows that this test can detect an error.
     #[test]
     fn tiles_show_what_the_hierarchy_shows() {
         let mut model = Model::built_in().unwrap();

@@ -1,5 +1,5 @@
 //! Lists the triangles that may be visible in each tile, a square of pixels. Every triangle of a
-//! model is projected onto the picture, with a margin.
+//! model is projected onto the image, with a margin.
 //!
 //! The published methods have no hierarchy. With these lists, they find the same hits as a loop
 //! over all triangles.
@@ -54,14 +54,15 @@ impl View {
     }
 }
 
-/// Returns the indices of each tile's triangles in ascending order. The tiles are in row order.
+/// Returns the indices of each tile's triangles in ascending order. The tiles are in row-major
+/// order.
 pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
     let [columns, rows] = view.size.map(|n| n.div_ceil(SIDE));
     let mut tiles = vec![vec![]; columns * rows];
     let margin = view.margin();
     for (index, triangle) in triangles.iter().enumerate() {
         let seen = triangle.0.map(|corner| view.project(corner));
-        // A triangle that is partly behind the eye can appear anywhere in the picture.
+        // A triangle that is partly behind the eye can appear anywhere in the image.
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for corner in seen {
             let corner = corner.map_or([[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]], |p| [p, p]);
@@ -73,7 +74,7 @@ pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
         if seen.iter().all(Option::is_none) {
             continue;
         }
-        // Casts saturate, so numbers that are out of range become the nearest number in range.
+        // Casts saturate, so out-of-range numbers become the nearest number in range.
         let first = |k: usize| ((low[k] - margin).max(0.0) / SIDE as f64) as usize;
         let end = |k: usize, n: usize| {
             let last = (high[k] + margin) / SIDE as f64;

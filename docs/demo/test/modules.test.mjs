@@ -23,13 +23,13 @@ for (const [name, packed] of Object.entries(JSON.parse(modules))) {
 }
 const both = Object.entries(engines);
 
-/** Returns a view of six triangles around a vertex far from the origin: 64 by 64 pixels of the given width. */
+/** Returns a view of six triangles around a vertex far from the origin: 64×64 pixels of the given width. */
 function fan(width) {
   const { right, up, forward } = axes(25, 20);
   const corners = [0, 1, 2, 3, 4, 5].map((i) => [Math.cos(i), Math.sin(i), 0.1 * i]);
   return [64, width, 0, 0, 1000, 700, 400, ...right, ...up, ...forward, 4, corners.length, 0.1, 0.2, 0.3, ...corners.flat()];
 }
-/** Returns a view of a model that is moved away from the origin: 128 by 96 pixels of the given width, from a distance of 4. */
+/** Returns a view of a model moved away from the origin: 128×96 pixels of the given width, seen from a distance of 4. */
 function look(away, pixel = 0.008, [yaw, pitch] = [30, 35]) {
   const { right, up, forward } = axes(yaw, pitch);
   return [128, 96, pixel, 0, 0, away, 0.7 * away, 0.4 * away, ...right, ...up, ...forward, 4];
@@ -80,7 +80,7 @@ test("a model is the same in every format", () => {
   assert.equal(seen.size, 2);
 });
 
-test("the lists of triangles for tiles lose no hit, at several zoom levels and distances from the origin", () => {
+test("the per-tile triangle lists lose no hit, at several zoom levels and distances from the origin", () => {
   const engine = engines.simd;
   const wrong = engine.methods.map(() => 0);
   engine.builtIn();

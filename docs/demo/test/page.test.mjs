@@ -1,6 +1,6 @@
 // Tests docs/demo/index.html in a real browser: npm test. This needs Chromium (CHROMIUM, or /usr/bin/chromium) and the
 // native program that computes the same results. To build it, run this command in docs/demo:
-// cargo build --release --bin native --target-dir target/native. SHOTS=DIR keeps screenshots.
+// cargo build --release --bin native --target-dir target/native. SHOTS=DIR saves screenshots.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";

@@ -1,9 +1,9 @@
 // Measures the speed of the page, with SIMD and without.
 //
-//     node rate.mjs MODEL...    rays per second on the page and in the native library, one row for each model; - is the
-//                               built-in scene. The best of several runs on one thread.
-//     node rate.mjs             milliseconds for a frame of the vertex view, for each method and pixel width. They include
-//                               exact, the method, and drawing. The median of several frames.
+//     node rate.mjs MODEL...    rays per second on the page and in the native library, one row per model; - means the
+//                               built-in scene. Each figure is the best of several runs on one thread.
+//     node rate.mjs             milliseconds per frame of the vertex view, for each method and pixel width, including
+//                               exact, the method, and drawing. Each figure is the median of several frames.
 
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -41,7 +41,7 @@ const measure = ([name, text]) => {
   }
   return { rate: numbers[0] * numbers[1] / best / 1e3, numbers };
 };
-/** Measures the milliseconds for a frame as the page draws it, for each pixel width and method. */
+/** Measures the milliseconds per frame, as drawn by the page, for each pixel width and method. */
 const pictures = async (zooms) => {
   const { fan, engine } = window.intertri;
   const rows = [];

@@ -1,4 +1,4 @@
-//! Compares the mode `exact` with arbitrary-precision integers: pairs at every tier, scenes with
+//! Compares the `exact` mode with arbitrary-precision integers: pairs at every tier, scenes with
 //! every query, and closed fans around points.
 
 use intertri::internal::exact::{self, Side, Tier};
@@ -37,8 +37,8 @@ macro_rules! same {
     };
 }
 
-/// The true answers for a ray: the triangles that it hits within its interval, in order, and those
-/// of them that it crosses.
+/// The expected results for a ray: the triangles that it hits within its interval, in order, and
+/// which of them it crosses.
 struct Hits {
     closed: Vec<(usize, Truth)>,
     /// For each crossing, the triangle's index and whether the ray leaves there.
@@ -103,7 +103,7 @@ fn tier_name(tier: Tier) -> String {
     format!("{tier:?}")
 }
 
-/// Whether a hit is on the expected triangle, with t, u and v rounded once.
+/// Returns whether a hit is on the expected triangle, with t, u and v rounded once.
 fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     match want {
         None => !hit.is_hit(),
@@ -112,7 +112,8 @@ fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
 }
 
 /// Compares plain loops and the hierarchy on a scene: closest, any, all and crossings, one by one
-/// and in batches, by the closed rule and by the rule that assigns each point to one triangle.
+/// and in batches, under the closed rule and under the rule that assigns each point to one
+/// triangle.
 fn queries(scene: &Scene) {
     let (triangles, rays) = (&scene.triangles[..], &scene.rays[..]);
     let truth: Vec<Hits> = rays.iter().map(|ray| Hits::of(ray, triangles)).collect();

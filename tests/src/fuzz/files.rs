@@ -1,4 +1,5 @@
-//! Model files. Whatever they contain, reading must return a model or a one-line error.
+//! Fuzzes the model loaders. Whatever a file contains, reading it must return a model or a one-line
+//! error.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -8,7 +9,8 @@ use intertri_scene::{LoadError, Mesh, read};
 
 use super::input::Input;
 
-/// The first byte chooses a format, or a mesh to write and read back. The rest is the file.
+/// Reads the bytes as a model file, or makes a mesh from them, writes it and reads it back. The
+/// first byte selects the format or the round trip.
 pub fn models(bytes: &[u8]) {
     let Some((&first, file)) = bytes.split_first() else { return };
     if first >= 0x80 {

@@ -1,4 +1,4 @@
-//! Makes scenes from bytes. Most of them are degenerate.
+//! Generates scenes from bytes. Most of them are degenerate.
 
 use arbitrary::Unstructured;
 use intertri::{Ray, Triangle};
@@ -35,12 +35,12 @@ impl<'a> Input<'a> {
         input
     }
 
-    /// Reads the bytes as small integers only, for which every exact answer is available.
+    /// Reads the bytes as small integers only, for which every exact result is available.
     pub(super) fn on_a_grid(bytes: &'a [u8]) -> Self {
         Self { bytes: Unstructured::new(bytes), kind: Kind::Grid(1.0) }
     }
 
-    /// A scale: mostly 1, otherwise a power of two or any number.
+    /// Generates a scale: mostly 1, otherwise a power of two or any number.
     fn scale(&mut self) -> f32 {
         match self.below(4) {
             0 | 1 => 1.0,
@@ -49,12 +49,12 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// A number below `end`; 0 once the bytes are used up.
+    /// Generates a number below `end`, or 0 once the bytes are used up.
     pub(super) fn below(&mut self, end: usize) -> usize {
         self.bytes.int_in_range(0..=end - 1).unwrap_or(0)
     }
 
-    /// A number in `-limit..=limit`.
+    /// Generates a number in `-limit..=limit`.
     pub(super) fn within(&mut self, limit: i32) -> i32 {
         self.bytes.int_in_range(-limit..=limit).unwrap_or(0)
     }
@@ -64,17 +64,17 @@ impl<'a> Input<'a> {
         of[self.below(of.len())]
     }
 
-    /// An f32 with any bits.
+    /// Generates an f32 with any bits.
     fn bits(&mut self) -> f32 {
         f32::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// An f64 with any bits.
+    /// Generates an f64 with any bits.
     pub(super) fn double(&mut self) -> f64 {
         f64::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// A number of the chosen kind. With [`Kind::Ulps`], one in sixteen has any bits.
+    /// Generates a number of the chosen kind. With [`Kind::Ulps`], one in sixteen has any bits.
     pub(super) fn number(&mut self) -> f32 {
         match self.kind {
             Kind::Grid(scale) => self.within(4) as f32 * scale,
@@ -86,20 +86,21 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Three numbers.
+    /// Generates three numbers.
     pub(super) fn point(&mut self) -> [f32; 3] {
         [self.number(), self.number(), self.number()]
     }
 
-    /// Triangles over a few points, so that they share corners and edges, and some repeat.
+    /// Generates triangles over a few points, so that they share corners and edges, and some
+    /// repeat.
     pub(super) fn triangles(&mut self, at_most: usize) -> Vec<Triangle> {
         let points: Vec<[f32; 3]> = (0..3 + self.below(6)).map(|_| self.point()).collect();
         let count = 1 + self.below(at_most);
         (0..count).map(|_| Triangle([(); 3].map(|()| self.one_of(&points)))).collect()
     }
 
-    /// A ray: arbitrary, along an edge or an axis, or to a corner, a midpoint of an edge or a point
-    /// inside.
+    /// Generates a ray that is arbitrary, runs along an edge or an axis, or goes to a corner, the
+    /// midpoint of an edge or a point inside a triangle.
     pub(super) fn ray(&mut self, triangles: &[Triangle]) -> Ray {
         let [c1, c2, c3] = self.one_of(triangles).0;
         let origin = if self.below(8) == 0 { c3 } else { self.point() };
@@ -127,7 +128,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// A few triangles and rays, and a threshold.
+    /// Generates a few triangles and rays, and a threshold.
     pub(super) fn scene(&mut self, triangles: usize, rays: usize) -> Scene {
         let threshold = match self.below(8) {
             0..4 => 1e-9,

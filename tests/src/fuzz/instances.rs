@@ -49,8 +49,8 @@ pub fn instances(bytes: &[u8]) {
     check(&mut input, &scene.commit().expect("few instances"), &placed);
 }
 
-/// A matrix whose numbers are of the input's kind, some with any bits. It is often only a
-/// translation.
+/// Generates a matrix whose elements are of the input's kind, some with any bits. It is often only
+/// a translation.
 fn matrix(input: &mut Input<'_>) -> [f64; 12] {
     let mut matrix = [0.0; 12];
     let kind = input.below(4);
@@ -70,7 +70,7 @@ fn widened(Triangle(corners): Triangle) -> Triangle64 {
     Triangle64(corners.map(|corner| corner.map(f64::from)))
 }
 
-/// A triangle as placed in the world, by definition.
+/// Places a triangle in the world exactly as the definition does.
 fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
     let at = |[x, y, z]: [f64; 3]| {
         [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])

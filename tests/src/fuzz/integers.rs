@@ -1,4 +1,4 @@
-//! Checks the mode `fixed` against its scalar reference, and around closed fans.
+//! Checks the `fixed` mode against its scalar reference, and on closed fans.
 
 use std::array::from_fn;
 

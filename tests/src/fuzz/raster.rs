@@ -56,7 +56,7 @@ pub fn clip(bytes: &[u8]) {
     }
 }
 
-/// A bound on the rounding errors of points that are computed from `points`.
+/// Returns a bound on the rounding errors of points that are computed from `points`.
 fn rounding(points: &[Point4]) -> f64 {
     let all = points.iter().flat_map(|p| [p.x, p.y, p.z, p.w]);
     all.fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())) * 1e-12 + f64::MIN_POSITIVE
@@ -143,18 +143,18 @@ fn corner(input: &mut Input<'_>) -> Corner {
     (input.below(65) as i32, input.below(65) as i32, input.one_of(&[1.0_f32, 2.0, 4.0]))
 }
 
-/// The corner as a point in space.
+/// Returns the corner as a point in space.
 fn unproject((x, y, depth): Corner) -> [f32; 3] {
     [(x - 32) as f32 / 32.0 * depth, (32 - y) as f32 / 32.0 * depth, -depth]
 }
 
-/// The corner in raster space, as the z-buffer of document B expects it.
+/// Returns the corner in raster space, as the z-buffer of document B expects it.
 fn project((x, y, depth): Corner) -> Vector {
     Vector::new(f64::from(x) / 4.0, f64::from(y) / 4.0, -1.0 / f64::from(depth))
 }
 
-/// Each pixel must show one of the nearest triangles that the reference finds there if it draws
-/// each triangle on its own.
+/// Checks that each pixel shows one of the nearest triangles that the reference finds there when it
+/// draws each triangle on its own.
 fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     let soup: Vec<Triangle> = outlines.iter().map(|o| Triangle(o.map(unproject))).collect();
     let drawn = triangles(view, &soup, 1e-9);
@@ -198,8 +198,8 @@ fn drawn_alone(outline: &[Corner; 3]) -> z_buffer::ZBuffer {
     picture
 }
 
-/// The three triangles around an inner point must cover each pixel of the outer triangle exactly
-/// once.
+/// Checks that the three triangles around an inner point cover each pixel of the outer triangle
+/// exactly once.
 fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
     let turn = |a: Corner, b: Corner| (b.0 - a.0) * (inner.1 - a.1) - (b.1 - a.1) * (inner.0 - a.0);
     let turns = [turn(a, b), turn(b, c), turn(c, a)];
@@ -219,9 +219,9 @@ fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
     }
 }
 
-/// Compares pictures by z-buffer with pictures by rays, and shadows by volumes with shadows by
-/// rays. Only the differences that `docs/raster.md` proves possible are allowed. Caps and
-/// silhouettes must close exactly.
+/// Compares images drawn by the z-buffer with traced images, and shadow volumes with shadow rays.
+/// Only the differences that `docs/raster.md` proves possible are allowed. Caps and silhouettes
+/// must close exactly.
 pub fn shadows(bytes: &[u8]) {
     const SIZE: (u32, u32) = (20, 15);
     let mut input = Input::new(bytes);
@@ -280,7 +280,8 @@ pub fn shadows(bytes: &[u8]) {
     }
 }
 
-/// Whether light reaches the point that a pixel shows. The triangle there does not shadow itself.
+/// Returns whether light reaches the point that a pixel shows. The triangle there does not shadow
+/// itself.
 fn sees(view: &View, pixel: u32, hit: &Hit, soup: &[Triangle], light: Light) -> bool {
     if !hit.is_hit() {
         return true;

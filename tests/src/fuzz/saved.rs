@@ -1,5 +1,5 @@
-//! Saved hierarchies over f32 and f64. Whatever the bytes are, loading must either fail with an
-//! error or return a hierarchy with correct answers.
+//! Fuzzes saved hierarchies over f32 and f64. Whatever the bytes are, loading must return either an
+//! error or a hierarchy that answers correctly.
 
 use intertri::{Hit, Mode, RayOf, TriangleOf};
 use intertri_trace::internal::seal;
@@ -7,9 +7,9 @@ use intertri_trace::{Bvh, BvhScalar, LoadError, SAVED_MAGIC};
 
 use super::input::Input;
 
-/// The first byte chooses the input: a file as it is, a file with repaired checksums, or a scene of
-/// one or several meshes that is saved and damaged at some words before its checksums are repaired.
-/// The highest bit chooses f64.
+/// Loads a hierarchy and checks it. The first byte selects the input: a file as it is, a file with
+/// repaired checksums, or the saved file of a scene of one or several meshes, with some words
+/// damaged and the checksums repaired. The highest bit selects f64.
 pub fn saved(bytes: &[u8]) {
     let Some((&first, rest)) = bytes.split_first() else { return };
     match (first % 4, first >> 7) {
@@ -28,7 +28,7 @@ pub fn saved(bytes: &[u8]) {
 fn loaded(file: &[u8], more: &[u8]) {
     let scalar = |found: &Result<(), LoadError>| matches!(found, Err(LoadError::Scalar { .. }));
     let (one, other) = (answers::<f32>(file, more), answers::<f64>(file, more));
-    // If the header is sound, one of the two reports the wrong scalar.
+    // If the header is sound, one of the two reports a scalar mismatch.
     assert!(!(scalar(&one) && scalar(&other)));
     assert!(!(one.is_ok() && other.is_ok()));
     assert!(scalar(&one) || scalar(&other) || (one.is_err() && other.is_err()));
@@ -70,7 +70,7 @@ fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
     loaded(&file[..end], bytes);
 }
 
-/// Loads a file. The result must return the same answers as a hierarchy built over the same
+/// Loads a file. The loaded hierarchy must return the same results as one built over the same
 /// triangles.
 fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     let mut bvh = match Bvh::<S>::from_bytes(file) {
@@ -105,8 +105,8 @@ fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// The hits on several meshes must be a subset of the hits on the same triangles in one mesh. They
-/// have different ids, but the same order, and each must refer to the right triangle.
+/// Checks that the hits on several meshes are a subset of the hits on the same triangles in one
+/// mesh. They have different ids, but the same order, and each must refer to the right triangle.
 fn names_are_sound<S: FuzzScalar>(several: &Bvh<S>, one: &Bvh<S>, rays: &[RayOf<S>]) {
     let mut names = Vec::new();
     for ray in rays {
@@ -145,9 +145,9 @@ fn same<S: FuzzScalar>(one: &Bvh<S>, other: &Bvh<S>, rays: &[RayOf<S>]) {
 
 /// A scalar whose scenes can be made from bytes.
 trait FuzzScalar: BvhScalar {
-    /// A few triangles.
+    /// Generates a few triangles.
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>>;
-    /// A ray, often toward one of the triangles.
+    /// Generates a ray, often toward one of the triangles.
     fn ray(input: &mut Input<'_>, triangles: &[TriangleOf<Self>]) -> RayOf<Self>;
     /// Compares the other modes that this scalar supports.
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>);

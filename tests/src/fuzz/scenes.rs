@@ -5,7 +5,7 @@ use intertri::simd::Level;
 use super::input::Input;
 use crate::{as_source, check_hierarchy, check_kernel};
 
-/// Checks packets and blocks in every mode, width, form and level.
+/// Checks packets and blocks in every mode, width and form, and at every level.
 pub fn kernel(bytes: &[u8]) {
     let scene = Input::new(bytes).scene(6, 6);
     check_kernel(&scene).unwrap_or_else(|why| panic!("{why}\n{}", as_source(&scene)));

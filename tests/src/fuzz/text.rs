@@ -1,11 +1,11 @@
-//! Files of rays, and numbers on the command line and in the answers.
+//! Fuzzes ray files, and the numbers on the command line and in the output.
 
 use intertri::Ray;
 use intertri_scene::{LoadError, MAX_PIXELS, Rays, RaysFormat};
 
 use super::input::Input;
 
-// The program is not a library, but this file does not depend on the rest of it.
+// The program is not a library, so include this file, which does not depend on the rest of it.
 #[path = "../../../crates/cli/src/io/numbers.rs"]
 mod numbers;
 
@@ -85,8 +85,8 @@ fn read(
     }
 }
 
-/// Compares the command line's number parsers with a short model of each, and checks that the
-/// decimals of answers are short and read back to the same bits.
+/// Compares the command line's number parsers with a short model of each, and checks that decimals
+/// in the output are short and read back to the same bits.
 pub fn numbers(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     let number = text.parse::<f64>().ok();

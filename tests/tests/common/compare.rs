@@ -55,7 +55,7 @@ impl Counts {
     }
 }
 
-/// The exact answer for a pair, without the ray's interval.
+/// The exact result for a pair, without the ray's interval.
 struct Case<S: Scalar> {
     triangle: TriangleOf<S>,
     truth: Option<Truth>,
@@ -63,7 +63,8 @@ struct Case<S: Scalar> {
     once: Option<bool>,
 }
 
-/// Checks a ray, which is the pair's ray with any interval. If `all` is set, checks every tier.
+/// Checks a pair for `ray`, which is the pair's ray with any interval. If `all` is set, checks
+/// every tier.
 fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Counts) {
     let Case { triangle, truth, once: leaves } = case;
     let truth = truth.as_ref().filter(|truth| truth.is_within(ray));
@@ -120,7 +121,7 @@ fn check_rounding<S: Scalar>(
     counts.rounded += 6;
 }
 
-/// Checks the order of the triangle and other triangles: itself with its corners permuted or moved,
+/// Checks how the triangle is ordered relative to others: copies with permuted or moved corners,
 /// and neighbours at an edge and at a corner, in its plane or next to it.
 fn check_order<S: Float>(
     ray: &RayOf<S>,
@@ -236,7 +237,7 @@ impl<S: Float> Cases<S> {
     }
 }
 
-/// The sum over all kinds.
+/// Returns the sum over all kinds.
 fn sum(kinds: &[Counts]) -> Counts {
     let mut all = Counts::default();
     for kind in kinds {

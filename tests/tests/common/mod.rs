@@ -9,13 +9,13 @@ use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
 
-/// A scene with some triangles and rays of a family.
+/// Generates a scene with some triangles and rays from a family.
 pub(crate) fn scene(family: &Family, rng: &mut Rng, triangles: usize, rays: usize) -> Scene {
     let scene = family.scene(rng, triangles, rays);
     Scene { triangles: scene.triangles, rays: scene.rays, threshold: scene.threshold }
 }
 
-/// Calls a function for every family and its index on all threads, each of which takes the next
+/// Calls a function for every family, passing its index, on all threads. Each thread takes the next
 /// remaining family. Returns the results in arbitrary order.
 pub(crate) fn each_family<T: Send>(ask: impl Fn(usize, &Family) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);

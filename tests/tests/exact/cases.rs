@@ -1,4 +1,4 @@
-//! Pairs of a ray and a triangle that are hard to decide.
+//! Generates pairs of a ray and a triangle that are hard to decide.
 
 use intertri::{Ray, Triangle};
 use intertri_lab::families::FAMILIES;
@@ -37,7 +37,7 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f32) -> [f32; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// A pair with arbitrary bits.
+/// Generates a pair with arbitrary bits.
 fn any(rng: &mut Rng) -> (Ray, Triangle) {
     let mut bits = |rng: &mut Rng| {
         // Keep some numbers that are not finite.
@@ -48,8 +48,8 @@ fn any(rng: &mut Rng) -> (Ray, Triangle) {
     (ray, Triangle([(); 3].map(|()| vector(rng, &mut bits))))
 }
 
-/// A ray toward a corner, a point on an edge or inside, or anywhere. It starts anywhere, at a
-/// corner, or at 0, where the direction is exact.
+/// Generates a triangle, and a ray toward a corner, a point on an edge, a point inside, or
+/// anywhere. The ray starts anywhere, at a corner, or at 0, where the direction is exact.
 fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f32) -> (Ray, Triangle) {
     let triangle = Triangle([(); 3].map(|()| vector(rng, &mut number)));
     let [c1, c2, c3] = triangle.0;
@@ -78,7 +78,7 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f32) -> (Ray, Triang
     (Ray::new(origin, dir), triangle)
 }
 
-/// A ray that starts in the triangle's plane and often also runs in it.
+/// Generates a triangle, and a ray that starts in its plane and often also runs in it.
 fn in_plane(rng: &mut Rng) -> (Ray, Triangle) {
     let (axis, z) = (rng.below(3), rng.within(3) as f32 * 0.1);
     let flat = |rng: &mut Rng| {
@@ -93,7 +93,8 @@ fn in_plane(rng: &mut Rng) -> (Ray, Triangle) {
     (Ray::new(origin, dir), triangle)
 }
 
-/// Nearly collinear corners, which differ from a line by a few units in the last place.
+/// Generates a triangle whose corners are within a few units in the last place of a line, and a ray
+/// toward it.
 fn sliver(rng: &mut Rng) -> (Ray, Triangle) {
     let (from, to) = (rng.cube(), rng.cube());
     let on = |share: f64, rng: &mut Rng| {
@@ -109,7 +110,7 @@ fn sliver(rng: &mut Rng) -> (Ray, Triangle) {
     (Ray::new(origin, [0, 1, 2].map(|k| target[k] - origin[k])), triangle)
 }
 
-/// A triangle with two or three equal corners, or a ray along an edge.
+/// Generates a pair in which two or three corners are equal or the ray runs along an edge.
 fn duplicated(rng: &mut Rng) -> (Ray, Triangle) {
     let (mut ray, mut triangle) = aimed(rng, |rng| rng.within(3) as f32);
     match rng.below(4) {
@@ -121,8 +122,8 @@ fn duplicated(rng: &mut Rng) -> (Ray, Triangle) {
     (ray, triangle)
 }
 
-/// A triangle whose f64 normal is often 0 although its area is not, and a ray toward one of its
-/// corners.
+/// Generates a triangle whose f64 normal is often 0 although its area is not, and a ray toward one
+/// of its corners.
 fn lost_normal(rng: &mut Rng) -> (Ray, Triangle) {
     let (x, small) = (rng.unit() as f32 + 1.0, 2.0_f32.powi(-rng.within(5).abs() - 26));
     let mut at = |scale: f32| {

@@ -1,6 +1,6 @@
-//! Checks the three theorems on closed meshes. Every crossing by the once rule is a hit by the
-//! closed rule. The signed crossings of every ray add up to the winding number of its origin. If
-//! that is not 0, no ray leaks.
+//! Checks the three theorems on closed meshes. Every crossing under the once rule is a hit under
+//! the closed rule. The signed crossings of every ray add up to the winding number of its origin.
+//! If that is not 0, no ray leaks.
 
 use std::collections::BTreeMap;
 
@@ -12,8 +12,8 @@ use intertri_trace::{Containment, Solid};
 
 use super::solids::{Closed, meshes};
 
-/// The winding number of a mesh around a point, by the solid angles of its triangles. `None` if the
-/// point is on the mesh, or too close to it for a decision.
+/// Returns the winding number of a mesh around a point, computed from the solid angles of its
+/// triangles, or `None` if the point is on the mesh or too close to it to decide.
 fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
     let mut sum = 0.0;
     for TriangleOf(corners) in mesh {
@@ -30,8 +30,8 @@ fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
     ((turns - turns.round()).abs() < 1e-3).then(|| turns.round() as i32)
 }
 
-/// Directions from an origin: exactly toward corners, toward edges and the insides of triangles,
-/// along axes, and anywhere.
+/// Generates directions from an origin: exactly toward corners, toward edges and the insides of
+/// triangles, along axes, and anywhere.
 fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3]> {
     let mut all = vec![];
     let to = |p: [f32; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
@@ -50,7 +50,7 @@ fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3
     all
 }
 
-/// A point on the grid, near a corner, or anywhere.
+/// Generates a point on the grid, near a corner, or anywhere.
 fn origin(i: usize, mesh: &Closed, rng: &mut Rng) -> [f32; 3] {
     let Closed { triangles, scale, centre, .. } = mesh;
     let near = rng.pick(triangles).0[0].map(f64::from);

@@ -61,8 +61,8 @@ fn equal_rounded_t_are_told_apart() {
     assert!(hits.iter().all(|hit| hit.triangle == 1));
 }
 
-/// A ray that meets a triangle at t = `1 + k 2^-24 + tiny`. For odd k, this is almost halfway
-/// between two f32 numbers, and too close to the midpoint for f64 to distinguish.
+/// Returns a ray and a triangle that it meets at t = `1 + k 2^-24 + tiny`. For odd k, this is
+/// almost halfway between two f32 numbers, and too close to the midpoint for f64 to distinguish.
 fn near_half_way(k: u16, tiny: f32) -> (Ray, Triangle) {
     // t is the mean of the three heights.
     let heights = [0.5 + 3.0 * f32::from(k) * 2.0_f32.powi(-24), 3.0 * tiny, 2.5];
@@ -79,7 +79,7 @@ fn hits32<S: BvhScalar>(bvh: &Bvh<S>, ray: &RayOf<S>) -> Vec<Hit32> {
     hits
 }
 
-/// If t were rounded first to f64 and then to f32, the second and third case would yield a
+/// If t were rounded first to f64 and then to f32, the second and third cases would yield a
 /// neighbour of the right number.
 #[test]
 fn what_f64_rounds_to_half_way_is_rounded_once() {
@@ -101,8 +101,8 @@ fn what_f64_rounds_to_half_way_is_rounded_once() {
     }
 }
 
-/// Bundles and streams round only once, even if numbers are so large or small that t, u or v exceed
-/// the range of f32.
+/// Bundles and streams must round only once, even if numbers are so large or small that t, u or v
+/// exceed the range of f32.
 #[test]
 fn batches_round_once_to_f32() {
     let mut rng = Rng::new(5);

@@ -16,7 +16,7 @@ pub(crate) struct Closed {
 /// A centre far from the origin.
 const AFAR: [f64; 3] = [148_376.0, 1_234.0, -223_423.0];
 
-/// All meshes. A larger `finer` means more triangles.
+/// Generates all meshes. A larger `finer` means more triangles.
 pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
     let mut rng = Rng::new(7);
     let sphere = Mesh::icosphere(1 + finer as u32);
@@ -80,7 +80,7 @@ fn halved(mesh: Vec<Triangle>) -> Vec<Triangle> {
         .collect()
 }
 
-/// Two cubes that share an edge, and a third that shares a face with the first.
+/// Returns two cubes that share an edge, and a third that shares a face with the first.
 fn stuck() -> Vec<Triangle> {
     let cube = |by: [f64; 3]| Mesh::cube(2).map(|p| [0, 1, 2].map(|k| p[k] + by[k])).triangles();
     [[0.0; 3], [2.0, 2.0, 0.0], [0.0, 0.0, 2.0]].map(cube).concat()
@@ -96,7 +96,7 @@ fn soiled(mut mesh: Vec<Triangle>, rng: &mut Rng) -> Vec<Triangle> {
     mesh
 }
 
-/// A tube around a trefoil knot of radius 1.
+/// Returns a tube around a trefoil knot of radius 1.
 fn knot(around: usize, across: usize) -> Mesh {
     let at = |i: usize| {
         let s = std::f64::consts::TAU * i as f64 / around as f64;
@@ -126,8 +126,8 @@ fn knot(around: usize, across: usize) -> Mesh {
     Mesh { faces: faces.collect(), vertices }
 }
 
-/// The convex hull of random integer points, which are added one by one. Some coplanar points are
-/// skipped, and some faces may have no area, but the mesh is always closed.
+/// Generates the convex hull of random integer points, which are added one by one. Some coplanar
+/// points are skipped, and some faces may have no area, but the mesh is always closed.
 fn hull(points: usize, rng: &mut Rng) -> Mesh {
     let point = |rng: &mut Rng| {
         let way = rng.direction();
@@ -155,7 +155,8 @@ fn hull(points: usize, rng: &mut Rng) -> Mesh {
     Mesh { vertices: vertices.into_iter().map(|p| p.map(|x| x / 16.0)).collect(), faces }
 }
 
-/// Cubes that touch only along edges and at corners, like the squares of one colour on a chessboard.
+/// Generates cubes that touch only along edges and at corners, like the squares of one colour on a
+/// chessboard.
 fn lattice(side: i32) -> Mesh {
     let mut all = Mesh { vertices: vec![], faces: vec![] };
     let places = (0..side.pow(3)).map(|i| [i % side, i / side % side, i / side / side]);

@@ -9,9 +9,9 @@ use intertri::{Ray64, Triangle64};
 use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 
-/// The errors of V, W, U, D and T over their bounds, the largest error of V, W, U and T over the
-/// sharp bounds, and the distance of t from the middle of its enclosures. If only the sign matters,
-/// the rounding of the last sum does not count.
+/// The errors of V, W, U, D and T relative to their bounds, the largest error of V, W, U and T
+/// relative to the sharp bounds, and the distance of t from the middle of its enclosures. If only
+/// the sign matters, the rounding of the last sum does not count.
 const NAMES: [&str; 7] = ["V", "W", "U", "D", "T", "sharp", "t"];
 
 /// Half an ulp of 1 in f32.
@@ -43,13 +43,13 @@ fn dot(a: &Vector, b: &Vector) -> RBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// `2^e` as a rational number.
+/// Returns `2^e` as a rational number.
 fn power(e: i32) -> RBig {
     RBig::try_from(2.0_f64.powi(e)).unwrap()
 }
 
-/// The share of each bound that a case uses at one level. `None` if something is not finite,
-/// because the filter decides nothing then.
+/// Returns the share of each bound that a case uses at one level, or `None` if something is not
+/// finite, because the filter decides nothing then.
 fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
     let Case { ray, triangle, frame } = case;
     let (copy, copied) = (frame.triangle(triangle), frame.ray(ray));
@@ -100,13 +100,13 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
     ])
 }
 
-/// The larger of two shares for each bound.
+/// Returns the larger of two shares for each bound.
 fn larger(a: [f64; 7], b: [f64; 7]) -> [f64; 7] {
     [0, 1, 2, 3, 4, 5, 6].map(|i| a[i].max(b[i]))
 }
 
-/// A case of a family in f64, rotated and moved so that its numbers use all digits, in a scene at
-/// least as large as the case.
+/// Generates a case from a family in f64, rotated and moved so that its numbers use all digits, in
+/// a scene at least as large as the case.
 fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     let case = family.case(rng);
     let given = [case.ray.origin, case.ray.dir].into_iter().chain(case.triangle.0);
@@ -138,10 +138,11 @@ fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     Some(Case { ray, triangle, frame: LocalFrame::around([lo, hi], [lo, hi]) })
 }
 
-/// The extent of a search's scene from the origin.
+/// How far the scene of a search extends from the origin.
 const REACH: f64 = 1.9;
 
-/// A triangle of a given size somewhere in the scene, and a ray that hits or just misses it.
+/// Generates a triangle of a given size somewhere in the scene, and a ray that hits or just misses
+/// it.
 fn case(size: f64, rng: &mut Rng) -> Case {
     let at = rng.cube().map(|x| (REACH - 0.1) * x);
     let mut corner = || {
@@ -172,7 +173,8 @@ fn changed(case: &Case, rng: &mut Rng) -> Case {
     next
 }
 
-/// A level with separate multiplications and additions, and one with fused operations.
+/// Returns a level with separate multiplications and additions, and one with fused operations if
+/// the CPU has them.
 fn levels() -> impl Iterator<Item = Level> {
     [Some(Level::PORTABLE), Level::avx2()].into_iter().flatten()
 }

@@ -1,4 +1,4 @@
-//! Pairs of a ray and a triangle in f64 that are hard to decide.
+//! Generates pairs of a ray and a triangle in f64 that are hard to decide.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::families::FAMILIES;
@@ -36,7 +36,7 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f64) -> [f64; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// A pair of a family, converted to f64 and moved, so that its numbers use more digits.
+/// Generates a pair from a family, converted to f64 and moved, so that its numbers use more digits.
 fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     let case = rng.pick(FAMILIES).case(rng);
     let moved = rng.pick(&[0.0, 1e3, 1e6, 1e9, 1e12]);
@@ -46,7 +46,7 @@ fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     (ray, Triangle64(case.triangle.0.map(at)))
 }
 
-/// A pair with arbitrary bits.
+/// Generates a pair with arbitrary bits.
 fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
     let mut bits = |rng: &mut Rng| {
         // Keep some numbers that are not finite.
@@ -57,8 +57,8 @@ fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
     (ray, Triangle64([(); 3].map(|()| vector(rng, &mut bits))))
 }
 
-/// A ray toward a corner, a point on an edge or inside, or anywhere. It starts anywhere, at a
-/// corner, or at 0, where the direction is exact.
+/// Generates a triangle, and a ray toward a corner, a point on an edge, a point inside, or
+/// anywhere. The ray starts anywhere, at a corner, or at 0, where the direction is exact.
 fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Triangle64) {
     let triangle = Triangle64([(); 3].map(|()| vector(rng, &mut number)));
     let [c1, c2, c3] = triangle.0;
@@ -87,7 +87,7 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Tria
     (Ray64::new(origin, dir), triangle)
 }
 
-/// A ray that starts in the triangle's plane and often also runs in it.
+/// Generates a triangle, and a ray that starts in its plane and often also runs in it.
 fn in_plane(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (axis, z) = (rng.below(3), f64::from(rng.within(3)) * 0.1);
     let flat = |rng: &mut Rng| {
@@ -102,7 +102,8 @@ fn in_plane(rng: &mut Rng) -> (Ray64, Triangle64) {
     (Ray64::new(origin, dir), triangle)
 }
 
-/// Nearly collinear corners, which differ from a line by a few units in the last place.
+/// Generates a triangle whose corners are within a few units in the last place of a line, and a ray
+/// toward it.
 fn sliver(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (from, to) = (rng.cube(), rng.cube());
     let on = |share: f64, rng: &mut Rng| {
@@ -118,7 +119,7 @@ fn sliver(rng: &mut Rng) -> (Ray64, Triangle64) {
     (Ray64::new(origin, [0, 1, 2].map(|k| target[k] - origin[k])), triangle)
 }
 
-/// A triangle with two or three equal corners, or a ray along an edge.
+/// Generates a pair in which two or three corners are equal or the ray runs along an edge.
 fn duplicated(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (mut ray, mut triangle) = aimed(rng, |rng| f64::from(rng.within(3)));
     match rng.below(4) {

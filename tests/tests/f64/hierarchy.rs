@@ -1,4 +1,4 @@
-//! Compares the hierarchy over f64 with a plain loop over all pairs. The module `pairs` compares
+//! Compares the hierarchy over f64 with a plain loop over all pairs. The `pairs` module compares
 //! the arithmetic of this loop with rational arithmetic.
 
 use intertri::internal::exact;
@@ -7,7 +7,7 @@ use intertri::{Crossing, Hit, Mode, Ray64, Rule, Triangle64};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, MeshTriangle};
 
-/// The hits of a ray, sorted by t.
+/// Returns the hits of a ray, sorted by t.
 fn hits(triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let found = |(i, triangle): (usize, &Triangle64)| {
         exact::hit(Rule::Closed, ray, triangle).then(|| {
@@ -51,7 +51,7 @@ pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usi
             assert_eq!(mode.any(triangles, ray), first.is_some(), "any of a slice, {}", what());
             assert_eq!(&mode.all(triangles, ray), want, "all of a slice, {}", what());
 
-            // Crossings are the hits by the once rule, which assigns each point to one triangle.
+            // Crossings are the hits under the once rule, which assigns each point to one triangle.
             let sided = want.iter().filter_map(|&hit| {
                 let side = exact::crossing(ray, &triangles[hit.triangle as usize])?;
                 Some(Crossing { hit, leaves: side == exact::Side::Leaves })
@@ -70,7 +70,7 @@ pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usi
     wanted.iter().filter(|hits| !hits.is_empty()).count()
 }
 
-/// Triangles around points in a cube, rotated and moved.
+/// Generates triangles around points in a cube, rotated and moved.
 pub(crate) fn soup(
     count: usize,
     size: f64,
@@ -94,8 +94,8 @@ pub(crate) fn soup(
     (0..count).map(|_| triangle()).collect()
 }
 
-/// Rays toward corners, edges and the insides of triangles, and some in random directions. They
-/// start far away, nearby, or on the surface.
+/// Generates rays toward corners, edges and the insides of triangles, and some in random
+/// directions. They start far away, nearby, or on the surface.
 pub(crate) fn rays(triangles: &[Triangle64], count: usize, rng: &mut Rng) -> Vec<Ray64> {
     let mix = |a: [f64; 3], b: [f64; 3], s: f64| [0, 1, 2].map(|k| a[k] + s * (b[k] - a[k]));
     (0..count)

@@ -13,8 +13,8 @@ struct Ball {
     outer: f64,
 }
 
-/// A bumpy ball with the given number of rings. On a grid, differences between corners are exact,
-/// and so are rays toward them.
+/// Returns a bumpy ball with the given number of rings. On a grid, differences between corners are
+/// exact, and so are rays toward them.
 fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     let sectors = 2 * rings;
     let at = |ring: usize, sector: usize| {
@@ -48,8 +48,8 @@ fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     Ball { triangles, centre, inner: 0.8 * size, outer: 1.2 * size }
 }
 
-/// Directions from a point: exactly or nearly toward corners and edges, into triangles, along axes,
-/// and anywhere.
+/// Generates directions from a point: exactly or nearly toward corners and edges, into triangles,
+/// along axes, and anywhere.
 fn directions(ball: &Ball, origin: [f64; 3], rng: &mut Rng) -> Vec<[f64; 3]> {
     let to = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
     let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] + b[k]);

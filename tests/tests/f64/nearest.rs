@@ -1,4 +1,4 @@
-//! Compares the closest point in f64 with rational arithmetic: every tier of a pair, the bounds of
+//! Compares the closest point in f64 with rational arithmetic: pairs at every tier, the bounds of
 //! the lanes, meshes anywhere and of any size, and the sign of the distance.
 
 use dashu_ratio::RBig;
@@ -14,8 +14,8 @@ use crate::nearest::truth::{is_rounded, is_within_one_ulp, truth};
 
 const KINDS: usize = 9;
 
-/// A number of the given kind: small integers, all digits, far from the origin, a wide range of
-/// exponents, subnormal, huge, distant mixed with small, all exponents, or f32.
+/// Generates a number of the given kind: small integers, all digits, far from the origin, a wide
+/// range of exponents, subnormal, huge, distant mixed with small, all exponents, or f32.
 fn number(kind: usize, rng: &mut Rng) -> f64 {
     let unit = rng.signed();
     match kind {
@@ -35,7 +35,7 @@ fn point(kind: usize, rng: &mut Rng) -> [f64; 3] {
     [(); 3].map(|()| number(kind, rng))
 }
 
-/// A triangle, which is sometimes a needle or has no area.
+/// Generates a triangle, which is sometimes a needle or has no area.
 fn triangle(kind: usize, rng: &mut Rng) -> Triangle64 {
     let mut t = TriangleOf([(); 3].map(|()| point(kind, rng)));
     if rng.unit() < 0.25 {
@@ -49,7 +49,7 @@ fn triangle(kind: usize, rng: &mut Rng) -> Triangle64 {
     t
 }
 
-/// A point anywhere, at a corner, on an edge, near a face, or beyond a corner.
+/// Generates a point anywhere, at a corner, on an edge, near a face, or beyond a corner.
 fn point_near(kind: usize, t: &Triangle64, rng: &mut Rng) -> [f64; 3] {
     let [a, b, c] = t.0;
     let (u, v) = (rng.unit(), rng.unit());
@@ -129,7 +129,7 @@ fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, na
     }
 }
 
-/// Compares answers with the smallest distance to any triangle, in rational arithmetic. Returns the
+/// Compares results with the smallest distance to any triangle, in rational arithmetic. Returns the
 /// number of points that have a closest point.
 fn check(name: &str, triangles: &[Triangle64], points: &[[f64; 3]]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();

@@ -1,4 +1,4 @@
-//! Hierarchies over f64 that were saved and loaded, or refitted, must return the same answers as
+//! Hierarchies over f64 that were saved and loaded, or refitted, must return the same results as
 //! new ones.
 
 use intertri::{Ray64, Triangle64};
@@ -8,7 +8,7 @@ use intertri_trace::{Bvh, LoadError};
 
 use super::hierarchy::soup;
 
-/// Triangles, including segments, needles, duplicates, and some that are not finite.
+/// Generates triangles, including segments, needles, duplicates, and some that are not finite.
 fn mixed(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Triangle64> {
     let mut triangles = soup(count, 0.1, scale, moved, rng);
     for i in (0..count).step_by(5) {
@@ -32,7 +32,7 @@ fn rays(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Ray64> {
     (0..count).map(|_| ray()).collect()
 }
 
-/// Asserts that two hierarchies return the same answers.
+/// Asserts that two hierarchies return the same results.
 fn assert_same(one: &Bvh<f64>, other: &Bvh<f64>, rays: &[Ray64], what: &str) {
     assert_eq!((one.len(), one.bounds()), (other.len(), other.bounds()), "{what}");
     assert_eq!(one.closest_batch(rays), other.closest_batch(rays), "{what}");

@@ -1,10 +1,10 @@
-//! Tests rays that leave a wall at UTM coordinates (mikedh/trimesh 48). A tracer that rounds to f32
+//! Tests rays that leave a wall at UTM coordinates (mikedh/trimesh#48). A tracer that rounds to f32
 //! hits the wall again.
 
 use intertri::{Ray64, Triangle64};
 use intertri_trace::Bvh;
 
-/// A room at UTM coordinates whose walls are not axis-aligned.
+/// Returns a room at UTM coordinates whose walls are not axis-aligned.
 fn room() -> Vec<Triangle64> {
     let corner = |i: usize| {
         let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f64);
@@ -18,7 +18,7 @@ fn room() -> Vec<Triangle64> {
     faces.into_iter().flat_map(halves).map(|t| Triangle64(t.map(corner))).collect()
 }
 
-/// A point inside a triangle, in f64, and the unit normal.
+/// Returns a point inside a triangle, in f64, and the unit normal.
 fn point(triangle: &Triangle64) -> ([f64; 3], [f64; 3]) {
     let [a, b, c] = triangle.0;
     let n = triangle.normal();

@@ -1,4 +1,4 @@
-//! Traces bundles of rays from one grid point. The answers must be those of the plain loop.
+//! Traces bundles of rays from one grid point. The results must be those of the plain loop.
 
 use intertri::Hit;
 use intertri::Ray as Line;
@@ -9,9 +9,9 @@ use super::{GridBvh, Numbers, add, hierarchy, sub};
 
 type Corners = [[i32; 3]; 3];
 
-/// The scene of the hierarchy test, and a sheet of squares. Some of its triangles are duplicated
-/// with rotated or flipped corners, or covered by a larger triangle in the same plane, so that
-/// different integers lead to the same t.
+/// Generates the scene of the hierarchy test and adds a sheet of squares. Some of its triangles are
+/// duplicated with rotated or flipped corners, or covered by a larger triangle in the same plane,
+/// so that different integers lead to the same t.
 fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     let mut all: Vec<Corners> =
         hierarchy::scene(n).iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
@@ -32,8 +32,8 @@ fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     all
 }
 
-/// Rays from one origin in a narrow cone. They go exactly toward corners and midpoints of edges,
-/// are on a raster, or are scattered.
+/// Generates rays from one origin in a narrow cone. They go exactly toward corners and midpoints of
+/// edges, are on a raster, or are scattered.
 fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Option<Vec<Ray>> {
     let (b, q) = (1 << grid.bits().b(), 1 << grid.bits().q());
     let place = n.below(scene.len() as u64) as usize;

@@ -1,4 +1,4 @@
-//! The hierarchy over grid triangles must return the same answers as a loop over all of them.
+//! The hierarchy over grid triangles must return the same results as a loop over all of them.
 
 use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
 use intertri::simd::Level;
@@ -6,8 +6,8 @@ use intertri::{Crossing, Crossings, Hit, Ray};
 
 use super::{GridBvh, Numbers, add, solids, sub};
 
-/// A sphere, loose triangles, slivers and triangles perpendicular to an axis, some of them
-/// duplicated, in -1..=1.
+/// Generates a sphere, loose triangles, slivers and triangles perpendicular to an axis, some of
+/// them duplicated, in -1..=1.
 pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
     let mut number = || (n.next() >> 40) as f32 / 8_388_608.0 - 1.0;
     let mut scene: Vec<[[f32; 3]; 3]> =
@@ -47,7 +47,8 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         let blocks: Vec<_> = blocks(&triangles).collect();
 
         // Rays exactly toward corners, toward midpoints of edges, along axes, from corners, and at
-        // random, unbounded and bounded. Some are snapped from f32 rays, whose t has another unit.
+        // random, unbounded and bounded. Some are snapped from f32 rays, whose t is in a different
+        // unit.
         let rays: Vec<_> = (0..1_200)
             .filter_map(|i| {
                 let to = corners[i * 37 % corners.len()];
@@ -82,7 +83,7 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
             .collect();
 
         for (i, ray) in rays.iter().enumerate() {
-            // Alternate between the levels, which must return the same answers.
+            // Alternate between the levels, which must return the same results.
             let mode = &levels[i % levels.len()];
             let (closest, mut query) = (mode.closest(&blocks, ray), bvh.query(mode.level()));
             assert_eq!(query.closest(ray), closest, "{b} {ray:?}");

@@ -24,7 +24,7 @@ fn model(name: &str) -> Option<Vec<[[f32; 3]; 3]>> {
     Some(mesh.to_triangles().into_iter().map(|t| t.0).collect())
 }
 
-/// Whether a snapped triangle has no area.
+/// Returns whether a snapped triangle has no area.
 fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
     let (e, f) = (sub(b, a).map(i64::from), sub(c, a).map(i64::from));
     (0..3).all(|i| {
@@ -33,7 +33,7 @@ fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
     })
 }
 
-/// The amount of work of the ordinary and the long test.
+/// The amount of work that a test does; the long test does more than the ordinary one.
 #[derive(Clone, Copy)]
 struct Effort {
     /// Rays are aimed at the corners and edges of one in this many triangles.
@@ -139,7 +139,8 @@ fn all_meshes(fine: u32, effort: Effort) -> usize {
     rays
 }
 
-/// Points about a hundredth of the size below faces, where the winding number is 1 all around.
+/// Returns points below faces, at a depth of about a hundredth of the mesh's size, where the
+/// winding number is 1 all around.
 fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
     let grid = Grid::around(mesh.iter().flatten().copied(), Bits::FINE).unwrap();
     let snapped: Vec<_> =
@@ -202,7 +203,7 @@ fn points_are_inside_of_an_octahedron_where_its_formula_says_so() {
                 let winding = fixed.winding(&blocks, &grid, [x, y, z].map(|x| x as f32)).unwrap();
                 let contains = fixed.contains(&blocks, &grid, [x, y, z].map(|x| x as f32)).unwrap();
                 assert_eq!(contains, winding == 1, "{winding}");
-                // On the surface, the answer is that of some neighbouring point.
+                // On the surface, either result is allowed.
                 if distance != r {
                     assert_eq!(contains, distance < r, "{x} {y} {z}");
                 }

@@ -25,8 +25,8 @@ fn minus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| &a[i] - &b[i])
 }
 
-/// Computes the answer differently, for the direction d + (e, e^2, e^3) with e = 2^-100: first the
-/// point in the plane by its normal, then its side of each edge. This e is small enough, because
+/// Computes the result differently, for the direction d + (e, e^2, e^3) with e = 2^-100: first the
+/// point where the ray meets the plane, then its side of each edge. This e is small enough, because
 /// nonzero integers are at least 1, and those that e multiplies are below 2^64.
 fn moved(ray: &Ray, triangle: &Triangle) -> Option<bool> {
     let e = RBig::from_parts(1.into(), 2u8.into());

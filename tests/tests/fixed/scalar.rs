@@ -6,7 +6,7 @@ use intertri_tests::check_crossings;
 
 use super::{Numbers, add, sub};
 
-/// A coordinate or a component within `limit`, in one of several styles.
+/// Generates a coordinate or a component within `limit`, in one of several styles.
 fn component(n: &mut Numbers, style: u64, limit: i32) -> i32 {
     match style {
         0 => n.one_of(&[limit, -limit, limit - 1, 1 - limit, 0]),
@@ -17,7 +17,7 @@ fn component(n: &mut Numbers, style: u64, limit: i32) -> i32 {
     }
 }
 
-/// Eight rays and eight triangles.
+/// Generates eight rays and eight triangles.
 fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
     let (b, q) = n.one_of(&[(20, 18), (20, 18), (19, 20), (17, 24), (16, 16), (3, 2), (1, 1)]);
     let grid = Grid::at(Bits::new(b, q).unwrap(), 0, [0; 3]).unwrap();

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-/// A unit sphere: an icosahedron whose triangles are repeatedly divided into four. Corners are
-/// counter-clockwise as seen from outside.
+/// Returns a unit sphere: an icosahedron whose triangles are repeatedly divided into four. Corners
+/// are counter-clockwise as seen from outside.
 pub(crate) fn icosphere(levels: u32) -> Vec<[[f32; 3]; 3]> {
     // The twelve corners (0, 1, p), (1, p, 0), (p, 0, 1) with all signs; p is the golden ratio.
     let p = f64::midpoint(1.0, 5.0_f64.sqrt());
@@ -54,7 +54,7 @@ pub(crate) fn icosphere(levels: u32) -> Vec<[[f32; 3]; 3]> {
         .collect()
 }
 
-/// The octahedron `|x| + |y| + |z| <= cells * cell` in integers. Each face is divided into
+/// Returns the octahedron `|x| + |y| + |z| <= cells * cell` in integers. Each face is divided into
 /// `cells^2` coplanar triangles, whose corners are counter-clockwise as seen from outside.
 pub(crate) fn octahedron(cells: i32, cell: i32) -> Vec<[[i32; 3]; 3]> {
     let mut faces = Vec::new();
@@ -77,7 +77,7 @@ pub(crate) fn octahedron(cells: i32, cell: i32) -> Vec<[[i32; 3]; 3]> {
     faces
 }
 
-/// Whether every edge is traversed equally often in both directions.
+/// Returns whether every edge is traversed equally often in both directions.
 pub(crate) fn is_closed(mesh: &[[[i32; 3]; 3]]) -> bool {
     let mut edges = HashMap::new();
     for [a, b, c] in mesh {

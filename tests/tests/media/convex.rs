@@ -1,5 +1,5 @@
-//! Convex solids with integer coordinates: their triangles, and the part of a ray that is inside,
-//! in rational arithmetic.
+//! Generates convex solids with integer coordinates, and computes which part of a ray is inside
+//! them in rational arithmetic.
 
 use std::cmp::Ordering;
 
@@ -16,7 +16,8 @@ impl Rational {
         (self.0 * other.1).cmp(&(other.0 * self.1))
     }
 
-    /// The nearest f64. Both numbers must be below 2^53, so that only the quotient is rounded.
+    /// Returns the nearest f64. Both numbers must be below 2^53, so that only the quotient is
+    /// rounded.
     pub(super) fn to_f64(self) -> f64 {
         assert!(self.0.abs() < 1 << 53 && self.1 < 1 << 53, "{self:?}");
         self.0 as f64 / self.1 as f64
@@ -36,15 +37,15 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|k| a[k] * b[k]).sum()
 }
 
-/// The sign of `normal · d`, where d is the direction as moved by the once rule.
+/// Returns the sign of `normal · d`, where d is the direction as moved by the once rule.
 fn slope(normal: Point, dir: Point) -> i128 {
     let all = [dot(normal, dir), normal[0], normal[1], normal[2]];
     all.into_iter().find(|x| *x != 0).unwrap_or(0).signum()
 }
 
 impl Convex {
-    /// The convex solid with these corners. Its sides are all planes through three corners that
-    /// have the other corners on one side.
+    /// Returns the convex solid with these corners. Its sides are all planes through three corners
+    /// that have the other corners on one side.
     fn of(corners: &[Point], rng: &mut Rng) -> Self {
         let (mut sides, mut triangles) = (Vec::<(Point, i128)>::new(), Vec::new());
         let count = corners.len();
@@ -70,7 +71,7 @@ impl Convex {
         Self { sides, triangles, is_turned: rng.one_in(4) }
     }
 
-    /// A box, an octahedron, or half of a box, at even coordinates.
+    /// Generates a box, an octahedron, or half of a box, at even coordinates.
     pub(super) fn any(rng: &mut Rng) -> Self {
         let mut even = |below: usize| 2 * rng.below(below) as i128;
         let (low, size) = ([0; 3].map(|_| even(4)), [0; 3].map(|_| 2 + even(3)));
@@ -97,8 +98,8 @@ impl Convex {
         Self::of(&corners, rng)
     }
 
-    /// The part of a ray's line that is inside, or `None` if no part is. All ends are between
-    /// `-2^40` and `2^40`.
+    /// Returns the part of a ray's line that is inside, or `None` if no part is. The ends are
+    /// limited to the range from `-2^40` to `2^40`.
     pub(super) fn inside(&self, origin: Point, dir: Point) -> Option<[Rational; 2]> {
         const FAR: i128 = 1 << 40;
         let (mut from, mut to) = (Rational(-FAR, 1), Rational(FAR, 1));
@@ -108,7 +109,8 @@ impl Convex {
             match along.cmp(&0) {
                 Ordering::Greater if t.cmp(to).is_lt() => to = t,
                 Ordering::Less if t.cmp(from).is_gt() => from = t,
-                // The ray is parallel to the side: outside, inside, or on it and moved to either.
+                // The ray is parallel to the side: outside it, inside it, or on it and moved off
+                // it.
                 Ordering::Equal if gap < 0 || gap == 0 && slope(normal, dir) > 0 => return None,
                 _ => {}
             }
@@ -116,7 +118,7 @@ impl Convex {
         from.cmp(to).is_lt().then_some([from, to])
     }
 
-    /// Whether a point is inside, or on a side and the direction leads inside.
+    /// Returns whether a point is inside, or on a side with the direction leading inside.
     pub(super) fn holds(&self, point: Point, dir: Point) -> bool {
         self.sides.iter().all(|&(normal, most)| match dot(normal, point).cmp(&most) {
             Ordering::Less => true,

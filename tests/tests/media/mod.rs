@@ -25,7 +25,7 @@ impl Scene {
         Self { solids: (0..=rng.below(6)).map(|_| solid(rng)).collect() }
     }
 
-    /// The scene as [`Media`] in either scalar, moved by an offset.
+    /// Returns the scene as [`Media`] in either scalar, moved by an offset.
     fn media<S: BvhScalar>(&self, offset: Point) -> Media<S> {
         let triangle = |corners: [Point; 3], is_turned: bool| {
             let [a, b, c] = corners.map(|corner| number(corner, offset));
@@ -45,7 +45,7 @@ impl Scene {
         Media::new(&meshes).unwrap()
     }
 
-    /// The medium at a point, given which parts wind around it.
+    /// Returns the medium at a point, given which parts wind around it.
     fn medium(&self, winds: impl Fn(&Convex) -> bool) -> Option<u32> {
         let times = |part: &Convex| match (winds(part), part.is_turned) {
             (false, _) => 0,
@@ -56,7 +56,8 @@ impl Scene {
         self.solids.iter().rev().find(deciding).map(|(medium, _)| *medium)
     }
 
-    /// The segments of a ray between two t: the start, the end and the medium of each.
+    /// Returns the segments of a ray between two values of t: the start, the end and the medium of
+    /// each.
     fn segments(
         &self,
         origin: Point,

@@ -1,5 +1,5 @@
-//! The closest point of a triangle in rational arithmetic, without using any code of the kernel.
-//! The face is decided by Cramer's rule in the triangle's plane, and each edge by a clamped
+//! Computes the closest point of a triangle in rational arithmetic, without any of the kernel's
+//! code. The face is decided by Cramer's rule in the triangle's plane, and each edge by a clamped
 //! parameter; the smallest distance wins. A triangle without area has no face.
 
 use dashu_ratio::RBig;
@@ -19,9 +19,9 @@ fn dot(a: &V, b: &V) -> RBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// The exact squared distance, and the weights of the second and third corner. Unless the closest
-/// point is inside the face, the weights are those of the first corner, or otherwise the first of
-/// the edges ab, ca and bc, that contains it.
+/// Returns the exact squared distance, and the weights of the second and third corners. Unless the
+/// closest point is inside the face, the weights are those of the first corner, or otherwise the
+/// first of the edges ab, ca and bc, that contains it.
 pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig, [RBig; 2]) {
     let [a, b, c] = triangle.0.map(rational);
     let p = rational(point);
@@ -64,8 +64,8 @@ pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig
     all.into_iter().min_by(|a, b| a.0.cmp(&b.0)).expect("six")
 }
 
-/// Whether a float is the correctly rounded value of an exact number, that is, whether no other
-/// float is nearer.
+/// Returns whether a float is the correctly rounded value of an exact number, that is, whether no
+/// other float is nearer.
 pub(crate) fn is_rounded(x: f64, exact: &RBig) -> bool {
     let off = |x: f64| {
         let d = RBig::try_from(x).unwrap() - exact;
@@ -75,7 +75,7 @@ pub(crate) fn is_rounded(x: f64, exact: &RBig) -> bool {
     here <= off(x.next_up()) && here <= off(x.next_down())
 }
 
-/// Whether a distance is within one unit in the last place of a square root.
+/// Returns whether a distance is within one unit in the last place of a square root.
 pub(crate) fn is_within_one_ulp(distance: f64, square: &RBig) -> bool {
     let squared = |x: f64| {
         let x = RBig::try_from(x).unwrap();

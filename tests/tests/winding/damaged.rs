@@ -9,7 +9,7 @@ fn on_grid(x: f64) -> f64 {
     (x * 1024.0).round() / 1024.0
 }
 
-/// A box of `cells` by `cells` squares per side, from -1/2 to 1/2.
+/// Returns a box from -1/2 to 1/2 with `cells`×`cells` squares per side.
 fn cube(cells: usize) -> Vec<Triangle64> {
     let mut faces = Vec::new();
     for side in 0..6 {
@@ -31,7 +31,7 @@ fn cube(cells: usize) -> Vec<Triangle64> {
     faces
 }
 
-/// A globe of `rings` rings of triangles.
+/// Returns a globe of `rings` rings of triangles.
 fn globe(rings: usize) -> Vec<Triangle64> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % (2 * rings)) as f64 / (2 * rings) as f64);
@@ -111,8 +111,8 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
     },
 ];
 
-/// The mesh with the given number, with one to three kinds of damage. Coordinates are multiples of
-/// 1/2048 between -1 and 1.
+/// Generates the mesh with the given number and gives it one to three kinds of damage. Coordinates
+/// are multiples of 1/2048 between -1 and 1.
 pub(super) fn mesh(number: usize, rng: &mut Rng) -> Vec<Triangle64> {
     let mut mesh =
         if number.is_multiple_of(2) { cube(1 + number / 2 % 5) } else { globe(4 + number / 2 % 5) };

@@ -50,7 +50,7 @@ impl Wide {
         Self::sum(s, rest.0 / (2.0 * s))
     }
 
-    /// The sine and the cosine, by Taylor series.
+    /// Returns the sine and the cosine, by Taylor series.
     fn sin_cos(self) -> [Self; 2] {
         let (mut term, mut sums) = (Self(1.0, 0.0), [Self::ZERO, Self::ZERO]);
         for k in 0..48 {
@@ -61,7 +61,7 @@ impl Wide {
         sums
     }
 
-    /// The angle of a point, by one Newton step from the angle in f64.
+    /// Returns the angle of a point, by one Newton step from the angle in f64.
     fn angle(y: Self, x: Self) -> Self {
         if y.0 == 0.0 && x.0 == 0.0 {
             return Self::ZERO;
@@ -78,8 +78,8 @@ fn dot(a: [Wide; 3], b: [Wide; 3]) -> Wide {
     a[0].times(b[0]).plus(a[1].times(b[1])).plus(a[2].times(b[2]))
 }
 
-/// The winding number of triangles around a point that is on none of them, by the formula of van
-/// Oosterom and Strackee.
+/// Returns the winding number of triangles around a point that is on none of them, by the formula
+/// of van Oosterom and Strackee.
 pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 3]) -> f64 {
     let mut sum = Wide::ZERO;
     for TriangleOf(corners) in triangles {

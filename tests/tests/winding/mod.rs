@@ -34,7 +34,8 @@ struct Seen {
     largest_share: f64,
 }
 
-/// The edges that are traversed more often in one direction than in the other, found by counting.
+/// Returns the edges that are traversed more often in one direction than in the other, found by
+/// counting.
 fn open_edges<S: Scalar>(mesh: &[TriangleOf<S>]) -> Vec<[[S; 3]; 2]> {
     let edges = mesh.iter().flat_map(|TriangleOf([a, b, c])| [[*a, *b], [*b, *c], [*c, *a]]);
     let mut left: Vec<([[S; 3]; 2], i32)> = Vec::new();
@@ -53,8 +54,8 @@ fn open_edges<S: Scalar>(mesh: &[TriangleOf<S>]) -> Vec<[[S; 3]; 2]> {
         .collect()
 }
 
-/// The bound on the error: `2^-47` for each edge, times the ratio of its length to its distance if
-/// this ratio is above 1.
+/// Returns the bound on the error: `2^-47` for each edge, times the ratio of its length to its
+/// distance if this ratio is above 1.
 fn allowed<S: Scalar>(edges: &[[[S; 3]; 2]], point: [S; 3]) -> f64 {
     let each = |edge: &[[S; 3]; 2]| {
         let seen =
@@ -109,8 +110,8 @@ fn compare<S: BvhScalar>(mesh: &[TriangleOf<S>], points: &[[S; 3]], seen: &mut S
     }
 }
 
-/// Points around a mesh, and points whose rays meet corners and edges exactly, preferably those of
-/// open edges.
+/// Generates points around a mesh, and points whose rays meet corners and edges exactly, preferably
+/// those of open edges.
 fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     let open = open_edges(mesh);
     let aimed = |at: [f64; 3], rng: &mut Rng| {
@@ -138,8 +139,8 @@ fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     points
 }
 
-/// A mesh and a point in f32. The point is the origin, and the mesh is moved so that the ray meets
-/// a corner or the midpoint of an edge.
+/// Generates a mesh and a point in f32. The point is the origin, and the mesh is moved so that the
+/// ray meets a corner or the midpoint of an edge.
 fn in_f32(mesh: &[Triangle64], rng: &mut Rng) -> (Vec<Triangle>, [f32; 3]) {
     let open = open_edges(mesh);
     let [a, b] = if open.is_empty() { [mesh[0].0[0]; 2] } else { rng.pick(&open) };

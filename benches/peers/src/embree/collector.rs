@@ -1,14 +1,14 @@
-//! Collects every hit of a ray, with a filter that rejects each hit.
+//! Collects every hit of a ray, using a filter that rejects each hit.
 
 use super::{Context, Ptr};
 use crate::lists::Found;
 
-/// The hits that a filter collects, by ray.
+/// The hits that the filter collects, separately for each ray.
 #[derive(Default)]
 pub struct Collector([Vec<Found>; 16]);
 
 impl Collector {
-    /// The hits of the first `rays` rays.
+    /// Returns the hits of the first `rays` rays.
     pub fn taken(&mut self, rays: usize) -> &mut [Vec<Found>] {
         &mut self.0[..rays]
     }
@@ -27,7 +27,7 @@ pub(super) struct FilterArguments {
 
 /// Collects hits and rejects them, so that traversal continues.
 pub(super) unsafe extern "C" fn collect(arguments: *const FilterArguments) {
-    // SAFETY: the structures are those of Embree's manual, with rows of `count` numbers each; the
+    // SAFETY: the structures are those of Embree's manual, with rows of `count` elements each; the
     // context is the caller's, and its collector lives as long as the call.
     unsafe {
         let FilterArguments { valid, context, ray, hit, count, .. } = *arguments;

@@ -14,7 +14,7 @@ const INSTANCE: i32 = 121;
 const ROWS_OF_FOUR: i32 = 0x9134;
 
 impl Scene {
-    /// A scene of instances, each given by the number of its mesh and a matrix.
+    /// Returns a scene of instances, each given by a mesh index and a matrix.
     pub fn of_instances(
         api: &Arc<Api>,
         meshes: &[Mesh],
@@ -22,7 +22,7 @@ impl Scene {
         build: Build,
     ) -> Result<Self, String> {
         let whole = Self::empty(api, build)?;
-        // SAFETY: calls in the order of the manual. Geometries keep the scenes that they are instances of.
+        // SAFETY: calls in the order of the manual. Each geometry keeps its instanced scene alive.
         unsafe {
             let scenes: Vec<Ptr> = meshes.iter().map(|mesh| whole.part(mesh)).collect();
             for &(mesh, matrix) in placed {
@@ -70,11 +70,11 @@ impl Scene {
     }
 }
 
-/// A scene of instances, queried by calls with N rays: 1, 8 or 16.
+/// A scene of instances, queried with N rays per call: 1, 8 or 16.
 pub struct Instances<const N: usize> {
     embree: Embree<N>,
     instances: Vec<[u32; N]>,
-    /// The number of the first triangle of each instance.
+    /// The index of each instance's first triangle.
     firsts: Arc<[u32]>,
 }
 

@@ -1,9 +1,9 @@
 //! Embree, version 3 or 4, through its C interface. The shared library is loaded at run time, so
 //! you can build this without having Embree installed.
 //!
-//! Rays are stored as a structure of arrays, in groups with as many rays as a call. Each group is
-//! copied into the structure that Embree reads and writes, and the result is copied out. A renderer
-//! that fills the structure directly would do as much work.
+//! Rays are stored as a structure of arrays, in groups that each hold the rays of one call. Each
+//! group is copied into the structure that Embree reads and writes, and the result is copied out. A
+//! renderer that fills the structure directly would do the same amount of work.
 
 mod collector;
 mod instances;
@@ -110,7 +110,7 @@ impl Api {
         Err(error)
     }
 
-    /// The library's version, as in "Embree 4.4.0".
+    /// Returns the library's version, as in "Embree 4.4.0".
     pub fn version(&self) -> String {
         // SAFETY: the device has the default configuration, is queried once and released.
         let version = unsafe {
@@ -141,7 +141,7 @@ pub struct Scene {
     api: Arc<Api>,
     device: Ptr,
     scene: Ptr,
-    /// The version with minor and patch numbers, as in 40400.
+    /// The version, including minor and patch numbers, as in 40400.
     pub version: isize,
 }
 
@@ -157,7 +157,7 @@ impl Scene {
         scene.checked("the mesh")
     }
 
-    /// A scene without geometries.
+    /// Creates a scene without geometries.
     fn empty(api: &Arc<Api>, build: Build) -> Result<Self, String> {
         // Without `frequency_level`, Embree would choose a narrower hierarchy on server CPUs.
         let isa = if build.avx2 { "isa=avx2," } else { "" };
@@ -287,7 +287,7 @@ pub struct RayHit<const N: usize> {
     uv: [[f32; N]; 2],
     triangle: [u32; N],
     geometry: [u32; N],
-    /// The second element exists in some builds only.
+    /// The second element exists only in some builds.
     instance: [[u32; N]; 2],
 }
 
@@ -310,7 +310,7 @@ impl<const N: usize> RayHit<N> {
 }
 
 impl<const N: usize> RayHit<N> {
-    /// Numbers each ray by its lane, for filters.
+    /// Sets each ray's ID to its lane, for filters.
     pub fn numbered() -> Self {
         Self { id: std::array::from_fn(|lane| lane as u32), ..Self::NONE }
     }
@@ -333,11 +333,11 @@ struct Context {
     filter: Ptr,
     instance: [u32; 2],
     /// The caller's field, which points to the collector of hits. Version 4 has fewer fields before
-    /// it, but none of these is read.
+    /// it, but none of them is read.
     collector: Ptr,
 }
 
-/// A scene queried by calls with N rays: 1, 8 or 16.
+/// A scene queried with N rays per call: 1, 8 or 16.
 pub struct Embree<const N: usize> {
     scene: Arc<Scene>,
     question: Question,
@@ -353,7 +353,7 @@ impl<const N: usize> Embree<N> {
         Self { scene, question, count: 0, groups: vec![], triangles: vec![], t: vec![] }
     }
 
-    /// Traces rays, and saves more of each group's hits than the triangles and t.
+    /// Traces rays. Saves the triangles and t, and whatever `keep` takes from each group's hits.
     #[inline(always)]
     fn trace_keeping<K: Send>(
         &mut self,
@@ -412,7 +412,7 @@ impl<const N: usize> Engine for Embree<N> {
     }
 }
 
-/// A prepared call of a query function.
+/// A prepared call to a query function.
 pub struct Caller<'a> {
     scene: &'a Scene,
     any: bool,

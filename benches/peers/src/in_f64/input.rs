@@ -25,8 +25,8 @@ pub struct Input {
 }
 
 impl Input {
-    /// Moves the mesh by an offset, and rounds it to f32 for Embree. With `far`, adds one small
-    /// triangle whose distance is `far` times the size of the mesh.
+    /// Moves the mesh by an offset, and rounds it to f32 for Embree. If `far` is positive, adds one
+    /// small triangle at a distance of `far` times the size of the mesh.
     pub fn new(
         mesh: &Mesh,
         by: [f64; 3],
@@ -65,17 +65,17 @@ impl Input {
         &self.triangles
     }
 
-    /// A ray, moved by the same offset as the scene.
+    /// Returns a ray moved by the same offset as the scene.
     pub fn ray(&self, ray: &Ray64) -> Ray64 {
         Ray64 { origin: moved(ray.origin, self.by), ..*ray }
     }
 
-    /// The number of triangle tests per ray, and how many of them the resolver settles.
+    /// Returns the number of triangle tests per ray, and how many of them the resolver settles.
     pub fn counts(&self, rays: &[Ray64], question: Question) -> [f64; 2] {
         counts(&self.bvh, rays, question)
     }
 
-    /// The true answers, one ray per call.
+    /// Returns the true answers, tracing one ray per call.
     pub fn truth(&self, rays: &[Ray64], question: Question) -> Vec<Answer> {
         let mut single = Single::new(self.bvh.clone(), Mode::exact());
         single.load(rays, question);
@@ -83,7 +83,7 @@ impl Input {
         Engine::<Ray64>::answers(&single)
     }
 
-    /// Our engines for this input, with its name in theirs.
+    /// Returns our engines for this input, whose names begin with `name`.
     pub fn ours(&self, name: &str, rays: &Arc<[Ray64]>) -> Vec<Named> {
         let (bvh, mode) = (&self.bvh, Mode::exact());
         let engine =
@@ -95,7 +95,8 @@ impl Input {
         ]
     }
 
-    /// Other f64 tracers, and Embree on the input rounded to f32, if their names are wanted.
+    /// Returns the other tracers whose names are wanted: f64 tracers, and Embree on the input
+    /// rounded to f32.
     pub fn others(
         &self,
         name: &str,
@@ -123,7 +124,7 @@ impl Input {
     }
 }
 
-/// The number of triangle tests per ray, and how many of them the resolver settles.
+/// Returns the number of triangle tests per ray, and how many of them the resolver settles.
 pub fn counts<S: BvhScalar>(bvh: &Bvh<S>, rays: &[RayOf<S>], question: Question) -> [f64; 2] {
     let query = bvh.query();
     let counts = if question.any {

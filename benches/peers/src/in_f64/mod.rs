@@ -24,7 +24,7 @@ use input::Input;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes to trace, as for `rays`.
+    /// Scenes to trace; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
     /// Kinds of rays to trace.
@@ -33,16 +33,16 @@ pub struct Options {
     /// Names of the engines to measure; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
-    /// Distance that the scenes are moved.
+    /// Distance by which the scenes are moved.
     #[arg(long, default_value_t = 1e6)]
     moved: f64,
-    /// Distance of an additional small triangle, in multiples of the scene's size.
+    /// Distance to an additional small triangle, in multiples of the scene's size.
     #[arg(long, default_value_t = 1e3)]
     far: f64,
     /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along each side of the picture, a power of two.
+    /// Width and height of the image in pixels; a power of two.
     #[arg(long, default_value_t = 1024)]
     size: u32,
     /// Order of the pixels.
@@ -51,7 +51,7 @@ pub struct Options {
     /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -156,14 +156,14 @@ fn cell(
     Ok(measure::measure(&mut engines, &rays, question, truth, seconds, pool, in_f32))
 }
 
-/// The true answers for an engine, whose name contains the name of its input.
+/// Returns the true answers for an engine, whose name contains the name of its input.
 fn truth_of<'a>(inputs: &'a [Traced<'_>], engine: &str) -> Truth<'a> {
     let of_it = |input: &&Traced<'_>| engine.contains(input.name);
     let input = inputs.iter().find(of_it).expect("the last name is part of every other");
     Truth::new(engine, &input.answers, input.triangles, &input.rays)
 }
 
-/// The row of `exact` in f32 for the same form of query.
+/// Returns the index of the row of `exact` in f32 for the same form of query.
 fn in_f32(rows: &[Row], engine: usize) -> Option<usize> {
     let name = &rows[engine].engine;
     let form = ["-triangles", "-single"].into_iter().find(|form| name.ends_with(form));

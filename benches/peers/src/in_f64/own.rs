@@ -20,7 +20,7 @@ impl<E, R> Own<E, R> {
 
 impl<E: Engine<R>, R: Send + Sync> Engine for Own<E, R> {
     fn load(&mut self, rays: &[Ray], question: Question) {
-        assert_eq!(rays.len(), self.rays.len(), "as many rays as its own");
+        assert_eq!(rays.len(), self.rays.len(), "the number of rays must match");
         self.engine.load(&self.rays, question);
     }
 

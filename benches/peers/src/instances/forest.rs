@@ -18,9 +18,9 @@ const APART: f64 = 1.1;
 /// The meshes, and the placement of each instance.
 pub struct Forest {
     pub meshes: Vec<Mesh>,
-    /// The mesh number and the matrix of each instance.
+    /// The mesh index and the matrix of each instance.
     pub placed: Vec<(usize, [f64; 12])>,
-    /// The number of each instance's first triangle.
+    /// The index of each instance's first triangle in the flattened scene.
     pub firsts: Arc<[u32]>,
     camera: Camera,
     light: [f32; 3],
@@ -52,7 +52,7 @@ impl Forest {
         Self { meshes, placed, firsts, camera, light }
     }
 
-    /// Bunnies in a square, each with its own rotation and size.
+    /// Places bunnies in a square, each with its own rotation and size.
     pub fn bunnies(count: usize, seed: u64) -> Result<Self, String> {
         let mesh = scene("bunny")?.mesh;
         let bounds = mesh.bounds().ok_or("the bunny is empty")?;
@@ -72,8 +72,8 @@ impl Forest {
         Ok(Self::new(vec![mesh], placed, camera, at(0.3, 30.0, 0.2)))
     }
 
-    /// The kitchen seen from within. Its parts are grouped into objects, each of which is rotated
-    /// in its own frame.
+    /// Returns the kitchen, seen from inside. Its parts are grouped into objects, each of which is
+    /// rotated in its own frame.
     fn kitchen() -> Result<Self, String> {
         let kitchen = scene("kitchen")?;
         let Light::Point { position } = kitchen.light else { return Err("no lamp".into()) };
@@ -97,12 +97,12 @@ impl Forest {
         Ok(Self::new(meshes, placed, kitchen.camera, position))
     }
 
-    /// The number of triangles in the flattened scene.
+    /// Returns the number of triangles in the flattened scene.
     pub fn triangles(&self) -> usize {
         self.placed.iter().map(|&(mesh, _)| self.meshes[mesh].triangles.len()).sum()
     }
 
-    /// A triangle of an instance, in world space.
+    /// Returns a triangle of an instance, in world space.
     fn triangle(&self, instance: usize, triangle: usize) -> Triangle64 {
         let (mesh, m) = &self.placed[instance];
         Triangle64(self.meshes[*mesh].corners(triangle).map(|corner| {
@@ -111,7 +111,7 @@ impl Forest {
         }))
     }
 
-    /// All triangles in world space.
+    /// Returns all triangles in world space.
     pub fn flattened(&self) -> Vec<Triangle64> {
         let instances = (0..self.placed.len()).zip(&self.placed);
         let of = |(i, (mesh, _)): (usize, &(usize, _))| {
@@ -120,7 +120,7 @@ impl Forest {
         instances.flat_map(of).collect()
     }
 
-    /// The rays of a kind.
+    /// Returns the rays of a kind.
     pub fn rays(
         &self,
         kind: Kind,
@@ -162,8 +162,8 @@ impl Forest {
     }
 }
 
-/// A matrix that moves a point to the origin, rotates about y and x, scales, and moves the point to
-/// its destination.
+/// Returns a matrix that moves a point to the origin, rotates about y and x, scales, and moves the
+/// point to its destination.
 fn turned([a, b]: [f64; 2], size: f64, from: [f64; 3], to: [f64; 3]) -> [f64; 12] {
     let ((s, c), (p, q)) = (a.sin_cos(), b.sin_cos());
     let rows = [[c, 0.0, s], [p * s, q, -p * c], [-q * s, p, q * c]];
@@ -176,8 +176,8 @@ fn turned([a, b]: [f64; 2], size: f64, from: [f64; 3], to: [f64; 3]) -> [f64; 12
     matrix
 }
 
-/// Groups the connected parts of a mesh, in the order of its file, into objects of roughly equal
-/// numbers of triangles.
+/// Groups the connected parts of a mesh, in file order, into objects with roughly equal numbers of
+/// triangles.
 fn objects(mesh: &Mesh) -> Vec<Mesh> {
     let mut parts: Vec<u32> = (0..mesh.positions.len() as u32).collect();
     let root = |parts: &mut Vec<u32>, mut i: u32| {

@@ -1,4 +1,4 @@
-//! Scenes of instances, compared with the same scenes flattened and with Embree's instances.
+//! Compares scenes of instances with the same scenes flattened and with Embree's instances.
 
 mod forest;
 mod ours;
@@ -37,7 +37,7 @@ pub struct Options {
     /// Numbers of instances to move before a commit.
     #[arg(long, value_delimiter = ',', default_value = "10000,1000000")]
     commit: Vec<usize>,
-    /// Largest number of triangles of a scene to flatten.
+    /// Flatten only scenes with at most this many triangles.
     #[arg(long, default_value_t = 10_000_000)]
     flattened: usize,
     /// Number of threads; 0 uses all.
@@ -46,13 +46,13 @@ pub struct Options {
     /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along each side of the picture, a power of two.
+    /// Width and height of the image in pixels; a power of two.
     #[arg(long, default_value_t = 512)]
     size: u32,
     /// Order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Rows)]
     order: Order,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -148,7 +148,7 @@ fn rays_of(
     Ok(())
 }
 
-/// The true answers of a scene of instances, traced one ray per call.
+/// Returns the true answers for a scene of instances, tracing one ray per call.
 fn truth(snapshot: &SceneSnapshot, firsts: &Arc<[u32]>, rays: &[Ray], kind: Kind) -> Vec<Answer> {
     let rays: Vec<_> = rays.iter().map(widened).collect();
     let mut single = InstancesSingle::new(snapshot.clone(), firsts.clone());
@@ -205,7 +205,7 @@ fn commits(count: usize, api: Option<&Arc<Api>>, threads: usize) -> Result<(), S
     Ok(())
 }
 
-/// The number of bytes of this process that are resident in memory.
+/// Returns the number of bytes of this process that are resident in memory.
 fn resident() -> usize {
     let pages = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = pages.split(' ').nth(1).and_then(|pages| pages.parse::<usize>().ok());

@@ -32,14 +32,14 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// The ray as a typical caller computes it: the difference of target and origin, each rounded
-    /// to f32.
+    /// Returns the ray as a typical caller computes it: its direction is the target minus the
+    /// origin, each rounded to f32.
     pub fn ray(&self) -> Ray {
         let [a, b] = self.ends;
         Ray::new(self.origin, [0, 1, 2].map(|k| f32::midpoint(a[k], b[k]) - self.origin[k]))
     }
 
-    /// Whether the direction is exact, without any rounding.
+    /// Returns whether the direction is exact, without any rounding.
     pub fn is_exact(&self) -> bool {
         let [a, b] = self.ends.map(|p| p.map(f64::from));
         let dir = self.ray().dir.map(f64::from);
@@ -47,7 +47,8 @@ impl Aim {
     }
 }
 
-/// Random rays, each from one of the points toward a target. Every call returns the same rays.
+/// Returns random rays, each from one of the points toward a target. Every call returns the same
+/// rays.
 pub fn aims(target: Target, adjacency: &Adjacency, inside: &[[f32; 3]], rays: usize) -> Vec<Aim> {
     let points = adjacency.points();
     let ends: Vec<[u32; 2]> = match target {

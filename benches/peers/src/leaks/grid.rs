@@ -1,8 +1,8 @@
-//! Rays whose aim is exact on the grid of the mode `fixed`.
+//! Rays whose aim is exact on the grid of the `fixed` mode.
 //!
 //! On the finest grid, differences between points can be longer than the longest direction. The
-//! grid here is three bits coarser and directions are six bits longer, so the difference between
-//! any two points is a valid direction.
+//! grid used here is three bits coarser and directions are six bits longer, so the difference
+//! between any two points is a valid direction.
 
 use intertri::Triangle;
 use intertri::fixed::{self, Bits, Grid, GridError, Ray};
@@ -16,7 +16,7 @@ pub const NAME: &str = "fixed-aimed";
 /// Bits per coordinate.
 const BITS: u32 = 17;
 
-/// The number of rays that miss, if the mesh, the origins and the targets are snapped first.
+/// Snaps the mesh, the origins and the targets, and returns the number of rays that then miss.
 pub fn leaks(triangles: &[Triangle], aims: &[Aim]) -> Result<usize, String> {
     let snapped = || {
         let points = triangles.iter().flat_map(|t| t.0);
@@ -33,7 +33,8 @@ pub fn leaks(triangles: &[Triangle], aims: &[Aim]) -> Result<usize, String> {
     Ok(hits.iter().filter(|hit| !hit.is_hit()).count())
 }
 
-/// Twice the vector to the midpoint of the two ends.
+/// Returns a ray whose direction is twice the vector from the origin to the midpoint of the two
+/// ends.
 fn ray(grid: &Grid, aim: &Aim) -> Result<Ray, GridError> {
     let origin = grid.snap(aim.origin)?;
     let [a, b] = [grid.snap(aim.ends[0])?, grid.snap(aim.ends[1])?];

@@ -1,8 +1,8 @@
 //! Finds points that are certainly inside a closed mesh.
 //!
 //! A ray along x from such a point crosses the surface an odd number of times. The signs of exact
-//! areas in the yz plane show which triangles it crosses. All points keep a margin from all
-//! triangles. The margin is wide enough for plain f64 to decide which triangles are ahead, and for
+//! areas in the yz plane show which triangles it crosses. Each point keeps a margin from every
+//! triangle. The margin is wide enough for plain f64 to decide which triangles are ahead, and for
 //! the points to stay inside when `fixed` snaps them and the mesh to a grid.
 
 use glam::DVec3;
@@ -19,8 +19,8 @@ const MARGIN: f32 = 1.0 / 1024.0;
 /// Origins are multiples of this fraction of the longest side, which makes more differences exact
 /// in f32.
 const STEP: f32 = 1.0 / 65536.0;
-/// The number of candidates per round. The search ends after `ROUNDS` rounds, even with too few
-/// points.
+/// The number of candidates per round. The search ends after `ROUNDS` rounds, even if it has found
+/// too few points.
 const ROUND: usize = 1 << 12;
 const ROUNDS: usize = 4096;
 
@@ -40,8 +40,8 @@ impl Bounded {
         Self { corners, lo, hi, margin }
     }
 
-    /// Whether a ray along x crosses the triangle; `None` if the point is within the margin, or if
-    /// the test is undecided.
+    /// Returns whether a ray along x crosses the triangle, or `None` if the point is within the
+    /// margin or the test is undecided.
     fn crosses(&self, p: [f32; 3]) -> Option<bool> {
         let within = |k: usize| self.lo[k] <= p[k] && p[k] <= self.hi[k];
         if !within(1) || !within(2) || p[0] > self.hi[0] {
@@ -49,7 +49,7 @@ impl Bounded {
         }
         let height = if within(0) { Some(self.height(p)?) } else { None };
 
-        // The side of each edge that the point is on, in the yz plane.
+        // Find the side of each edge that the point is on, in the yz plane.
         let coord = |p: [f32; 3]| Coord { x: p[1], y: p[2] };
         let [a, b, c] = self.corners.map(coord);
         let p = coord(p);
@@ -66,7 +66,7 @@ impl Bounded {
         Some(height.is_none_or(|height| (height < 0.0) == positive))
     }
 
-    /// The height of a point above the triangle's plane; `None` within the margin.
+    /// Returns the height of a point above the triangle's plane, or `None` within the margin.
     fn height(&self, p: [f32; 3]) -> Option<f64> {
         let [a, b, c] = self.corners.map(|p| DVec3::from_array(p.map(f64::from)));
         let p = DVec3::from_array(p.map(f64::from));
@@ -76,7 +76,7 @@ impl Bounded {
     }
 }
 
-/// Finds `count` points inside, or fewer if the mesh has many triangles.
+/// Finds `count` points inside the mesh, or fewer if the mesh has many triangles.
 pub fn points(triangles: &[Triangle], count: usize) -> Result<Vec<[f32; 3]>, String> {
     let count = count.min(TESTS / triangles.len()).max(1);
     let corners = || triangles.iter().flat_map(|t| t.0);

@@ -1,7 +1,7 @@
 //! Leaks: rays from inside a closed mesh, aimed at its vertices and edges, that hit nothing.
 //!
-//! Such a ray always has a hit, however its direction was rounded, so every miss is an error of the
-//! tracer.
+//! Such a ray always has a hit, regardless of how its direction was rounded, so every miss is an
+//! error of the tracer.
 
 mod aim;
 mod grid;
@@ -23,14 +23,15 @@ use crate::{engines, report, scenes};
 
 #[derive(Args)]
 pub struct Options {
-    /// Meshes to test, named like the scenes of `rays`. By default, the closed generated ones and
-    /// all models in the folder. Open meshes are skipped.
+    /// Meshes to test, named like the scenes of the `rays` command. By default, all closed
+    /// generated meshes and all models in the folder. Open meshes are skipped.
     #[arg(long, value_delimiter = ',')]
     scene: Vec<String>,
     /// Number of rays per mesh and target.
     #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     rays: u32,
-    /// Engines to test, as for `rays`, or `fixed-aimed`: rays aimed exactly on the grid of `fixed`.
+    /// Engines to test; see the `rays` command. `fixed-aimed` traces rays aimed exactly on the grid
+    /// of `fixed`.
     #[arg(
         long,
         value_delimiter = ',',
@@ -44,7 +45,7 @@ pub struct Options {
     /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -91,7 +92,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     }
 }
 
-/// The rows of a mesh; none if the mesh is open.
+/// Returns the rows of a mesh, or none if the mesh is open.
 fn leaks(
     name: &str,
     scene: &Scene,
@@ -137,8 +138,9 @@ fn leaks(
     Ok(rows)
 }
 
-/// The reason why a mesh is open, if it is. In a closed mesh, each edge has an even number of
-/// triangles. Winding does not matter, because all tracers are two-sided.
+/// Returns the reason why a mesh is open, or `None` if it is closed. In a closed mesh, each edge
+/// belongs to an even number of triangles. Winding does not matter, because all tracers are
+/// two-sided.
 fn open(adjacency: &Adjacency) -> Option<String> {
     let odd = adjacency.edges().filter(|edge| edge.sides.len() % 2 == 1).count();
     match (adjacency.edges().count(), odd) {

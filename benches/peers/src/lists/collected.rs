@@ -14,7 +14,7 @@ use crate::engine::{Answer, CHUNK};
 pub struct Found {
     pub t: f32,
     pub triangle: u32,
-    // Stored only because intertri's hits contain them, too, so that all lists cost the same.
+    // Stored only so that all lists cost the same: intertri's hits contain them as well.
     #[expect(dead_code, reason = "only the time to write it matters")]
     pub u: f32,
     #[expect(dead_code, reason = "only the time to write it matters")]
@@ -37,14 +37,14 @@ pub struct Lists {
 }
 
 impl Lists {
-    /// The number of hits of each ray.
+    /// Returns the number of hits of each ray.
     pub fn answers(&self) -> Vec<Answer> {
         let begins = [0].into_iter().chain(self.ends.iter().copied());
         begins.zip(&self.ends).map(|(begin, end)| answer(end - begin)).collect()
     }
 }
 
-/// The rays, and their hits, collected by chunk. Memory is reused from one repeat to the next.
+/// The rays and their hits, collected by chunk. Memory is reused from one repeat to the next.
 pub struct Collected<R> {
     rays: Vec<R>,
     lists: Vec<Lists>,
@@ -62,7 +62,7 @@ impl<R: Send + Sync> Collected<R> {
         self.lists = (0..rays.len().div_ceil(CHUNK)).map(|_| Lists::default()).collect();
     }
 
-    /// Traces a part of the rays, with one list for each chunk.
+    /// Traces a range of the rays, collecting the hits of each chunk in its own lists.
     pub fn trace(&mut self, part: Range<usize>, each: impl Fn(&[R], &mut Lists) + Sync) {
         let chunks = part.start / CHUNK..part.end.div_ceil(CHUNK);
         let rays = self.rays[part].par_chunks(CHUNK);

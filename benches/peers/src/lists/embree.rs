@@ -11,7 +11,7 @@ use crate::embree::{Caller, Collector, Group, RayHit, Scene};
 use crate::engine::{Answer, CHUNK, Engine, Question};
 use crate::flush_to_zero::with_flush_to_zero;
 
-/// A scene queried by calls with N rays: 1, 8 or 16.
+/// A scene queried with N rays per call: 1, 8 or 16.
 pub struct Every<const N: usize> {
     scene: Arc<Scene>,
     count: usize,

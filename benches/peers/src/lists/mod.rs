@@ -1,6 +1,6 @@
 //! Lists every hit of each ray, sorted by t. Compares intertri's batches and single-ray calls with
-//! Embree, whose filter collects and rejects every hit, and with obvhs, whose closure does the
-//! same.
+//! Embree, using a filter that collects and rejects every hit, and with obvhs, using a closure that
+//! does the same.
 
 mod collected;
 mod embree;
@@ -48,13 +48,13 @@ const QUESTION: Question = Question { any: false, coherent: false };
 
 #[derive(Args)]
 pub struct Options {
-    /// Scenes to trace, as for `rays`.
+    /// Scenes to trace; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
     /// Kinds of rays to trace: primary or diffuse.
     #[arg(long, value_delimiter = ',', default_value = "primary,diffuse")]
     kind: Vec<Kind>,
-    /// Engines to measure, by name or by the beginning of a name up to a dash; all by default.
+    /// Engines to measure: names, or prefixes of names that end before a dash; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
     /// Maximum number of hits to list for each ray; unlimited by default. Other tracers always list
@@ -67,13 +67,13 @@ pub struct Options {
     /// Seconds per engine, scene and kind of ray.
     #[arg(long, default_value_t = 1.0)]
     seconds: f64,
-    /// Pixels along each side of the picture, a power of two.
+    /// Width and height of the image in pixels; a power of two.
     #[arg(long, default_value_t = 1024)]
     size: u32,
     /// File to write the figures to as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path of Embree's shared library, as for `rays`.
+    /// Path to Embree's shared library; see the `rays` command.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -128,7 +128,8 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The true number of hits of each ray, from `certified` at the portable level, one ray per call.
+/// Returns the true number of hits of each ray, from `certified` at the portable level, tracing one
+/// ray per call.
 fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
     let mode = Mode::certified().at(Level::PORTABLE);
     let count = |ray| bvh.query().mode(mode).all(ray).len().min(limit.unwrap_or(usize::MAX));
@@ -186,7 +187,7 @@ fn engines(
     engines
 }
 
-/// One of our modes, through batches or with one ray per call.
+/// Returns an engine for one of our modes that traces batches or one ray per call.
 fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode, limit: Option<usize>) -> Box<dyn Engine> {
     let bvh = bvh.clone();
     if name.ends_with("single") {

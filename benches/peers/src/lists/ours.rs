@@ -15,7 +15,7 @@ pub struct Batch {
     mode: Mode,
     limit: Option<usize>,
     rays: Vec<Ray>,
-    /// The first ray and the lists of each part that was traced.
+    /// The index of the first ray and the lists of each traced part.
     lists: Vec<(usize, HitLists)>,
 }
 

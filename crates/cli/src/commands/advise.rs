@@ -1,4 +1,4 @@
-//! `intertri advise`: finds the coarsest grid, or the arithmetic, that is enough for a model.
+//! `intertri advise`: finds the lowest precision that is enough for a model.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -34,16 +34,17 @@ const SAMPLE: usize = 1 << 16;
 /// The number of times that each choice is timed.
 const TURNS: usize = 3;
 
-/// The grids to try, given by the bits of a coordinate.
+/// The grids to try, given as bits per coordinate.
 const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 
 /// Find the lowest precision that is enough for a model: the coarsest grid, or exact answers
 ///
 /// Measures the model as seen by the camera, bounds how many pixels each choice can get wrong, and
 /// checks these bounds on a sample with exact arithmetic. Recommends the choice with the fewest
-/// bits per vertex that stays within the tolerance. A pixel is wrong if it shows another triangle
-/// than it would without any rounding or snapping. Plain f32, which no engine offers, is listed for
-/// comparison. Coordinates that are not exact in f32 are rounded first and counted in the report.
+/// bits per vertex that stays within the tolerance. A pixel is wrong if it shows a different
+/// triangle than it would without any rounding or snapping. Plain f32, which no engine offers, is
+/// listed for comparison. Coordinates that are not exact in f32 are rounded first and counted in
+/// the report.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build [default: the built-in scene]
@@ -77,7 +78,7 @@ enum Tolerance {
 }
 
 impl Tolerance {
-    /// The number of wrong pixels to tolerate among `total`.
+    /// Returns the number of wrong pixels to tolerate among `total`.
     fn of(self, total: usize) -> u64 {
         match self {
             Self::Pixels(pixels) => pixels,
@@ -120,7 +121,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let needs = needs(&triangles, &camera, &frame.hits, Threshold::DEFAULT.get());
     let threshold = Threshold::new(needs.threshold).unwrap_or(zero);
 
-    // The worst case of each choice.
+    // Bound the worst case of each choice.
     let candidates = candidates(&triangles, camera.eye, threshold);
     let arithmetics: Vec<Arithmetic> = candidates.iter().filter_map(|c| c.arithmetic).collect();
     let every = frame.hits.len().div_ceil(SAMPLE);
@@ -128,7 +129,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let found = scan(&triangles, &camera, &frame.hits, &arithmetics, every, &|rows| bar.add(rows));
     drop(bar);
 
-    // The result of each choice on the sample.
+    // Try each choice on the sample.
     let bar = Progress::new("sample", Some(candidates.len() as u64));
     let rays: Vec<Ray> = found.sample.iter().map(|e| pixel(e.pixel.0, e.pixel.1)).collect();
     let tolerance = options.tolerance.of(frame.hits.len());
@@ -175,8 +176,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_nothing(&report)
 }
 
-/// Loads the model or the built-in scene. Also returns the saved hierarchy, if any, and what
-/// reading rounded or changed.
+/// Loads the model or the built-in scene. Also returns the saved hierarchy, if any, and what was
+/// rounded or changed on reading.
 fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNotes)> {
     let (width, height) = options.size;
     let load = |path| Model::load(path, options.reading)?.in_f32();
@@ -204,7 +205,7 @@ fn refuse_nothing(report: &AdviseReport) -> Result<()> {
 /// A choice to evaluate.
 struct Candidate {
     name: String,
-    /// The bits of the three coordinates of a vertex.
+    /// The total number of bits of a vertex's three coordinates.
     bits: u32,
     /// `None` for exact arithmetic, which moves no point and leaves no doubt.
     arithmetic: Option<Arithmetic>,
@@ -212,7 +213,7 @@ struct Candidate {
     engine: Option<(EngineName, Bits)>,
 }
 
-/// All choices, starting with the cheapest.
+/// Returns all choices, starting with the cheapest.
 fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Vec<Candidate> {
     let mut candidates = vec![];
     for b in GRIDS {
@@ -248,7 +249,7 @@ struct Trials<'a> {
     eye: [f32; 3],
     /// The engines, which share the hierarchy over the triangles.
     engines: Engines<'a>,
-    /// All rays of the picture, as measured by `bench`.
+    /// All camera rays of the image, as measured by `bench`.
     primary: &'a [Ray],
     /// The rays of the sample, and the exact answer for each.
     rays: &'a [Ray],
@@ -257,7 +258,7 @@ struct Trials<'a> {
 
 impl Trials<'_> {
     /// Returns the number of wrong answers and, if an engine offers the choice, its speed in
-    /// million rays per second.
+    /// millions of rays per second.
     fn run(&mut self, candidate: &Candidate) -> Result<(usize, Option<f64>)> {
         let Some((name, bits)) = candidate.engine else {
             let wrong = |e: &&SampledPixel| !e.allows(e.single);
@@ -287,7 +288,7 @@ fn wrong_answers(engine: &RayEngine, rays: &[Ray], sample: &[SampledPixel]) -> u
     sample.iter().zip(&hits).filter(|&(exact, hit)| !right(exact, hit)).count()
 }
 
-/// Measures an engine's speed in million rays per second, as the median of a few turns.
+/// Measures an engine's speed in millions of rays per second, as the median of a few turns.
 fn speed(engine: &RayEngine, rays: &[Ray]) -> f64 {
     let mut hits = vec![Hit::MISS; rays.len()];
     // The first turn only warms up.

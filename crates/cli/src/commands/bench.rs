@@ -48,11 +48,11 @@ pub(crate) struct Options {
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     size: (u32, u32),
 
-    /// Also measure the first million rays of this file, in one of the formats that trace describes
+    /// Also measure the first million rays of this file; see trace for its formats
     #[arg(long, value_name = "FILE")]
     rays: Option<PathBuf>,
 
-    /// The format of that file [default: as for trace]
+    /// The format of that file [default: see trace]
     #[arg(long, value_name = "FORMAT", value_parser = rays_format(), requires = "rays")]
     rays_format: Option<RaysFormat>,
 
@@ -75,7 +75,7 @@ pub(crate) struct Options {
 struct Kind {
     name: &'static str,
     rays: Vec<Ray>,
-    /// Whether the query for these rays is any hit.
+    /// Whether these rays are for any-hit queries.
     any: bool,
 }
 
@@ -184,14 +184,14 @@ fn kinds(
     ])
 }
 
-/// The normal of a triangle, not normalized.
+/// Returns the normal of a triangle, not normalized.
 fn normal(&TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     let side = |p: [f32; 3]| [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k]));
     let ([x, y, z], [p, q, r]) = (side(b), side(c));
     [y * r - z * q, z * p - x * r, x * q - y * p]
 }
 
-/// Times all engines alternately. Checks that the engines that follow document A return equal
+/// Times all engines round-robin. Checks that the engines that follow document A return equal
 /// answers.
 fn measure(
     kind: &Kind,
@@ -258,7 +258,7 @@ struct Answers {
 }
 
 impl Answers {
-    /// Memory for the answers to `rays` any-hit or closest-hit rays.
+    /// Allocates memory for the answers to `rays` any-hit or closest-hit rays.
     fn of(rays: usize, any: bool) -> Result<Self> {
         let (closest, any) = if any { (0, rays) } else { (rays, 0) };
         let closest = filled(closest, Hit::MISS, "hits")?;
@@ -273,7 +273,7 @@ impl Answers {
         }
     }
 
-    /// Whether the other engine's answers begin with these answers.
+    /// Returns whether the other engine's answers begin with these answers.
     fn start_as(&self, other: &Self) -> bool {
         let same = |(a, b): (&Hit, &Hit)| (a.triangle, a.t) == (b.triangle, b.t);
         self.any.iter().zip(&other.any).all(|(a, b)| a == b)

@@ -21,7 +21,7 @@ use crate::report::rounding::Rounded;
 /// Build the hierarchy over a model, and save it to a file
 ///
 /// Every command accepts such a file as a model. Loading it is several times faster than building
-/// the hierarchy, and checks the file. The file keeps the triangles and their numbers, but no
+/// the hierarchy, and checks the file. The file keeps the triangles and their numbering, but no
 /// texture coordinates, colours or shared vertices. It is byte-for-byte the same on every CPU.
 ///
 /// Coordinates are saved as f32 if f32 represents all of them exactly, and otherwise as f64.

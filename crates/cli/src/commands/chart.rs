@@ -24,9 +24,9 @@ use crate::report::rounding::Rounded;
 
 /// Run every known method and draw speed against accuracy
 ///
-/// Writes a chart (SVG and PNG), its numbers (CSV), and a page with everything (HTML). Coordinates
-/// that are
-/// not exact in f32 are rounded first and counted in the report. Run it on a quiet machine.
+/// Writes a chart (SVG and PNG), its data (CSV), and a page with everything (HTML). Coordinates
+/// that are not exact in f32 are rounded first and counted in the report. Run this on a quiet
+/// machine.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build, for the camera and secondary

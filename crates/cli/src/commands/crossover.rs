@@ -23,9 +23,9 @@ use crate::report::print::print;
 /// Time rays against the z-buffer and shadow volumes, by number of triangles and pixels
 ///
 /// The scene is a ring on a floor, with more and more triangles. Its picture is drawn both ways,
-/// and every pixel is compared. Writes a chart (SVG and PNG) and its numbers (CSV). The times
-/// exclude what is built once per mesh: the hierarchy and the table of neighbours. Run this on a
-/// quiet machine.
+/// and every pixel is compared. Writes a chart (SVG and PNG) and its data (CSV). The times exclude
+/// what is built once per mesh: the hierarchy and the table of neighbours. Run this on a quiet
+/// machine.
 #[derive(Args)]
 pub(crate) struct Options {
     #[command(flatten)]
@@ -70,7 +70,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&Report { written: charts.finish(), races }, options.charts.json)
 }
 
-/// Times both ways to draw a picture alternately, and checks that their pixels are the same.
+/// Alternates between both ways of drawing an image to time them, and checks that their pixels are
+/// the same.
 fn race(
     scene: &Scene,
     raster: &Raster<'_>,
@@ -115,7 +116,7 @@ fn race(
     }))
 }
 
-/// A ring of `2 cells` by `cells` quads that stands on a floor of two triangles.
+/// Returns a ring of `2 cells` by `cells` quads that stands on a floor of two triangles.
 fn ring(cells: u32) -> Mesh {
     let point = |i: u32, j: u32| {
         let [along, around] =

@@ -16,10 +16,10 @@ use crate::report::print::print;
 
 /// Report open edges, flipped triangles and duplicates in a model
 ///
-/// A model has an inside if it is closed: if its triangles traverse every edge equally often in
-/// both directions. The report counts the edges that violate this rule and the triangles that
-/// repeat others, and shows the first of each kind. With --json, it lists all of them. Corners are
-/// the same if their coordinates in the model are the same.
+/// A model has an inside if it is closed, that is, if its triangles traverse every edge equally
+/// often in both directions. The report counts the edges that violate this rule and the triangles
+/// that repeat others, and shows the first of each kind. With --json, it lists all of them. Corners
+/// are the same if their coordinates in the model are the same.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build

@@ -1,19 +1,20 @@
-//! Warnings about tolerances that are too large for a scene, printed before its picture is drawn.
+//! Warnings about tolerances that are too large for a scene, printed before it is drawn.
 
 use intertri::{Threshold, Triangle};
 use intertri_scene::{Coordinate, Light, Mesh, Scene};
 
 use crate::io::numbers::Decimal;
 
-/// If a ray meets a surface at a smaller sine than this, the surface is hardly lit, so a missing
-/// shadow is not visible.
+/// If the sine of the angle between a light ray and a surface is below this value, the surface is
+/// hardly lit, so a missing shadow is not visible.
 const FLAT: f64 = 0.01;
 
 /// If a light is farther away than this many times a model's size, shadows start visibly behind the
 /// object that casts them: at a ten-thousandth of the distance, because of [`Light::REACH`].
 const FAR: f64 = 100.0;
 
-/// A warning for a scene that is so small that the default threshold hides triangles from its rays.
+/// Returns a warning if a scene is so small that the default threshold hides triangles from its
+/// rays.
 ///
 /// The threshold limits `|normal . direction|` and t. A shadow ray's direction is as long as its
 /// distance from the light, and a camera ray's t is a distance.
@@ -38,8 +39,8 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     })
 }
 
-/// Whether the threshold hides a triangle from the camera, or from the light if the sine is above
-/// [`FLAT`].
+/// Returns whether the threshold hides a triangle from the camera, or from the light if the sine is
+/// above [`FLAT`].
 fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
     let middle = [0, 1, 2].map(|k| triangle.0.iter().map(|p| f64::from(p[k])).sum::<f64>() / 3.0);
     let normal = triangle.normal();
@@ -50,18 +51,19 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
         || (across <= threshold && slant > FLAT)
 }
 
-/// Rounding becomes visible if adjacent f32 are farther apart than this fraction of a model.
+/// Rounding becomes visible if adjacent f32 values are farther apart than this fraction of a
+/// model's size.
 const COARSE: f64 = 1e-5;
 
-/// A warning for a model that lost most of its digits in f32, because it is far from 0 or as small
-/// as the smallest f32.
+/// Returns a warning if a model lost most of its digits in f32, because it is far from 0 or as
+/// small as the smallest f32.
 pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let bounds = mesh.bounds()?;
     let ends = [bounds.min, bounds.max];
     let farthest = ends.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let apart = f64::from(farthest) - f64::from(farthest.next_down());
     let size = span(bounds.min.map(f64::from), bounds.max.map(f64::from));
-    // Numbers below this are equally far apart.
+    // Values below this are equally spaced.
     let why = if farthest < f32::MIN_POSITIVE { "is so small" } else { "lies so far from 0" };
     (size > 0.0 && apart > COARSE * size).then(|| {
         format!(
@@ -72,7 +74,7 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     })
 }
 
-/// A warning for a scene with a distant light.
+/// Returns a warning if a scene has a distant light.
 pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     let Light::Point { position } = scene.light else { return None };
     let (middle, radius) = middle_and_radius(scene)?;
@@ -83,7 +85,7 @@ pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     })
 }
 
-/// The centre of a scene's bounding box, and half of its diagonal.
+/// Returns the centre of a scene's bounding box and half the length of its diagonal.
 fn middle_and_radius<S: Coordinate>(scene: &Scene<S>) -> Option<([f64; 3], f64)> {
     let bounds = scene.mesh.bounds()?;
     let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|corner| corner.map(Into::into));

@@ -42,12 +42,12 @@ pub(crate) struct CameraOptions {
 }
 
 impl CameraOptions {
-    /// The scene to draw: `model`, or the built-in scene without one.
+    /// Returns the scene to draw: `model`, or the built-in scene if there is no model.
     pub(crate) fn scene(&self, model: Option<Mesh>, aspect: f64) -> Result<Scene> {
         self.scene_or(model, Scene::built_in, aspect)
     }
 
-    /// The scene to draw: `model`, or the scene that `other` returns without one.
+    /// Returns the scene to draw: `model`, or the scene that `other` creates if there is no model.
     pub(crate) fn scene_or<S: Coordinate>(
         &self,
         model: Option<Mesh<S>>,
@@ -71,7 +71,8 @@ impl CameraOptions {
         let fov = self.fov.unwrap_or(Camera::FOV);
         let camera = if let Some(eye) = self.eye.map(WrittenPoint::of::<S>) {
             let middle = mesh.bounds().map_or([S::ZERO; 3], |bounds| {
-                // Halve the numbers before adding them, so that the largest ones do not overflow.
+                // Halve the coordinates before adding them, so that the largest ones do not
+                // overflow.
                 let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|p| p.map(Into::into));
                 [0, 1, 2].map(|axis| S::nearest(min[axis] * 0.5 + max[axis] * 0.5))
             });
@@ -92,7 +93,7 @@ impl CameraOptions {
         })
     }
 
-    /// The camera's up direction with these options, and whether the user set it.
+    /// Returns the camera's up direction with these options, and whether the user set it.
     pub(crate) fn up<S: Coordinate>(&self, camera: &Camera<S>) -> ([f32; 3], bool) {
         let [_, _, forward] = camera.axes();
         let up = self.up.unwrap_or_else(|| Camera::up_for(forward.map(|x| -x as f32)));
@@ -178,7 +179,7 @@ fn direction(text: &str) -> std::result::Result<[f32; 3], String> {
     if numbers == [0.0; 3] { Err("give a direction that is not zero".into()) } else { Ok(numbers) }
 }
 
-/// The threshold for an engine that uses one: the given one, or the default.
+/// Returns the threshold for an engine that uses one: `given`, or the default.
 pub(crate) fn threshold_of(
     engine: EngineName,
     given: Option<Threshold>,
@@ -192,7 +193,7 @@ pub(crate) fn threshold_of(
     }
 }
 
-/// Parses the number of bits of a coordinate on the grid of the engine `fixed`.
+/// Parses the number of bits per coordinate on the grid of the `fixed` engine.
 pub(crate) fn grid_bits(text: &str) -> std::result::Result<Bits, String> {
     let number = text.parse().map_err(|_| "give a whole number from 1 to 20".to_owned())?;
     Bits::of_grid(number).map_err(|error| error.to_string())
@@ -208,7 +209,7 @@ pub(crate) fn grid_bounds(text: &str) -> std::result::Result<[[f32; 3]; 2], Stri
     Ok([[a, b, c], [d, e, f]])
 }
 
-/// Parses the name of a format for files of rays.
+/// Returns a parser for the formats of ray files.
 pub(crate) fn rays_format() -> impl TypedValueParser<Value = RaysFormat> {
     PossibleValuesParser::new(["csv", "raw", "raw64"]).map(|name| match &*name {
         "csv" => RaysFormat::Csv,

@@ -1,4 +1,4 @@
-//! `intertri render`: draws a model, or the built-in scene, as a picture.
+//! `intertri render`: draws a model, or the built-in scene, as an image.
 //!
 //! ```text
 //!   options ──► in_f32 ──► any engine ───────► cover ──► outcome
@@ -24,7 +24,7 @@ use crate::engine::scalar_name::ScalarName;
 use crate::error::Result;
 use crate::io::same_file::refuse_same_file;
 
-/// Draws the picture, and checks it with `--check`.
+/// Draws the image, and checks it if `--check` is set.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
     check_output(&options.output)?;

@@ -18,12 +18,11 @@ use crate::report::print::print;
 
 /// Run the adversarial families and draw where each method begins to fail
 ///
-/// Writes onset curves, the table of onsets, walls far from zero and edge maps (SVG and PNG), the
-/// curves as
-/// CSV, and a page with everything (HTML).
+/// Writes onset curves, a table of onsets, walls far from zero and edge maps (SVG and PNG), the
+/// curves as CSV, and a page with everything (HTML).
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The seed of the random numbers; the same seed gives the same counts
+    /// The seed of the random numbers: the same seed yields the same counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 

@@ -44,8 +44,8 @@ const CHUNKS: usize = 4;
 ///
 /// RAYS have one of three formats. CSV begins with a header line: ox,oy,oz,t_min,dx,dy,dz,t_max in
 /// any order, where t_min (0) and t_max (inf) are optional. Raw has eight little-endian f32 per
-/// ray: origin x y z, t_min, dir x y z, t_max. Raw64 has the same as f64. A hit counts if t_min <=
-/// t < t_max and t > 0.
+/// ray: origin x y z, t_min, dir x y z, t_max. Raw64 is the same in f64. A hit counts if t_min <= t
+/// < t_max and t > 0.
 ///
 /// Answers are for the numbers in the files; a decimal stands for the nearest f64. Engines other
 /// than exact and oracle only support f32; the numbers that they round are counted on standard
@@ -55,7 +55,7 @@ const CHUNKS: usize = 4;
 /// triangles in the order of the file and those of a polygon in sequence; u and v are the weights
 /// of the second and third corner. Numbers are the shortest decimals that read back to the same
 /// bits, in scientific notation below 1e-5 and from 1e16 on. Misses have empty cells. A raw answer
-/// has 32 bytes, little-endian: the triangle as i64 (-1 for a miss), then t, u and v as f64.
+/// is 32 bytes long, little-endian: the triangle as i64 (-1 for a miss), then t, u and v as f64.
 #[derive(Args)]
 #[expect(clippy::doc_markdown, reason = "the text is printed verbatim as help")]
 #[expect(clippy::struct_excessive_bools, reason = "these are command-line flags")]
@@ -90,14 +90,15 @@ pub(crate) struct Options {
 
     /// Report every hit, not only the closest: one line per hit, in order of t, and one line with
     /// empty cells for a miss (raw: 40 bytes per record, with the i64 number of the ray first).
-    /// With the engine exact, an edge belongs to each of its triangles
+    /// With the exact engine, an edge belongs to each of its triangles
     #[arg(long, conflicts_with = "crossings")]
     all: bool,
 
     /// Report every crossing, in order of t; each edge belongs to one of its triangles. The format
     /// is that of --all with an additional column, side: 1 if the ray leaves (it runs with the
     /// normal) and -1 if it enters (raw: 48 bytes, with an i64 at the end, which is 0 for a miss).
-    /// For a ray from inside a closed mesh, the sides sum to 1. For the engines exact and fixed
+    /// For a ray from inside a closed mesh, the sides sum to 1. Only for the exact and fixed
+    /// engines
     #[arg(long)]
     crossings: bool,
 
@@ -105,30 +106,29 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
-    /// The scalar to trace in; f64 works with the engines exact and oracle [default for these two:
-    /// the one that represents all numbers exactly, so the choice only affects the speed; for other
-    /// engines: f32]
+    /// The scalar to trace in; f64 works only with the exact and oracle engines [default for these
+    /// two: whichever represents all numbers exactly, so the choice only affects the speed; for
+    /// other engines: f32]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
-    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid
-    /// depends on the model, but not on the rays
+    /// The number of bits per coordinate on the grid of the fixed engine, 1 to 20 [default: 20].
+    /// The grid depends on the model, but not on the rays
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
     grid: Option<Bits>,
 
-    /// Extend the grid of engine fixed to contain this box, given by two opposite corners; rays
+    /// Extend the grid of the fixed engine to contain this box, given by two opposite corners; rays
     /// must start within the grid
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = grid_bounds, allow_hyphen_values = true)]
     grid_bounds: Option<[[f32; 3]; 2]>,
 
-    /// Count rays that start outside the grid of engine fixed as misses, and report how many there
-    /// were
+    /// Count rays that start outside the grid of the fixed engine as misses, and report how many
+    /// there were
     #[arg(long)]
     skip_outside: bool,
 
     /// The smallest |normal . direction| that does not count as parallel, and the largest t that
-    /// does not
-    /// count as a hit, for the engines certified and reference [default: 1e-9]
+    /// does not count as a hit, for the certified and reference engines [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     threshold: Option<Threshold>,
 
@@ -203,8 +203,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// The scalar to trace the model and the rays in: f32 if the engine only supports f32, or if no
-/// number is rounded.
+/// Returns the scalar to trace the model and the rays in: f32 if the engine only supports f32, or
+/// if no number is rounded.
 ///
 /// The choice depends on the format of the rays, but not on their numbers, so that no ray changes
 /// how another is traced. The answers of `exact` are the same in both scalars if f32 represents all
@@ -214,7 +214,7 @@ fn scalar(options: &Options, model: &Model, rays: &Rays<'_>) -> ScalarName {
     options.scalar.unwrap_or(if single { ScalarName::F32 } else { ScalarName::F64 })
 }
 
-/// The engine of a model, and what the report needs to know about the model.
+/// An engine for a model, and what the report needs to know about the model.
 struct Traced<T> {
     engine: T,
     triangles: usize,
@@ -312,7 +312,7 @@ fn answer<T: Tracer>(
     print(&report, options.json)
 }
 
-/// The number of rays that were answered, that hit something, and that started outside the grid.
+/// The numbers of rays that were answered, that hit something, and that started outside the grid.
 #[derive(Default)]
 struct Done {
     rays: u64,
@@ -364,7 +364,7 @@ fn answer_all<T: Tracer>(
     Ok(done)
 }
 
-/// The error for a ray that starts outside the grid.
+/// Returns the error for a ray that starts outside the grid.
 fn outside<S: Coordinate>(options: &Options, number: u64, ray: &RayOf<S>) -> Error {
     let cause = format!(
         "ray {number} starts at {:?}, outside the grid; extend it with --grid-bounds, or count \

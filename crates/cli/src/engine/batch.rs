@@ -36,7 +36,7 @@ impl<S: Coordinate> Batch<S> {
     /// Traces all rays, chunk by chunk.
     ///
     /// # Errors
-    /// Fails if there is too little memory for the answers of a ray.
+    /// Returns an error if memory runs out for the answers of a ray.
     pub(crate) fn answer(
         &mut self,
         question: &Question<'_, impl Tracer<Scalar = S>>,
@@ -57,7 +57,7 @@ impl<S: Coordinate> Batch<S> {
         Ok(())
     }
 
-    /// The formatted answers.
+    /// Returns the formatted answers.
     pub(crate) fn bytes(&self) -> &[u8] {
         &self.answers.bytes
     }
@@ -72,8 +72,8 @@ struct Answers {
 }
 
 impl Answers {
-    /// Traces rays, the first of which has the number `first`, and adds their answers. Returns how
-    /// many rays hit something.
+    /// Traces rays, which are numbered from `first` on, and adds their answers. Returns how many
+    /// rays hit something.
     fn add<T: Tracer>(
         &mut self,
         question: &Question<'_, T>,

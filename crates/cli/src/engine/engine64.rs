@@ -32,8 +32,8 @@ impl Engine64 {
         Err(Error::usage(format!("--scalar f64: engine {name} {why}; choose exact or oracle")))
     }
 
-    /// Creates the named engine, which must pass [`Engine64::check`], over triangles. If an
-    /// existing hierarchy over them is given, it is used.
+    /// Creates the named engine, which must pass [`Engine64::check`], for the given triangles. If
+    /// given, `bvh` is used as the hierarchy over them.
     pub(crate) fn new(
         name: EngineName,
         triangles: Vec<Triangle64>,

@@ -18,7 +18,8 @@ pub(crate) struct Engines<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
     bits: Bits,
-    /// Points that the grid must contain besides the triangles: the origins of rays.
+    /// Points that the grid must contain besides the triangles: ray origins, or the corners of a
+    /// box around them.
     room_for: Vec<[f32; 3]>,
     bvh: Option<Arc<Bvh>>,
     fixed: Option<Arc<FixedScene>>,
@@ -80,7 +81,7 @@ impl<'a> Engines<'a> {
         Ok(self.fixed.insert(Arc::new(fixed)).clone())
     }
 
-    /// The grid of the engine `fixed`, if that engine was created.
+    /// Returns the grid of the `fixed` engine, if that engine was created.
     pub(crate) fn grid(&self) -> Option<GridReport> {
         self.fixed.as_ref().map(|fixed| fixed.report())
     }

@@ -1,4 +1,4 @@
-//! The engine `fixed`: snaps a scene to an integer grid, and traces it exactly there.
+//! The `fixed` engine: snaps a scene to an integer grid, and traces it exactly there.
 
 use intertri::fixed::{Bits, Grid, GridError, Ray as Snapped};
 use intertri::{Crossing, Hit, Ray, Triangle};
@@ -25,9 +25,9 @@ pub(crate) struct FixedScene {
 }
 
 impl FixedScene {
-    /// Snaps triangles to the finest grid that contains them and the points `more`, among which
-    /// rays will start. Points that are not finite are skipped: rays from them hit nothing, as in
-    /// every engine.
+    /// Snaps triangles to the finest grid that contains them and the points `more`, which bound the
+    /// ray origins. Points that are not finite are skipped: rays from them hit nothing, as in every
+    /// engine.
     pub(crate) fn new(triangles: &[Triangle], more: &[[f32; 3]], bits: Bits) -> Result<Self> {
         let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
         let points = triangles.iter().flat_map(|t| t.0).chain(more);
@@ -47,19 +47,19 @@ impl FixedScene {
         Ok(Self { grid, bvh, never, moved })
     }
 
-    /// The nearest grid point, in coordinates of the scene. A point outside the grid is unchanged.
+    /// Returns the nearest grid point, in scene coordinates. A point outside the grid is unchanged.
     pub(crate) fn place(&self, p: [f32; 3]) -> [f32; 3] {
         // A snapped point is exact in f32.
         self.grid.snap(p).map_or(p, |i| self.grid.unsnap(i).map(|x| x as f32))
     }
 
-    /// Whether a point is outside the grid, so that rays from it hit nothing. A point that is not
-    /// finite is not considered outside.
+    /// Returns whether a point is outside the grid, so that rays from it hit nothing. A point that
+    /// is not finite is not considered outside.
     pub(crate) fn is_outside(&self, p: [f32; 3]) -> bool {
         matches!(self.grid.snap(p), Err(GridError::Outside(_)))
     }
 
-    /// The closest hit of each ray.
+    /// Finds the closest hit of each ray.
     pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
         self.chunks(rays, hits, |snapped, lines, hits| {
             self.bvh.query().once().closest_batch_into(lines, hits);
@@ -69,14 +69,14 @@ impl FixedScene {
         });
     }
 
-    /// Whether each ray hits anything.
+    /// Finds whether each ray hits anything.
     pub(crate) fn any(&self, rays: &[Ray], hits: &mut [bool]) {
         self.chunks(rays, hits, |_, lines, hits| {
             self.bvh.query().once().any_batch_into(lines, hits);
         });
     }
 
-    /// Every hit of a ray, ordered by t, then by triangle.
+    /// Returns every hit of a ray, ordered by t, then by triangle.
     pub(crate) fn all(&self, ray: &Ray) -> Result<Vec<Hit>> {
         let crossings = self.crossings(ray)?;
         let mut hits = room(crossings.len(), "hits")?;
@@ -84,7 +84,7 @@ impl FixedScene {
         Ok(hits)
     }
 
-    /// Every crossing of a ray, and the side that it comes from.
+    /// Returns every crossing of a ray, with the side that the ray comes from.
     pub(crate) fn crossings(&self, ray: &Ray) -> Result<Vec<Crossing>> {
         let ray = self.grid.ray(ray).unwrap_or(self.never);
         let mut crossings = memory::crossings(self.bvh.query(), ray.to_f32())?;
@@ -113,7 +113,7 @@ impl FixedScene {
         });
     }
 
-    /// The report about the grid.
+    /// Returns the report about the grid.
     pub(crate) fn report(&self) -> GridReport {
         let (bits, step) = (self.grid.bits(), self.grid.step());
         // Over the whole grid, snapping a direction changes each component by less than 2^-q of the
@@ -124,7 +124,7 @@ impl FixedScene {
     }
 }
 
-/// A grid, in units of the scene.
+/// A grid, in scene units.
 #[derive(Clone, Copy, Serialize)]
 pub(crate) struct GridReport {
     pub(crate) bits: u32,
@@ -134,6 +134,6 @@ pub(crate) struct GridReport {
     /// The largest distance by which snapping moved a point along an axis.
     pub(crate) moved: f64,
     /// An upper bound, along each axis, on the distance by which the end of a ray across the whole
-    /// grid is displaced, because its direction is snapped, too.
+    /// grid is displaced, because its direction is also snapped.
     pub(crate) strays: f64,
 }

@@ -1,4 +1,4 @@
-//! A frame: the visibility buffer and the shadow mask of one picture, drawn by any engine.
+//! A frame: the visibility buffer and the shadow mask of one image, drawn by any engine.
 
 use clap::ValueEnum;
 use intertri::{Counts, Hit, RayOf, Scalar, TriangleOf};
@@ -39,7 +39,7 @@ pub(crate) struct Frame {
     pub(crate) lit: Vec<bool>,
     /// The number of shadow rays.
     pub(crate) shadow_rays: u64,
-    /// The number of tests of all rays.
+    /// The number of tests for all rays.
     pub(crate) counts: Counts,
     /// The time for the visibility buffer.
     pub(crate) trace_seconds: f64,
@@ -49,7 +49,7 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// Draws `scene` with the named engine, and finds the shadows on the visible points. Each
-    /// engine traces its own shadow rays, except for the z-buffer, for which `exact` does.
+    /// engine traces its own shadow rays, except that `exact` traces those for the z-buffer.
     pub(crate) fn draw(
         scene: &Scene,
         raster: &Raster<'_>,
@@ -58,8 +58,8 @@ impl Frame {
         shadows: Shadows,
     ) -> Result<Self> {
         let mut frame = Self::default();
-        // Time all work for a picture, including creating rays and storing answers. The engines
-        // time their own builds.
+        // Time all work for an image, including creating rays and storing answers. The engines time
+        // their own builds.
         let tracer = if name == EngineName::Raster { EngineName::Exact } else { name };
         let (mut trace_seconds, mut shadow_seconds) = (0.0, 0.0);
 
@@ -141,9 +141,9 @@ impl Frame {
         Ok(())
     }
 
-    /// Traces a shadow ray between the light and each visible point. If answers are exact, the ray
-    /// starts at the point, so that no part of the segment is omitted; otherwise it starts at the
-    /// light.
+    /// Traces a shadow ray between the light and each visible point. If the engine is exact, the
+    /// ray starts at the point, so that no part of the segment is omitted; otherwise it starts at
+    /// the light.
     fn trace_shadows<T: Tracer>(
         &mut self,
         scene: &Scene<T::Scalar>,
@@ -188,18 +188,18 @@ impl Frame {
         Ok(())
     }
 
-    /// The number of pixels that show a triangle.
+    /// Returns the number of pixels that show a triangle.
     pub(crate) fn seen(&self) -> u64 {
         self.hits.par_iter().filter(|hit| hit.is_hit()).count() as u64
     }
 
-    /// The number of pixels in shadow.
+    /// Returns the number of pixels in shadow.
     pub(crate) fn dark(&self) -> u64 {
         self.lit.par_iter().filter(|lit| !**lit).count() as u64
     }
 
-    /// The largest distance between two frames' hits of the same triangle, along a pixel's ray and
-    /// in units of the scene.
+    /// Returns the largest distance between two frames' hits on the same triangle, along a pixel's
+    /// ray and in scene units.
     pub(crate) fn largest_distance<S: Coordinate>(
         &self,
         other: &Self,
@@ -220,7 +220,7 @@ impl Frame {
 }
 
 /// Splits the entries into groups of several whole bands, large enough to keep all threads busy.
-/// Each comes with the position of its first entry.
+/// Each group comes with the position of its first entry.
 fn bands<'a, T>(
     all: &'a mut [T],
     tiles: Tiles,
@@ -230,12 +230,12 @@ fn bands<'a, T>(
     all.chunks_mut(entries).zip((0..).step_by(entries))
 }
 
-/// The number of entries in such a group.
+/// Returns the number of entries in such a group.
 fn in_bands(tiles: Tiles, engine: &impl Tracer) -> usize {
     engine.batch_size().div_ceil(tiles.band()) * tiles.band()
 }
 
-/// Splits rays, and the memory for their answers, into the batches that are traced at once.
+/// Splits rays, and the memory for their answers, into batches that are traced one at a time.
 fn in_batches<'a, S: Scalar, T>(
     rays: &'a [RayOf<S>],
     answers: &'a mut [T],

@@ -1,4 +1,4 @@
-//! Fallible allocation for the large tables of a model or a picture.
+//! Fallible allocation for the large tables of a model or an image.
 
 use std::slice;
 
@@ -24,12 +24,12 @@ pub(crate) fn filled<T: Clone>(count: usize, value: T, what: &str) -> Result<Vec
     Ok(list)
 }
 
-/// Returns every hit of one ray, or an error if there is too little memory for them.
+/// Returns every hit of one ray, or an error if memory runs out.
 pub(crate) fn hits<S: BvhScalar>(query: Query<'_, S>, ray: &RayOf<S>) -> Result<Vec<Hit>> {
     Ok(query.on_this_thread().all_batch(slice::from_ref(ray), None)?.items)
 }
 
-/// Returns every crossing of one ray, or an error if there is too little memory for them.
+/// Returns every crossing of one ray, or an error if memory runs out.
 pub(crate) fn crossings<S: BvhScalar>(
     query: Query<'_, S>,
     ray: &RayOf<S>,

@@ -1,4 +1,4 @@
-//! Models from files: those that the crate `intertri-scene` reads, and saved hierarchies, which do
+//! Models from files: those that the `intertri-scene` crate reads, and saved hierarchies, which do
 //! not need building.
 //!
 //! ```text
@@ -31,7 +31,7 @@ pub(crate) struct Model {
     notes: ModelNotes,
 }
 
-/// The numbers of the file. f64 represents those of every format.
+/// The numbers of the file. f64 can represent the numbers of every format.
 enum Content {
     Mesh(Mesh<f64>),
     SavedF32(Bvh<f32>),
@@ -110,7 +110,8 @@ impl Model {
         Ok(Self { path: path.into(), content, files, notes })
     }
 
-    /// Whether all of its numbers are exact in f32. A hierarchy saved in f64 always counts as f64.
+    /// Returns whether all of its numbers are exact in f32. A hierarchy saved in f64 always counts
+    /// as f64.
     pub(crate) fn is_f32(&self) -> bool {
         match &self.content {
             Content::Mesh(mesh) => {
@@ -127,7 +128,7 @@ impl Model {
         }
     }
 
-    /// The model in f32. Coordinates are rounded if necessary.
+    /// Converts the model to f32, rounding coordinates if necessary.
     pub(crate) fn in_f32(self) -> Result<ModelIn<f32>> {
         let model = match self.content {
             Content::Mesh(mesh) => in_scalar(mesh),
@@ -138,7 +139,7 @@ impl Model {
         model.map(|model| ModelIn { notes, ..model }).map_err(|error| error.of(&self.path))
     }
 
-    /// The model in f64.
+    /// Converts the model to f64.
     pub(crate) fn in_f64(self) -> Result<ModelIn<f64>> {
         let model = match self.content {
             Content::Mesh(mesh) => Ok(of_mesh(mesh, Rounding::default())),
@@ -150,8 +151,8 @@ impl Model {
     }
 }
 
-/// The scalar of a saved hierarchy, if the file contains one. Returns `None` if the file cannot be
-/// read, because loading it then reports the reason.
+/// Returns the scalar of the saved hierarchy, if the file contains one. Also returns `None` if the
+/// file cannot be read, because loading it then reports the reason.
 pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
     /// The size of the largest header of a saved hierarchy, including its table.
     const FRONT: u64 = 64 + 64 * 32;
@@ -177,13 +178,13 @@ fn saved<S: BvhScalar>(path: &Path) -> Result<Bvh<S>> {
     Ok(bvh.into_one_mesh())
 }
 
-/// The model of a hierarchy that was saved in the requested scalar.
+/// Returns the model of a hierarchy that was saved in the requested scalar.
 fn with_bvh<S: Coordinate + BvhScalar>(bvh: Bvh<S>) -> Result<ModelIn<S>> {
     let mesh = mesh(&bvh)?;
     Ok(ModelIn { bvh: Some(Arc::new(bvh)), ..of_mesh(mesh, Rounding::default()) })
 }
 
-/// A model without a hierarchy.
+/// Returns a model without a hierarchy.
 fn of_mesh<S: BvhScalar>(mesh: Mesh<S>, rounding: Rounding) -> ModelIn<S> {
     ModelIn { mesh, bvh: None, rounding, notes: ModelNotes::default() }
 }
@@ -214,9 +215,9 @@ fn in_scalar<S: Coordinate, T: Coordinate + BvhScalar>(mesh: Mesh<S>) -> Result<
     Ok(of_mesh(Mesh { positions, triangles, corner_uvs, parts }, rounding))
 }
 
-/// The triangles of a hierarchy, without shared vertices. The hierarchy does not store non-finite
-/// triangles; each is replaced by a degenerate triangle at a corner of another one, so that the
-/// bounds do not change.
+/// Returns the triangles of a hierarchy, without shared vertices. The hierarchy does not store
+/// non-finite triangles; each is replaced by a degenerate triangle at a corner of another one, so
+/// that the bounds do not change.
 fn mesh<S: Coordinate + BvhScalar>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
     let triangles = bvh.to_triangles();
     let is_kept = |corners: &&[[S; 3]; 3]| !corners[0][0].into().is_nan();

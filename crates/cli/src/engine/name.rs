@@ -15,7 +15,7 @@ pub(crate) enum EngineName {
     /// SIMD lanes in f32 within a proven error bound, f64 for the rest; uses a hierarchy
     Certified,
     /// Integers, exact on a grid that the scene is snapped to (--grid), so its answers differ from
-    /// the others' by the snapping; uses a hierarchy
+    /// the others' because of the snapping; uses a hierarchy
     Fixed,
     /// The scalar f64 reference in a plain loop over all triangles; slow
     Reference,
@@ -29,12 +29,12 @@ impl EngineName {
     /// The error for tracing rays with the rasterizer.
     pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster only draws pictures and traces no rays; choose exact, certified, fixed, reference or oracle";
 
-    /// Whether its answers are correct for the coordinates as given.
+    /// Returns whether its answers are correct for the coordinates as given.
     pub(crate) fn is_exact(self) -> bool {
         matches!(self, Self::Exact | Self::Oracle)
     }
 
-    /// Whether it uses document A's threshold.
+    /// Returns whether it uses document A's threshold.
     pub(crate) fn has_threshold(self) -> bool {
         matches!(self, Self::Certified | Self::Reference | Self::Raster)
     }

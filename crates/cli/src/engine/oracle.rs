@@ -1,5 +1,5 @@
-//! The engine `oracle`: finds exact answers by testing all triangles one by one. It is slow; the
-//! other engines are compared with it.
+//! The `oracle` engine: finds exact answers by testing all triangles one by one. It is slow, and
+//! exists to check the other engines.
 //!
 //! The laboratory's predicates and rational arithmetic decide where a ray hits a triangle. Rational
 //! arithmetic also decides the order of t and the interval. Only the values of t, u and v, each
@@ -12,7 +12,7 @@ use intertri::{Hit, RayOf, Scalar, TriangleOf};
 use intertri_lab::oracle::{Rational, answer, exact_t};
 use rayon::prelude::*;
 
-/// The closest hit of each ray. If two hits have the same t, the lower triangle index wins.
+/// Finds the closest hit of each ray. If two hits have the same t, the lower triangle index wins.
 pub(crate) fn closest_batch<S: Scalar>(
     triangles: &[TriangleOf<S>],
     rays: &[RayOf<S>],
@@ -21,7 +21,7 @@ pub(crate) fn closest_batch<S: Scalar>(
     rays.par_iter().zip(hits).for_each(|(ray, hit)| *hit = closest(triangles, ray));
 }
 
-/// Whether each ray hits anything.
+/// Finds whether each ray hits anything.
 pub(crate) fn any_batch<S: Scalar>(
     triangles: &[TriangleOf<S>],
     rays: &[RayOf<S>],
@@ -30,26 +30,26 @@ pub(crate) fn any_batch<S: Scalar>(
     rays.par_iter().zip(hits).for_each(|(ray, hit)| *hit = any(triangles, ray));
 }
 
-/// The closest hit of a ray.
+/// Returns the closest hit of a ray.
 pub(crate) fn closest<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Hit {
     // `min_by` returns the first of several minima.
     let closest = met(triangles, ray).min_by(|(_, a), (_, b)| a.cmp(b));
     closest.map_or(Hit::MISS, |(index, _)| hit(triangles, ray, index))
 }
 
-/// Whether a ray hits anything.
+/// Returns whether a ray hits anything.
 pub(crate) fn any<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> bool {
     met(triangles, ray).next().is_some()
 }
 
-/// Every hit of a ray, ordered by t, then by triangle.
+/// Returns every hit of a ray, ordered by t, then by triangle.
 pub(crate) fn all<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Vec<Hit> {
     let mut all: Vec<_> = met(triangles, ray).collect();
     all.sort_by(|(_, a), (_, b)| a.cmp(b));
     all.into_iter().map(|(index, _)| hit(triangles, ray, index)).collect()
 }
 
-/// The triangles that a ray hits by the closed rule, with their exact t.
+/// Returns the triangles that a ray hits by the closed rule, with their exact t.
 fn met<S: Scalar>(
     triangles: &[TriangleOf<S>],
     ray: &RayOf<S>,
@@ -73,7 +73,7 @@ fn compare(t: &Rational, end: f64) -> Option<Ordering> {
     }
 }
 
-/// The hit of a triangle, with its rounded t, u and v.
+/// Returns the hit on a triangle, with its rounded t, u and v.
 fn hit<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, index: usize) -> Hit {
     let (t, u, v) = attributes_from(Tier::Narrow, ray, &triangles[index]);
     Hit { t, u, v, triangle: index as u32, geometry: 0 }

@@ -1,9 +1,9 @@
-//! The order of a picture's pixels: tile by tile, because neighbouring rays are coherent.
+//! The order of an image's pixels: tile by tile, because neighbouring rays are coherent.
 //!
 //! ```text
 //!   +----+----+--+   A band is a row of tiles. Bands run from top to bottom, and tiles from left
 //!   | 1  | 2  |3 |   to right. Pixels within a whole tile are in Z-order, so that any aligned run
-//!   +----+----+--+   of sixteen is a square, too. Tiles that the border cuts are row by row, so
+//!   +----+----+--+   of sixteen is also a square. Tiles cut by the border use row order, so
 //!   | 4  | 5  |6 |   that positions and pixels can be computed from each other.
 //!   +----+----+--+
 //! ```
@@ -14,11 +14,10 @@ use intertri_scene::Camera;
 use crate::engine::memory::room;
 use crate::error::Result;
 
-/// The side of a tile in pixels: its 32 by 32 rays make up the 1024 rays of one bundle in the
-/// hierarchy.
+/// The side of a tile in pixels. Its 32×32 rays form one bundle of 1024 rays in the hierarchy.
 const TILE: u32 = 32;
 
-/// The pixels of a picture, tile by tile.
+/// The pixels of an image, tile by tile.
 #[derive(Clone, Copy)]
 pub(crate) struct Tiles {
     width: u32,
@@ -26,17 +25,18 @@ pub(crate) struct Tiles {
 }
 
 impl Tiles {
-    /// Creates the order for a picture of this size.
+    /// Creates the order for an image of this size.
     pub(crate) fn new((width, height): (u32, u32)) -> Self {
         Self { width, height }
     }
 
-    /// The number of pixels in a full band. These are also the first rows of the picture.
+    /// Returns the number of pixels in a full band. The first band consists of the first rows of
+    /// the image.
     pub(crate) fn band(self) -> usize {
         (self.width * TILE) as usize
     }
 
-    /// The pixel `(x, y)` at a position in the order.
+    /// Returns the pixel `(x, y)` at a position in the order.
     pub(crate) fn pixel(self, place: usize) -> (u32, u32) {
         let (place, band) = (place as u32, self.band() as u32);
         let (top, in_band) = (place / band * TILE, place % band);
@@ -52,7 +52,7 @@ impl Tiles {
         (left + x, top + y)
     }
 
-    /// The position of a pixel in the order.
+    /// Returns the position of a pixel in the order.
     pub(crate) fn place(self, (x, y): (u32, u32)) -> usize {
         let (left, top) = (x / TILE * TILE, y / TILE * TILE);
         let (columns, rows) = (TILE.min(self.width - left), TILE.min(self.height - top));
@@ -66,25 +66,25 @@ impl Tiles {
     }
 }
 
-/// All pixels `(x, y)` of a picture, in this order.
+/// Returns all pixels `(x, y)` of an image, in this order.
 pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     let tiles = Tiles::new((width, height));
     (0..width as usize * height as usize).map(move |place| tiles.pixel(place))
 }
 
-/// The rays of a camera through all pixels, in this order, for measurements.
+/// Returns the camera rays through all pixels, in this order, for measurements.
 pub(crate) fn primary_rays(camera: &Camera, (width, height): (u32, u32)) -> Result<Vec<Ray>> {
     let mut rays = room(width as usize * height as usize, "rays")?;
     rays.extend(tiled(width, height).map(|(x, y)| camera.ray(x, y, width, height)));
     Ok(rays)
 }
 
-/// Collects the bits 0, 2, 4, 6 and 8 into adjacent positions.
+/// Packs bits 0, 2, 4, 6 and 8 into adjacent positions.
 fn every_other(i: u32) -> u32 {
     (0..5).map(|bit| (i >> (2 * bit) & 1) << bit).sum()
 }
 
-/// Spreads the bits of a number to the positions 0, 2, 4, 6 and 8.
+/// Spreads the bits of a number to positions 0, 2, 4, 6 and 8.
 fn apart(i: u32) -> u32 {
     (0..5).map(|bit| (i >> bit & 1) << (2 * bit)).sum()
 }

@@ -1,4 +1,4 @@
-//! The independent rasterizer: the z-buffer and the shadow volumes for one picture of a scene.
+//! The independent rasterizer: the z-buffer and the shadow volumes for one image of a scene.
 
 use std::cell::OnceCell;
 
@@ -26,11 +26,11 @@ pub(crate) enum Wire {
     Silhouette,
 }
 
-/// One picture of a scene. Everything is computed on demand.
+/// One image of a scene. Everything is computed on demand.
 pub(crate) struct Raster<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) triangles: &'a [Triangle],
-    /// The picture's width and height.
+    /// The image's width and height.
     pub(crate) size: (u32, u32),
     threshold: Threshold,
     /// The triangles that share each edge.
@@ -38,7 +38,7 @@ pub(crate) struct Raster<'a> {
 }
 
 impl<'a> Raster<'a> {
-    /// Prepares a picture of the given size from the scene's camera.
+    /// Prepares an image of the given size from the scene's camera.
     pub(crate) fn new(
         scene: &'a Scene,
         triangles: &'a [Triangle],
@@ -48,7 +48,7 @@ impl<'a> Raster<'a> {
         Self { scene, triangles, size, threshold, adjacency: OnceCell::new() }
     }
 
-    /// The camera in the rasterizer's form.
+    /// Returns the camera in the rasterizer's form.
     pub(crate) fn view(&self) -> Result<View> {
         let count = self.triangles.len();
         if count > MAX_TRIANGLES {
@@ -60,17 +60,17 @@ impl<'a> Raster<'a> {
         Ok(View::new(camera.eye(), camera.axes(), camera.half_height(), width, height)?)
     }
 
-    /// The hit at each pixel.
+    /// Computes the hit at each pixel.
     pub(crate) fn hits(&self) -> Result<Vec<Hit>> {
         Ok(triangles(&self.view()?, self.triangles, self.threshold.get()))
     }
 
-    /// Whether the light reaches the point that each pixel shows.
+    /// Computes whether the light reaches the point that each pixel shows.
     pub(crate) fn lit(&self, hits: &[Hit]) -> Result<Vec<bool>> {
         Ok(lit(&self.view()?, hits, &self.volume()?))
     }
 
-    /// The shadow volumes, with the same reach as shadow rays.
+    /// Returns the shadow volumes, with the same reach as shadow rays.
     pub(crate) fn volume(&self) -> Result<Volume<'_>> {
         let reach = f64::from(Lamp::REACH);
         let light = match self.scene.light {
@@ -84,7 +84,7 @@ impl<'a> Raster<'a> {
         self.adjacency.get_or_init(|| Adjacency::new(self.triangles))
     }
 
-    /// Draws edges over a picture. The hits of the pixels hide edges behind them.
+    /// Draws edges over an image. Edges behind the hit at a pixel are hidden.
     pub(crate) fn draw_wire(&self, image: &mut Image, hits: &[Hit], edges: Wire) -> Result<()> {
         let view = self.view()?;
         let adjacency = self.adjacency();

@@ -1,4 +1,4 @@
-//! The engine `reference`: the scalar f64 reference in a plain loop over all triangles.
+//! The `reference` engine: the scalar f64 reference in a plain loop over all triangles.
 
 use intertri::{Hit, Ray, Threshold, Triangle};
 use intertri_reference as reference;
@@ -13,7 +13,7 @@ impl ReferenceScene {
         Self(scene.with_threshold(threshold.get()))
     }
 
-    /// The closest hit of each ray.
+    /// Finds the closest hit of each ray.
     pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
         rays.par_iter().zip(hits).for_each(|(ray, hit)| {
             let line = line(ray);
@@ -22,14 +22,14 @@ impl ReferenceScene {
         });
     }
 
-    /// Whether each ray hits anything.
+    /// Finds whether each ray hits anything.
     pub(crate) fn any(&self, rays: &[Ray], hits: &mut [bool]) {
         rays.par_iter().zip(hits).for_each(|(ray, hit)| {
             *hit = self.0.any(&line(ray), ray.t_min.into(), ray.t_max.into());
         });
     }
 
-    /// Every hit of a ray, ordered by t, then by triangle.
+    /// Returns every hit of a ray, ordered by t, then by triangle.
     pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
         let line = line(ray);
         let mut all = self.0.all(&line, ray.t_min.into(), ray.t_max.into());

@@ -12,17 +12,17 @@ use serde::Serialize;
 pub(crate) enum ScalarName {
     /// Round every number to f32; the report counts the numbers that changed
     F32,
-    /// Keep every number exactly, such as UTM coordinates; for the engines exact and oracle
+    /// Keep every number exactly, such as UTM coordinates; only for the exact and oracle engines
     F64,
 }
 
 impl ScalarName {
-    /// The name of the scalar `S`.
+    /// Returns the name of the scalar `S`.
     pub(crate) fn of<S: Coordinate>() -> Self {
         if S::NAME == f32::NAME { Self::F32 } else { Self::F64 }
     }
 
-    /// The text after the engine's name in a report, which is empty for f32.
+    /// Returns the text after the engine's name in a report, which is empty for f32.
     pub(crate) fn mention(self) -> &'static str {
         match self {
             Self::F32 => "",

@@ -10,25 +10,26 @@ pub(crate) trait Tracer: Sync {
     /// The scalar of the scene and the rays.
     type Scalar: Coordinate;
 
-    /// The number of rays that a thread should trace at once: so few that they and their answers
-    /// stay in the cache.
+    /// Returns the number of rays that a thread should trace at once, small enough that they and
+    /// their answers stay in the cache.
     fn chunk_size(&self) -> usize;
 
-    /// The number of rays of a picture to trace at once: large enough for all threads, and small
-    /// enough for the progress bar to move.
+    /// Returns the number of an image's rays to trace at once, large enough to keep all threads
+    /// busy and small enough for the progress bar to move.
     fn batch_size(&self) -> usize {
         64 * self.chunk_size()
     }
 
-    /// Whether its answers are correct for the coordinates as given.
+    /// Returns whether its answers are correct for the coordinates as given.
     fn is_exact(&self) -> bool;
 
-    /// The position that this engine uses for a point: `fixed` snaps points to its grid.
+    /// Returns the position that this engine uses for a point: `fixed` snaps points to its grid.
     fn place(&self, point: [Self::Scalar; 3]) -> [Self::Scalar; 3] {
         point
     }
 
-    /// Whether rays from a point hit nothing because the point is outside the grid of `fixed`.
+    /// Returns whether rays from a point hit nothing because the point is outside the grid of
+    /// `fixed`.
     fn is_outside(&self, _: [Self::Scalar; 3]) -> bool {
         false
     }
@@ -40,16 +41,17 @@ pub(crate) trait Tracer: Sync {
     /// Finds whether each ray hits anything. Counts tests like `closest`.
     fn any(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [bool]) -> Counts;
 
-    /// Every hit of a ray, ordered by t, then by triangle.
+    /// Returns every hit of a ray, ordered by t, then by triangle.
     ///
     /// # Errors
-    /// Fails if there is too little memory for them.
+    /// Returns an error if memory runs out.
     fn all(&self, ray: &RayOf<Self::Scalar>) -> Result<Vec<Hit>>;
 
-    /// The crossings of a ray, ordered by t, then by triangle, with each edge and corner counted
-    /// once. The list is empty for engines that do not support crossings, which `trace` refuses.
+    /// Returns the crossings of a ray, ordered by t, then by triangle, with each edge and corner
+    /// counted once. The list is empty for engines that do not support crossings, which `trace`
+    /// refuses.
     ///
     /// # Errors
-    /// Fails if there is too little memory for them.
+    /// Returns an error if memory runs out.
     fn crossings(&self, ray: &RayOf<Self::Scalar>) -> Result<Vec<Crossing>>;
 }

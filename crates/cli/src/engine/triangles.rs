@@ -6,7 +6,7 @@ use intertri_scene::{Coordinate, Mesh};
 use crate::engine::memory::room;
 use crate::error::Result;
 
-/// The same as [`Mesh::to_triangles`], but returns an error if there is too little memory.
+/// Like [`Mesh::to_triangles`], but returns an error if memory runs out.
 pub(crate) fn triangles<S: Coordinate>(mesh: &Mesh<S>) -> Result<Vec<TriangleOf<S>>> {
     let count = mesh.triangles.len();
     let mut triangles = room(count, "triangles")?;

@@ -28,7 +28,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// The header before the first answer.
+    /// Returns the header before the first answer.
     pub(crate) fn header(self, query: Query) -> &'static [u8] {
         match (self, query) {
             (Self::Raw, _) => b"",
@@ -109,7 +109,7 @@ impl Write for Text<'_> {
     }
 }
 
-/// The error for a ray whose answers do not fit in memory.
+/// Returns the error for a ray whose answers do not fit in memory.
 fn too_long(ray: u64) -> Error {
     Error::no_memory(format_args!("the answers of ray {ray}"))
 }
@@ -129,7 +129,7 @@ impl fmt::Display for Cells<'_> {
     }
 }
 
-/// The raw record of a hit, with 32 bytes.
+/// Returns the raw 32-byte record of a hit.
 fn raw(hit: &Hit) -> [u8; 32] {
     let triangle = if hit.is_hit() { i64::from(hit.triangle) } else { -1 };
     let [t, u, v] = [hit.t, hit.u, hit.v].map(f64::to_le_bytes);

@@ -22,7 +22,7 @@ enum Sink {
 }
 
 impl Output {
-    /// Opens a file, or standard output without a path.
+    /// Opens a file, or standard output if no path is given.
     ///
     /// A regular file is written as a [`PartialFile`]: if the run fails or is interrupted, an
     /// existing file stays unchanged. A device or a pipe is written directly.

@@ -36,7 +36,7 @@ pub(crate) fn run<B: Send>(
         // The receiver exists, so this cannot fail.
         let _ = free.send(batch);
     }
-    // When a stage ends, it drops its ends of the channels, which ends its neighbours, too.
+    // When a stage ends, it drops its ends of the channels, which also ends its neighbours.
     thread::scope(|scope| {
         let start = thread::Builder::new;
         // Start the reader last, because it may wait for its input for a long time.

@@ -25,7 +25,7 @@ pub(crate) struct AdviseReport {
     pub(crate) needs: Needs,
     /// The number of rays in the sample.
     pub(crate) sample: usize,
-    /// The number of primary rays of the picture, which were used to measure speeds.
+    /// The number of primary rays of the image, which were used to measure speeds.
     pub(crate) rays: usize,
     pub(crate) choices: Vec<Choice>,
     /// The name of the recommended choice, if any is within the tolerance.
@@ -39,7 +39,7 @@ pub(crate) struct AdviseReport {
 #[derive(Clone, Serialize)]
 pub(crate) struct Choice {
     pub(crate) name: String,
-    /// The bits of the three coordinates of a vertex.
+    /// The total number of bits of a vertex's three coordinates.
     pub(crate) bits_a_vertex: u32,
     /// The largest distance by which the visible surface moves, in pixels.
     pub(crate) pixels: f64,
@@ -49,7 +49,7 @@ pub(crate) struct Choice {
     pub(crate) wrong_in_sample_at_most: u64,
     /// The number of wrong pixels in the sample.
     pub(crate) wrong_in_sample: u64,
-    /// Million primary rays per second, as measured by `bench`; null if no engine offers this
+    /// Millions of primary rays per second, as measured by `bench`; null if no engine offers this
     /// choice.
     pub(crate) speed: Option<f64>,
     /// Whether the bound is within the tolerance.
@@ -65,7 +65,7 @@ impl fmt::Display for AdviseReport {
 }
 
 impl AdviseReport {
-    /// Writes the properties of the model and the picture.
+    /// Writes the properties of the model and the image.
     fn write_needs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { needs, size: [width, height], .. } = self;
         writeln!(f, "{}, {width}x{height} pixels", model(self.model.as_deref()))?;
@@ -95,7 +95,7 @@ impl AdviseReport {
         Ok(())
     }
 
-    /// Writes the table of choices, with a mark at the recommended one.
+    /// Writes the table of choices, with the recommended one marked.
     fn write_choices(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sample = format!("of {} sampled", self.sample);
         writeln!(

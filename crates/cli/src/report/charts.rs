@@ -1,4 +1,4 @@
-//! The output folder for charts: pictures and tables with the date and the machine.
+//! The output folder for charts: images and tables, each with the date and the machine.
 
 use std::fmt;
 use std::fs;
@@ -67,7 +67,7 @@ impl ChartFolder {
         Ok(Self { folder: folder.to_owned(), machine, files: Vec::new(), start })
     }
 
-    /// Writes a picture as SVG and PNG.
+    /// Writes a chart as SVG and PNG.
     pub(crate) fn picture(&mut self, name: &str, svg: &Svg) -> Result<()> {
         self.write(&format!("{name}.svg"), svg.to_string().as_bytes())?;
         let pixels = png(svg).map_err(|cause| Error::at(format!("{name}.png"), cause))?;

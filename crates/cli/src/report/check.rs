@@ -1,6 +1,6 @@
-//! Compares the pictures of two engines: where they disagree, and whether they may.
+//! Compares the images of two engines: where they differ, and whether they may.
 //!
-//! - Engines that follow document A must agree in every bit, and so must the exact engines.
+//! - Engines that follow document A must agree on every bit, and so must the exact engines.
 //! - Between these two kinds, t differs in its last bits. If the triangle or the shadow differs,
 //!   the laboratory's oracle must confirm `exact`.
 //! - The z-buffer and the shadow volumes see the scene along lines that differ by rounding. If
@@ -8,7 +8,7 @@
 //!   volume passes within this rounding error: the rule of `docs/raster.md`, decided for each
 //!   pixel. Exact shadow rays extend to the surface, whereas volumes end a ten-thousandth of the
 //!   distance before it; the oracle decides in that part.
-//! - The engine `fixed` sees a snapped scene, which may change any pixel.
+//! - The `fixed` engine sees a snapped scene, which may change any pixel.
 
 use intertri::{Hit, Triangle};
 use intertri_raster::{Verdict, differences, shadow_differences};
@@ -107,7 +107,7 @@ impl Difference {
         Self { hits, shadows }
     }
 
-    /// The worse of the two verdicts on each pixel.
+    /// Returns the worse of the two verdicts on each pixel.
     fn pixels(&self) -> impl Iterator<Item = Verdict> {
         let worse = |(&hit, &shadow)| match (hit, shadow) {
             (Verdict::Unexcused, _) | (_, Verdict::Unexcused) => Verdict::Unexcused,
@@ -117,7 +117,7 @@ impl Difference {
         self.hits.iter().zip(&self.shadows).map(worse)
     }
 
-    /// The number of pixels that differ.
+    /// Counts the pixels that differ.
     pub(crate) fn count(&self) -> Count {
         Count::of(self.pixels())
     }
@@ -133,8 +133,8 @@ impl Difference {
     }
 }
 
-/// Whether all occluders between the light and a pixel's point are in the last part of the segment,
-/// which [`Light::REACH`](intertri_scene::Light::REACH) omits.
+/// Returns whether all occluders between the light and a pixel's point are in the last part of the
+/// segment, which [`Light::REACH`](intertri_scene::Light::REACH) omits.
 fn left_out(
     triangles: &[Triangle],
     scene: &Scene,
@@ -151,7 +151,7 @@ fn left_out(
     oracle::any(triangles, &whole) && !oracle::any(triangles, &from_the_light)
 }
 
-/// All values of a hit as bits, for comparison.
+/// Returns all values of a hit as bits, for comparison.
 fn bits(hit: &Hit) -> (u32, [u64; 3]) {
     (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
 }

@@ -111,9 +111,9 @@ impl<S: Scalar> fmt::Display for InspectReport<S> {
         let scalar = self.scalar.mention();
         writeln!(f, "{triangles:>12} triangles of {}{scalar}", self.model.display())?;
         for (Edges { count, edges }, what) in [
-            (&self.open, "open edges, which belong to one triangle alone"),
-            (&self.turned, "edges between triangles that are turned against each other"),
-            (&self.uneven, "edges of three triangles or more, which do not pair up"),
+            (&self.open, "open edges, which belong to only one triangle"),
+            (&self.turned, "edges between triangles with opposite orientations"),
+            (&self.uneven, "edges of three or more triangles that do not pair up"),
         ] {
             if let Some(Edge { triangle, from, to }) = edges.first().map(Edge::new) {
                 let count = grouped(*count as u64);

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use crate::engine::fixed::GridReport;
 
-/// The path of the model, or a name for the built-in scene.
+/// Returns the path of the model, or a name for the built-in scene.
 pub(crate) fn model(path: Option<&Path>) -> String {
     path.map_or("the built-in scene".to_owned(), |path| path.display().to_string())
 }
 
-/// The rate at which rays were traced.
+/// Formats the rate at which rays were traced.
 pub(crate) fn rate(rays: u64, seconds: f64) -> String {
     if seconds > 0.0 {
         format!("{:.2} million a second", rays as f64 / seconds * 1e-6)

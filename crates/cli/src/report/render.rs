@@ -36,7 +36,7 @@ pub(crate) struct RenderReport {
     pub(crate) up: [f32; 3],
     #[serde(skip)]
     pub(crate) up_given: bool,
-    /// The number of pixels. Each has a camera ray, unless the z-buffer drew the picture.
+    /// The number of pixels. Each has a camera ray, unless the z-buffer drew the image.
     pub(crate) rays: u64,
     /// The number of pixels that show a triangle.
     pub(crate) hits: u64,
@@ -64,7 +64,7 @@ pub(crate) struct RenderSeconds {
     pub(crate) shadow: f64,
     pub(crate) shade: f64,
     pub(crate) write: f64,
-    /// Drawing with the engine of `--check`, and comparing the pictures.
+    /// Drawing with the engine of `--check`, and comparing the images.
     pub(crate) check: f64,
     /// The whole run, up to the report.
     pub(crate) total: f64,
@@ -75,7 +75,7 @@ pub(crate) struct RenderSeconds {
 pub(crate) struct CheckReport {
     pub(crate) engine: EngineName,
     pub(crate) shadows: Shadows,
-    /// The number of pixels that differ in anything that is compared.
+    /// The number of pixels that differ in any compared value.
     pub(crate) differing_pixels: usize,
     /// How many of these pixels are excused.
     pub(crate) excused_pixels: usize,
@@ -83,12 +83,12 @@ pub(crate) struct CheckReport {
     pub(crate) excused_hits: usize,
     pub(crate) differing_shadows: usize,
     pub(crate) excused_shadows: usize,
-    /// The largest distance between two hits of the same triangle, along a pixel's ray and in units
-    /// of the scene.
+    /// The largest distance between two hits on the same triangle, along a pixel's ray and in scene
+    /// units.
     pub(crate) largest_distance: f64,
-    /// The picture of the differences.
+    /// The image of the differences.
     pub(crate) picture: PathBuf,
-    /// The time of the second engine, without builds.
+    /// The time of the second engine, excluding builds.
     pub(crate) seconds: f64,
 }
 

@@ -24,7 +24,7 @@ fn serialize<S: Serializer>(rounding: &Rounding, serializer: S) -> Result<S::Ok,
 }
 
 impl Rounded {
-    /// The numbers of a model that were rounded.
+    /// Returns the counts for a model without rays.
     pub(crate) fn of_model(model: Rounding) -> Self {
         Self { model, ..Self::default() }
     }

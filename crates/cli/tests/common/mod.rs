@@ -1,4 +1,4 @@
-//! Runs the real binary in a temporary folder.
+//! Runs the compiled binary in a temporary folder.
 
 use std::fs;
 use std::io::Write;
@@ -29,7 +29,7 @@ impl TestFolder {
         fs::read(self.path(name)).unwrap()
     }
 
-    /// The names of all files in the folder, sorted.
+    /// Returns the names of all files in the folder, sorted.
     pub(crate) fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.0.path()).unwrap();
         let mut names: Vec<_> =
@@ -55,7 +55,7 @@ impl TestFolder {
         done(arguments, self.run(arguments))
     }
 
-    /// The same as [`Self::ok`], with input on standard input.
+    /// Like [`Self::ok`], but passes `input` on standard input.
     pub(crate) fn ok_with_input(&self, arguments: &str, input: &[u8]) -> Vec<u8> {
         let mut command = self.command(arguments);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -96,7 +96,7 @@ pub(crate) fn one_line(arguments: &str, output: &Output, code: i32, words: &[&st
 /// The system's message for a missing file.
 pub(crate) const NO_SUCH_FILE: &str = if cfg!(windows) { "cannot find" } else { "No such file" };
 
-/// Two triangles and a quad in front of an eye at the origin that looks along z.
+/// Two triangles and a quad in front of a camera at the origin that looks along z.
 pub(crate) const MODEL: &str = "\
 v 0 0 5
 v 1 0 5

@@ -11,15 +11,15 @@ use super::quotient::{Quotient, pow2};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// The correctly rounded t of a triangle whose plane the ray's line intersects in one point. The
-/// computation starts at the given tier.
+/// Returns the correctly rounded t of a triangle whose plane the ray's line intersects in one
+/// point. The computation starts at the given tier.
 #[inline(always)]
 pub fn t_from<S: Scalar>(from: Tier, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     t_times_from(from, ray, triangle, 0)
 }
 
-/// The correctly rounded `t * 2^exponent` for a triangle whose plane the ray's line intersects in
-/// one point. The computation starts at the given tier.
+/// Returns the correctly rounded `t * 2^exponent` for a triangle whose plane the ray's line
+/// intersects in one point. The computation starts at the given tier.
 #[inline(always)]
 pub(crate) fn t_times_from<S: Scalar>(
     from: Tier,
@@ -42,7 +42,7 @@ pub(crate) fn t_times_from<S: Scalar>(
     t_by_integers(from, ray, triangle, exponent)
 }
 
-/// Whether t is far from the limits of f64's exponents.
+/// Returns whether t is far from the limits of f64's exponents.
 #[inline(always)]
 fn is_tame_t(t: f64) -> bool {
     (pow2(-500)..=pow2(500)).contains(&t)
@@ -63,8 +63,8 @@ fn t_by_integers<S: Scalar>(
     at_tier!(S, tier, t::<S, C, N, V>(&pair, scales, exponent))
 }
 
-/// The correctly rounded t, u and v of a triangle whose plane the ray's line intersects in one
-/// point. The computation starts at the given tier.
+/// Returns the correctly rounded t, u and v of a triangle whose plane the ray's line intersects in
+/// one point. The computation starts at the given tier.
 #[inline(always)]
 pub fn attributes_from<S: Scalar>(
     from: Tier,
@@ -91,11 +91,11 @@ pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32
 }
 
 /// Takes numbers that were correctly rounded to f64, and rounds the original numbers to f32 if the
-/// f64 determine the results.
+/// f64 values determine the results.
 ///
-/// Rounding preserves order. So if the f64 below and above a number round to the same f32, every
-/// real number that rounds to it also does. Around a midpoint of two f32, they round to different
-/// ones.
+/// Rounding preserves order. So if the f64 neighbours of a number round to the same f32, so does
+/// every real number that rounds to that number. Around the midpoint of two f32 values, the
+/// neighbours round to different values.
 #[inline(always)]
 pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
     let [t, u, v] = numbers.map(|x| {
@@ -117,8 +117,8 @@ fn attributes32_by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>)
     at_tier!(S, scales.tier(), attributes_in_f32::<S, C, N, V>(&pair, scales))
 }
 
-/// The exact order in which a ray hits two triangles. The computation starts at the given tier of
-/// integers.
+/// Returns the exact order in which a ray hits two triangles. The computation starts at the given
+/// tier of integers.
 #[inline(never)]
 pub fn order_from<S: Scalar>(
     from: Tier,
@@ -187,7 +187,7 @@ fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
     [ratio(&numbers.volume(), scales.of_t()), ratio(&v, 0), ratio(&w, 0)]
 }
 
-/// `num / den * 2^exponent`, rounded once.
+/// Returns `num / den * 2^exponent`, rounded once.
 fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
     // Return a positive 0, as every tier does.
     if num.sign().is_eq() {
@@ -197,7 +197,7 @@ fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
     if num.sign() == den.sign() { size } else { -size }
 }
 
-/// The t of both triangles share a power of two, so compare by cross-multiplying with the
+/// Compares the t of two triangles, which share a power of two, by cross-multiplying with the
 /// denominators.
 fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usize>(
     one: &Pair<S>,
@@ -221,9 +221,9 @@ mod tests {
     use super::attributes32;
     use crate::{Ray, Triangle};
 
-    /// The t is the mean of three heights, `1 + k 2^-24 + tiny`, which for odd k is next to the
-    /// midpoint of two f32. f64 cannot represent `tiny`, so rounding to f64 and then to f32 would
-    /// change half of these t by one step.
+    /// Here t is the mean of three heights, `1 + k 2^-24 + tiny`, which for odd k is next to the
+    /// midpoint of two f32 values. In f64, the sum loses `tiny`, so rounding to f64 and then to f32
+    /// would change half of these t by one step.
     #[test]
     fn numbers_near_half_way_are_rounded_once() {
         let tiny = 2.0_f32.powi(-70);

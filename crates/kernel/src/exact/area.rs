@@ -5,8 +5,8 @@ use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a finite triangle has an area, however small, and is therefore neither a point nor a
-/// line.
+/// Returns whether a finite triangle has an area, however small, and is therefore neither a point
+/// nor a line.
 ///
 /// ```
 /// use intertri::Triangle;
@@ -31,7 +31,7 @@ pub fn has_area<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
     })
 }
 
-/// Whether D is not 0.
+/// Returns whether D is nonzero.
 fn leans<S: Scalar, const C: usize, const N: usize, const V: usize>(
     pair: &Pair<S>,
     scales: Scales,

@@ -1,4 +1,4 @@
-//! Whether a ray intersects a triangle, by either rule.
+//! Decides whether a ray intersects a triangle, by either rule.
 
 use core::cmp::Ordering;
 
@@ -13,7 +13,7 @@ use crate::packet::RayLanes;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// The triangles that own a shared edge or corner.
+/// The rule that determines which triangles own a shared edge or corner.
 ///
 /// ```
 /// use intertri::{Mode, Rule};
@@ -39,8 +39,8 @@ pub enum Side {
 }
 
 impl Side {
-    /// 1 if the ray leaves, -1 if it enters. The sum over a closed mesh is the winding number of
-    /// the origin.
+    /// Returns 1 if the ray leaves and -1 if it enters. The sum over a closed mesh is the winding
+    /// number of the origin.
     pub fn sign(self) -> i32 {
         match self {
             Self::Leaves => 1,
@@ -49,8 +49,8 @@ impl Side {
     }
 }
 
-/// The side from which a ray crosses a triangle within its interval, if it does so by a rule. The
-/// computation starts at the given tier.
+/// Returns the side from which a ray crosses a triangle within its interval, if it does so by the
+/// given rule. The computation starts at the given tier.
 #[inline(always)]
 pub fn crossing_from<S: Scalar>(
     from: Tier,
@@ -70,7 +70,7 @@ pub fn crossing_from<S: Scalar>(
         if miss {
             return None;
         }
-        // On an edge, the closed rule accepts the hit. The rule *once* must compare the normals,
+        // On an edge, the closed rule accepts the hit. The *once* rule must compare the normals,
         // which requires integers.
         if inside || rule == Rule::Closed && closed {
             return Some(if leaves { Side::Leaves } else { Side::Enters });
@@ -79,9 +79,9 @@ pub fn crossing_from<S: Scalar>(
     by_integers(from, rule, ray, triangle, plain)
 }
 
-/// Whether a triangle is perpendicular to an axis and the ray runs parallel to its plane: then D is
-/// 0, so there is no intersection. This is common for walls and floors, where all volumes may be 0,
-/// which could only be proven with integers.
+/// Returns whether a triangle is perpendicular to an axis and the ray runs parallel to its plane.
+/// If so, D is 0, and there is no intersection. This is common for walls and floors, where all
+/// volumes may be 0, which could only be proven with integers.
 #[inline(always)]
 fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     let [a, b, c] = triangle.0;
@@ -117,8 +117,8 @@ fn in_two_parts<S: Scalar>(
     if t > t_min && t < t_max { Ok(Some(side)) } else { Err(Undecided) }
 }
 
-/// Chooses the width of the integers. Plain numbers that need more than narrow integers are tried
-/// in two parts first, which is faster than wide integers.
+/// Chooses the width of the integers. Plain inputs that need more than narrow integers are first
+/// tried with two-part numbers, which are faster than wide integers.
 #[inline(never)]
 fn by_integers<S: Scalar>(
     from: Tier,
@@ -154,7 +154,8 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let (edges, num) = (numbers.edges(), numbers.volume());
 
-    // The sign of T is the side. On an edge, the rule decides: the closed rule accepts either sign.
+    // The sign of T determines the side. On an edge, the rule decides: the closed rule accepts
+    // either sign.
     let side = num.sign();
     let outside = edges.iter().zip(&numbers.normals).any(|(edge, [x, y, z])| {
         // A ray on the edge is moved by (ε, ε², ε³). The sign is then that of the first nonzero
@@ -185,8 +186,8 @@ mod tests {
     use crate::exact::test_numbers::random;
     use crate::{Ray, Ray64, Triangle, TriangleOf};
 
-    /// Rays parallel to axis-aligned planes, within and next to them, and some that diverge
-    /// slightly. The quick answer must equal that of integers.
+    /// Tests rays parallel to axis-aligned planes, within and next to them, and some that diverge
+    /// slightly. The fast path must agree with integers.
     #[test]
     fn rays_along_a_wall_are_answered_as_by_integers() {
         let (mut random, mut hits) = (random(), 0);
@@ -217,8 +218,8 @@ mod tests {
         assert!(hits > 1000, "{hits} hits");
     }
 
-    /// Rays toward edges, up to rounding, between points whose differences are often not exact in
-    /// f64.
+    /// Tests rays toward edges, up to rounding, between points whose differences are often not
+    /// exact in f64.
     #[test]
     fn two_parts_say_what_integers_say() {
         let mut random = random();
@@ -227,7 +228,7 @@ mod tests {
             let mut point = || [0; 3].map(|_| random() * (4000.0 * (random() + 0.51)).powi(2));
             let (corners, origin, part) = ([point(), point(), point()], point(), 0.5 + random());
             let (a, b) = (corners[i % 3], corners[(i + 1) % 3]);
-            // Aims at a point of an edge, up to rounding.
+            // Aim at a point of an edge, up to rounding.
             let dir = [0, 1, 2].map(|k| a[k] + part * (b[k] - a[k]) - origin[k]);
             let (ray, triangle) = (Ray64::new(origin, dir), TriangleOf(corners));
             let Ok(said) = in_two_parts(&ray, &triangle) else { continue };

@@ -12,7 +12,7 @@ pub(super) struct Double<D> {
     pub(super) low: D,
 }
 
-/// The exact sum of two numbers.
+/// Returns the exact sum of two numbers.
 #[inline(always)]
 pub(super) fn sum<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a + b;
@@ -21,7 +21,7 @@ pub(super) fn sum<D: Lanes>(a: D, b: D) -> Double<D> {
     Double { high, low: (a - (high - of_b)) + (b - of_b) }
 }
 
-/// The exact sum of two numbers, if the second is not larger in magnitude.
+/// Returns the exact sum of two numbers, if the second is not larger in magnitude.
 #[inline(always)]
 pub(super) fn short_sum<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a + b;
@@ -30,14 +30,15 @@ pub(super) fn short_sum<D: Lanes>(a: D, b: D) -> Double<D> {
     Double { high, low: b - (high - a) }
 }
 
-/// The exact product of two numbers.
+/// Returns the exact product of two numbers.
 #[inline(always)]
 pub(super) fn product<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a * b;
     Double { high, low: a.mul_error(b, high) }
 }
 
-/// `a b - c d`, with an error of at most `3w²` times `|a b| + |c d|`, where w is half an ulp of 1.
+/// Returns `a b - c d`, with an error of at most `3w²` times `|a b| + |c d|`, where w is half an
+/// ulp of 1.
 #[inline(always)]
 fn minor<D: Lanes>(a: D, b: D, c: D, d: D) -> Double<D> {
     let (p, q) = (product(a, b), product(c, d));
@@ -45,14 +46,14 @@ fn minor<D: Lanes>(a: D, b: D, c: D, d: D) -> Double<D> {
     Double { high: difference.high, low: difference.low + (p.low - q.low) }
 }
 
-/// The cross product of two vectors, in two-part numbers.
+/// Returns the cross product of two vectors, in two-part numbers.
 #[inline(always)]
 pub(super) fn cross<D: Lanes>(a: Vec3<D>, b: Vec3<D>) -> [Double<D>; 3] {
     [minor(a.y, b.z, a.z, b.y), minor(a.z, b.x, a.x, b.z), minor(a.x, b.y, a.y, b.x)]
 }
 
-/// The dot product of such a cross product and a vector, with an error of at most `40w²` times the
-/// permanent.
+/// Returns the dot product of such a cross product and a vector, with an error of at most `40w²`
+/// times the permanent.
 #[inline(always)]
 pub(super) fn dot<D: Lanes>([x, y, z]: &[Double<D>; 3], v: Vec3<D>) -> Double<D> {
     let (px, py, pz) = (product(x.high, v.x), product(y.high, v.y), product(z.high, v.z));
@@ -65,7 +66,7 @@ pub(super) fn dot<D: Lanes>([x, y, z]: &[Double<D>; 3], v: Vec3<D>) -> Double<D>
     sum(all.high, lows.dot_add(v, low))
 }
 
-/// `a - b`, and the sum of the magnitudes of its rounding errors.
+/// Returns `a - b` and the sum of the magnitudes of its rounding errors.
 #[inline(always)]
 pub(super) fn difference<D: Lanes>(a: Vec3<D>, b: Vec3<D>) -> (Vec3<D>, D) {
     let (x, y, z) = (sum(a.x, -b.x), sum(a.y, -b.y), sum(a.z, -b.z));

@@ -1,4 +1,4 @@
-//! The side from which a ray approaches a triangle, which is the sign of D, decided exactly.
+//! Decides exactly from which side a ray approaches a triangle, which is the sign of D.
 
 use core::cmp::Ordering;
 
@@ -10,8 +10,8 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a ray runs with a triangle's normal or against it. Returns `None` if the ray is parallel
-/// to the plane, or if a number is not finite.
+/// Returns whether a ray runs with a triangle's normal or against it, or `None` if the ray is
+/// parallel to the plane or a number is not finite.
 ///
 /// ```
 /// use intertri::internal::exact::{Side, facing};

@@ -26,7 +26,7 @@ const VOLUME: f64 = 9.0 * HALF_ULP;
 /// A bound on the error of T - t D, relative to the permanent of T plus t times that of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
-/// The decisions of f64 for each lane. A lane in none of the masks is undecided.
+/// The decisions made in f64 for each lane. A lane in none of the masks is undecided.
 #[derive(Clone, Copy)]
 pub struct Decided<M> {
     /// Certainly not a hit, by either rule.
@@ -39,7 +39,7 @@ pub struct Decided<M> {
     pub leaves: M,
 }
 
-/// A number, and the sum of the magnitudes of all products that make it up.
+/// A value, and the sum of the magnitudes of all products that make it up.
 #[derive(Clone, Copy)]
 struct Sum<D> {
     value: D,
@@ -47,7 +47,7 @@ struct Sum<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Sum<D> {
-    /// `x·(y × z)`
+    /// Computes `x·(y × z)`.
     #[inline(always)]
     fn volume(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> Self {
         // Each rounding error is at most a fraction of one of these products, so their sum bounds
@@ -56,7 +56,8 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
         Self { value: y.cross_fused(z).dot_fused(x), permanent }
     }
 
-    /// The lanes in which the number is certainly positive, certainly negative, and certainly 0.
+    /// Returns the lanes in which the value is certainly positive, certainly negative, and
+    /// certainly 0.
     #[inline(always)]
     fn signs(&self, bound: f64) -> [D::Mask; 3] {
         let bound = self.permanent * D::splat(bound);
@@ -125,7 +126,8 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     }
 }
 
-/// The signs of T and D, if f64 is certain of both. The bound for T also holds for D = d·(h4 × h5).
+/// Returns the signs of T and D, if f64 is certain of both. The bound for T also holds for D =
+/// d·(h4 × h5).
 #[inline(always)]
 pub(super) fn plane_signs(
     [c1, c2, c3]: [Vec3<f64>; 3],
@@ -141,8 +143,8 @@ pub(super) fn plane_signs(
     Some((sign(a)?, sign(dir)?))
 }
 
-/// The sign of D, which is the sign of the direction's component along the normal. Returns `Equal`
-/// if the bound does not decide. No input may be subnormal.
+/// Returns the sign of D, which is the sign of the direction's component along the normal, or
+/// `Equal` if the bound does not decide. No input may be subnormal.
 #[inline(always)]
 pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
     // D is T with the direction, which is exact, in place of A.
@@ -150,8 +152,8 @@ pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
     over.cmp(&under)
 }
 
-/// Whether a ray's line certainly misses the line through two points or, if the points coincide,
-/// misses that point. No input may be subnormal.
+/// Returns whether a ray's line certainly misses the line through two points or, if the points
+/// coincide, misses that point. No input may be subnormal.
 #[inline(always)]
 pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> bool {
     let (a, h) = (p - org, q - p);
@@ -164,8 +166,8 @@ pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> 
     beyond(moment.x, size.x) || beyond(moment.y, size.y) || beyond(moment.z, size.z)
 }
 
-/// The lanes in which `num / den` is certainly beyond an end of the interval, and those in which it
-/// is certainly before it.
+/// Returns the lanes in which `num / den` is certainly beyond an end of the interval, and those in
+/// which it is certainly before it.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {
     // num / den < end, multiplied by the positive den.

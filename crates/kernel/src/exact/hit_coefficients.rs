@@ -1,5 +1,5 @@
 //! The intersections of rays from one origin with triangles that they are known to hit, with each
-//! number correctly rounded.
+//! value correctly rounded.
 //!
 //! ```text
 //!   num:  n · a   v · dir   w · dir              in two-part numbers; the parts that do not
@@ -72,7 +72,7 @@ pub(super) struct EightSeen<D: Lanes> {
 }
 
 impl<D: Lanes<Scalar = f64>> EightSeen<D> {
-    /// Stores the numbers of each triangle together.
+    /// Stores the values of each triangle together.
     #[inline(always)]
     pub(super) fn put<S: Simd<F64x8 = D>>(
         &self,
@@ -98,7 +98,7 @@ impl<D: Lanes<Scalar = f64>> EightSeen<D> {
 }
 
 impl HitCoefficients {
-    /// The coefficients, by part.
+    /// Returns the coefficients, by part.
     #[inline(always)]
     pub(super) fn parts<S: Simd>(&self) -> [Vec3<S::F64x4>; 2] {
         let [high, low] = &self.coefficients;
@@ -176,11 +176,12 @@ impl SharedOriginHit for HitCoefficients {
     }
 }
 
-/// `2^-76`: the error of the product of a split cross product with a direction is at most half of
-/// this times the permanent.
+/// `2^-76`: the error of the dot product of a split cross product and a direction is at most half
+/// of this times the permanent.
 const SHARE: f64 = 1.0 / (1_u128 << 76) as f64;
 
-/// A vector in two parts. The first has 29 digits, so that its products with an f32 are exact.
+/// Splits a vector into two parts. The first has 29 digits, so that its products with an f32 are
+/// exact.
 #[inline(always)]
 fn halves<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
     let ([a, d], [b, e], [c, f]) = (split(x), split(y), split(z));
@@ -195,19 +196,19 @@ fn split<D: Lanes<Scalar = f64>>(x: &Double<D>) -> [D; 2] {
     [high, (x.high - high) + x.low]
 }
 
-/// The product of a split vector with an f32 direction.
+/// Returns the dot product of a split vector and an f32 direction.
 #[inline(always)]
 fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> Double<D> {
-    // A product of 29 and 24 digits fits in f64, so these products are exact, and two-part sums of
-    // them lose nothing.
+    // A product of numbers with 29 and 24 digits fits in f64, so these products are exact, and
+    // their two-part sums lose nothing.
     let xy = sum(high.x * dir.x, high.y * dir.y);
     let all = sum(xy.high, high.z * dir.z);
     short_sum(all.high, low.dot_fused(dir) + (xy.low + all.low))
 }
 
-/// The error bound of a cross product's product with a direction, divided by the sum of the
-/// direction's magnitudes. It is NaN if the vectors are not exact. This is not a closure, because
-/// that would be compiled without the level's instructions.
+/// Returns the error bound of the dot product of a cross product and a direction, divided by the
+/// sum of the direction's magnitudes. It is NaN if the vectors are not exact. This is not a
+/// closure, because that would be compiled without the level's instructions.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>, exact: D::Mask) -> D {
     let all = a.abs().permanents(b.abs()).norm1() * D::splat(SHARE);

@@ -1,4 +1,4 @@
-//! Tests of the input's bits, which no CPU setting can affect.
+//! Tests the bits of the input, so that no CPU setting can affect the results.
 
 use super::numbers::Pair;
 use super::tier::is_f64;
@@ -7,16 +7,17 @@ use crate::{RayOf, Scalar, TriangleOf};
 const EXPONENT: u32 = f32::INFINITY.to_bits();
 const FRACTION: u32 = f32::MIN_POSITIVE.to_bits() - 1;
 
-/// Whether a number is subnormal, as a mask, so that the compiler can test several numbers at once.
+/// Returns 1 if a number is subnormal, otherwise 0. An integer lets the compiler test several
+/// numbers at once.
 #[inline(always)]
 fn is_subnormal(x: u32) -> u32 {
     u32::from(x & EXPONENT == 0) & u32::from(x & FRACTION != 0)
 }
 
-/// Whether the first tier may decide, because rounding is the only error of f64 arithmetic on these
-/// numbers. No f32 may be subnormal, including the ends of the interval, because a CPU may be set
-/// to read subnormals as 0. No f64 may be so large that a product overflows, or so small that one
-/// underflows.
+/// Returns whether the first tier may decide, because rounding is the only error of f64 arithmetic
+/// on these numbers. No f32 may be subnormal, including the ends of the interval, because a CPU may
+/// be set to read subnormals as 0. No f64 may be so large that a product overflows, or so small
+/// that one underflows.
 #[inline(always)]
 pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     if const { is_f64::<S>() } {
@@ -28,7 +29,7 @@ pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 
 #[inline(always)]
 fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
-    // Seventeen tests without a branch, because nearly always all numbers are plain.
+    // Run all seventeen tests without a branch, because the numbers are nearly always plain.
     let mut subnormal = is_subnormal(triangle[8]);
     for i in 0..8 {
         subnormal |= is_subnormal(ray[i]) | is_subnormal(triangle[i]);
@@ -39,7 +40,7 @@ fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
 /// `2^-200` and `2^300`: nonzero magnitudes must be between these limits.
 const TAME: [u64; 2] = [(1023 - 200) << 52, (1023 + 300) << 52];
 
-/// Whether a direction satisfies the condition of [`is_plain`] for f64.
+/// Returns whether a direction satisfies the condition of [`is_plain`] for f64.
 #[inline(always)]
 pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
     let [low, high] = TAME.map(f64::from_bits);
@@ -50,7 +51,7 @@ pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
     dir.map(tame) == [1; 3]
 }
 
-/// The condition of [`is_plain`] for f64. `docs/numerics/f64.md`, section 3, derives it.
+/// Tests the condition of [`is_plain`] for f64. `docs/numerics/f64.md`, section 3, derives it.
 #[inline(always)]
 fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     let size = |x: u64| x & (u64::MAX >> 1);
@@ -71,13 +72,14 @@ fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     any == 0
 }
 
-/// Whether the CPU reads subnormal numbers unchanged, as it does by default, instead of as 0.
+/// Returns whether the CPU reads subnormal numbers unchanged, as it does by default, instead of as
+/// 0.
 #[inline]
 pub fn subnormals_are_read() -> bool {
     f64::from(core::hint::black_box(f32::from_bits(1))) != 0.0
 }
 
-/// Whether no coordinate is NaN or infinite.
+/// Returns whether all coordinates are finite.
 #[inline(always)]
 pub(super) fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     let finite = |x: &S| x.is_finite();
@@ -86,7 +88,7 @@ pub(super) fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> 
         && ray.dir.iter().all(finite)
 }
 
-/// Collects the numbers of a ray and a triangle.
+/// Collects the coordinates of a ray and a triangle.
 #[inline(always)]
 pub(super) fn pair<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Pair<S> {
     Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 }

@@ -3,7 +3,7 @@
 
 use core::cmp::Ordering;
 
-/// An integer of N limbs of 64 bits in two's complement, with the lowest limb first.
+/// An integer of N 64-bit limbs in two's complement, with the lowest limb first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Int<const N: usize>(pub(super) [u64; N]);
 
@@ -41,13 +41,13 @@ impl<const N: usize> Int<N> {
         any.cmp(&0)
     }
 
-    /// The magnitude.
+    /// Returns the magnitude.
     #[inline(always)]
     pub(super) fn size(&self) -> [u64; N] {
         if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
     }
 
-    /// The same number with more limbs. It must not be negative.
+    /// Returns the same number with more limbs. It must not be negative.
     #[inline(always)]
     pub(super) fn widened<const M: usize>(&self) -> Int<M> {
         const { assert!(M >= N) };
@@ -56,7 +56,7 @@ impl<const N: usize> Int<N> {
         Int(limbs)
     }
 
-    /// The product, with as many limbs as both factors together.
+    /// Returns the product, with as many limbs as both factors together.
     #[inline]
     pub(super) fn times<const M: usize, const R: usize>(&self, b: &Int<M>) -> Int<R> {
         const { assert!(R == N + M) };
@@ -91,7 +91,7 @@ impl<const N: usize> Int<N> {
     /// Subtracts a number, starting at limb `from`, if `is` is true.
     #[inline(always)]
     fn take<const M: usize>(&mut self, b: &Int<M>, from: usize, is: bool) {
-        // Uses a mask instead of a branch, because the signs of volumes near 0 are unpredictable.
+        // Use a mask instead of a branch, because the signs of volumes near 0 are unpredictable.
         let mask = if is { u64::MAX } else { 0 };
         let mut borrow = false;
         for j in 0..M {
@@ -142,7 +142,7 @@ impl<const N: usize> PartialOrd for Int<N> {
     }
 }
 
-/// The sum of two limbs and a carry, and the resulting carry.
+/// Returns the sum of two limbs and a carry, and the resulting carry.
 #[inline(always)]
 pub(super) fn plus(a: u64, b: u64, carry: bool) -> (u64, bool) {
     let (sum, over) = a.overflowing_add(b);
@@ -150,7 +150,7 @@ pub(super) fn plus(a: u64, b: u64, carry: bool) -> (u64, bool) {
     (sum, over | again)
 }
 
-/// The difference of two limbs and a borrow, and the resulting borrow.
+/// Returns the difference of two limbs and a borrow, and the resulting borrow.
 #[inline(always)]
 pub(super) fn minus(a: u64, b: u64, borrow: bool) -> (u64, bool) {
     let (rest, under) = a.overflowing_sub(b);
@@ -158,7 +158,7 @@ pub(super) fn minus(a: u64, b: u64, borrow: bool) -> (u64, bool) {
     (rest, under | again)
 }
 
-/// The dot product of two vectors.
+/// Returns the dot product of two vectors.
 #[inline(always)]
 pub(super) fn dot<const N: usize, const M: usize, const R: usize>(
     a: &[Int<N>; 3],
@@ -167,7 +167,7 @@ pub(super) fn dot<const N: usize, const M: usize, const R: usize>(
     a[0].times(&b[0]) + a[1].times(&b[1]) + a[2].times(&b[2])
 }
 
-/// The cross product of two vectors.
+/// Returns the cross product of two vectors.
 #[inline(always)]
 pub(super) fn cross<const N: usize, const R: usize>(
     a: &[Int<N>; 3],

@@ -11,7 +11,7 @@ pub(super) struct Interval<S> {
 }
 
 impl<S: Scalar> Interval<S> {
-    /// The interval of a ray, or `None` if it is empty.
+    /// Returns the interval of a ray, or `None` if it is empty.
     #[inline(always)]
     pub(super) fn of(ray: &RayOf<S>) -> Option<Self> {
         // A negative or zero start becomes 0. Ranks are the bits without the sign; the rank of NaN
@@ -22,7 +22,7 @@ impl<S: Scalar> Interval<S> {
         some.then_some(Self { near, far: ray.t_max })
     }
 
-    /// Whether the interval contains a `t > 0`. The quotient is only computed if necessary.
+    /// Returns whether the interval contains a `t > 0`. The quotient is only computed if necessary.
     #[inline(always)]
     pub(super) fn contains(self, t: impl FnOnce() -> Quotient) -> bool {
         let (from_0, endless) = (self.near.rank() == 0, self.far.rank() == S::ENDLESS);

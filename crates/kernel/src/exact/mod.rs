@@ -71,48 +71,49 @@ use core::cmp::Ordering;
 
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a ray meets a triangle within its interval. The rule determines which triangles own a
-/// shared edge or corner.
+/// Returns whether a ray meets a triangle within its interval. The rule determines which triangles
+/// own a shared edge or corner.
 pub fn hit<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     crossing_from(Tier::Float, rule, ray, triangle).is_some()
 }
 
-/// The side from which a ray crosses a triangle within its interval, if it does. Each point of a
-/// mesh belongs to exactly one of its triangles.
+/// Returns the side from which a ray crosses a triangle within its interval, if it does. Each point
+/// of a mesh belongs to exactly one of its triangles.
 pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Whether a ray that hits two triangles is certain to hit both at the same t because it passes
-/// through a shared edge or corner. The result is meaningless unless the ray hits both.
+/// Returns whether a ray that hits two triangles is certain to hit both at the same t because it
+/// passes through a shared edge or corner. The result is meaningless unless the ray hits both.
 pub fn touch<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     shared_edge::is_met(ray, one, other)
 }
 
-/// t, correctly rounded, for a triangle whose plane the ray's line meets in exactly one point.
+/// Returns the correctly rounded t of a triangle whose plane the ray's line meets in exactly one
+/// point.
 pub fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     t_from(Tier::Float, ray, triangle)
 }
 
-/// `t * 2^exponent`, correctly rounded, for a triangle whose plane the ray's line meets in exactly
-/// one point.
+/// Returns the correctly rounded `t * 2^exponent` for a triangle whose plane the ray's line meets
+/// in exactly one point.
 pub fn t_times<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>, exponent: i32) -> f64 {
     t_times_from(Tier::Float, ray, triangle, exponent)
 }
 
-/// Whether a ray's interval is not empty.
+/// Returns whether a ray's interval is not empty.
 pub(crate) fn has_interval<S: Scalar>(ray: &RayOf<S>) -> bool {
     interval::Interval::of(ray).is_some()
 }
 
-/// t, u, and v, correctly rounded, for a triangle whose plane the ray's line meets in exactly one
-/// point.
+/// Returns the correctly rounded t, u, and v of a triangle whose plane the ray's line meets in
+/// exactly one point.
 pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, f64, f64) {
     attributes_from(Tier::Float, ray, triangle)
 }
 
-/// The exact order in which a ray meets two triangles. Its line must meet each plane in exactly one
-/// point.
+/// Returns the exact order in which a ray meets two triangles. Its line must meet each plane in
+/// exactly one point.
 pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
     if let Some(order) = order_across_axis(ray, one, other) {
         return order;
@@ -132,7 +133,7 @@ pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<
     order_from(Tier::Float, ray, one, other)
 }
 
-/// The exact order in which a ray meets two triangles that are perpendicular to the same axis, as
+/// Returns the exact order in which a ray meets two triangles that are perpendicular to the same axis, as
 /// walls and floors often are: the positions of their planes decide, without any arithmetic.
 /// Returns `None` for other triangles. The ray's line must meet each plane in exactly one point.
 pub fn order_across_axis<S: Scalar>(
@@ -146,8 +147,8 @@ pub fn order_across_axis<S: Scalar>(
     })
 }
 
-/// Where the plane of a triangle is on an axis that is perpendicular to it, as an integer in the
-/// order of the coordinates. Returns `None` if the axis is not perpendicular.
+/// Returns the position of a triangle's plane on an axis perpendicular to it, as an integer that
+/// orders coordinates, or `None` if the axis is not perpendicular.
 fn position<S: Scalar>(triangle: &TriangleOf<S>, axis: usize) -> Option<i64> {
     let [a, b, c] = triangle.0.map(|corner| {
         let rank = corner[axis].rank() as i64;

@@ -1,7 +1,7 @@
-//! The exact integers that are computed for a ray and a triangle.
+//! The exact integers computed for a ray and a triangle.
 //!
 //! ```text
-//!   A, B, C  the corners from the origin      N₁ = B × C   N₂ = C × A   N₃ = A × B
+//!   A, B, C  corners relative to the origin   N₁ = B × C   N₂ = C × A   N₃ = A × B
 //!   d        the direction                    U = d·N₁     V = d·N₂     W = d·N₃     T = A·N₁
 //! ```
 
@@ -26,14 +26,14 @@ pub(super) struct Scales {
 }
 
 impl<S: Scalar> Pair<S> {
-    /// The scales of this pair.
+    /// Returns the scales of this pair.
     #[inline(always)]
     pub(super) fn scales(&self) -> Scales {
         let [c1, c2, c3] = self.corners;
         Scales { points: Scale::of(&[self.origin, c1, c2, c3]), dir: Scale::of(&[self.dir]) }
     }
 
-    /// The scales of the ray and two triangles together.
+    /// Returns the common scales of the ray, its triangle, and another triangle.
     #[inline(always)]
     pub(super) fn scales_with(&self, [d1, d2, d3]: [[S; 3]; 3]) -> Scales {
         let [c1, c2, c3] = self.corners;
@@ -43,13 +43,13 @@ impl<S: Scalar> Pair<S> {
 }
 
 impl Scales {
-    /// The first tier whose integers are wide enough for both scales.
+    /// Returns the first tier whose integers are wide enough for both scales.
     #[inline(always)]
     pub(super) fn tier(self) -> Tier {
         self.points.tier(self.dir)
     }
 
-    /// The exponent of the power of two that converts the integer quotient T/D to t.
+    /// Returns the exponent of the power of two that converts the integer quotient T/D to t.
     #[inline(always)]
     pub(super) fn of_t(self) -> i32 {
         self.points.low - self.dir.low
@@ -79,14 +79,14 @@ impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
         Self { a, d: scales.dir.vector(pair.dir), normals }
     }
 
-    /// The edge volumes U, V, and W.
+    /// Computes the edge volumes U, V, and W.
     #[inline(always)]
     pub(super) fn edges(&self) -> [Int<V>; 3] {
         let [n1, n2, n3] = &self.normals;
         [dot(&self.d, n1), dot(&self.d, n2), dot(&self.d, n3)]
     }
 
-    /// The volume T.
+    /// Computes the volume T.
     #[inline(always)]
     pub(super) fn volume(&self) -> Int<V> {
         dot(&self.a, &self.normals[0])
@@ -122,7 +122,7 @@ mod tests {
             assert_eq!(attributes(&pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
             assert_eq!(attributes(&pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
         }
-        // A ray that starts one f64 step from the plane, and one that starts as far away as
+        // Test a ray that starts one f64 step from the plane, then one that starts as far away as
         // possible.
         let mut near = pair(1.0, 0.0);
         near.origin[2] = 4.0_f64.next_down();

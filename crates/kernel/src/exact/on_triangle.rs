@@ -1,12 +1,12 @@
-//! Whether a point lies on a triangle.
+//! Tests whether a point lies on a triangle.
 
 use super::input::is_finite;
 use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a point lies on a triangle, including its edges and corners. The triangle must have an
-/// area. Returns false if any coordinate is not finite.
+/// Returns whether a point lies on a triangle, including its edges and corners. The triangle must
+/// have nonzero area. Returns false if any coordinate is not finite.
 ///
 /// ```
 /// use intertri::Triangle;
@@ -17,7 +17,7 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// ```
 pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
     // Most points in a triangle's plane are outside its bounding box. If the CPU treats subnormal
-    // numbers as zero, this test rejects fewer points, but never a wrong one.
+    // numbers as zero, this test rejects fewer points, but never one that is on the triangle.
     let is_beside = |axis: usize| {
         let (x, corners) = (point[axis], &triangle.0);
         corners.iter().all(|c| c[axis] < x) || corners.iter().all(|c| c[axis] > x)
@@ -33,8 +33,9 @@ pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
     }
 }
 
-/// For a point in the triangle's plane, T is 0, and the three normals are multiples of the
-/// triangle's own normal. The point is on the triangle if no multiple is negative.
+/// Tests the point in integer arithmetic. For a point in the triangle's plane, T is 0, and the
+/// three normals are multiples of the triangle's own normal. The point is on the triangle if no
+/// multiple is negative.
 fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
     pair: &Pair<S>,
     scales: Scales,

@@ -30,7 +30,7 @@ pub(super) struct Intersection {
 }
 
 impl Intersection {
-    /// The signs of T, U, V, and W; 0 if a sign is not proven.
+    /// Returns the signs of T, U, V, and W, with 0 for each sign that is not proven.
     pub(super) fn signs(&self) -> [i8; 4] {
         let [high, low, err] = self.volumes;
         let [_, t, v, w] = [0, 1, 2, 3].map(|i| sign(high[i], err[i]));
@@ -44,7 +44,8 @@ impl Intersection {
     }
 }
 
-/// The sign of a number with the given error bound; 0 if the bound does not determine it.
+/// Returns the sign of a number with the given error bound, or 0 if the bound does not determine
+/// it.
 fn sign(x: f64, err: f64) -> i8 {
     i8::from(x > err) - i8::from(x < -err)
 }
@@ -121,8 +122,8 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
     }
 }
 
-/// Transposes four vectors into lanes. This is written out because an array's `map` may compile to
-/// a call that lacks the level's instructions.
+/// Transposes four vectors into lanes. The code is written out because an array's `map` may compile
+/// to a call that lacks the level's instructions.
 #[inline(always)]
 fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     let x: [f64; 4] = [a[0].into(), b[0].into(), c[0].into(), d[0].into()];
@@ -131,7 +132,8 @@ fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     Vec3 { x: Lanes::load(&x), y: Lanes::load(&y), z: Lanes::load(&z) }
 }
 
-/// The factors x, y, and z of each volume, from the edges a, h4, and h5 in lanes and a direction.
+/// Returns the factors x, y, and z of each volume. The first three lanes of `edges` hold A, h4, and
+/// h5.
 #[inline(always)]
 fn factors<S: Simd>(edges: Vec3<S::F64x4>, [dx, dy, dz]: [f64; 3]) -> [Vec3<S::F64x4>; 3] {
     let [x, y, z] = [axis::<S>(edges.x, dx), axis::<S>(edges.y, dy), axis::<S>(edges.z, dz)];
@@ -142,7 +144,7 @@ fn factors<S: Simd>(edges: Vec3<S::F64x4>, [dx, dy, dz]: [f64; 3]) -> [Vec3<S::F
     ]
 }
 
-/// The components of the factors along one axis.
+/// Returns the components of the factors along one axis.
 #[inline(always)]
 fn axis<S: Simd>(edges: S::F64x4, d: f64) -> [S::F64x4; 3] {
     let mut numbers = [0.0; 4];

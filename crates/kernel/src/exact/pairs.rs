@@ -1,4 +1,4 @@
-//! Hit attributes of eight pairs of a ray and a triangle that it is known to hit.
+//! Hit attributes of eight pairs, each a ray and a triangle that it is known to hit.
 
 use super::attributes;
 use super::input::subnormals_are_read;
@@ -19,11 +19,12 @@ pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     (t, if subnormals_are_read() { sure.bits() } else { 0 })
 }
 
-/// Returns the hits of the first `len` lanes, with every number correctly rounded. The other lanes
+/// Returns the hits of the first `len` lanes, with t, u, and v correctly rounded. The other lanes
 /// are meaningless.
 #[inline(always)]
 pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
-    // Process four at a time, because some CPUs lower their clock for even one eight-lane division.
+    // Process four at a time, because some CPUs lower their clock rate for even a single eight-lane
+    // division.
     let (mut t, mut u, mut v, mut sure) = ([0.0; 8], [0.0; 8], [0.0; 8], 0);
     for from in [0, 4] {
         let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);

@@ -9,7 +9,7 @@ use crate::{Hit, Ray64, Triangle64};
 /// A ray, a triangle that it is known to hit, and the triangle's index.
 pub type Pair64<'a> = (&'a Ray64, &'a Triangle64, u32);
 
-/// Computes the hits of pairs, with every number correctly rounded.
+/// Computes the hits of pairs, with t, u, and v correctly rounded.
 #[inline]
 pub fn hits64(level: Level, pairs: &[Pair64<'_>], hits: &mut [Hit]) {
     for (pairs, hits) in pairs.chunks(4).zip(hits.chunks_mut(4)) {
@@ -17,7 +17,8 @@ pub fn hits64(level: Level, pairs: &[Pair64<'_>], hits: &mut [Hit]) {
     }
 }
 
-/// Up to four pairs, because some CPUs lower their clock for even one eight-lane division.
+/// Up to four pairs, because some CPUs lower their clock rate for even a single eight-lane
+/// division.
 struct Four<'a> {
     pairs: &'a [Pair64<'a>],
     hits: &'a mut [Hit],

@@ -69,12 +69,12 @@ impl Quotient {
         Self { first, more: rest.iter().any(|&limb| limb != 0), exponent }
     }
 
-    /// Rounds to the nearest f64, ties to even. Returns infinity if the value is nearer to the
-    /// number that would follow the largest f64.
+    /// Rounds to the nearest f64, ties to even. Returns infinity if the value rounds to more than
+    /// the largest f64.
     #[inline(always)]
     pub(super) fn to_f64(self) -> f64 {
-        // There are eleven more bits than an f64 has, so the sticky bit can be merged into the last
-        // one.
+        // The 64 bits are eleven more than an f64 holds, so the sticky bit can be merged into the
+        // last one.
         let first = self.first | u64::from(self.more);
         // The value is at least 2^top and less than twice that.
         let top = self.exponent.saturating_add(63);
@@ -86,7 +86,7 @@ impl Quotient {
         if top > LARGEST { f64::INFINITY } else { f64::from_bits(subnormal(first, top, -1074)) }
     }
 
-    /// [`Quotient::to_f64`] for f32.
+    /// Like [`Quotient::to_f64`], but for f32.
     pub(super) fn to_f32(self) -> f32 {
         let first = self.first | u64::from(self.more);
         let top = self.exponent.saturating_add(63);
@@ -102,9 +102,9 @@ impl Quotient {
         f32::from_bits(subnormal(first, top, -149) as u32)
     }
 
-    /// The square root, rounded twice: the error is at most 0.86 units in the last place, or 0.93
-    /// if the result is subnormal. The result is never 0, and it is infinite beyond the largest
-    /// f64.
+    /// Returns the square root, rounded twice. The error is at most 0.86 units in the last place,
+    /// or 0.93 if the result is subnormal. The result is never 0, and it is infinite if it exceeds
+    /// the largest f64.
     #[inline(always)]
     pub(super) fn to_sqrt(self) -> f64 {
         // An even exponent can be halved exactly; if it is odd, multiply the mantissa by 2.
@@ -123,7 +123,7 @@ impl Quotient {
         f64::from_bits(subnormal((m as u64) << 11, top, -1074).max(1))
     }
 
-    /// Compares the quotient with a finite float that is not negative.
+    /// Compares the quotient with a finite, nonnegative float.
     #[inline(always)]
     pub(super) fn cmp_float<S: Scalar>(self, x: S) -> Ordering {
         let (m, e) = x.parts();
@@ -138,8 +138,8 @@ impl Quotient {
     }
 }
 
-/// Shifts the limbs of a positive number up until its highest bit is set. Returns the shifted limbs
-/// and the number of bits.
+/// Shifts the limbs of a positive number left until the highest bit is set. Returns the shifted
+/// limbs and the number of bits by which they were shifted.
 #[inline(always)]
 fn from_the_top<const V: usize>(limbs: &[u64; V]) -> ([u64; V], i32) {
     // Shift by whole limbs, then by bits.
@@ -184,12 +184,12 @@ fn subnormal(first: u64, top: i32, last: i32) -> u64 {
     let (kept, rest) = ((all >> after) as u64, all & ((1 << after) - 1));
     let half = 1 << (after - 1);
     // Round to nearest, ties to even. If `kept + 1` is the smallest normal number, the bits are
-    // still right.
+    // still correct.
     let up = rest > half || rest == half && kept & 1 != 0;
     kept + u64::from(up)
 }
 
-/// `2^e`, for a normal result.
+/// Returns `2^e`, which must be a normal number.
 pub(super) fn pow2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)
 }

@@ -12,8 +12,8 @@ use super::double::{Double, cross, difference, dot};
 use crate::simd::{Lanes, Vec3};
 
 /// `2^-99`, which is `128w²`, where w is half an ulp of 1. The error of a double-double volume is
-/// at most half of this times its permanent. A quotient adds an error of at most half of this times
-/// its own magnitude.
+/// at most half of this times its permanent. Division adds an error of at most half of this times
+/// the quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
 /// A ray and a triangle in each lane, with coordinates that are exact in f64.
@@ -38,7 +38,7 @@ pub(super) struct Volume<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Volume<D> {
-    /// `x·(y × z)`, where `product` is the cross product.
+    /// Computes `x·(y × z)`, where `product` is the cross product `y × z`.
     #[inline(always)]
     pub(super) fn new(x: Vec3<D>, product: &[Double<D>; 3], y: Vec3<D>, z: Vec3<D>) -> Self {
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
@@ -61,14 +61,14 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
         Self { a, h4, h5, dir, exact, den, inverse, normal }
     }
 
-    /// t, and the lanes in which it is proven to be correctly rounded.
+    /// Returns t and the lanes in which it is proven to be correctly rounded.
     #[inline(always)]
     pub fn t(&self) -> (D, D::Mask) {
         self.over(&Volume::new(self.a, &self.normal, self.h4, self.h5))
     }
 
-    /// u and v, the weights of the second and third corners, and the lanes in which both are proven
-    /// to be correctly rounded.
+    /// Returns u and v, the weights of the second and third corners, and the lanes in which both
+    /// are proven to be correctly rounded.
     #[inline(always)]
     pub fn weights(&self) -> (D, D, D::Mask) {
         let (a, dir) = (self.a, self.dir);
@@ -88,9 +88,9 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
     }
 }
 
-/// The quotient of two volumes, and the lanes in which it is proven to be correctly rounded.
-/// `inverse` is the reciprocal of the denominator's high part. The error passed for the denominator
-/// is twice its bound.
+/// Returns the quotient of two volumes and the lanes in which it is proven to be correctly rounded.
+/// `inverse` is the reciprocal of the denominator's high part. The `err` passed for the denominator
+/// is twice its error bound.
 #[inline(always)]
 pub(super) fn quotient<D: Lanes<Scalar = f64>>(
     num: &Volume<D>,
@@ -126,7 +126,7 @@ mod tests {
     struct Numbers(u64);
 
     impl Numbers {
-        /// A number below `2^bits`.
+        /// Returns a number below `2^bits`.
         fn below(&mut self, bits: u32) -> i64 {
             self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
             ((self.0 ^ self.0 >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - bits)) as i64
@@ -148,13 +148,13 @@ mod tests {
         }
     }
 
-    /// The approximate magnitude of an integer.
+    /// Returns the approximate magnitude of an integer.
     fn near(x: Int<3>) -> f64 {
         let [a, b, c] = x.size().map(|limb| limb as f64);
         a + (b + c * 2.0_f64.powi(64)) * 2.0_f64.powi(64)
     }
 
-    /// The error of a double-double volume, as a multiple of `w²` times its permanent.
+    /// Returns the error of a double-double volume as a multiple of `w²` times its permanent.
     fn share(x: [i64; 3], y: [i64; 3], z: [i64; 3]) -> f64 {
         let lanes = |v: [i64; 3]| Vec3::<f64>::splat(v.map(|x| x as f64));
         let exact = {
@@ -191,7 +191,7 @@ mod tests {
         assert!(1.5 < most && most < 27.0, "{most}");
     }
 
-    /// Tests quotients near the midpoint of two f64 numbers, where the last digits decide the
+    /// Tests quotients near the midpoint of two f64 values, where the last digits decide the
     /// rounding.
     #[test]
     fn a_sure_quotient_is_rounded_right() {
@@ -223,7 +223,7 @@ mod tests {
         assert!(sure_ones > 100_000, "{sure_ones}");
     }
 
-    /// A unit vector along an axis, or the origin.
+    /// Returns the unit vector along an axis, or the zero vector if `k` is not an axis.
     fn axis(k: usize) -> Vec3<f64> {
         Vec3::splat([0, 1, 2].map(|i| f64::from(u8::from(i == k))))
     }

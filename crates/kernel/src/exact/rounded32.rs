@@ -19,7 +19,7 @@ use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 /// 3/16 of this.
 const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
 
-/// A denominator that several numerators are divided by.
+/// A denominator that several quotients share.
 #[derive(Clone, Copy)]
 struct Over<D> {
     err: D,
@@ -73,8 +73,8 @@ pub struct HitCoefficients32 {
     known: f64,
     /// The error bound of t's numerator.
     known_err: f64,
-    /// The error bound of the dot products, divided by the sum of the direction's magnitudes; NaN
-    /// if nothing is proven.
+    /// The error bound of the dot products, relative to the sum of the magnitudes of the
+    /// direction's components, or NaN if nothing is proven.
     share: f64,
     index: u32,
 }
@@ -94,7 +94,7 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let (n, v, w) = (h4.cross_fused(h5), h5.cross_fused(a), a.cross_fused(h4));
         put_by_triangle::<S>([n, v, w, n], to.iter_mut().map(|seen| &mut seen.coefficients));
 
-        // One bound, the largest, is enough for all three.
+        // Use the largest of the three bounds for all three.
         let (abs_a, abs_h4, abs_h5) = (a.abs(), h4.abs(), h5.abs());
         let of_n = abs_h4.permanents(abs_h5);
         let most = (of_n.norm1().max(abs_h5.permanents(abs_a).norm1()))
@@ -129,14 +129,15 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
     }
 }
 
-/// Returns the f32 hits of the first `len` lanes, with every number correctly rounded. The other
+/// Returns the f32 hits of the first `len` lanes, with t, u, and v correctly rounded. The other
 /// lanes are meaningless.
 #[inline(always)]
 pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     let mut hits = [Hit32::MISS; 8];
     let (doubt, mut unsure) = (if subnormals_are_read() { DOUBT } else { f64::NAN }, 0);
     let doubt = <S::F64x4 as Lanes>::splat(doubt);
-    // Process four at a time, because some CPUs lower their clock for even one eight-lane division.
+    // Process four at a time, because some CPUs lower their clock rate for even a single eight-lane
+    // division.
     for from in [0, 4] {
         let ([c1, c2, c3], origin, dir) = pairs.lanes::<S::F64x4>(from);
         let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
@@ -160,7 +161,7 @@ pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     hits
 }
 
-/// The permanent of a volume, from the permanents of a cross product and the other vector.
+/// Computes the permanent of a volume from the permanents of a cross product and the other vector.
 #[inline(always)]
 fn permanent<D: Lanes<Scalar = f64>>(product: Vec3<D>, by: Vec3<D>) -> D {
     product.dot_fused(by.abs())
@@ -171,8 +172,8 @@ fn hit32_of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
     Hit32::new(attributes32(ray, triangle), index)
 }
 
-/// Converts a hit of `exact` to f32, with every number correctly rounded for the ray and the
-/// triangle.
+/// Converts a hit found by `exact` to f32. Its t, u, and v are correctly rounded for the ray and
+/// the triangle.
 #[inline(always)]
 pub fn hit32<S: Scalar>(hit: &Hit, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Hit32 {
     let numbers = narrowed([hit.t, hit.u, hit.v]).unwrap_or_else(|| attributes32(ray, triangle));

@@ -1,5 +1,5 @@
-//! From floats to integers: the common scale of a set of numbers, and the number of bits it
-//! requires.
+//! Converts floats to integers: finds the common scale of a set of numbers and the number of bits
+//! that their integers need.
 
 use super::int::Int;
 use super::tier::{Tier, is_f64};
@@ -17,7 +17,7 @@ impl Scale {
     /// The scale of an empty set.
     const NONE: Self = Self { low: i32::MAX / 2, bits: 0 };
 
-    /// The scale of vectors of finite numbers.
+    /// Returns the common scale of vectors with finite components.
     #[inline(always)]
     pub(super) fn of<S: Scalar, const N: usize>(vectors: &[[S; 3]; N]) -> Self {
         let (mut low, mut high) = (Self::NONE.low, -Self::NONE.low);
@@ -31,8 +31,8 @@ impl Scale {
         Self { low, bits: (high - low + S::DIGITS).max(0) }
     }
 
-    /// The first tier whose integers are wide enough for this scale of points and a direction's
-    /// scale.
+    /// Returns the first tier whose integers are wide enough for points at this scale and a
+    /// direction at the scale `dir`.
     #[inline(always)]
     pub(super) fn tier(self, dir: Self) -> Tier {
         Tier::of_bits(self.bits.max(dir.bits))
@@ -55,8 +55,8 @@ impl Scale {
     }
 }
 
-/// The number of trailing zeros of m, for f64 only: often half of the digits are zero, and narrow
-/// integers are much faster. For f32, all digits are used.
+/// Returns the number of trailing zeros of an f64's m. Often half of its digits are zero, and
+/// narrow integers are much faster. Returns 0 for f32, whose digits are all used.
 #[inline(always)]
 fn zeros<S: Scalar>(m: i64) -> i32 {
     if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }
@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn zeros_below_the_last_digit_of_an_f64_do_not_count() {
         let (top, third) = (2.0_f64.powi(57), 1.0 / 3.0);
-        // Integers of 64 bits hold at most 61 places.
+        // 64-bit integers hold at most 61 places.
         for (last, tier) in [(0.125, Tier::Narrow), (0.0625, Tier::Middle), (third, Tier::Middle)] {
             let vector = [top, 0.0, -last];
             let scale = Scale::of(&[vector]);

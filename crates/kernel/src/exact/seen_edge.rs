@@ -1,16 +1,16 @@
-//! The side on which a ray passes a directed edge, by the rule *once*.
+//! The side on which a ray passes a directed edge, under the *once* rule.
 //!
 //! ```text
 //!             b
 //!             ▲    d·(A × B) > 0    the ray passes on this side of the edge
 //!        ·    │    d·(A × B) = 0    through the edge's line: the ray is moved by (ε, ε², ε³)
 //!       ray   │
-//!             a    A, B are the ends from the ray's origin; the view is along the ray
+//!             a    A, B are the ends relative to the ray's origin; the view is along the ray
 //! ```
 //!
 //! [`crossing`](super::crossing) uses the same signs for the three edges of a triangle, so a sum
 //! over edges and a count of crossings agree on the side of each edge. `docs/numerics/winding.md`
-//! relies on both.
+//! relies on this.
 
 use core::cmp::Ordering;
 
@@ -19,8 +19,8 @@ use super::scale::Scale;
 use super::tier::{Tier, at_tier, is_f64};
 use crate::Scalar;
 
-/// The sign of `d·(A × B)` for a ray moved by (ε, ε², ε³). Returns `Equal` if A and B are collinear
-/// with the origin. All coordinates must be finite.
+/// Returns the sign of `d·(A × B)` for a ray moved by (ε, ε², ε³), or `Equal` if A and B are
+/// collinear with the origin. All coordinates must be finite.
 ///
 /// ```
 /// use core::cmp::Ordering::{Equal, Greater, Less};
@@ -44,14 +44,14 @@ fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let [a, b] = edge.map(|point| seen::<S, C>(points, origin, point));
     let normal: [Int<N>; 3] = cross(&a, &b);
     let volume: Int<V> = dot(&dirs.vector::<S, C>(dir), &normal);
-    // The sign of the first nonzero number of X, Nx, Ny, and Nz: the rule *once* (exact.md, section
-    // 1).
+    // Under the *once* rule, the result is the sign of the first nonzero value among X, Nx, Ny, and
+    // Nz (exact.md, section 1).
     normal.iter().fold(volume.sign(), |sign, n| sign.then_with(|| n.sign()))
 }
 
-/// `d × A` for a ray moved by (ε, ε², ε³), scaled so that the largest component is near 1. The
-/// error of each component is a few roundings of the largest. Returns 0 if the point is the ray's
-/// origin. All coordinates must be finite.
+/// Computes `d × A` for a ray moved by (ε, ε², ε³), scaled so that the largest component is near 1.
+/// The error of each component is at most a few rounding errors of the largest component. Returns
+/// the zero vector if the point is the ray's origin. All coordinates must be finite.
 ///
 /// ```
 /// use intertri::internal::exact::moment;
@@ -81,7 +81,7 @@ fn turn<S: Scalar, const C: usize, const N: usize, const V: usize>(
     moments.iter().find(is_some).map_or([0.0; 3], rounded)
 }
 
-/// The point relative to the origin, as integers.
+/// Returns the point relative to the origin, as integers.
 fn seen<S: Scalar, const C: usize>(scale: Scale, origin: [S; 3], point: [S; 3]) -> [Int<C>; 3] {
     let (o, p) = (scale.vector::<S, C>(origin), scale.vector::<S, C>(point));
     [p[0] - o[0], p[1] - o[1], p[2] - o[2]]

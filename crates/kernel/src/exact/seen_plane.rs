@@ -1,5 +1,5 @@
-//! A triangle's plane relative to an origin. It decides which of two triangles a ray meets first,
-//! nearly always in f64.
+//! A triangle's plane relative to an origin. Comparing two such planes shows which triangle a ray
+//! meets first, nearly always in f64.
 //!
 //! ```text
 //!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        each of the four has an error bound
@@ -25,7 +25,7 @@ pub struct SeenPlane<S = f32> {
     n: Vec3<f64>,
     /// The permanents of the normal, times `BOUND`.
     n_err: Vec3<f64>,
-    /// |T|, and twice its error bound.
+    /// |T| and twice its error bound.
     num: f64,
     num_err: f64,
 }
@@ -45,8 +45,9 @@ impl<S: Scalar> SeenPlane<S> {
         Self { origin, n, n_err: brackets * BOUND, num: num.abs(), num_err }
     }
 
-    /// Which of two planes a ray meets first, if that is certain. The ray must meet both. An f32
-    /// ray must start at their origin; for an f64 ray, this function checks the origin.
+    /// Returns which of two planes a ray meets first, or `None` if that is uncertain. The ray must
+    /// meet both. An f32 ray must start at the origin of both planes; for an f64 ray, this function
+    /// checks that it starts at the origin of `self`.
     #[inline(always)]
     pub fn order(&self, other: &Self, ray: &RayOf<S>) -> Option<Ordering> {
         if const { is_f64::<S>() } {
@@ -58,8 +59,8 @@ impl<S: Scalar> SeenPlane<S> {
         }
         let dir = vec3(ray.dir);
         let ((den, den_err), (other_den, other_err)) = (self.den(dir), other.den(dir));
-        // Compare magnitudes, not signs: a plane can have an order even if it is so near the origin
-        // that T's sign is unknown.
+        // Compare magnitudes, not signed values: two planes can be ordered even if one is so near
+        // the origin that the sign of its T is unknown.
         let gap = self.num * other_den - other.num * den;
         // The error of a product of two inexact numbers, summed over both products (exact.md,
         // section 9).
@@ -73,7 +74,7 @@ impl<S: Scalar> SeenPlane<S> {
         is_sure.then_some(if gap < 0.0 { Ordering::Less } else { Ordering::Greater })
     }
 
-    /// |D|, and twice its error bound.
+    /// Returns |D| and twice its error bound.
     #[inline(always)]
     fn den(&self, dir: Vec3<f64>) -> (f64, f64) {
         (self.n.dot(dir).abs(), self.n_err.dot(dir.abs()))

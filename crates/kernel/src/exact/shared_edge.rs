@@ -1,9 +1,9 @@
-//! Whether a ray meets two triangles on a shared edge or corner, and thus at the same t.
+//! Tests whether a ray meets two triangles on a shared edge or corner, and thus at the same t.
 //!
 //! ```text
 //!        P            d × P = 0           the ray goes through the corner
 //!       /|\
-//!      / ● \          d·(P × Q) = 0       it goes through the line of the edge
+//!      / ● \          d·(P × Q) = 0       it meets the line of the edge
 //!     /  |  \
 //!    ·---Q---·        P and Q are relative to the ray's origin
 //! ```
@@ -20,25 +20,25 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a ray certainly has the same t for two triangles because it meets both on a shared edge
-/// or corner. The ray's line must meet each plane in exactly one point.
+/// Returns whether a ray certainly has the same t for two triangles because it meets both on a
+/// shared edge or corner. The ray's line must meet each plane in exactly one point.
 pub(super) fn is_met<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
     other: &TriangleOf<S>,
 ) -> bool {
-    // Find the corners that both triangles have. Compare their bits: on a CPU that treats subnormal
+    // Find the corners that the triangles share. Compare their bits: on a CPU that treats subnormal
     // numbers as zero, a floating-point comparison would consider different corners equal.
     let bits = |corner: &[S; 3]| corner.map(|x| (x.rank(), x.is_negative()));
     let is_shared = |corner: &&[S; 3]| other.0.iter().any(|c| bits(c) == bits(corner));
     let mut shared = one.0.iter().filter(is_shared);
     let Some(&p) = shared.next() else { return false };
     let q = shared.next().copied().unwrap_or(p);
-    // Three shared corners mean the same plane.
+    // With three shared corners, the triangles lie in the same plane.
     if shared.next().is_some() {
         return true;
     }
-    // The ray nearly always passes the edge, which f64 arithmetic can prove. For f32, integers are
+    // The ray nearly always misses the edge, which f64 arithmetic can prove. For f32, integers are
     // just as fast.
     if const { is_f64::<S>() } && is_plain(ray, &TriangleOf([p, q, q])) {
         let vec3 = |v: [S; 3]| Vec3::splat(v.map(Into::into));

@@ -1,5 +1,5 @@
-//! Hit attributes of f64 rays from one origin and triangles that they are known to hit. Every
-//! number is correctly rounded; the values that depend only on the triangle and the origin are
+//! Hit attributes for f64 rays with a common origin and triangles that they are known to hit. The
+//! attributes are correctly rounded; the values that depend only on the triangle and the origin are
 //! computed once.
 //!
 //! `docs/numerics/f64.md`, section 3, has the bounds and the proof.
@@ -19,8 +19,8 @@ use crate::{Hit, Ray64, RayOf, Triangle64};
 /// The number of hits by which prefetching runs ahead of writing.
 const AHEAD: usize = 40;
 
-/// Computes the hits of rays from one origin. Each pair is a ray and the position in `triangles` of
-/// a triangle that it is known to hit; a position out of bounds is a miss.
+/// Computes the hits of rays with a common origin. Each pair is a ray's index and the position in
+/// `triangles` of a triangle that the ray is known to hit; an out-of-bounds position yields a miss.
 #[inline]
 pub fn hits_of_origin64(
     level: Level,
@@ -113,7 +113,7 @@ fn eight<S: Simd>(
     seen.put::<S>(&indices, to);
 }
 
-/// The high parts and the low parts of a vector.
+/// Returns the high and low parts of a vector.
 #[inline(always)]
 fn parts<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
     [Vec3 { x: x.high, y: y.high, z: z.high }, Vec3 { x: x.low, y: y.low, z: z.low }]
@@ -147,8 +147,8 @@ impl HitCoefficients {
 /// `2^-200` and `2^300`, the limits of the magnitudes that the proof covers.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
-/// The error bound of a cross product's dot product with a direction, divided by the sum of the
-/// direction's magnitudes; NaN if nothing is proven.
+/// Returns the error bound of a cross product's dot product with a direction, relative to the sum
+/// of the magnitudes of the direction's components, or NaN if nothing is proven.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: &TwoParts<D>, b: &TwoParts<D>, plain: D::Mask) -> D {
     let all = a.first.abs().permanents(b.first.abs()).norm1() * D::splat(DOUBT);

@@ -20,7 +20,7 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 
-/// Returns a ray that starts at a hit on a triangle and has the direction `dir`. In the mode
+/// Returns a ray that starts at a hit on a triangle and has the direction `dir`. In
 /// [`Mode::exact`](crate::Mode::exact), the ray never hits that triangle, whatever its direction.
 ///
 /// The ray starts at the point that has the hit's weights, rounded to the scalar type, or next to
@@ -29,7 +29,7 @@ use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 /// largest coordinate if that is more. The ray may miss anything nearer than that. It may start
 /// farther away if the weights do not come from [`Mode::exact`](crate::Mode::exact). Its interval
 /// is `t > 0`. Near an edge, the ray may hit the triangle on the other side of the edge. To test
-/// whether two points see each other, use `Bvh::visible` of `intertri-trace`.
+/// whether two points see each other, use `Bvh::visible` from `intertri-trace`.
 ///
 /// If the hit is a miss, or if no start can be found, the origin is NaN, and the ray hits nothing,
 /// whatever its interval.
@@ -79,20 +79,21 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     // `unit` must exceed the error of any coordinate.
     let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
     let corners = triangle.0.map(|corner| largest(corner.map(Into::into)));
-    // The unit in the last place of the largest coordinate, or `2^-49 M`, which covers the rounding
-    // of the weights (exact.md, section 9).
+    // The unit in the last place of the largest coordinate, or, if larger, `2^-49` times the
+    // triangle's largest coordinate, which covers the rounding of the weights (exact.md, section
+    // 9).
     let last_place = largest(point) / (1_u64 << (S::DIGITS - 1)) as f64 + S::LEAST_NORMAL;
     let unit = last_place.max(largest(corners) / (1_u64 << 49) as f64);
 
     // Move along the axis nearest to the normal, to the side to which the direction leads. If f64
-    // cannot determine the normal, another axis or the opposite way may be right.
+    // cannot determine the normal, another axis or the opposite sign may be the right choice.
     let normal = normal(triangle);
     let mut axes = [0, 1, 2];
     axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
     for axis in axes {
         let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
-        // The first choice works unless the normal is lost in f64. In that case, try the other way
-        // and then the other axes.
+        // The first choice works unless the normal is lost in f64. In that case, try the opposite
+        // sign and then the other axes.
         for step in [way, -way] {
             if let Some(next) = moved(&start, point, (axis, step), triangle) {
                 return next;
@@ -105,8 +106,8 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
 /// Returns a ray from a hit on a triangle to a target at `t = 1`. This is [`spawn_ray`] with the
 /// interval `0 < t < 1`, for shadow rays to a light.
 ///
-/// The ray may end as far from the target as it may start from the hit, plus the rounding of its
-/// direction.
+/// The end of the ray may be as far from the target as its start may be from the hit, plus the
+/// rounding error of its direction.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, spawn_ray_to};
@@ -123,7 +124,7 @@ pub fn spawn_ray_to<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, target: [S; 
     spawn_ray(hit, triangle, toward).between(S::ZERO, S::ONE)
 }
 
-/// The point on a triangle that has the hit's weights.
+/// Computes the point on a triangle that has the hit's weights.
 fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
     let first = (1.0 - hit.u) - hit.v;
     [0, 1, 2].map(|k| {
@@ -133,8 +134,8 @@ fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
 }
 
 /// Moves the ray's origin along an axis until the ray leads away from the triangle. Along the axis
-/// nearest to the normal, four steps are always enough if t is correctly rounded; otherwise, it
-/// takes more. Returns `None` if 2^39 steps are not enough.
+/// nearest to the normal, four steps are always enough if t is correctly rounded; otherwise, more
+/// may be needed. Returns `None` if 2^39 steps are not enough.
 fn moved<S: Scalar>(
     start: &RayOf<S>,
     point: [f64; 3],
@@ -157,9 +158,9 @@ fn moved<S: Scalar>(
     None
 }
 
-/// A triangle's normal, of any length. f64 can represent the normal of every f32 triangle, but not
-/// of every f64 triangle. For f64, the edges start at the corner opposite the longest edge, because
-/// the differences between a far corner and two near ones may be equal.
+/// Returns a triangle's normal, which may have any length. f64 can represent the normal of every
+/// f32 triangle, but not of every f64 triangle. For f64, the edges start at the corner opposite the
+/// longest edge, because the differences between a far corner and two near ones may be equal.
 fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     if const { !is_f64::<S>() } {
         return triangle.normal();
@@ -175,12 +176,12 @@ fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     [y * w - z * v, z * u - x * w, x * v - y * u]
 }
 
-/// Whether a ray starts in a triangle's plane, or leads away from the plane or parallel to it.
+/// Returns whether a ray starts in a triangle's plane, leads away from it, or is parallel to it.
 fn goes_away(plane: Ordering, side: Ordering) -> bool {
     plane != side || side == Ordering::Equal
 }
 
-/// The signs of T and of D.
+/// Returns the signs of T and D.
 fn signs<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Ordering, Ordering) {
     if is_plain(ray, triangle) {
         let vec3 = |v: [S; 3]| Vec3::<f64>::splat(v.map(Into::into));

@@ -13,8 +13,8 @@ use super::rounded::{Volume, quotient};
 use crate::simd::{Lanes, Vec3};
 
 /// `2^-97`, which is `512w²`, where w is half an ulp of 1. The error of a volume is at most a sixth
-/// of this times its permanent. A quotient adds an error of at most a twentieth of this times its
-/// own magnitude.
+/// of this times its permanent. Division adds an error of at most a twentieth of this times the
+/// quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 97) as f64;
 
 /// A quotient is proven only if it is 0 or its magnitude is between these limits, `2^±500`.
@@ -27,7 +27,7 @@ pub(super) struct TwoParts<D> {
     pub(super) rest: Vec3<D>,
 }
 
-/// `a - b`, exactly.
+/// Computes `a - b` exactly.
 #[inline(always)]
 pub(super) fn difference<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>) -> TwoParts<D> {
     let (x, y, z) = (sum(a.x, -b.x), sum(a.y, -b.y), sum(a.z, -b.z));
@@ -41,13 +41,13 @@ fn more<D: Lanes<Scalar = f64>>(x: &Double<D>, rest: D) -> Double<D> {
     sum(x.high, x.low + rest)
 }
 
-/// Corrects a cross product by the contribution of its factors' second parts.
+/// Adds the contribution of the factors' second parts to a cross product.
 #[inline(always)]
 fn with_rest<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3], rest: Vec3<D>) -> [Double<D>; 3] {
     [more(x, rest.x), more(y, rest.y), more(z, rest.z)]
 }
 
-/// The cross product of vectors in two parts.
+/// Computes the cross product of two vectors in two parts.
 #[inline(always)]
 pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     a: &TwoParts<D>,
@@ -59,7 +59,7 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     with_rest(&cross(a.first, b.first), rest)
 }
 
-/// The dot product of a cross product and a vector in two parts.
+/// Computes the dot product of a cross product and a vector in two parts.
 #[inline(always)]
 pub(super) fn times<D: Lanes<Scalar = f64>>(
     product: &[Double<D>; 3],
@@ -71,11 +71,11 @@ pub(super) fn times<D: Lanes<Scalar = f64>>(
     more(&dot(product, by.first), first.dot_fused(by.rest))
 }
 
-/// The lanes in which a quotient is far from the limits of f64's exponent range.
+/// Returns the lanes in which a quotient is 0 or far from the limits of f64's exponent range.
 #[inline(always)]
 pub(super) fn is_tame_quotient<D: Lanes<Scalar = f64>>(q: D) -> D::Mask {
-    // Nearer to the limits, intermediate results of the proof would be subnormal. A quotient of 0
-    // needs no further check.
+    // Nearer to the limits, intermediate results on which the proof relies could be subnormal. A
+    // quotient of 0 needs no further check.
     let size = q.abs();
     let tame = size.ge(D::splat(TAME[0])) & size.le(D::splat(TAME[1]));
     tame | size.le(D::splat(0.0))
@@ -107,15 +107,15 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         Self { a, h4, h5, dir, normal, den, inverse: D::splat(1.0) / den.value.high }
     }
 
-    /// t, and the lanes in which it is proven to be correctly rounded.
+    /// Returns t and the lanes in which it is proven to be correctly rounded.
     #[inline(always)]
     pub(super) fn t(&self) -> (D, D::Mask) {
         let Self { a, h4, h5, normal, .. } = self;
         self.over(normal, a, permanent(h4.first, h5.first, a.first))
     }
 
-    /// u and v, the weights of the second and third corners, and the lanes in which both are proven
-    /// to be correctly rounded.
+    /// Returns u and v, the weights of the second and third corners, and the lanes in which both
+    /// are proven to be correctly rounded.
     #[inline(always)]
     pub(super) fn weights(&self) -> (D, D, D::Mask) {
         let Self { a, h4, h5, dir, .. } = self;
@@ -127,7 +127,7 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         (u, v, u_sure & v_sure)
     }
 
-    /// The dot product of a cross product and a vector, divided by D.
+    /// Divides the dot product of a cross product and a vector by D.
     #[inline(always)]
     fn over(&self, product: &[Double<D>; 3], by: &TwoParts<D>, permanent: D) -> (D, D::Mask) {
         let num = Volume { value: times(product, by), err: permanent * D::splat(DOUBT) };
@@ -141,7 +141,7 @@ fn minus<D: Lanes>(v: Vec3<D>) -> Vec3<D> {
     Vec3 { x: -v.x, y: -v.y, z: -v.z }
 }
 
-/// The sum of the magnitudes of the products of `x·(y × z)`.
+/// Returns the permanent of `x·(y × z)`: the sum of the magnitudes of its products.
 #[inline(always)]
 fn permanent<D: Lanes<Scalar = f64>>(y: Vec3<D>, z: Vec3<D>, x: Vec3<D>) -> D {
     y.abs().permanents(z.abs()).dot_fused(x.abs())

@@ -6,16 +6,16 @@ use crate::Scalar;
 /// The tiers of arithmetic, from the fastest to the one that always decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
-    /// f64, for pairs that its error bound decides.
+    /// f64, for pairs that can be decided within its error bound.
     Float,
-    /// Integers with coordinates of 64 bits.
+    /// Integers, with 64-bit coordinates.
     Narrow,
-    /// Integers with coordinates of 128 bits.
+    /// Integers, with 128-bit coordinates.
     Middle,
-    /// Integers with coordinates of 320 bits: enough for any f32, whose digits span 277 places.
+    /// Integers, with 320-bit coordinates: enough for any f32, whose digits span 277 places.
     Wide,
-    /// Integers with coordinates of 2112 bits: enough for any f64, whose digits span 2098 places.
-    /// f32 coordinates never need more than 320 bits.
+    /// Integers, with 2112-bit coordinates: enough for any f64, whose digits span 2098 places. f32
+    /// coordinates never need more than 320 bits.
     Widest,
 }
 
@@ -23,8 +23,8 @@ impl Tier {
     /// All tiers.
     pub const ALL: [Self; 5] = [Self::Float, Self::Narrow, Self::Middle, Self::Wide, Self::Widest];
 
-    /// The first tier whose integers are wide enough for coordinates with this many bits, plus
-    /// three bits that the proof requires.
+    /// Returns the first tier whose integers are wide enough for coordinates with this many bits,
+    /// plus three bits that the proof requires.
     #[inline(always)]
     pub(super) fn of_bits(bits: i32) -> Self {
         match bits + 3 {
@@ -36,14 +36,14 @@ impl Tier {
     }
 }
 
-/// Whether the scalar type is f64.
+/// Returns whether the scalar type is f64.
 #[inline(always)]
 pub(super) const fn is_f64<S: Scalar>() -> bool {
     S::DIGITS > f32::MANTISSA_DIGITS as i32
 }
 
-/// Calls a function at the widths of a tier. The function is generic over the number of limbs of
-/// coordinates, normals, and volumes, and optionally of products of two volumes.
+/// Calls a function with the integer widths of a tier. The function is generic over the number of
+/// limbs of coordinates, normals, and volumes, and optionally of products of two volumes.
 macro_rules! at_tier {
     ($s:ty, $tier:expr, $f:ident::<S, C, N, V>($($arg:expr),*)) => {
         match $tier {

@@ -30,7 +30,7 @@ use super::{Counts, Filter, PreparedRay};
 /// let inside = hits(0.25).unwrap();
 /// assert_eq!((inside.sure, inside.undecided, inside.leaves & 0b101), (0b101, 0, 0b101));
 /// assert!(inside.t_lo[2] < 3.0 && 3.0 < inside.t_hi[2]);
-/// // The rays at x = 0 run through edges, where f32 does not decide.
+/// // The rays at x = 0 run through edges, where f32 cannot decide.
 /// assert_eq!(hits(0.0).unwrap().undecided, 0b101);
 /// ```
 #[derive(Clone, Copy, Debug)]

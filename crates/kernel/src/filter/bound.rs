@@ -14,11 +14,12 @@ pub(super) const PRECHECK: f32 = 32.0 * U;
 /// noise.
 pub(super) const EDGE: f32 = 6.5 * U;
 
-/// The contribution of the edges' own length to this bound. The error of U is within twice the
-/// bound of V and W.
+/// The factor of the edge length in the bound of [`EDGE`]. The error of U is within twice the bound
+/// of V and W.
 pub(super) const NEAR: f32 = 0.65;
 
-/// The error of V is within `SHARP perm(h5, d, A)`, plus noise. The error of W is bounded alike.
+/// The error of V is within `SHARP perm(h5, d, A)`, plus noise. The error of W is bounded in the
+/// same way.
 pub(super) const SHARP: f32 = 6.25 * U;
 
 /// The error of U is within `SHARP_U` times the sum of all three permanents, plus noise.
@@ -61,8 +62,8 @@ pub(super) const LARGEST: f32 = (1_u64 << 40) as f32;
 /// If a direction is shorter than this (2^-40), the filter does not decide.
 pub(super) const SHORTEST_DIR: f32 = 1.0 / LARGEST;
 
-/// Added to `GRAZING h²` (2^-80). Multiplied by the length of a direction, it exceeds the effect of
-/// underflow on the denominator.
+/// A term added to `GRAZING h²` (2^-80). Multiplied by the length of a direction, it exceeds the
+/// effect of underflow on the denominator.
 pub(super) const GRAZING_ADD: f32 = f32::from_bits((127 - 80) << 23);
 
 /// The bound of an edge is at least `h` times this (2^-72), which exceeds the effect of underflow.
@@ -79,7 +80,8 @@ pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
 /// See [`NORM_UP`]: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
 
-/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and the rounding of f64 in a frame.
+/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and the f64 rounding error in a
+/// frame.
 pub(super) const NOISE: f32 = 0.25 * U;
 
 /// The largest distance of a projected point from the centre, along x and along y.
@@ -104,10 +106,10 @@ pub(super) const LOST: f32 = 1.0 / (1_u64 << 45) as f32;
 /// The relative error of `1 / (t * depth)`.
 pub(super) const INVERSE: f32 = 10.0 * U;
 
-/// On the projection, the reference may accept a point outside a triangle by
-/// `ROOM h + ROOM_AWAY |o|₁`, divided by the triangle's least depth. The error of the corners is
-/// within `CORNER |A|₁`, and rounding adds `ROOM_SCREEN`. `ROOM` is 2^-19, `ROOM_AWAY` is 2^-46,
-/// and `ROOM_SCREEN` is 2^-20.
+/// On the projection, the reference may accept a point that is outside a triangle by up to `ROOM h
+/// + ROOM_AWAY |o|₁`, divided by the triangle's least depth. The error of the corners is within
+/// `CORNER |A|₁`, and rounding adds `ROOM_SCREEN`. `ROOM` is 2^-19, `ROOM_AWAY` is 2^-46, and
+/// `ROOM_SCREEN` is 2^-20.
 pub(super) const ROOM: f32 = 1.0 / (1_u64 << 19) as f32;
 /// See [`ROOM`].
 pub(super) const ROOM_AWAY: f32 = 1.0 / (1_u64 << 46) as f32;

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //!   A = c1 - o      R = A × d                     c3
-//!   n = h4 × h5     den = n·d     num = n·A       /\       V > 0 inside of h5
-//!   V = h5·R        W = -h4·R                h5  /  \ h6   W > 0 inside of h4
-//!   U = den - V - W                             /____\     U > 0 inside of h6
+//!   n = h4 × h5     den = n·d     num = n·A       /\       V > 0 inside h5
+//!   V = h5·R        W = -h4·R                h5  /  \ h6   W > 0 inside h4
+//!   U = den - V - W                             /____\     U > 0 inside h6
 //!   t = num / den                             c1  h4  c2
 //! ```
 //!
@@ -36,7 +36,7 @@ pub struct Triangles<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Triangles<F> {
-    /// The N triangles of a block.
+    /// Loads the N triangles of a block.
     #[inline(always)]
     pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>, room: &Room) -> Self {
         // Do not use `map` here: it would be compiled without the level's instructions.
@@ -46,7 +46,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
     }
 
-    /// One triangle of a block, in all lanes.
+    /// Copies one triangle of a block to all lanes.
     #[inline(always)]
     pub(crate) fn of_lane<const N: usize>(
         block: &TriangleBlock<N>,
@@ -59,7 +59,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
     }
 
-    /// One triangle in all lanes.
+    /// Copies one triangle to all lanes.
     #[inline(always)]
     pub(crate) fn splat(TriangleOf([c1, c2, c3]): &Triangle, h: f32) -> Self {
         Self::new([Vec3::splat(*c1), Vec3::splat(*c2), Vec3::splat(*c3)], F::splat(h))
@@ -157,7 +157,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         }
     }
 
-    /// The N rays of a packet.
+    /// Loads the N rays of a packet.
     #[inline(always)]
     pub(crate) fn of_packet<const N: usize>(
         packet: &RayPacket<N>,
@@ -167,7 +167,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         Self::new(RayLanes::of_packet(packet), threshold, room)
     }
 
-    /// One ray in all lanes.
+    /// Copies one ray to all lanes.
     #[inline(always)]
     pub(crate) fn splat(one: &Rays<f32>) -> Self {
         Self {
@@ -186,7 +186,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
 }
 
 impl Rays<f32> {
-    /// One ray.
+    /// Computes the constants of one ray.
     #[inline(always)]
     pub(crate) fn of_ray(ray: &Ray, threshold: Threshold, room: &Room) -> Self {
         Self::new(RayLanes::of_ray(ray), threshold, room)
@@ -200,7 +200,7 @@ impl Rays<f32> {
     }
 }
 
-/// The larger of each lane and a number. NaN lanes stay NaN.
+/// Returns the larger of each lane's value and `x`. NaN lanes stay NaN.
 #[inline(always)]
 pub(super) fn at_least<F: Lanes<Scalar = f32>>(lanes: F, x: f32) -> F {
     F::select(lanes.lt(F::splat(x)), F::splat(x), lanes)
@@ -253,29 +253,29 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         Self { a, den, v, w, u: (den - v) - w, least: tri.hh.mul_add(of.grazing, of.grazing_add) }
     }
 
-    /// Whether the ray is far enough from grazing that the sign of `den` is certain and the
-    /// reference's noise is small.
+    /// Returns the lanes in which the ray is far enough from grazing that the sign of `den` is
+    /// certain and the reference's noise is small.
     #[inline(always)]
     pub(super) fn sure(&self) -> F::Mask {
         self.den.abs().gt(self.least)
     }
 
-    /// The weights V, W, and U times the sign of `den`: positive inside, from whichever side the
-    /// ray comes.
+    /// Returns the weights V, W, and U times the sign of `den`. They are positive inside the
+    /// triangle, whichever side the ray comes from.
     #[inline(always)]
     pub(super) fn weights(&self) -> [F; 3] {
         [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
     }
 
-    /// The bound on the errors of V and W. The bound on the error of U is twice this.
+    /// Returns the bound on the errors of V and W. The bound on the error of U is twice this.
     #[inline(always)]
     pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
         // `EDGE |d|₂ h (|A|₁ + NEAR h) + h off`: section 2 of certified.md.
         tri.h * of.edge.mul_add(tri.h.mul_add(F::splat(bound::NEAR), self.a.norm1()), of.off)
     }
 
-    /// Separate bounds for V, W, and U. They are tighter than [`Edges::bound`] and take a few times
-    /// as long to compute.
+    /// Returns separate bounds for V, W, and U, which are tighter than [`Edges::bound`] but take
+    /// several times as long to compute.
     #[inline(always)]
     pub(super) fn sharp_bounds(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> [F; 3] {
         let splat = F::splat;
@@ -285,7 +285,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
         let q = a.permanents(d);
         let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
-        // U is computed from the other three numbers, so its permanent is the sum of theirs.
+        // U is computed from the other three values, so its permanent is the sum of theirs.
         let u = v + w + h4.permanents(h5).dot_fused(d);
 
         // The reference's noise, or the rounding of copies.
@@ -295,8 +295,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(sharp_u, noise)]
     }
 
-    /// Uses the sharp bounds. Returns the lanes that no edge proves to be a miss, and the lanes
-    /// that all edges prove to be a hit if [`Edges::sure`] is set.
+    /// Applies the sharp bounds. Returns the lanes that no edge proves to be a miss, and the lanes
+    /// that all edges prove to be a hit, provided that [`Edges::sure`] is set.
     #[inline(always)]
     fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> (F::Mask, F::Mask) {
         let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of, room);
@@ -346,13 +346,14 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         beyond | before
     }
 
-    /// Lower and upper bounds of t.
+    /// Returns lower and upper bounds on t.
     #[inline(always)]
     pub(super) fn enclosure(&self) -> (F, F) {
         enclose(self.num, self.num_err, self.den, self.den_err)
     }
 
-    /// A tighter bound on the numerator's error, which takes a few times as long to compute.
+    /// Returns a tighter bound on the numerator's error, which takes several times as long to
+    /// compute.
     #[inline(always)]
     pub(super) fn sharp_num_err(
         tri: &Triangles<F>,
@@ -369,7 +370,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         perm.mul_add(splat(bound::SHARP_NUM), (noise + splat(bound::TINY)) + copied)
     }
 
-    /// Lower and upper bounds of t, using the tighter bound on the numerator's error.
+    /// Returns lower and upper bounds on t, using the tighter bound on the numerator's error.
     #[inline(always)]
     pub(super) fn sharper(
         &self,
@@ -383,9 +384,9 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
     }
 }
 
-/// Lower and upper bounds of t from its numerator and its positive denominator, each with `SLACK`
-/// times its error bound. Multiplying by the reciprocal first lets t wait for at most one of the
-/// products.
+/// Returns lower and upper bounds on t, given its numerator, its positive denominator, and `SLACK`
+/// times the error bound of each. After the division, the three products with the reciprocal can be
+/// computed in parallel.
 #[inline(always)]
 pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {
     let recip = F::splat(1.0) / den;
@@ -421,14 +422,14 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let edge = v.min(w).min(u * splat(0.5));
         let nothing = Verdicts { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
         let outside = if F::N == 1 {
-            // Compare a single lane without a minimum, which would be a branch in WebAssembly.
+            // For a single lane, avoid the minimum, which would be a branch in WebAssembly.
             (v + bound).or_sign(w + bound).or_sign(u * splat(0.5) + bound).negative()
         } else {
             (edge + bound).negative()
         };
-        // Most triangles are rejected by an edge. With four lanes or fewer, often all lanes are
-        // outside, and this returns early. With eight lanes or more, usually at least one is not,
-        // and the branch costs more than it saves.
+        // Most triangles are rejected by an edge. With four lanes or fewer, all of them are often
+        // outside, so return early. With eight lanes or more, usually at least one is not, and the
+        // branch would cost more than it saves.
         if F::N <= 4 && !(!(sure & outside)).any() {
             return nothing;
         }
@@ -441,8 +442,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
             return nothing;
         }
 
-        // A lane is a hit if nothing is in doubt: not the parallel test, not the range, and not the
-        // edges.
+        // A lane is a hit if it certainly passes the parallel test, the range test, and the edge
+        // tests.
         let (t_lo, t_hi) = plane.enclosure();
         // `least` accounts for the error of `den` itself. The other term is the document's test
         // `|vd| > Threshold`, multiplied by an upper bound on the normal's length (certified.md,
@@ -453,9 +454,9 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut hit = (slanted & t_lo.gt(of.above) & edge.gt(bound)).bits() & maybe;
         let mut undecided = maybe & !hit;
         if undecided != 0 {
-            // Make a last attempt with tighter bounds, which take a few times as long. Most of
-            // these lanes are rays near an edge, or rays that start on the triangle, so that t is
-            // near 0.
+            // Make a last attempt with tighter bounds, which take several times as long to compute.
+            // Most of these lanes are rays near an edge, or rays that start on the triangle, so
+            // that t is near 0.
             let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);

@@ -1,4 +1,4 @@
-//! The numbers on which the filter bases its decisions. They are public so that tests can compare
+//! The values on which the filter bases its decisions. They are public so that tests can compare
 //! the bounds with exact arithmetic.
 
 use crate::packet::{Copy32, TriangleBlock};
@@ -10,7 +10,7 @@ use super::edges::{Edges, PlaneHit, Rays, Triangles};
 use super::precheck::{Constants, Precheck};
 use super::room::Room;
 
-/// The numbers on which the mode `certified` bases one decision, as computed at a given SIMD level,
+/// The values on which the `certified` mode bases one decision, as computed at a given SIMD level,
 /// each with its error bound.
 ///
 /// The notation follows `docs/numerics/certified.md`: `v`, `w`, and `u` are the edge functions,
@@ -24,7 +24,7 @@ use super::room::Room;
 ///     let ray = Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]);
 ///     Evidence::of(&ray, &triangle, Threshold::DEFAULT, Level::best())
 /// };
-/// // The first ray is certainly inside. The second is on an edge, where f32 does not decide.
+/// // The first ray is certainly inside. The second is on an edge, where f32 cannot decide.
 /// assert!(evidence(0.25).w.abs() > evidence(0.25).edge);
 /// assert!(evidence(0.0).v.abs() <= evidence(0.0).edge);
 /// ```
@@ -60,7 +60,7 @@ pub struct Evidence {
     pub t_hi: f32,
     /// V, W, U, and D divided by `h`, as computed in the precheck.
     pub precheck: [f32; 4],
-    /// The error bound of each number in `precheck`.
+    /// The error bound of each value in `precheck`.
     pub precheck_bound: f32,
     /// The longest edge of the triangle.
     pub h: f32,
@@ -72,7 +72,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Computes the filter's numbers for a ray and a triangle at a SIMD level.
+    /// Computes the filter's values for a ray and a triangle at a SIMD level.
     ///
     /// ```
     /// use intertri::internal::Evidence;
@@ -88,8 +88,8 @@ impl Evidence {
         level.run(BlockEvidence { threshold, ray, triangle, block: &block, room })
     }
 
-    /// [`Evidence::of`] for copies of f64 originals. `reach` bounds the sum of the coordinates'
-    /// magnitudes of every corner. The precheck's numbers are meaningless here.
+    /// Like [`Evidence::of`], but for copies of f64 originals. `reach` is an upper bound on the
+    /// 1-norm of every corner. The precheck's values are meaningless here.
     pub fn of_copies(ray: &Ray, copy: &Copy32, reach: f32, level: Level) -> Self {
         let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
         let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));
@@ -116,7 +116,7 @@ impl WithSimd for BlockEvidence<'_> {
         let rays = Rays::splat(&Rays::of_ray(self.ray, self.threshold, room));
         let edges = Edges::new(&triangles, &rays);
         let plane = PlaneHit::new(&triangles, &rays, &edges, room);
-        // The block holds one triangle, so its numbers are in lane 0.
+        // The block holds one triangle, so its values are in lane 0.
         let lane = |x: S::F32x8| {
             let mut lanes = [0.0; 8];
             x.store(&mut lanes);

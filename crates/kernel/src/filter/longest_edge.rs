@@ -9,9 +9,9 @@ use crate::simd::{Lanes, Vec3};
 
 use super::bound;
 
-/// An upper bound on the longest edge, at least [`SHORTEST`]. It is NaN if a corner is so far from
-/// the origin that f32 must not decide. Takes the first corner and the edges `-h4` and `h5` that
-/// begin there.
+/// Returns an upper bound on the longest edge, at least [`SHORTEST`], or NaN if a corner is so far
+/// from the origin that f32 must not decide. The arguments are the first corner and the two edges
+/// that meet there, `-h4` and `h5`.
 #[inline(always)]
 pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     c1: Vec3<F>,
@@ -27,7 +27,7 @@ pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     } else {
         let squares = |v: Vec3<F>| v.dot_fused(v);
         let (a, b, c) = (squares(minus_h4), squares(h5), squares(h5 + minus_h4));
-        // The sum is too large or NaN if any of its parts is.
+        // The sum is too large or NaN if any of its terms is.
         let sum = squares(c1) + a + (b + c);
         (a.max(b).max(c).sqrt(), sum.le(splat(bound::LARGEST * bound::LARGEST)))
     };
@@ -59,8 +59,8 @@ mod tests {
         }
     }
 
-    /// Tests all kinds of numbers in all corners: the bound holds, is not much too large, and is
-    /// NaN if f32 must not decide.
+    /// Tests all kinds of numbers in all corners: the bound must hold, must not be much too large,
+    /// and must be NaN where f32 cannot decide.
     #[test]
     fn no_edge_is_longer_than_its_bound() {
         let numbers = [0.0, -0.0, 1e-45, 3e-20, 1.0, 1.000_000_1, -3.7, 1e9, 1e12, -1e12];

@@ -87,7 +87,7 @@ impl<'a> Filter<'a> {
         Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: &Room::NONE }
     }
 
-    /// Creates a filter for any rays and triangles. Its results are correct for their coordinates
+    /// Creates a filter for any rays and triangles. Its results are exact for the given coordinates
     /// (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(rule: Rule, level: Level) -> Self {
@@ -103,39 +103,39 @@ impl<'a> Filter<'a> {
         Self { threshold: Threshold::ZERO, resolver: Resolver::Originals(originals), level, room }
     }
 
-    /// The instruction level on which the filter runs.
+    /// Returns the instruction level at which the filter runs.
     #[inline]
     pub fn level(&self) -> Level {
         self.level
     }
 
-    /// The resolver for undecided pairs.
+    /// Returns the resolver for undecided pairs.
     #[inline]
     pub fn resolver(&self) -> Resolver<'a> {
         self.resolver
     }
 
-    /// The document's threshold; zero for modes without one.
+    /// Returns the document's threshold, or zero for modes without one.
     #[inline]
     pub fn threshold(&self) -> Threshold {
         self.threshold
     }
 
-    /// The parts of the bounds that depend on the scene.
+    /// Returns the parts of the bounds that depend on the scene.
     #[inline(always)]
     pub(crate) fn room(&self) -> &'a Room {
         self.room
     }
 
-    /// Any t below the result is certainly before the ray's far end. The result is `t_max` itself
-    /// unless the ray is a copy.
+    /// Returns a limit below which any t is certainly before the ray's far end. The limit is
+    /// `t_max` itself unless the ray is a copy.
     #[inline(always)]
     pub(crate) fn sure_end(&self, t_max: f32) -> f32 {
         // The end of a copied ray is rounded up.
         if self.room.copies { t_max.next_down() } else { t_max }
     }
 
-    /// [`Filter::sure_end`] for N rays.
+    /// Like [`Filter::sure_end`], but for N rays.
     #[inline(always)]
     pub(crate) fn sure_ends<F: Lanes<Scalar = f32>, const N: usize>(&self, t_max: &[f32; N]) -> F {
         // Avoid `map`, which is not always inlined.
@@ -169,8 +169,8 @@ impl<'a> Filter<'a> {
 }
 
 impl Filter<'_> {
-    /// Projects the triangles of one or two blocks by a frame, for rays whose z is at least
-    /// `slowest`. The second block begins at lane 8.
+    /// Projects the triangles of one or two blocks with a frame, for rays whose depth per unit of t
+    /// is at least `slowest`. The second block begins at lane 8.
     ///
     /// See [`Outlines`] for an example.
     #[inline(always)]
@@ -187,7 +187,7 @@ impl Filter<'_> {
         Outlines::new::<S>(first, second, frame, parallel, self.room.exact)
     }
 
-    /// Whether rays and triangles are f32 copies of f64 originals.
+    /// Returns whether rays and triangles are f32 copies of f64 originals.
     #[doc(hidden)]
     #[inline]
     pub fn is_of_copies(&self) -> bool {
@@ -195,8 +195,8 @@ impl Filter<'_> {
     }
 
     /// Prepares a frame for bundles whose rays miss the origin by at most `off`. For copies of f64
-    /// originals, `off` grows by the rounding of the copies. `reach` is the largest distance of the
-    /// rays from the centre of the projection.
+    /// originals, `off` grows by the rounding error of the copies. `reach` is the largest distance
+    /// of the rays from the centre of the projection.
     #[inline]
     pub fn frame(&self, frame: Frame, off: f32, reach: [f32; 2]) -> Frame {
         let frame = if self.room.copies { frame.of_copies() } else { frame };
@@ -205,8 +205,8 @@ impl Filter<'_> {
     }
 
     /// Adds the live rays of a packet to `starts`, the depths at which rays begin to look for hits.
-    /// No hit is before the first `t_min`, and any t beyond the second is certainly past the near
-    /// end.
+    /// No hit has a t below the first `t_min`, and any t beyond the second is certainly past the
+    /// near end.
     ///
     /// See [`Starts`] for an example.
     #[inline(always)]

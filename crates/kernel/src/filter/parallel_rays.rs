@@ -1,5 +1,5 @@
-//! Parallel rays whose lines are close together. Finds the triangles of a block that some of the
-//! rays may hit, and which of sixteen rays hit one of these triangles.
+//! Tests parallel rays whose lines are close together: finds the triangles of a block that any of
+//! the rays may hit, and which of sixteen rays hit one such triangle.
 //!
 //! ```text
 //!   axis ──► block of eight        V, W, U of a ray along the axis, and their gradients across it
@@ -47,7 +47,7 @@ pub struct Axis {
 ///     }
 /// }
 ///
-/// // One triangle out of reach, and one in reach of half of the rays.
+/// // One triangle is out of reach; the other is within reach of half of the rays.
 /// let at = |x| Triangle::new([x, -1.0, 5.0], [x + 9.0, -1.0, 5.0], [x, 9.0, 5.0]);
 /// let rays: Vec<Ray> =
 ///     (0..16).map(|i| Ray::new([(i as f32 - 7.5) / 16.0, 0.0, 0.0], [0.0, 0.0, 1.0])).collect();
@@ -98,7 +98,7 @@ impl AlongAxis {
 
 impl Filter<'_> {
     /// Prepares the axis of parallel rays whose lines are within `reach` of it along each
-    /// coordinate. `away` bounds the sum of the coordinates' magnitudes of every origin.
+    /// coordinate. `away` is an upper bound on the 1-norm of every origin.
     #[inline(always)]
     pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
         let [x, y, z] = reach;
@@ -111,8 +111,8 @@ impl Filter<'_> {
         Axis { rays, dir: axis.dir, reach }
     }
 
-    /// Finds the triangles of a block that a ray around an axis may hit, as bits. If there are any,
-    /// fills in `along` for them.
+    /// Finds the triangles of a block that rays around an axis may hit, and returns them as bits.
+    /// If there are any, fills in `along` for them.
     #[inline(always)]
     pub fn along_in<S: Simd>(
         &self,

@@ -7,10 +7,10 @@
 //!   U = D - V - W          a miss if two of the three have different signs
 //! ```
 //!
-//! The precheck requires no translation and only sixteen numbers per triangle. The price is an
-//! error that grows with the distance from the world's origin. This is acceptable because the
-//! filter tests every pair that passes. `docs/numerics/certified.md`, section 8, has the bound and
-//! the proof.
+//! The precheck requires no translation and only sixteen values per triangle. The price is an error
+//! that grows with the distance from the world's origin. This is acceptable because the filter
+//! tests every pair that passes. `docs/numerics/certified.md`, section 8, has the bound and the
+//! proof.
 
 use crate::Triangle;
 use crate::packet::TriangleBlock;
@@ -79,7 +79,7 @@ impl<F: Lanes<Scalar = f32>> Precheck<F> {
         Self { dir, moment: dir.cross_fused(org), len, away }
     }
 
-    /// V, W, U, and the denominator, divided by h, and their common error bound.
+    /// Returns V, W, U, and the denominator, each divided by h, and their common error bound.
     #[inline(always)]
     pub(super) fn values(&self, at: &Constants) -> ([F; 4], F) {
         let splat = |x: Vec3<f32>| Vec3::<F>::splat([x.x, x.y, x.z]);

@@ -32,7 +32,7 @@ impl PreparedTriangle {
         Self { constants: Constants::new(triangle), triangle: *triangle }
     }
 
-    /// The original triangle.
+    /// Returns the original triangle.
     pub fn triangle(&self) -> &Triangle {
         &self.triangle
     }
@@ -50,19 +50,19 @@ impl PreparedTriangle {
 #[derive(Clone, Copy)]
 pub struct PreparedRay {
     pub(crate) ray: Ray,
-    /// The ray's id, with which a resolver finds the original.
+    /// The ray's id, by which a resolver finds the original.
     pub(crate) id: RayId,
     pub(crate) lanes: Rays<f32>,
 }
 
 impl PreparedRay {
-    /// The original ray.
+    /// Returns the original ray.
     #[inline(always)]
     pub fn ray(&self) -> &Ray {
         &self.ray
     }
 
-    /// The ray's id.
+    /// Returns the ray's id.
     #[inline(always)]
     pub fn id(&self) -> RayId {
         self.id
@@ -109,7 +109,7 @@ impl Filter<'_> {
         self.prepare_numbered(ray, RayId(0))
     }
 
-    /// Prepares a ray with an id, with which a resolver finds the ray's f64 original.
+    /// Prepares a ray with an id, by which a resolver finds the ray's f64 original.
     #[doc(hidden)]
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
@@ -150,7 +150,7 @@ impl Filter<'_> {
         self.test_candidate(rays, triangle, far, live, counts)
     }
 
-    /// [`Filter::test_packet`] for a triangle that passed the precheck.
+    /// Like [`Filter::test_packet`], but for a triangle that passed the precheck.
     #[inline(always)]
     pub(crate) fn test_candidate<S: Simd, const N: usize>(
         &self,
@@ -173,7 +173,7 @@ impl<S: Simd, const N: usize> PreparedPacket<'_, S, N>
 where
     Lane<N>: Width,
 {
-    /// Whether any live ray may hit the triangle, according to the precheck.
+    /// Returns whether any live ray may hit the triangle, according to the precheck.
     #[inline(always)]
     pub(crate) fn may_hit(&self, triangle: &PreparedTriangle, live: u32) -> bool {
         // Ignore the lanes without a live ray.

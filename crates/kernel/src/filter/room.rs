@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   given in f64    copies in f32                             error
-//!   c1, o           relative to the scene's centre, rounded   u times themselves, a shift of A
+//!   c1, o           relative to the scene's centre, rounded   u times their magnitude; shifts A
 //!   h4, h5, d       scaled, rounded                           u times each component
 //! ```
 //!
@@ -34,16 +34,16 @@ pub struct Room {
     pub(super) sharp_away: [f32; 2],
     /// The part of an edge's bound that is relative to `h |d|₂`: a factor of `|o|₁` and a constant.
     pub(super) off: [f32; 2],
-    /// The error of copies of A, apart from a fraction of their length: a factor of `|o|₁` and a
+    /// The error of copies of A, apart from a fraction of their length, as a factor of `|o|₁` and a
     /// maximum.
     pub(super) copied: [f32; 2],
-    /// A factor and a summand. A t that exceeds the near end, times the factor plus the summand, is
-    /// certainly in the interval.
+    /// A factor and a summand. Any t that exceeds the near end times the factor, plus the summand,
+    /// is certainly beyond the near end.
     pub(super) near: [f32; 2],
 }
 
 impl Room {
-    /// For f32 scenes, if the reference's operations define the result.
+    /// The coefficients for f32 scenes whose results are defined by the reference's operations.
     pub(crate) const NONE: Self = Self {
         copies: false,
         exact: false,
@@ -58,12 +58,12 @@ impl Room {
         near: [1.0, 0.0],
     };
 
-    /// For f32 scenes and exact hits.
+    /// The coefficients for f32 scenes with exact hits.
     pub(crate) const EXACT: Self = Self { exact: true, ..Self::NONE };
 
-    /// The maximum distance by which rays miss the copy of their origin, relative to triangles. It
-    /// covers the rounding of the origin and the corners, except for a fraction of the distance
-    /// between them.
+    /// Returns the maximum distance by which rays miss the copy of their origin, relative to
+    /// triangles. It covers the rounding of the origin and the corners, except for a fraction of
+    /// the distance between them.
     pub(super) fn passed(&self, origin: [f32; 3]) -> f32 {
         if !self.copies {
             return 0.0;
@@ -73,8 +73,8 @@ impl Room {
         (away * self.copied[0]).min(self.copied[1]) + bound::SMALL
     }
 
-    /// For copies of f64 scenes. `reach` bounds the sum of the coordinates' magnitudes of every
-    /// corner.
+    /// Returns the coefficients for copies of f64 scenes. `reach` is an upper bound on the 1-norm
+    /// of every corner.
     pub fn of_copies(reach: f32) -> Self {
         // The corner and the origin are both rounded, each by a fraction `COPY` of itself. No
         // corner is farther out than `reach`, which limits the contribution of a far origin

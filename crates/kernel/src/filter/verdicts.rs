@@ -38,7 +38,7 @@ pub(crate) struct Verdicts<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Verdicts<F> {
-    /// The verdict that all lanes miss.
+    /// Returns the verdict that all lanes miss.
     #[inline(always)]
     pub(crate) fn miss() -> Self {
         Self { hit: 0, undecided: 0, t_lo: F::splat(0.0), t_hi: F::splat(0.0) }
@@ -46,7 +46,7 @@ impl<F: Lanes<Scalar = f32>> Verdicts<F> {
 }
 
 impl<F> Verdicts<F> {
-    /// The lanes that are or may be hits.
+    /// Returns the lanes that are or may be hits.
     #[inline(always)]
     pub(crate) fn lanes(&self) -> u32 {
         self.hit | self.undecided

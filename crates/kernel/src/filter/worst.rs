@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The filter's code runs on these numbers unchanged. No known input makes all roundings have the
-//! same sign, but a bound that covers even that case holds by its derivation, not by luck. Products
-//! and sums are rounded separately, as on a level without fused operations.
+//! same sign, but a bound that covers even that case is guaranteed by its derivation. Products and
+//! sums are rounded separately, as on a level without fused operations.
 //!
 //! Rump and Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describes the
 //! general method.
@@ -39,12 +39,12 @@ pub(super) struct Worst {
 }
 
 impl Worst {
-    /// A number without an error.
+    /// Returns a number without an error.
     fn exact(value: f64) -> Self {
         Self { value, shares: [0.0; SHARES] }
     }
 
-    /// A number with an error of at most `share`.
+    /// Returns a number with an error of at most `share`.
     pub(super) fn off_by(value: f64, share: f64) -> Self {
         let number = USED.get();
         USED.set(number + 1);
@@ -55,18 +55,18 @@ impl Worst {
         all
     }
 
-    /// The rounded copy of a number.
+    /// Returns the rounded copy of a number.
     pub(super) fn copy(value: f64) -> Self {
         Self::off_by(value, f64::from(bound::U) * value.abs())
     }
 
-    /// The rounded copy of a vector.
+    /// Returns the rounded copy of a vector.
     pub(super) fn copies(v: [f64; 3]) -> Vec3<Self> {
         let [x, y, z] = v.map(Self::copy);
         Vec3 { x, y, z }
     }
 
-    /// The number after one more rounding.
+    /// Returns the number after one more rounding.
     pub(super) fn rounded(self) -> Self {
         let mut rounded = Self::copy(self.value);
         for (to, from) in rounded.shares.iter_mut().zip(self.shares) {
@@ -75,32 +75,32 @@ impl Worst {
         rounded
     }
 
-    /// The product, without rounding.
+    /// Returns the product without rounding.
     pub(super) fn times(&self, b: &Self) -> Self {
         // To first order, d(ab) = b da + a db. The product of two shares is of second order and is
         // omitted.
         Self::combined(self.value * b.value, (self, b.value), (b, self.value))
     }
 
-    /// The sum, without rounding.
+    /// Returns the sum without rounding.
     pub(super) fn plus(&self, b: &Self) -> Self {
         Self::combined(self.value + b.value, (self, 1.0), (b, 1.0))
     }
 
-    /// The quotient, without rounding.
+    /// Returns the quotient without rounding.
     pub(super) fn over(&self, b: Self) -> Self {
         let q = self.value / b.value;
         // To first order, d(a/b) = da/b - (a/b) db/b.
         Self::combined(q, (self, 1.0 / b.value), (&b, -q / b.value))
     }
 
-    /// The largest possible error.
+    /// Returns the largest possible error.
     pub(super) fn most(&self) -> f64 {
         // Assume that all shares have the same sign; no sequence of roundings can be worse.
         self.shares.iter().map(|share| share.abs()).sum()
     }
 
-    /// A number with the shares of two numbers, each multiplied by a factor.
+    /// Returns a number whose shares are weighted sums of the shares of `a` and `b`.
     fn combined(value: f64, (a, times_a): (&Self, f64), (b, times_b): (&Self, f64)) -> Self {
         let mut all = Self::exact(value);
         for (to, (a, b)) in all.shares.iter_mut().zip(a.shares.iter().zip(&b.shares)) {
@@ -221,7 +221,7 @@ impl Lanes for Worst {
     }
 }
 
-/// A SIMD level whose f32 lanes are such numbers. Its f64 lanes are ordinary.
+/// A SIMD level whose f32 lanes are [`Worst`] numbers. Its f64 lanes are ordinary.
 #[derive(Clone, Copy)]
 pub(super) struct Worsts;
 
@@ -284,7 +284,7 @@ impl Ints for NoInts {
 }
 
 /// A hill-climbing search for the inputs that come closest to a bound. It changes numbers by a
-/// little or a lot, and keeps every change that does not reduce the share.
+/// little or a lot and keeps every change that does not reduce the share.
 pub(super) struct Search(u64);
 
 impl Search {
@@ -292,7 +292,7 @@ impl Search {
         Self(seed)
     }
 
-    /// A random number between -1 and 1.
+    /// Returns a random number between -1 and 1.
     pub(super) fn number(&mut self) -> f64 {
         // This is a linear congruential generator with Knuth's constants for MMIX. Its low bits
         // have short periods, so a xor and a multiplication mix in the high bits before the top 53
@@ -302,13 +302,13 @@ impl Search {
         (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// A random index below `n`.
+    /// Returns a random index below `n`.
     pub(super) fn below(&mut self, n: usize) -> usize {
         ((self.number() + 1.0) * 0.5 * n as f64) as usize % n
     }
 
-    /// The largest value of `share` in several climbs of several steps each. Every climb starts
-    /// from a different input.
+    /// Returns the largest value of `share` found in several climbs of several steps each. Every
+    /// climb starts from a different input.
     pub(super) fn most<const N: usize>(
         &mut self,
         [climbs, steps]: [usize; 2],

@@ -7,8 +7,8 @@ use super::{Crossing, IntWidth, Prepared, Ray, Triangle};
 use crate::simd::{Lane, Width, lanes_of};
 use crate::simd::{Lanes, Simd};
 
-/// N prepared triangles in lanes, 4 or 8, each with its index. Unused lanes contain points, which
-/// no ray hits.
+/// N prepared triangles in lanes, each with its index. N is 4 or 8. Unused lanes contain points,
+/// which no ray hits.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Block, Grid, RayLanes};
@@ -66,16 +66,16 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// The indices of the triangles; [`u32::MAX`] for unused lanes.
+    /// Returns the indices of the triangles, with [`u32::MAX`] in unused lanes.
     pub fn indices(&self) -> &[u32; N] {
         &self.indices
     }
 
-    /// Calls `each` for every crossing of a ray with `t_min <= t < t_max`, lane by lane, with the
-    /// index of the triangle. Call this function in a loop that is compiled for an instruction
+    /// Calls `each` for every crossing of a ray with `t_min <= t < t_max`, lane by lane, passing
+    /// the index of the triangle. Call this function in a loop that is compiled for an instruction
     /// level.
     ///
-    /// With `FILTER`, f32 lanes are tested first, which does not change the result.
+    /// With `FILTER`, an f32 test runs first, which does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -119,7 +119,7 @@ impl<const N: usize> Block<N> {
     }
 }
 
-/// The integer vector in a lane.
+/// Returns the integer vector in a lane.
 #[inline(always)]
 fn integers<const N: usize>(of: &[[f32; N]; 3], lane: usize) -> [i64; 3] {
     [of[0][lane] as i64, of[1][lane] as i64, of[2][lane] as i64]

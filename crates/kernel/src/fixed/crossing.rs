@@ -29,18 +29,18 @@ pub struct Crossing {
     /// The weight of the third corner, times the denominator of t.
     pub w: u64,
     /// Whether the ray runs in the direction of the normal `h4 ^ h5`, that is, out of a mesh whose
-    /// corners run counter-clockwise as seen from outside.
+    /// triangles are counter-clockwise as seen from outside.
     pub leaves: bool,
 }
 
 impl Crossing {
-    /// Converts the crossing to f64, with `t` in multiples of the direction before snapping. All
-    /// three numbers are correctly rounded.
+    /// Converts the crossing to f64, with `t` in multiples of the direction before snapping. t, u,
+    /// and v are all correctly rounded.
     #[inline(always)]
     pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
         let Self { t, v, w, .. } = *self;
         let geometry = 0;
-        // The other numbers are always below this limit.
+        // The other values are always below this limit.
         if t.num < 1 << 62 {
             let den = parts(t.den);
             let over = |num: u64| quotient(parts(num), den);
@@ -75,7 +75,7 @@ impl Crossing {
 pub struct Best(Option<(Crossing, u32)>);
 
 impl Best {
-    /// The closest crossing and the index of its triangle.
+    /// Returns the closest crossing and the index of its triangle.
     pub fn get(&self) -> Option<(Crossing, u32)> {
         self.0
     }
@@ -88,8 +88,8 @@ impl Best {
         }
     }
 
-    /// An upper bound on t in multiples of the snapped direction; infinity before the first
-    /// crossing. You can skip BVH boxes that begin beyond it.
+    /// Returns an upper bound on t in multiples of the snapped direction, or infinity before the
+    /// first crossing. You can skip BVH boxes that begin beyond it.
     pub fn t_hi(&self) -> f32 {
         self.0.map_or(f32::INFINITY, |(crossing, _)| {
             // Three f64 roundings are far smaller than one f32 rounding, so two steps up are
@@ -99,7 +99,7 @@ impl Best {
         })
     }
 
-    /// The closest hit in f64.
+    /// Returns the closest hit in f64.
     pub fn to_hit(&self, ray: &Ray) -> Option<Hit> {
         self.0.map(|(crossing, triangle)| crossing.to_hit(ray, triangle))
     }

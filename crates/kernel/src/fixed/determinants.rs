@@ -9,7 +9,8 @@ use super::snapped::{Ray, Triangle};
 use crate::simd::{Ints, One};
 
 impl Crossing {
-    /// Whether and where a ray crosses one triangle: the same test as in lanes, for a single pair.
+    /// Returns where a ray crosses a triangle, or `None` if it does not. This is the same test as
+    /// in lanes, for a single pair.
     ///
     /// ```
     /// use intertri::fixed::{Bits, Crossing, Grid, scalar};
@@ -56,8 +57,8 @@ impl Determinants {
         at
     }
 
-    /// The crossing in a lane whose determinants have the same sign, if it is in front of the
-    /// origin and within the ray's interval.
+    /// Returns the crossing in a lane whose determinants have the same sign, if it is in front of
+    /// the origin and within the ray's interval.
     #[inline(always)]
     pub(super) fn crossing(
         &self,

@@ -22,9 +22,9 @@ pub(super) struct Edges<I> {
     h5: V3<I>,
     /// The determinant of the edge opposite the first corner.
     pub(super) u: I,
-    /// V, of the edge opposite the second corner.
+    /// The determinant of the edge opposite the second corner.
     pub(super) v: I,
-    /// W, of the edge opposite the third corner.
+    /// The determinant of the edge opposite the third corner.
     pub(super) w: I,
 }
 
@@ -33,7 +33,8 @@ impl<I: Ints> Edges<I> {
     /// `2 b + q <= 58`.
     #[inline(always)]
     pub(super) fn new(origin: V3<I>, d: V3<I>, [c1, h4, h5, n]: [V3<I>; 4]) -> Self {
-        // The narrow factors: a, h4, and h5 have b + 2 bits and a sign; d has q + 1.
+        // The narrow factors: a, h4, and h5 have b + 2 bits and a sign bit; d has q + 1 bits and a
+        // sign bit.
         let a = sub(c1, origin);
         let r = cross(d, a);
         // r and n are wide.
@@ -68,19 +69,20 @@ impl<I: Ints> Edges<I> {
     }
 }
 
-/// The lanes in which the first nonzero component is negative.
+/// Returns the lanes in which the first nonzero component is negative.
 #[inline(always)]
 pub(super) fn first_sign_negative<I: Ints>([x, y, z]: V3<I>) -> u32 {
     x.negative() | x.zero() & (y.negative() | y.zero() & z.negative())
 }
 
-/// `A . (h4 x h5)`, the numerator of t, for one pair. Its `3 b + 5` bits may exceed i64.
+/// Computes `A . (h4 x h5)`, the numerator of t, for one pair. Its `3 b + 5` bits may not fit in an
+/// i64.
 #[inline(always)]
 pub(super) fn volume(a: [i64; 3], h4: [i64; 3], h5: [i64; 3]) -> i128 {
     product(a, cross_i64(h4, h5))
 }
 
-/// The dot product `a . n`, which may exceed i64.
+/// Computes the dot product `a . n`, which may not fit in an i64.
 #[inline(always)]
 pub(super) fn product(a: [i64; 3], n: [i64; 3]) -> i128 {
     i128::from(a[0]) * i128::from(n[0])
@@ -88,7 +90,7 @@ pub(super) fn product(a: [i64; 3], n: [i64; 3]) -> i128 {
         + i128::from(a[2]) * i128::from(n[2])
 }
 
-/// The cross product of two grid vectors.
+/// Computes the cross product of two grid vectors.
 #[inline(always)]
 pub(super) fn cross_i64(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -104,7 +106,7 @@ pub(super) fn sub<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// The cross product of vectors whose components fit in i32.
+/// Computes the cross product of vectors whose components fit in i32.
 #[inline(always)]
 pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
     [
@@ -114,16 +116,16 @@ pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
     ]
 }
 
-// There is no `map` here, because closures over registers are not always inlined and then lose the
-// instruction level.
+// The functions below avoid `map`, because closures over registers are not always inlined, and
+// without inlining, they lose the instruction level.
 
-/// The same integer vector in every lane.
+/// Copies an integer vector to every lane.
 #[inline(always)]
 pub(super) fn splat<I: Ints>([x, y, z]: [i64; 3]) -> V3<I> {
     [I::splat(x), I::splat(y), I::splat(z)]
 }
 
-/// Converts N vectors from f32 components that are integers.
+/// Loads N vectors whose f32 components are integers.
 #[inline(always)]
 pub(super) fn load<I: Ints, const N: usize>([x, y, z]: &[[f32; N]; 3]) -> V3<I> {
     [I::load_f32(x), I::load_f32(y), I::load_f32(z)]
@@ -135,7 +137,7 @@ pub(super) fn load_f32<F: Lanes<Scalar = f32>, const N: usize>([x, y, z]: &[[f32
     [F::load(x), F::load(y), F::load(z)]
 }
 
-/// The same f32 vector in every lane.
+/// Copies an f32 vector to every lane.
 #[inline(always)]
 pub(super) fn splat_f32<F: Lanes<Scalar = f32>>([x, y, z]: [f32; 3]) -> V3<F> {
     [F::splat(x), F::splat(y), F::splat(z)]
@@ -148,13 +150,13 @@ pub(super) fn i64s([x, y, z]: [i32; 3]) -> [i64; 3] {
 }
 
 /// Converts f32 components that are exact integers to a grid vector. Rounding is cheaper than a
-/// cast, which has to handle numbers that are too large.
+/// cast, which has to handle out-of-range values.
 #[inline(always)]
 pub(super) fn i32s([x, y, z]: [f32; 3]) -> [i32; 3] {
     [round(x.into()) as i32, round(y.into()) as i32, round(z.into()) as i32]
 }
 
-/// Converts a grid vector to f32, exactly.
+/// Converts a grid vector to f32 exactly.
 #[inline(always)]
 pub(super) fn f32s([x, y, z]: [i32; 3]) -> [f32; 3] {
     [x as f32, y as f32, z as f32]

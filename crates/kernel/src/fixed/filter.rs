@@ -8,8 +8,8 @@
 //!   |V - exact|, |W - exact| <= 30.1 u s h a      |U - exact| <= u s h (84.3 a + 36.2 h)
 //! ```
 //!
-//! A lane with one certainly positive and one certainly negative value is a miss. The filter
-//! decides no other lane.
+//! A lane with one certainly positive and one certainly negative value is a miss. The filter leaves
+//! all other lanes undecided.
 
 use super::edges::{V3, splat_f32};
 use crate::simd::{Lanes, Mask};
@@ -38,8 +38,8 @@ pub(super) fn maybe<F: Lanes<Scalar = f32>>(
     opposite(u, -minus_v, w, bound)
 }
 
-/// [`maybe`] for rays that share an origin. Takes the cross products B x C, C x A, and A x B,
-/// rounded to f32. `bound` must be at least `4.1 u s (|x| + |y| + |z|)` for each of them.
+/// Like [`maybe`], but for rays that share an origin. Takes the cross products B x C, C x A, and A
+/// x B, rounded to f32. `bound` must be at least `4.1 u s (|x| + |y| + |z|)` for each of them.
 #[inline(always)]
 pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
     d: V3<F>,
@@ -53,7 +53,7 @@ pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
 }
 
 /// Returns the lanes without two certainly opposite signs. If the bound is 0, the triangle is a
-/// point.
+/// point, which no ray hits.
 #[inline(always)]
 fn opposite<F: Lanes<Scalar = f32>>(u: F, v: F, w: F, bound: F) -> u32 {
     let least = u.min(v).min(w);

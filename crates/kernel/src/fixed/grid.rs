@@ -1,4 +1,5 @@
-//! The grid converts f32 coordinates to integers. This is the only step of the mode that rounds.
+//! The grid converts f32 coordinates to integers. This is the only step of the mode that rounds,
+//! apart from the final conversion of the results.
 //!
 //! ```text
 //!   scene, f32                      grid, integers
@@ -17,7 +18,7 @@ use super::numbers::{exponent, pow2, round};
 use super::{Ray, Triangle};
 use crate::{Triangle as Corners, TriangleOf};
 
-/// The number of bits of a grid's integers.
+/// The bit widths of a grid's integers.
 ///
 /// Coordinates are in `-2^b ..= 2^b`, and components of directions are in `-2^q ..= 2^q`. The lanes
 /// compute in i64, which is sufficient for every intermediate value if `2 b + q <= 58`.
@@ -41,10 +42,10 @@ impl Bits {
     /// `b = 16`, `q = 16`: every edge determinant is also exact in f64.
     pub const COARSE: Self = Self { b: 16, q: 16 };
 
-    /// Custom bits: `1 <= b <= 20`, `1 <= q <= 24`, `2 b + q <= 58`.
+    /// Creates custom bit widths: `1 <= b <= 20`, `1 <= q <= 24`, `2 b + q <= 58`.
     ///
     /// # Errors
-    /// Fails if `b` or `q` is outside these limits.
+    /// Returns an error if `b` or `q` is outside these limits.
     ///
     /// ```
     /// use intertri::fixed::Bits;
@@ -59,21 +60,22 @@ impl Bits {
         }
     }
 
-    /// The grid with `b` bits per coordinate and the largest `q` that this allows.
+    /// Returns the bit widths of a grid with `b` bits per coordinate and the largest `q` that this
+    /// allows.
     ///
     /// # Errors
-    /// Fails if `b` is not in `1..=20`.
+    /// Returns an error if `b` is not in `1..=20`.
     pub fn of_grid(b: u32) -> Result<Self, GridError> {
         let q = 58_u32.saturating_sub(b.saturating_mul(2)).clamp(1, 24);
         Self::new(b, q)
     }
 
-    /// The number of bits of a coordinate.
+    /// Returns the number of bits of a coordinate.
     pub fn b(self) -> u32 {
         self.b
     }
 
-    /// The number of bits of a direction.
+    /// Returns the number of bits of a direction.
     pub fn q(self) -> u32 {
         self.q
     }
@@ -97,7 +99,7 @@ impl Default for Bits {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GridError {
-    /// Numbers of bits outside the limits.
+    /// Bit widths outside the limits.
     Bits {
         /// The number of bits of a coordinate.
         b: u32,
@@ -182,15 +184,15 @@ pub struct Grid {
 }
 
 /// Points whose scaled coordinates exceed this are not snapped: f64 can represent halves only up to
-/// here.
+/// this limit.
 const FAR: f64 = (1_i64 << 51) as f64;
 
 impl Grid {
-    /// The finest grid that contains all of the points. Pass the corners of the scene and the
-    /// origins of the rays.
+    /// Returns the finest grid that contains all of the points. Pass the corners of the scene and
+    /// the origins of the rays.
     ///
     /// # Errors
-    /// Fails if a point is not finite.
+    /// Returns an error if a point is not finite.
     pub fn around(
         points: impl IntoIterator<Item = [f32; 3]>,
         bits: Bits,
@@ -229,11 +231,12 @@ impl Grid {
         }
     }
 
-    /// A predefined grid that is the same for every scene. A coordinate x becomes `x * 2^scale`,
-    /// rounded, minus the centre.
+    /// Creates a predefined grid that is the same for every scene. A coordinate x becomes `x *
+    /// 2^scale`, rounded, minus the centre.
     ///
     /// # Errors
-    /// Fails if the scale is not in `-149..=149` or if the centre is not in `-2^50..=2^50`.
+    /// Returns an error if the scale is not in `-149..=149` or if the centre is not in
+    /// `-2^50..=2^50`.
     pub fn at(bits: Bits, scale: i32, centre: [i64; 3]) -> Result<Self, GridError> {
         if scale.unsigned_abs() <= 149 && centre.iter().all(|x| x.unsigned_abs() <= 1 << 50) {
             Ok(Self { bits, scale, centre })
@@ -242,34 +245,33 @@ impl Grid {
         }
     }
 
-    /// The numbers of bits of the grid's integers.
+    /// Returns the bit widths of the grid's integers.
     pub fn bits(&self) -> Bits {
         self.bits
     }
 
-    /// The exponent of the scale: there are `2^scale` grid steps per unit.
+    /// Returns the exponent of the scale: there are `2^scale` grid steps per unit.
     pub fn scale(&self) -> i32 {
         self.scale
     }
 
-    /// The distance between neighbouring grid points, in units of the scene. Snapping moves each
-    /// coordinate by at most half of this.
+    /// Returns the distance between neighbouring grid points, in units of the scene. Snapping moves
+    /// each coordinate by at most half of this.
     pub fn step(&self) -> f64 {
         pow2(-self.scale)
     }
 
-    /// The grid point nearest to a point of the scene.
+    /// Returns the grid point nearest to a point of the scene.
     ///
     /// # Errors
-    /// Fails if the point is not finite or is outside the grid.
+    /// Returns an error if the point is not finite or is outside the grid.
     #[inline]
     pub fn snap(&self, p: [f32; 3]) -> Result<[i32; 3], GridError> {
         let (mut snapped, mut inside) = ([0; 3], true);
         for axis in 0..3 {
             let x = f64::from(p[axis]) * pow2(self.scale);
             let on_grid = round(x).wrapping_sub(self.centre[axis]);
-            // Check both limits without a branch. Only the error needs to know which one was
-            // exceeded.
+            // Check both limits without a branch. The kind of error is determined later.
             inside &= (x.abs() <= FAR) & (on_grid.unsigned_abs() <= 1 << self.bits.b);
             snapped[axis] = on_grid as i32;
         }
@@ -282,26 +284,26 @@ impl Grid {
         }
     }
 
-    /// The exact position of a grid point in the scene.
+    /// Returns the exact position of a grid point in the scene.
     pub fn unsnap(&self, i: [i32; 3]) -> [f64; 3] {
         [0, 1, 2].map(|axis| (i64::from(i[axis]) + self.centre[axis]) as f64 * self.step())
     }
 
-    /// The distance by which snapping moves a point, along the axis on which it moves farthest, in
-    /// units of the scene.
+    /// Returns the distance by which snapping moves a point, along the axis on which it moves
+    /// farthest, in units of the scene.
     ///
     /// # Errors
-    /// The same errors as [`Grid::snap`].
+    /// Returns the same errors as [`Grid::snap`].
     pub fn moved(&self, p: [f32; 3]) -> Result<f64, GridError> {
         let to = self.unsnap(self.snap(p)?);
         let moved = [0, 1, 2].map(|axis| (to[axis] - f64::from(p[axis])).abs());
         Ok(moved.into_iter().fold(0.0, |far, x| if x > far { x } else { far }))
     }
 
-    /// Snaps the corners of a triangle. If the triangle loses its area, nothing hits it.
+    /// Snaps the corners of a triangle. If the triangle loses its area, no ray hits it.
     ///
     /// # Errors
-    /// The same errors as [`Grid::snap`].
+    /// Returns the same errors as [`Grid::snap`].
     pub fn triangle(&self, &TriangleOf([c1, c2, c3]): &Corners) -> Result<Triangle, GridError> {
         Ok(Triangle([self.snap(c1)?, self.snap(c2)?, self.snap(c3)?]))
     }
@@ -309,7 +311,7 @@ impl Grid {
     /// Creates a triangle from integers.
     ///
     /// # Errors
-    /// Fails if a coordinate is outside `-2^b ..= 2^b`.
+    /// Returns an error if a coordinate is outside `-2^b ..= 2^b`.
     pub fn triangle_of(&self, corners: [[i32; 3]; 3]) -> Result<Triangle, GridError> {
         match corners.into_iter().find(|&c| exceeds(c, self.bits.b)) {
             Some(corner) => Err(GridError::Integers(corner)),
@@ -321,8 +323,8 @@ impl Grid {
     /// direction.
     ///
     /// # Errors
-    /// Fails if a coordinate is outside `-2^b ..= 2^b`, a component of the direction is outside
-    /// `-2^q ..= 2^q`, or the direction is zero.
+    /// Returns an error if a coordinate is outside `-2^b ..= 2^b`, a component of the direction is
+    /// outside `-2^q ..= 2^q`, or the direction is zero.
     pub fn ray_of(&self, origin: [i32; 3], dir: [i32; 3]) -> Result<Ray, GridError> {
         if exceeds(origin, self.bits.b) {
             return Err(GridError::Integers(origin));
@@ -334,7 +336,7 @@ impl Grid {
     }
 }
 
-/// Whether a component is outside `-2^bits ..= 2^bits`.
+/// Returns whether a component is outside `-2^bits ..= 2^bits`.
 fn exceeds(p: [i32; 3], bits: u32) -> bool {
     p.iter().any(|x| x.unsigned_abs() > 1 << bits)
 }

@@ -1,14 +1,14 @@
-//! The mode `fixed`: exact on an integer grid, watertight, and with every crossing counted once.
+//! The `fixed` mode: exact on an integer grid, watertight, and with every crossing counted once.
 //!
 //! Corners and origins are scaled by a power of two and snapped to integers. Directions are snapped
-//! to integers at a scale of their own. Nothing else is rounded: the rest is integer arithmetic
-//! within proven bit budgets, so the results have the same bits on every CPU. `docs/fixed-point.md`
-//! has the proofs.
+//! to integers at a scale of their own. Nothing else is rounded until the results are converted to
+//! f64: the rest is integer arithmetic within proven bit budgets, so the results have the same bits
+//! on every CPU. `docs/fixed-point.md` has the proofs.
 //!
-//! A ray that meets an edge or a corner exactly is decided as if its direction were moved by
-//! `(e, e^2, e^3)`, with an arbitrarily small e. It therefore crosses a closed mesh like a ray in
-//! general position: never through an edge or a corner, and every surface once. A crossing has
-//! `t > 0`, so a ray that starts on a surface does not cross it there.
+//! A ray that meets an edge or a corner exactly is decided as if its direction were moved by `(e,
+//! e^2, e^3)`, with an arbitrarily small e. It therefore crosses a closed mesh like a ray in
+//! general position: never through an edge or a corner, and through every surface once. A crossing
+//! has `t > 0`, so a ray that starts on a surface does not cross it there.
 //!
 //! ```text
 //!   f32 ─ Grid ──► Ray, Triangle ──► Block, Packet, SeenTriangle ──► Crossing ──► Best ──► Hit, f64

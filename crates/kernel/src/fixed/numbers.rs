@@ -3,20 +3,20 @@
 /// Above 2^52, f64 has no fractional digits, so adding this rounds to an integer.
 const ABOVE: f64 = (3_i64 << 51) as f64;
 
-/// The nearest integer, ties to even, for a number in `-2^51..=2^51`. Meaningless for other
-/// numbers.
+/// Returns the nearest integer, ties to even, for a number in `-2^51..=2^51`. For other numbers,
+/// the result is meaningless.
 #[inline]
 pub(super) fn round(x: f64) -> i64 {
     // The addition rounds to an integer, whose binary digits are the low bits of the sum.
     (x + ABOVE).to_bits().wrapping_sub(ABOVE.to_bits()) as i64
 }
 
-/// `2^e`, where the result must be a normal number.
+/// Returns `2^e`, which must be a normal number.
 pub(super) fn pow2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)
 }
 
-/// The e for which `2^e <= x < 2^(e+1)`. x must be normal and positive.
+/// Returns the e for which `2^e <= x < 2^(e+1)`. x must be normal and positive.
 pub(super) fn exponent(x: f64) -> i32 {
     (x.to_bits() >> 52) as i32 - 1023
 }

@@ -8,7 +8,7 @@ use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
 use crate::simd::{Ints, Lanes, Simd};
 use crate::simd::{Lane, Width, lanes_of};
 
-/// N rays in lanes, 4 or 8. Unused lanes are dead: no result includes them.
+/// N rays in lanes. N is 4 or 8. Unused lanes are dead: no result includes them.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, Prepared};
@@ -68,19 +68,19 @@ impl<const N: usize> Packet<N> {
         packet
     }
 
-    /// Bit i is set if lane i contains a ray.
+    /// Returns a mask in which bit i is set if lane i contains a ray.
     pub fn live(&self) -> u32 {
         self.live
     }
 
-    /// The rays, by lane.
+    /// Returns the rays by lane.
     pub fn rays(&self) -> &[Ray; N] {
         &self.rays
     }
 
-    /// Calls `each` for every crossing of a `live` ray with a triangle, with the ray's lane. Call
-    /// this function in a loop that is compiled for an instruction level. With `FILTER`, f32 lanes
-    /// are tested first, which does not change the result.
+    /// Calls `each` for every crossing of a `live` ray with a triangle, passing the ray's lane.
+    /// Call this function in a loop that is compiled for an instruction level. With `FILTER`, an
+    /// f32 test runs first, which does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -118,7 +118,7 @@ impl<const N: usize> Packet<N> {
         for lane in lanes_of(with | against) {
             let ray = &self.rays[lane];
             let o = i64s(ray.origin());
-            // The numerator of t needs i128; it is the only number that does not fit in i64.
+            // The numerator of t needs i128; it is the only value that does not fit in i64.
             let num = volume([c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]], h4, h5);
             if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, ray) {
                 each(lane, crossing);
@@ -129,13 +129,13 @@ impl<const N: usize> Packet<N> {
 
 /// A triangle relative to an origin, with the values that rays from that origin share.
 ///
-/// This is the idea of document D: each test needs only the products with the direction.
+/// As in document D, each test needs only the products with the direction.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
-/// /// Finds the rays of a packet that cross a triangle; all start at the triangle's origin.
+/// /// Finds the rays of a packet, all from one origin, that cross a triangle.
 /// struct Leaf<'a>(&'a Packet<8>, &'a SeenTriangle);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<usize>;
@@ -160,7 +160,7 @@ pub struct SeenTriangle {
     origin: [i32; 3],
     sides: Sides,
     normals_f32: [[f32; 3]; 3],
-    /// The sign that is used for each determinant if it is 0: 1 or -1.
+    /// The sign, 1 or -1, that each determinant takes if it is 0.
     ties: [i64; 3],
     /// The largest 1-norm of a normal, times the filter's factor.
     bound: f32,
@@ -186,7 +186,7 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// Computes a triangle relative to an origin.
+    /// Computes the integers of a triangle relative to an origin.
     #[inline(always)]
     pub fn new(&Triangle([c1, c2, c3]): &Triangle, origin: [i32; 3]) -> Self {
         let a = i64s(minus(c1, origin));
@@ -196,7 +196,7 @@ impl Sides {
         Self { normals, num: product(a, normals[0]) }
     }
 
-    /// Computes where a ray from that origin crosses the triangle. The ray must be known to cross
+    /// Computes where a ray from this origin crosses the triangle. The ray must be known to cross
     /// it.
     #[inline(always)]
     pub fn crossing(&self, ray: &Ray) -> Crossing {
@@ -209,8 +209,8 @@ impl Sides {
 }
 
 impl SeenTriangle {
-    /// Computes a triangle relative to an origin. Returns `None` if the origin is in the triangle's
-    /// plane or if the triangle has no area, because no ray from there crosses it.
+    /// Computes the values of a triangle relative to an origin. Returns `None` if the origin is in
+    /// the triangle's plane or if the triangle has no area, because no ray from there crosses it.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
         let sides = Sides::new(triangle, origin);
@@ -227,10 +227,10 @@ impl SeenTriangle {
         Some(Self { origin, sides, normals_f32, ties, bound })
     }
 
-    /// Calls `each` for every crossing of a `live` ray with the triangle, with the ray's lane. All
-    /// live rays must start at the triangle's origin. Call this function in a loop that is compiled
-    /// for an instruction level. With `FILTER`, f32 lanes are tested first, which does not change
-    /// the result.
+    /// Calls `each` for every crossing of a `live` ray with the triangle, passing the ray's lane.
+    /// All live rays must start at the origin passed to [`SeenTriangle::new`]. Call this function
+    /// in a loop that is compiled for an instruction level. With `FILTER`, an f32 test runs first,
+    /// which does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool, const N: usize>(
         &self,
@@ -275,7 +275,7 @@ impl SeenTriangle {
     }
 }
 
-/// Converts f32 components that are exact integers.
+/// Converts f32 components that are exact integers to i64.
 #[inline(always)]
 fn whole([x, y, z]: [f32; 3]) -> [i64; 3] {
     [x as i64, y as i64, z as i64]

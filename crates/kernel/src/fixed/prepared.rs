@@ -51,7 +51,7 @@ pub(super) fn minus(a: [i32; 3], b: [i32; 3]) -> [i32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// The largest magnitude of a component.
+/// Returns the largest magnitude of any component.
 #[inline(always)]
 pub(super) fn longest(v: [i32; 3]) -> i32 {
     v[0].abs().max(v[1].abs()).max(v[2].abs())

@@ -9,7 +9,7 @@ use super::{
 use crate::simd::{Level, Simd, WithSimd};
 use crate::{Crossings, Hit};
 
-/// The mode `fixed`, at a given instruction level. All levels return the same results.
+/// The `fixed` mode at a given instruction level. All levels return the same results.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
@@ -42,7 +42,7 @@ use crate::{Crossings, Hit};
 /// let mut hits = [Hit::MISS; 2];
 /// plain.closest_batch(&walls, &rays, &mut hits);
 /// assert_eq!(hits.map(|hit| hit.triangle), [1, Hit::NO_TRIANGLE]);
-/// // An open sheet winds around nothing. See the example above for a closed mesh.
+/// // An open sheet does not enclose any point. See the example above for a closed mesh.
 /// assert_eq!(plain.winding(&blocks(&walls).collect::<Vec<_>>(), &grid, [1.0, 1.0, 9.0])?, 0);
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
@@ -81,18 +81,18 @@ pub fn blocks(triangles: &[Triangle]) -> impl Iterator<Item = Block<8>> {
 }
 
 impl Fixed {
-    /// The mode at a given instruction level.
+    /// Creates the mode at a given instruction level.
     pub fn at(level: Level) -> Self {
         Self { level }
     }
 
-    /// The instruction level on which queries run.
+    /// Returns the instruction level at which queries run.
     pub fn level(&self) -> Level {
         self.level
     }
 
-    /// The closest hit. If several hits have the same t, compared as exact ratios, the lowest index
-    /// wins.
+    /// Returns the closest hit. If several hits have the same t, compared as exact ratios, the
+    /// lowest index wins.
     pub fn closest(&self, blocks: &[Block<8>], ray: &Ray) -> Option<Hit> {
         let mut best = Best::default();
         self.each(blocks, ray, |crossing, index| {
@@ -102,7 +102,7 @@ impl Fixed {
         best.to_hit(ray)
     }
 
-    /// Whether the ray hits anything.
+    /// Returns whether the ray hits anything.
     pub fn any(&self, blocks: &[Block<8>], ray: &Ray) -> bool {
         let mut any = false;
         self.each(blocks, ray, |_, _| {
@@ -112,7 +112,7 @@ impl Fixed {
         any
     }
 
-    /// Every hit, sorted by the exact t and, for equal t, by the index.
+    /// Returns every hit, sorted by exact t and, for equal t, by index.
     pub fn all(&self, blocks: &[Block<8>], ray: &Ray) -> Vec<Hit> {
         let mut crossings = Vec::new();
         self.each(blocks, ray, |crossing, index| {
@@ -133,13 +133,13 @@ impl Fixed {
         count
     }
 
-    /// The winding number of a closed mesh around a point, from the signed crossings of a ray. If
-    /// corners run counter-clockwise as seen from outside, it is 1 inside and 0 outside; for a mesh
-    /// that is inside out, it is -1 inside. A point on the surface has the winding number of a
-    /// neighbouring point.
+    /// Computes the winding number of a closed mesh around a point from the signed crossings of a
+    /// ray. If the triangles are counter-clockwise as seen from outside, it is 1 inside and 0
+    /// outside; for a mesh that is inside out, it is -1 inside. A point on the surface has the
+    /// winding number of a neighbouring point.
     ///
     /// # Errors
-    /// Fails if the point is not on the grid.
+    /// Returns an error if the point is not on the grid.
     pub fn winding(
         &self,
         blocks: &[Block<8>],
@@ -150,10 +150,11 @@ impl Fixed {
         Ok(self.crossings(blocks, &ray).signed)
     }
 
-    /// Whether a closed mesh contains a point, that is, whether the winding number is not 0.
+    /// Returns whether a closed mesh contains a point, that is, whether the winding number is not
+    /// 0.
     ///
     /// # Errors
-    /// Fails if the point is not on the grid.
+    /// Returns an error if the point is not on the grid.
     pub fn contains(
         &self,
         blocks: &[Block<8>],
@@ -163,8 +164,8 @@ impl Fixed {
         Ok(self.winding(blocks, grid, point)? != 0)
     }
 
-    /// [`Fixed::closest`] for many rays, eight at a time: `hits[i]` becomes the hit of `rays[i]`.
-    /// Consecutive rays with the same origin share the work that depends on it.
+    /// Like [`Fixed::closest`], but for many rays, eight at a time: `hits[i]` becomes the hit of
+    /// `rays[i]`. Consecutive rays with the same origin share the work that depends on it.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -173,7 +174,7 @@ impl Fixed {
         self.level.run(ClosestBatch { triangles, rays, hits });
     }
 
-    /// Calls `go_on` for every crossing, until it returns false.
+    /// Calls `go_on` for every crossing until it returns false.
     fn each(self, blocks: &[Block<8>], ray: &Ray, go_on: impl FnMut(Crossing, u32) -> bool) {
         self.level.run(Each { blocks, ray, go_on });
     }

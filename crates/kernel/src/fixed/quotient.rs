@@ -14,8 +14,8 @@ use crate::simd::Lanes;
 /// A number in two parts: the nearest f64 and the remainder.
 pub(super) type Parts<F> = [F; 2];
 
-/// The exact sum of two numbers, in two parts. The larger number must be a multiple of the smaller
-/// number's last unit, which always holds for integers.
+/// Returns the exact sum of two numbers in two parts. The larger number must be a multiple of the
+/// smaller number's unit in the last place, which always holds for integers.
 #[inline(always)]
 pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
     let sum = high + low;
@@ -78,8 +78,8 @@ mod tests {
         }
     }
 
-    /// Tests quotients of any magnitude, exact ones, ties between two f64, and the neighbours of
-    /// these.
+    /// Tests quotients of any magnitude, exact ones, ties between two f64 values, and the
+    /// neighbours of these.
     #[test]
     fn a_sure_quotient_is_the_nearest() {
         let mut state = 1_u64;
@@ -104,8 +104,8 @@ mod tests {
                     if sure >> lane & 1 != 0 {
                         assert_eq!(nearest[lane], exact, "{ratio:?} {level:?}");
                     } else {
-                        // Only a ratio that is halfway, as far as the bound can determine, may be
-                        // uncertain.
+                        // Only a ratio that the bound cannot distinguish from a halfway point may
+                        // be uncertain.
                         unsure += u32::from(level == Level::PORTABLE);
                     }
                     all += u32::from(level == Level::PORTABLE);

@@ -5,7 +5,7 @@ use core::cmp::Ordering;
 use super::numbers::pow2;
 use super::quotient::{parts, quotient};
 
-/// A positive t in multiples of the snapped direction: `num / den`, exact, not reduced.
+/// A positive t in multiples of the snapped direction: `num / den`, exact but not reduced.
 ///
 /// Within the bit budgets, `num <= 2^64` and `den < 2^62`, so the product of one ratio's numerator
 /// and another's denominator fits in 128 bits.
@@ -29,12 +29,12 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// The numerator, which is positive.
+    /// Returns the numerator, which is positive.
     pub fn num(self) -> u128 {
         self.num
     }
 
-    /// The denominator, which is positive.
+    /// Returns the denominator, which is positive.
     pub fn den(self) -> u64 {
         self.den
     }
@@ -52,7 +52,7 @@ impl Ratio {
         self.divide(exponent)
     }
 
-    /// [`Ratio::to_f64`] by integer division.
+    /// Like [`Ratio::to_f64`], but by integer division.
     #[cold]
     #[inline(never)]
     pub(super) fn divide(self, exponent: i32) -> f64 {
@@ -66,7 +66,7 @@ impl Ratio {
         (quotient | sticky) as f64 * pow2(exponent - shift)
     }
 
-    /// Compares `num / den` with an f32, exactly. Returns `None` for NaN.
+    /// Compares `num / den` with an f32 exactly. Returns `None` for NaN.
     pub fn cmp_f32(self, x: f32) -> Option<Ordering> {
         if x.is_nan() {
             return None;
@@ -84,13 +84,13 @@ impl Ratio {
         let (m, shift) =
             if field == 0 { (fraction, -149) } else { (fraction | 1 << 23, field - 150) };
         let (left, right) = (self.num, u128::from(m) * u128::from(self.den));
-        // If the numbers of bits differ, they decide. If they are equal, the shift loses no bits.
+        // If the bit lengths differ, they decide. If they are equal, the shift loses no bits.
         Some((bits(left)).cmp(&(bits(right) + shift)).then_with(|| {
             if shift < 0 { (left << -shift).cmp(&right) } else { left.cmp(&(right << shift)) }
         }))
     }
 
-    /// Whether t is within the interval of a snapped ray. Returns false for NaN.
+    /// Returns whether t is within the interval of a snapped ray. Returns false for NaN.
     pub(super) fn within(self, ray: &crate::Ray) -> bool {
         self.cmp_f32(ray.t_min).is_some_and(Ordering::is_ge)
             && self.cmp_f32(ray.t_max).is_some_and(Ordering::is_lt)
@@ -114,13 +114,13 @@ impl PartialOrd for Ratio {
 impl Ord for Ratio {
     #[inline(always)]
     fn cmp(&self, other: &Self) -> Ordering {
-        // Both denominators are positive, so multiply crosswise. A number of at most 2^64 times one
+        // Both denominators are positive, so cross-multiply. A number of at most 2^64 times one
         // below 2^62 fits in 128 bits.
         (self.num * u128::from(other.den)).cmp(&(other.num * u128::from(self.den)))
     }
 }
 
-/// The number of bits of a positive integer.
+/// Returns the bit length of a positive integer.
 fn bits(x: u128) -> i32 {
     128 - x.leading_zeros() as i32
 }

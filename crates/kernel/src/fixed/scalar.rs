@@ -1,4 +1,4 @@
-//! The scalar reference in i128: the test of one triangle, in its plainest form.
+//! The scalar reference in i128: the test of one ray against one triangle, in its simplest form.
 //!
 //! Let A, B, and C be the corners relative to the origin, and d the direction. The ray's line
 //! passes inside the triangle if the three determinants
@@ -11,7 +11,7 @@
 
 use super::{Crossing, Ratio, Ray, Triangle};
 
-/// Whether and where a ray crosses a triangle.
+/// Returns where a ray crosses a triangle, or `None` if it does not.
 ///
 /// The complete rule is as follows. A determinant that is 0 takes the sign of the first nonzero
 /// component of its cross product. The ray crosses if the three signs and the sign of `A . (B x C)`
@@ -44,7 +44,7 @@ pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
     t.within(ray.to_f32()).then_some(crossing)
 }
 
-/// The sign of `(d + (e, e^2, e^3)) . n` for an arbitrarily small e.
+/// Returns the sign of `(d + (e, e^2, e^3)) . n` for an arbitrarily small e.
 fn perturbed_sign(d: [i128; 3], n: [i128; 3]) -> i128 {
     [dot(d, n), n[0], n[1], n[2]].into_iter().map(i128::signum).find(|&s| s != 0).unwrap_or(0)
 }

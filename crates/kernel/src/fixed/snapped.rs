@@ -18,14 +18,14 @@ use crate::{Triangle as Corners, TriangleOf};
 pub struct Triangle(pub(super) [[i32; 3]; 3]);
 
 impl Triangle {
-    /// The corners of the triangle.
+    /// Returns the corners of the triangle.
     #[inline(always)]
     pub fn corners(&self) -> [[i32; 3]; 3] {
         self.0
     }
 
-    /// The same triangle in f32, in units of the grid. The conversion is exact, so boxes around it
-    /// are exact, too.
+    /// Returns the same triangle in f32, in units of the grid. The conversion is exact, and so are
+    /// boxes around the triangle.
     pub fn to_f32(&self) -> Corners {
         Corners(self.0.map(f32s))
     }
@@ -74,20 +74,20 @@ impl Ray {
         Self { line: crate::Ray::new(f32s(origin), f32s(dir)), exponent: 0 }
     }
 
-    /// The snapped origin.
+    /// Returns the snapped origin.
     #[inline(always)]
     pub fn origin(&self) -> [i32; 3] {
         i32s(self.line.origin)
     }
 
-    /// The snapped direction.
+    /// Returns the snapped direction.
     #[inline(always)]
     pub fn dir(&self) -> [i32; 3] {
         i32s(self.line.dir)
     }
 
-    /// A `t` in multiples of [`Ray::dir`], times two to this power, is a `t` in multiples of the
-    /// direction before snapping.
+    /// Returns an exponent: a `t` in multiples of [`Ray::dir`], times two to this power, is a `t`
+    /// in multiples of the direction before snapping.
     #[inline(always)]
     pub fn exponent(&self) -> i32 {
         self.exponent
@@ -119,13 +119,13 @@ impl Ray {
         Self { line: self.line.between(end(t_min), end(t_max)), ..self }
     }
 
-    /// The longest component of the direction.
+    /// Returns the magnitude of the longest component of the direction.
     #[inline(always)]
     pub(super) fn longest(&self) -> f32 {
         self.line.dir.iter().fold(0.0, |far, x| x.abs().max(far))
     }
 
-    /// The same ray in f32, in units of the grid and of [`Ray::dir`]. Its interval is exact
+    /// Returns the same ray in f32, in units of the grid and of [`Ray::dir`]. Its interval is exact
     /// wherever a crossing is possible.
     #[inline(always)]
     pub fn to_f32(&self) -> &crate::Ray {

@@ -1,4 +1,5 @@
-//! t, u, and v for pairs that are known to hit: t as in document A, the weights as in document D.
+//! t, u, and v for pairs that are known to hit: t as in document A, and the weights as in document
+//! D.
 
 mod pairs;
 mod shared_origin;

@@ -64,7 +64,7 @@ impl Pairs {
         self.index[lane] = id.0;
     }
 
-    /// The ray and the triangle in a lane, and the triangle's index.
+    /// Returns the ray and the triangle in a lane, and the triangle's index.
     #[inline]
     pub fn pair(&self, lane: usize) -> (Ray, Triangle, TriangleId) {
         let vec3 = |rows: &[[f32; 8]; 3]| rows.each_ref().map(|row| row[lane]);
@@ -72,13 +72,13 @@ impl Pairs {
         (ray, Triangle(self.corners.each_ref().map(vec3)), TriangleId(self.index[lane]))
     }
 
-    /// The index of the triangle in a lane.
+    /// Returns the index of the triangle in a lane.
     #[inline(always)]
     pub(crate) fn index(&self, lane: usize) -> u32 {
         self.index[lane]
     }
 
-    /// The corners, origins, and directions of the lanes from `from` on.
+    /// Returns the corners, origins, and directions of the lanes starting at `from`.
     #[inline(always)]
     pub(crate) fn lanes<D: Lanes<Scalar = f64>>(
         &self,
@@ -93,8 +93,8 @@ impl Pairs {
     /// meaningless.
     #[inline(always)]
     pub fn hits_in<S: Simd>(&self) -> [Hit; 8] {
-        // Process four at a time, because some CPUs lower their clock for even one eight-lane
-        // division.
+        // Process four at a time, because some CPUs lower their clock rate for even a single
+        // eight-lane division.
         let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
         for from in [0, 4] {
             let (corners, origin, dir) = self.lanes::<S::F64x4>(from);
@@ -107,7 +107,7 @@ impl Pairs {
         self.hits(&t, &u, &v)
     }
 
-    /// Combines the numbers of all lanes into hits.
+    /// Combines the values of all lanes into hits.
     #[inline(always)]
     pub(crate) fn hits(&self, t: &[f64; 8], u: &[f64; 8], v: &[f64; 8]) -> [Hit; 8] {
         core::array::from_fn(|lane| {
@@ -117,15 +117,15 @@ impl Pairs {
     }
 }
 
-/// Loads the lanes from `from` on.
+/// Loads the lanes starting at `from`.
 #[inline(always)]
 fn some<D: Lanes<Scalar = f64>>(rows: &[[f32; 8]; 3], from: usize) -> Vec3<D> {
     let [x, y, z] = rows;
     Vec3 { x: D::load_f32(&x[from..]), y: D::load_f32(&y[from..]), z: D::load_f32(&z[from..]) }
 }
 
-/// The document's t for triangles that are known to be hit, and the weights of their second and
-/// third corners.
+/// Computes the document's t for triangles that are known to be hit, and the weights of their
+/// second and third corners.
 #[inline(always)]
 fn crossing<D: Lanes<Scalar = f64>>(
     corners: [Vec3<D>; 3],
@@ -134,13 +134,13 @@ fn crossing<D: Lanes<Scalar = f64>>(
 ) -> [D; 3] {
     let t = Tri::new(corners).t(origin, dir);
     let seen = Coefficients::of(corners, origin);
-    // The document's t divides by a normal of length 1, the weights by a normal of any length, so
-    // there are two denominators.
+    // The document's t uses a unit normal, whereas the weights use a normal of any length, so there
+    // are two denominators.
     let den = seen.n.dot(dir);
     [t, seen.v.dot(dir) / den, seen.w.dot(dir) / den]
 }
 
-/// [`Pairs::hits_in`] for one pair.
+/// Like [`Pairs::hits_in`], but for one pair.
 #[inline(always)]
 pub(crate) fn of_pair<S: Scalar>(
     ray: &RayOf<S>,

@@ -4,7 +4,7 @@ use crate::Hit;
 use crate::simd::Simd;
 
 /// A triangle relative to an origin, with the coefficients of t, u, and v for rays from that
-/// origin. The numbers are computed either with the document's operations or exactly. `H` is the
+/// origin. The values are computed either with the document's operations or exactly. `H` is the
 /// type of the result: [`Hit`] or [`Hit32`](crate::Hit32).
 ///
 /// See [`HitCoefficients`](super::HitCoefficients) for an example.
@@ -18,7 +18,7 @@ pub trait SharedOriginHit<H = Hit>: Copy + Default {
         to: &mut [Self; 8],
     );
 
-    /// Writes the hit of a ray that is known to hit the triangle. Returns whether the numbers are
+    /// Writes the hit of a ray that is known to hit the triangle. Returns whether the values are
     /// certain; if not, call the resolver.
     fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut H) -> bool;
 }

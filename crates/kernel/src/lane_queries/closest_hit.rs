@@ -1,5 +1,5 @@
-//! The closest hit of one ray so far. Hits are compared by f32 intervals if these decide, by t in
-//! f64 if not, and by the resolver if the rounded values of t are equal.
+//! The closest hit of one ray so far. Hits are compared by f32 intervals where these decide,
+//! otherwise by t in f64, and by the resolver if the rounded values of t are equal.
 
 use core::cmp::Ordering;
 
@@ -14,7 +14,7 @@ use crate::{LeafSlot, TriangleId};
 /// overlap, the hits are compared by their t in f64, and if these are equal, exactly. If both have
 /// the same t, the lower index wins.
 ///
-/// [`Filter::closest_in`](crate::Filter::closest_in) has an example.
+/// See [`Filter::closest_in`](crate::Filter::closest_in) for an example.
 ///
 /// ```
 /// use intertri::ClosestHit;
@@ -52,19 +52,19 @@ impl ClosestHit {
         Self { t_lo: sure, ..Self::new(t_max) }
     }
 
-    /// An upper bound on t: no hit beyond it can become the closest.
+    /// Returns an upper bound on t: no hit beyond it can become the closest.
     #[inline(always)]
     pub fn t_hi(&self) -> f32 {
         self.t_hi
     }
 
-    /// Whether there is a hit.
+    /// Returns whether there is a hit.
     #[inline(always)]
     pub fn is_hit(&self) -> bool {
         self.triangle != TriangleId::NONE
     }
 
-    /// The index of the closest triangle, and the slot in which the caller stores it.
+    /// Returns the index of the closest triangle, and the slot in which the caller stores it.
     #[inline(always)]
     pub fn triangle(&self) -> Option<(TriangleId, LeafSlot)> {
         self.is_hit().then_some((self.triangle, self.slot))
@@ -103,8 +103,8 @@ impl ClosestHit {
     ) {
         let (triangle, slot) = new;
         if t_hi < self.t_lo {
-            // The new hit is entirely in front. Its t is not needed unless another hit comes close;
-            // until then, it is NaN.
+            // The new hit is entirely in front of the old one. Its t is not needed unless another
+            // hit comes close; until then, it is NaN.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
             // Walls in the same plane are common, and their order takes no arithmetic.
@@ -119,7 +119,7 @@ impl ClosestHit {
                 return;
             }
             // Without a hit so far, the interval overlaps the far end of the ray, so the resolver
-            // has to check the far end, too.
+            // must also check the far end.
             let t = if self.is_hit() { Some(pairs.t(lane)) } else { pairs.hit(lane) };
             if let Some(t) = t {
                 self.offer_known(t, new, lane, pairs);
@@ -195,8 +195,8 @@ impl ClosestHit {
             return;
         }
 
-        // Among the certain hits, find the one whose interval ends first, and all hits that begin
-        // before that.
+        // Among the certain hits, find the one whose interval ends first, and all hits whose
+        // intervals begin before that.
         let hit = F::Mask::from_bits(verdicts.hit);
         let ends = F::select(hit, verdicts.t_hi, F::splat(f32::INFINITY));
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
@@ -240,8 +240,8 @@ impl ClosestHit {
         );
     }
 
-    /// [`ClosestHit::offer_block`] for intervals that do not decide. It is out of line to keep
-    /// registers free for the common case.
+    /// Offers the filter's verdicts lane by lane. The function is out of line to keep registers
+    /// free for the common case.
     #[inline(never)]
     fn offer_one_by_one(
         &mut self,
@@ -259,7 +259,7 @@ impl ClosestHit {
         }
     }
 
-    /// Whether a lane's hit with this t and index comes before the closest hit so far.
+    /// Returns whether a lane's hit with this t and index comes before the closest hit so far.
     #[inline(always)]
     fn is_beaten_by(
         &mut self,
@@ -269,7 +269,8 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) -> bool {
         if self.t.is_nan() {
-            // The best hit computes its t only when another hit comes close, and stores it.
+            // The t of the best hit is computed only when another hit comes close, and is then
+            // stored.
             self.t = pairs.t_in(lane, self.slot);
         }
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
@@ -285,23 +286,23 @@ struct OneByOne<'a> {
     t_hi: &'a [f32],
 }
 
-/// The index and the slot of the triangle in a lane of a block. `slot` is the slot of the first
-/// lane.
+/// Returns the index and the slot of the triangle in a lane of a block. `slot` is the slot of the
+/// first lane.
 #[inline(always)]
 fn lane_names(indices: &[u32; 8], LeafSlot(slot): LeafSlot, lane: usize) -> (TriangleId, LeafSlot) {
     (TriangleId(indices[lane]), LeafSlot(slot + lane as u32))
 }
 
-/// The smallest of eight numbers.
+/// Returns the smallest of eight values.
 #[inline(always)]
 fn least(of: &[f32; 8]) -> f32 {
-    // `if b < a` is one instruction; `f32::min` would have to handle NaN, too.
+    // `if b < a` is one instruction; `f32::min` would also have to handle NaN.
     let less = |a: f32, b: f32| if b < a { b } else { a };
     let [a, b, c, d, e, f, g, h] = *of;
     less(less(less(a, e), less(b, f)), less(less(c, g), less(d, h)))
 }
 
-/// The two f32 numbers nearest to t on either side; the same number twice if t is an f32.
+/// Returns the f32 values nearest to t on either side, or the same value twice if t is an f32.
 #[inline(always)]
 fn enclose(t: f64) -> (f32, f32) {
     let near = t as f32;

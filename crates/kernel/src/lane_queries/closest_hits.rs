@@ -59,7 +59,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         self.t_hi
     }
 
-    /// The closest hit in a lane.
+    /// Returns the closest hit in a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> ClosestHit {
         // Access every lane with a constant index, because a variable index would force the
@@ -79,7 +79,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         }
     }
 
-    /// The closest hits of all lanes.
+    /// Returns the closest hits of all lanes.
     #[doc(hidden)]
     #[inline(always)]
     pub fn lanes(&self) -> [ClosestHit; N] {
@@ -100,7 +100,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         )
     }
 
-    /// The hits with their t. See [`Filter::hits_in`](crate::Filter::hits_in).
+    /// Returns the hits with their t. See [`Filter::hits_in`](crate::Filter::hits_in).
     #[inline(always)]
     pub(crate) fn hits<D: Lanes<Scalar = f64>>(
         &self,

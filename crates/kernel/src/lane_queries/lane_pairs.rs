@@ -9,36 +9,36 @@ use crate::{LeafSlot, Ray, RayId, Triangle};
 /// The ray and the triangle in each lane. The slow path, which is out of line, passes them to the
 /// resolver.
 pub(crate) trait LanePairs {
-    /// The resolver for undecided pairs.
+    /// Returns the resolver for undecided pairs.
     fn resolver(&self) -> Resolver<'_>;
-    /// The ray in a lane.
+    /// Returns the ray in a lane.
     fn ray(&self, lane: usize) -> Ray;
-    /// The triangle in a lane.
+    /// Returns the triangle in a lane.
     fn triangle(&self, lane: usize) -> Triangle;
-    /// The ids of a lane's ray and slot.
+    /// Returns the ids of a lane's ray and slot.
     fn ids(&self, lane: usize) -> (RayId, LeafSlot);
     /// Returns the triangle in a slot.
     fn find(&self, slot: LeafSlot) -> Triangle;
 
-    /// The t of a lane's pair, if it is a hit.
+    /// Returns the t of a lane's pair if it is a hit.
     #[inline(always)]
     fn hit(&self, lane: usize) -> Option<f64> {
         self.resolver().hit(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
-    /// Whether a lane's pair is a hit.
+    /// Returns whether a lane's pair is a hit.
     #[inline(always)]
     fn meets(&self, lane: usize) -> bool {
         self.resolver().meets(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
-    /// The t of a lane's pair, which must be a hit.
+    /// Returns the t of a lane's pair, which must be a hit.
     #[inline(always)]
     fn t(&self, lane: usize) -> f64 {
         self.resolver().t(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
-    /// The t of the lane's ray for the triangle in a slot, which it must hit.
+    /// Returns the t at which the lane's ray hits the triangle in a slot. The ray must hit it.
     #[inline(always)]
     fn t_in(&self, lane: usize, slot: LeafSlot) -> f64 {
         // The best hit so far stores only its slot, so look up its triangle first.
@@ -46,8 +46,8 @@ pub(crate) trait LanePairs {
         self.resolver().t(&self.ray(lane), &self.find(slot), (ray, slot))
     }
 
-    /// Which of two hits with equal rounded t comes first on the lane's ray: the lane's triangle or
-    /// the triangle in a slot.
+    /// Returns which of two hits with equal rounded t comes first on the lane's ray: the lane's
+    /// triangle or the triangle in a slot.
     #[inline(always)]
     fn order(&self, lane: usize, slot: LeafSlot) -> Ordering {
         let (ray, here) = self.ids(lane);
@@ -55,8 +55,8 @@ pub(crate) trait LanePairs {
         self.resolver().order(&self.ray(lane), triangles, (ray, [here, slot]))
     }
 
-    /// Which comes first on the lane's ray, the lane's triangle or the triangle in a slot, if both
-    /// are perpendicular to the same axis. The ray must hit both.
+    /// Returns which of two triangles comes first on the lane's ray, the lane's own or the one in a
+    /// slot, if both are perpendicular to the same axis. The ray must hit both.
     #[inline(always)]
     fn order_across_axis(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
@@ -64,11 +64,11 @@ pub(crate) trait LanePairs {
         self.resolver().order_across_axis(pair, (ray, [here, slot]))
     }
 
-    /// Whether the lane's triangle and the triangle in a slot touch where the lane's ray meets
-    /// them. The ray must hit both.
+    /// Returns whether the lane's triangle and the triangle in a slot touch where the lane's ray
+    /// meets them. The ray must hit both.
     #[inline(always)]
     fn touch(&self, lane: usize, slot: LeafSlot) -> bool {
-        // Pass a closure, because most resolvers answer without loading the triangles.
+        // Pass a closure, because most resolvers decide without loading the triangles.
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
         let (ray, here) = self.ids(lane);
         self.resolver().touch(pair, (ray, [here, slot]))

@@ -28,7 +28,8 @@ impl Filter<'_> {
         self.block_at_in::<S, N>(&self.prepare_ray(ray), block, LeafSlot(0), counts)
     }
 
-    /// Finds all hits of a prepared ray on N triangles, which are in slots from `first` on.
+    /// Finds all hits of a prepared ray on N triangles, which are stored in the slots starting at
+    /// `first`.
     #[doc(hidden)]
     #[inline(always)]
     pub fn block_at_in<S: Simd, const N: usize>(
@@ -49,7 +50,7 @@ impl Filter<'_> {
         all_hits(&verdicts, |_| self.sure_end(ray.t_max), &pairs)
     }
 
-    /// Tests one ray against a block, and offers the hits to the ray's closest hit. Lane i of the
+    /// Tests one ray against a block and offers the hits to the ray's closest hit. Lane i of the
     /// block has the index `indices[i]` and the slot `first + i`.
     ///
     /// ```
@@ -95,8 +96,8 @@ impl Filter<'_> {
         self.closest_among_in::<S>(ray, block, indices, first, find, keep, closest, counts);
     }
 
-    /// [`Filter::closest_in`] for some of the triangles. If any lanes may be hits, `keep` is called
-    /// with these lanes and returns the lanes to consider.
+    /// Like [`Filter::closest_in`], but for some of the triangles. If any lanes may be hits, `keep`
+    /// is called with these lanes and returns the lanes to consider.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -149,7 +150,7 @@ impl Filter<'_> {
         closest.offer_block(&verdicts, indices, first, &pairs);
     }
 
-    /// The closest hit of a ray, with t and the weights.
+    /// Returns the closest hit of a ray, with t and the weights.
     #[inline(always)]
     pub fn hit(
         &self,
@@ -161,7 +162,7 @@ impl Filter<'_> {
         Some(self.resolver().hit_attributes(ray, &find(slot), triangle, (RayId(0), slot)))
     }
 
-    /// The initial record of a ray, with no hit yet.
+    /// Returns the initial record of a ray, with no hit yet.
     #[doc(hidden)]
     #[inline(always)]
     pub fn no_hit(&self, ray: &Ray) -> ClosestHit {
@@ -170,7 +171,7 @@ impl Filter<'_> {
 }
 
 impl Filter<'_> {
-    /// The initial records of N rays, with no hits yet.
+    /// Returns the initial records of N rays, with no hits yet.
     #[doc(hidden)]
     #[inline(always)]
     pub fn no_hits<F: Lanes<Scalar = f32>, const N: usize>(
@@ -203,9 +204,9 @@ impl Filter<'_> {
         all_hits(&verdicts, |lane| self.sure_end(packet.t_max[lane]), &pairs)
     }
 
-    /// Finds which of N rays hit one triangle, as bits. Unlike [`Filter::packet_in`], this does not
-    /// compute t, whose f64 bits are slow to compute for close pairs. Only the lanes in `live` take
-    /// part.
+    /// Finds which of N rays hit one triangle and returns them as bits. Unlike
+    /// [`Filter::packet_in`], this does not compute t in f64, which is slow for close pairs. Only
+    /// the lanes in `live` take part.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -224,7 +225,8 @@ impl Filter<'_> {
     /// }
     ///
     /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// // Rays inside, on the longest edge, one f32 step beside it, and one that ends before the wall.
+    /// // A ray inside, one on the longest edge, one an f32 step beside it, and one that ends at
+    /// // the wall.
     /// let ray = |y: f32| Ray::new([0.5, y, 0.0], [0.0, 0.0, 1.0]);
     /// let rays = [ray(0.25), ray(0.5), ray(0.5_f32.next_up()), ray(0.25).between(0.0, 5.0)];
     /// assert_eq!(dispatch(Shadow(&RayPacket::new(&rays), &wall)), 0b0011);
@@ -252,7 +254,7 @@ impl Filter<'_> {
         lanes_of(verdicts.lanes() & !sure).fold(sure, meets)
     }
 
-    /// Tests N rays against one triangle, and offers the hits to the rays' closest hits. Only the
+    /// Tests N rays against one triangle and offers the hits to the rays' closest hits. Only the
     /// lanes in `live` take part.
     ///
     /// ```
@@ -307,7 +309,8 @@ impl Filter<'_> {
         }
     }
 
-    /// [`Filter::packet_closest_in`] for many triangles. Triangle i has the index i and the slot i.
+    /// Like [`Filter::packet_closest_in`], but for many triangles. Triangle i has the index i and
+    /// the slot i.
     ///
     /// This is faster than testing the triangles one by one, because sixty-four triangles are
     /// prechecked before any is tested. Triangles that pass are recorded in a mask without a
@@ -374,8 +377,8 @@ impl Filter<'_> {
         *closest = own;
     }
 
-    /// The closest hits of N rays with their t, computed together. A lane's bit is set if the ray
-    /// has a hit.
+    /// Returns the closest hits of N rays with their t, computed together. A lane's bit is set if
+    /// the ray has a hit.
     #[inline(always)]
     pub fn hits_in<S: Simd, const N: usize>(
         &self,
@@ -389,7 +392,7 @@ impl Filter<'_> {
         closest.hits::<<Lane<N> as Width>::D<S>>(self.resolver(), rays.packet, find)
     }
 
-    /// The pairs of a packet's rays and a triangle, for the resolver.
+    /// Returns the pairs of a packet's rays and a triangle, for the resolver.
     #[inline(always)]
     fn rays_on<'a, P: Fn(LeafSlot) -> Triangle, const N: usize>(
         &'a self,
@@ -413,7 +416,7 @@ pub struct NumberedPacket<'a, 'b, S: Simd> {
 }
 
 impl<S: Simd> NumberedPacket<'_, '_, S> {
-    /// Tests the rays against the triangle in a lane of a block, and offers the hits to the rays'
+    /// Tests the rays against the triangle in a lane of a block and offers the hits to the rays'
     /// closest hits.
     #[inline(always)]
     pub fn offer_hits_with(
@@ -448,7 +451,7 @@ fn all_hits<F: Lanes<Scalar = f32>, const N: usize>(
     let mut t_hi = [0.0; N];
     verdicts.t_hi.store(&mut t_hi);
     for lane in lanes_of(verdicts.lanes()) {
-        // A certain hit before the far end only needs its t. Any other lane may still be a miss.
+        // A certain hit before the far end needs only its t. Any other lane may still be a miss.
         let is_sure = verdicts.hit >> lane & 1 != 0 && t_hi[lane] < t_max(lane);
         let t = if is_sure { Some(pairs.t(lane)) } else { pairs.hit(lane) };
         if let Some(t) = t {

@@ -26,8 +26,8 @@ use crate::{Ray, Ray64, Triangle64, TriangleOf};
 /// stay below all error bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
-/// A direction is scaled like points if the exponent of its scaled length is within ± this. Any
-/// other direction gets its own scale, which brings its length close to 1.
+/// A direction is scaled like points if the exponent of its scaled length is at most this in
+/// magnitude. Any other direction gets its own scale, which brings its length close to 1.
 const SAME: i32 = 30;
 
 /// The limit to which coordinates of origins are clamped. It is beyond the limits of the slab test
@@ -44,8 +44,7 @@ pub struct LocalFrame {
     centre: [f64; 3],
     /// The exponent of the scale.
     up: i32,
-    /// An upper bound on the sum of the coordinates' magnitudes of a corner, relative to the
-    /// centre.
+    /// An upper bound on the 1-norm of every corner, relative to the centre.
     reach: f32,
 }
 
@@ -81,29 +80,29 @@ impl LocalFrame {
         sane.then_some(Self { centre, up, reach: reach * (1.0 + 1.0 / 1024.0) })
     }
 
-    /// The centre, and the exponent of the scale.
+    /// Returns the centre and the exponent of the scale.
     pub fn centre_and_exponent(&self) -> ([f64; 3], i32) {
         (self.centre, self.up)
     }
 
-    /// An upper bound on the sum of the coordinates' magnitudes of a corner's copy.
+    /// Returns an upper bound on the 1-norm of every corner's copy.
     pub fn reach(&self) -> f32 {
         self.reach
     }
 
-    /// The scale, a power of two.
+    /// Returns the scale, a power of two.
     pub fn scale(&self) -> f64 {
         pow2(self.up)
     }
 
-    /// The scaled coordinate of a number along an axis.
+    /// Converts a coordinate along an axis to the frame's scaled coordinate.
     #[inline(always)]
     fn place(&self, x: f64, axis: usize) -> f64 {
         (x - self.centre[axis]) * pow2(self.up)
     }
 
-    /// The box of a triangle's copy, which contains the scaled triangle. Returns `None` if a corner
-    /// is not finite.
+    /// Returns the box of a triangle's copy, which contains the scaled triangle. Returns `None` if
+    /// a corner is not finite.
     #[inline]
     pub fn bounds(&self, TriangleOf(corners): &Triangle64) -> Option<[[f32; 3]; 2]> {
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
@@ -120,7 +119,7 @@ impl LocalFrame {
         Some(bounds)
     }
 
-    /// The copy of a triangle.
+    /// Computes the copy of a triangle.
     #[inline]
     pub fn triangle(&self, TriangleOf([c1, c2, c3]): &Triangle64) -> Copy32 {
         // Edges are differences of the originals, not of the copies, so a small triangle far from
@@ -146,14 +145,14 @@ impl LocalFrame {
         }
     }
 
-    /// The copy of a point. It is inside the box that [`LocalFrame::bounds`] returns for any
-    /// triangle whose own box contains the point.
+    /// Computes the copy of a point. It is inside the box that [`LocalFrame::bounds`] returns for
+    /// any triangle whose own box contains the point.
     #[inline]
     pub fn point(&self, point: [f64; 3]) -> [f32; 3] {
         [0, 1, 2].map(|k| self.place(point[k], k) as f32)
     }
 
-    /// Two points that enclose the scaled original of a finite point.
+    /// Returns two points that enclose the scaled original of a finite point.
     #[inline]
     pub fn around_point(&self, point: [f64; 3]) -> [[f32; 3]; 2] {
         // Halve both first, because the difference may exceed the range of f64.
@@ -162,14 +161,14 @@ impl LocalFrame {
         [near.map(f32::next_down), near.map(f32::next_up)]
     }
 
-    /// The maximum distance, along an axis, between a scaled corner and the sum of its copy's parts
-    /// in f32.
+    /// Returns the maximum distance, along an axis, between a scaled corner and the sum of its
+    /// copy's parts in f32.
     #[inline]
     pub fn corner_room(&self) -> f32 {
         self.reach * (5.0 / (1 << 24) as f32)
     }
 
-    /// The copy of a ray. Its interval contains the scaled interval of the original.
+    /// Computes the copy of a ray. Its interval contains the scaled interval of the original.
     #[inline]
     pub fn ray(&self, ray: &Ray64) -> Ray {
         let scale = pow2(self.up);
@@ -193,7 +192,7 @@ impl LocalFrame {
         self.odd_ray(ray)
     }
 
-    /// The copy of a ray that hits nothing, starts far out, or needs its own scale.
+    /// Computes the copy of a ray that hits nothing, starts far out, or needs its own scale.
     #[cold]
     #[inline(never)]
     fn odd_ray(&self, ray: &Ray64) -> Ray {
@@ -215,7 +214,8 @@ impl LocalFrame {
         }
     }
 
-    /// The exponent e for which the copy's t is the ray's t times `2^e`; nearly always 0.
+    /// Returns the exponent e for which the copy's t is the ray's t times `2^e`. It is nearly
+    /// always 0.
     #[inline]
     pub fn exponent(&self, ray: &Ray64) -> i32 {
         let length = self.up + longest_exponent(ray);
@@ -223,22 +223,22 @@ impl LocalFrame {
     }
 }
 
-/// The exponent of the largest component of a direction; 0 if all components are 0.
+/// Returns the exponent of the largest component of a direction, or 0 if all components are 0.
 #[inline]
 fn longest_exponent(ray: &Ray64) -> i32 {
     let [x, y, z] = ray.dir.map(Bits::rank);
     exponent(f64::from_bits(x.max(y).max(z)))
 }
 
-/// The e for which `2^e <= x < 2^(e+1)`, for a positive x; 0 for 0.
+/// Returns the e for which `2^e <= x < 2^(e+1)` for a positive x, or 0 if x is 0.
 #[inline]
 fn exponent(x: f64) -> i32 {
     let (m, e) = x.parts();
     if m == 0 { 0 } else { 63 - m.leading_zeros() as i32 + e }
 }
 
-/// Rounds `x 2^by`. The result is infinite if it is too large, and about 0 if it is too small. This
-/// function works on the bits, because a CPU may be set to read a subnormal x as 0.
+/// Computes `x 2^by`, rounded. The result is infinite if it is too large, and about 0 if it is too
+/// small. This function works on the bits, because a CPU may be set to read a subnormal x as 0.
 #[inline]
 fn scaled(x: f64, by: i32) -> f64 {
     if !Bits::is_finite(x) {
@@ -251,7 +251,7 @@ fn scaled(x: f64, by: i32) -> f64 {
     m as f64 * pow2(half) * pow2((to - half).clamp(-1000, 1000))
 }
 
-/// Rounds a positive number or 0 down.
+/// Rounds a nonnegative number down.
 #[inline]
 fn below(x: f64) -> f32 {
     let near = x as f32;
@@ -267,7 +267,7 @@ fn end(x: f64) -> f32 {
     above.max(f32::MIN_POSITIVE)
 }
 
-/// `2^e`, where the result must be a normal number.
+/// Returns `2^e`, which must be a normal number.
 #[inline(always)]
 fn pow2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)

@@ -1,4 +1,4 @@
-//! Copies of many rays, with the eight numbers of each ray in lanes.
+//! Copies of many rays, with the eight values of each ray in lanes.
 
 use alloc::vec::Vec;
 

@@ -62,13 +62,13 @@ impl<const N: usize> RayPacket<N> {
         packet
     }
 
-    /// The live lanes: bit i is set if lane i contains one of the given rays.
+    /// Returns the live lanes: bit i is set if lane i contains one of the given rays.
     #[inline(always)]
     pub fn live(&self) -> u32 {
         self.live
     }
 
-    /// The ray in a lane.
+    /// Returns the ray in a lane.
     #[inline(always)]
     pub fn ray(&self, lane: usize) -> Ray {
         Ray {
@@ -157,25 +157,25 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// The corners: `corners()[k][axis][lane]` belongs to corner k+1.
+    /// Returns the corners: `corners()[k][axis][lane]` belongs to corner k+1.
     #[inline(always)]
     pub fn corners(&self) -> &[[[f32; N]; 3]; 3] {
         &self.corners
     }
 
-    /// An upper bound on the longest edge in each lane, at least [`SHORTEST`].
+    /// Returns an upper bound on the longest edge in each lane, at least [`SHORTEST`].
     #[inline(always)]
     pub(crate) fn longest_edges(&self) -> &[f32; N] {
         &self.longest_edges
     }
 
-    /// The live lanes: bit i is set if lane i contains one of the given triangles.
+    /// Returns the live lanes: bit i is set if lane i contains one of the given triangles.
     #[inline(always)]
     pub fn live(&self) -> u32 {
         self.live
     }
 
-    /// The triangle in a lane.
+    /// Returns the triangle in a lane.
     #[inline(always)]
     pub fn triangle(&self, lane: usize) -> Triangle {
         // Avoid `map`, which is not always inlined.
@@ -190,7 +190,7 @@ impl<const N: usize> TriangleBlock<N> {
 }
 
 impl TriangleBlock<8> {
-    /// [`TriangleBlock::new`] for loops that are compiled for an instruction level.
+    /// Like [`TriangleBlock::new`], but for loops that are compiled for an instruction level.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -312,7 +312,7 @@ impl<const N: usize> PacketHits<N> {
 }
 
 /// Shorter edges are treated as if they had this length (2^-48), so that the effect of underflow on
-/// the product of two edges stays below the effect of a rounding.
+/// the product of two edges stays below the effect of one rounding.
 pub(crate) const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 
 /// If a coordinate is larger than this (2^40), f32 does not decide. This keeps products from
@@ -326,14 +326,14 @@ fn longest_edges<D: Lanes<Scalar = f64>>([c1, c2, c3]: &[Vec3<D>; 3], edges: &mu
     longest_of([*c1 - *c2, *c2 - *c3, *c3 - *c1], largest([*c1, *c2, *c3]), edges);
 }
 
-/// The largest magnitude of a coordinate of three vectors.
+/// Returns the largest magnitude of any coordinate of three vectors.
 #[inline(always)]
 fn largest<D: Lanes>([a, b, c]: [Vec3<D>; 3]) -> D {
     let (a, b, c) = (a.abs(), b.abs(), c.abs());
     a.x.max(a.y).max(a.z).max(b.x.max(b.y).max(b.z)).max(c.x.max(c.y).max(c.z))
 }
 
-/// [`longest_edges`] for given edges and the largest coordinate of the corners.
+/// Like [`longest_edges`], but for given edges and the largest coordinate of the corners.
 #[inline(always)]
 fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges: &mut [f32]) {
     let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
@@ -349,7 +349,7 @@ fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges
     }
 }
 
-/// A mask of the lowest `n` bits.
+/// Returns a mask of the lowest `n` bits.
 fn mask(n: usize) -> u32 {
     ((1_u64 << n) - 1) as u32
 }

@@ -10,7 +10,7 @@ use crate::simd::{Lanes, Vec3};
 ///
 /// The queries of [`Mode`](crate::Mode) over plain slices load the triangles into lanes for each
 /// ray. `Blocks` loads them once and keeps a copy. Its results are the same as for the slice. For
-/// more than a few hundred triangles, a BVH is faster, such as `Bvh` in the crate `intertri-trace`.
+/// more than a few hundred triangles, a BVH is faster, such as `Bvh` in the `intertri-trace` crate.
 ///
 /// ```
 /// use intertri::{Blocks, Mode, Ray, Triangle};
@@ -31,7 +31,7 @@ pub struct Blocks {
     len: usize,
 }
 
-/// A block, aligned so that each row of sixteen numbers is one cache line.
+/// A block, aligned so that each row of sixteen values fills one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Aligned(TriangleBlock<16>);
@@ -43,7 +43,7 @@ impl Blocks {
         Self { blocks: triangles.chunks(16).map(block).collect(), len: triangles.len() }
     }
 
-    /// The number of triangles.
+    /// Returns the number of triangles.
     ///
     /// ```
     /// use intertri::{Blocks, Triangle};
@@ -55,7 +55,7 @@ impl Blocks {
         self.len
     }
 
-    /// Whether there are no triangles.
+    /// Returns whether there are no triangles.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -80,7 +80,7 @@ impl Blocks {
     }
 }
 
-/// Loads three rows, from `lane` on.
+/// Loads three rows, starting at `lane`.
 #[inline(always)]
 fn lanes_from<F: Lanes<Scalar = f32>>([x, y, z]: &[[f32; 16]; 3], lane: usize) -> Vec3<F> {
     Vec3 { x: F::load(&x[lane..]), y: F::load(&y[lane..]), z: F::load(&z[lane..]) }

@@ -6,7 +6,7 @@ use crate::document;
 use crate::hit_attributes::of_pair;
 use crate::{Hit, Ray64, Threshold, Triangle64, TriangleId};
 
-/// The triangles that a ray hits, in the order of the slice, with their t.
+/// Returns the triangles that a ray hits, in the order of the slice, with their t.
 fn found<'a>(
     threshold: Threshold,
     triangles: &'a [Triangle64],
@@ -17,19 +17,19 @@ fn found<'a>(
     })
 }
 
-/// The closest hit. If several hits have the same t, the lowest index wins.
+/// Returns the closest hit. If several hits have the same t, the lowest index wins.
 pub(super) fn closest(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -> Option<Hit> {
     // `min_by` returns the first of several equal elements, and the elements are in index order.
     let (_, id) = found(threshold, triangles, ray).min_by(|(a, _), (b, _)| a.total_cmp(b))?;
     Some(of_pair(ray, &triangles[id.0 as usize], id))
 }
 
-/// Whether the ray hits anything.
+/// Returns whether the ray hits anything.
 pub(super) fn any(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -> bool {
     found(threshold, triangles, ray).next().is_some()
 }
 
-/// Every hit, sorted by t and, for equal t, by the index.
+/// Returns every hit, sorted by t and, for equal t, by index.
 pub(super) fn all(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let hits = found(threshold, triangles, ray);
     let mut hits: Vec<Hit> =

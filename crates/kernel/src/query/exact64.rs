@@ -9,7 +9,7 @@ use crate::packet::RayLanes;
 use crate::simd::{Level, Mask, Simd, Vec3, WithSimd, lanes_of};
 use crate::{Hit, Ray64, Triangle64};
 
-/// The closest hit. If two hits have the same t, the lower index wins.
+/// Returns the closest hit. If two hits have the same t, the lower index wins.
 #[inline]
 pub(super) fn closest(
     rule: Rule,
@@ -43,7 +43,7 @@ pub(super) fn closest(
     hit[0].some()
 }
 
-/// Whether the ray hits anything.
+/// Returns whether the ray hits anything.
 #[inline]
 pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> bool {
     let mut any = false;
@@ -59,7 +59,7 @@ pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     any
 }
 
-/// Every hit, sorted by the exact t and, for equal t, by the index.
+/// Returns every hit, sorted by exact t and, for equal t, by index.
 #[inline]
 pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let mut pairs = Vec::new();

@@ -31,7 +31,7 @@ use crate::{Hit, Ray, Threshold};
 /// # Exact
 /// Tests run in f32 lanes under a proven error bound, with exact arithmetic for the pairs that the
 /// bound leaves undecided. Hits are decided for the coordinates as given, and t, u, and v are the
-/// true numbers, correctly rounded. No ray slips through a mesh between two triangles that share an
+/// true values, correctly rounded. No ray slips through a mesh between two triangles that share an
 /// edge. A ray that starts on a triangle or is parallel to it does not hit it.
 /// `docs/numerics/exact.md` has the definition and the proof.
 ///
@@ -44,7 +44,7 @@ use crate::{Hit, Ray, Threshold};
 /// let hit = Mode::exact().closest(&square, &ray).unwrap();
 /// assert_eq!((hit.triangle, hit.t), (0, 5.0 / 3.0));
 /// assert_eq!(Mode::exact().at(Level::PORTABLE).closest(&square, &ray), Some(hit));
-/// // Both triangles own their common edge; in the mode `once`, only one of them does.
+/// // Both triangles own their common edge; in the `once` mode, only one of them does.
 /// assert_eq!((Mode::exact().all(&square, &ray).len(), Mode::once().all(&square, &ray).len()), (2, 1));
 /// ```
 ///
@@ -80,26 +80,26 @@ impl Default for Mode {
 }
 
 impl Mode {
-    /// The mode that is correct for the coordinates as given. Edges and corners belong to every
-    /// triangle that has them.
+    /// Returns the mode that is correct for the coordinates as given. Edges and corners belong to
+    /// every triangle that has them.
     pub fn exact() -> Self {
         Self::of(Arithmetic::Exact(Rule::Closed))
     }
 
-    /// The mode that is correct for the coordinates as given and assigns each point on an edge or a
-    /// corner to only one of its triangles, as if the ray's direction were moved by (ε, ε², ε³). A
-    /// ray through an edge of a closed mesh crosses it once.
+    /// Returns the mode that is correct for the coordinates as given and assigns each point on an
+    /// edge or a corner to only one of its triangles, as if the ray's direction were moved by (ε,
+    /// ε², ε³). A ray through an edge of a closed mesh crosses it once.
     pub fn once() -> Self {
         Self::of(Arithmetic::Exact(Rule::Once))
     }
 
-    /// The mode that returns the results of document A's f64 reference, bit for bit, with the
+    /// Returns the mode whose results match document A's f64 reference, bit for bit, with the
     /// default threshold.
     pub fn certified() -> Self {
         Self::certified_with(Threshold::DEFAULT)
     }
 
-    /// The mode that returns the results of document A's f64 reference, bit for bit, with the given
+    /// Returns the mode whose results match document A's f64 reference, bit for bit, with the given
     /// threshold.
     pub fn certified_with(threshold: Threshold) -> Self {
         Self::of(Arithmetic::Document(threshold))
@@ -115,12 +115,13 @@ impl Mode {
         Self { level, ..self }
     }
 
-    /// The instruction level on which queries run: this CPU's best unless you choose another.
+    /// Returns the instruction level at which queries run: this CPU's best unless you choose
+    /// another.
     pub fn level(self) -> Level {
         self.level
     }
 
-    /// The f32 filter with the mode's resolver, for your own loops.
+    /// Returns the f32 filter with the mode's resolver, for your own loops.
     #[inline]
     pub fn filter(self) -> Filter<'static> {
         match self.arithmetic {
@@ -129,7 +130,7 @@ impl Mode {
         }
     }
 
-    /// The rule that determines which triangles own an edge, if the mode is exact.
+    /// Returns the rule that determines which triangles own an edge, if the mode is exact.
     ///
     /// ```
     /// use intertri::{Mode, Rule};
@@ -150,7 +151,7 @@ impl Mode {
 
 /// Queries for rays or triangles in lanes.
 impl Mode {
-    /// Tests N rays, 4, 8, or 16, against one triangle.
+    /// Tests N rays against one triangle. N is 4, 8, or 16.
     ///
     /// ```
     /// use intertri::{Mode, PreparedTriangle, Ray, RayPacket, Triangle};
@@ -170,7 +171,7 @@ impl Mode {
         self.level.run(Packet { filter: self.filter(), rays, triangle })
     }
 
-    /// Tests one ray against N triangles, 4, 8, or 16.
+    /// Tests one ray against N triangles. N is 4, 8, or 16.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle, TriangleBlock};
@@ -188,17 +189,17 @@ impl Mode {
 }
 
 impl Blocks {
-    /// [`Mode::closest`] for these triangles.
+    /// Like [`Mode::closest`], for these triangles.
     pub fn closest(&self, mode: Mode, ray: &Ray) -> Option<Hit> {
         super::slices::closest(mode.filter(), Rows::Blocks(self), ray)
     }
 
-    /// [`Mode::any`] for these triangles.
+    /// Like [`Mode::any`], for these triangles.
     pub fn any(&self, mode: Mode, ray: &Ray) -> bool {
         super::slices::any(mode.filter(), Rows::Blocks(self), ray)
     }
 
-    /// [`Mode::all`] for these triangles.
+    /// Like [`Mode::all`], for these triangles.
     pub fn all(&self, mode: Mode, ray: &Ray) -> Vec<Hit> {
         super::slices::all(mode.filter(), Rows::Blocks(self), ray)
     }

@@ -15,7 +15,7 @@ pub(super) enum Rows<'a> {
 }
 
 impl Rows<'_> {
-    /// The number of triangles.
+    /// Returns the number of triangles.
     #[inline(always)]
     pub(super) fn len(self) -> usize {
         match self {
@@ -24,7 +24,7 @@ impl Rows<'_> {
         }
     }
 
-    /// The triangle in a slot.
+    /// Returns the triangle in a slot.
     #[inline(always)]
     pub(super) fn triangle(self, LeafSlot(index): LeafSlot) -> Triangle {
         match self {
@@ -34,7 +34,7 @@ impl Rows<'_> {
     }
 
     /// Loads the row that begins at a triangle. Lanes beyond the last triangle contain arbitrary
-    /// numbers.
+    /// values.
     #[inline(always)]
     pub(super) fn row<S: Simd>(self, first: usize) -> Triangles<S::F32s> {
         match self {
@@ -56,8 +56,8 @@ fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
         Some(row) => row,
         None => &padded.insert(padded_row(triangles))[..S::F32s::N],
     };
-    // A transposition takes four numbers of each triangle. Three overlapping groups of four cover a
-    // triangle's nine numbers.
+    // Each transposition loads four values per triangle. Three overlapping groups of four cover a
+    // triangle's nine values.
     let four = |lane: usize, from: usize| {
         row[lane].0.as_flattened()[from..].first_chunk().expect("four numbers")
     };

@@ -1,4 +1,4 @@
-//! Queries over f32 and f64 slices. They are compiled in this crate for each scalar; generic
+//! Queries over f32 and f64 slices. They are compiled in this crate for each scalar type; generic
 //! functions would be compiled again in every crate that calls them.
 
 use alloc::vec::Vec;
@@ -11,7 +11,7 @@ use crate::{Crossing, Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, Tria
 
 /// Queries over slices.
 impl Mode {
-    /// The closest hit.
+    /// Returns the closest hit.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Ray64, Triangle, Triangle64};
@@ -36,7 +36,7 @@ impl Mode {
         S::closest(self, triangles, ray)
     }
 
-    /// Whether the ray hits anything.
+    /// Returns whether the ray hits anything.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle};
@@ -50,7 +50,7 @@ impl Mode {
         S::any(self, triangles, ray)
     }
 
-    /// Every hit, sorted by t and, for equal t, by the index.
+    /// Returns every hit, sorted by t and, for equal t, by index.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle};
@@ -63,7 +63,7 @@ impl Mode {
         S::all(self, triangles, ray)
     }
 
-    /// The crossings of a ray and a surface, sorted by t and, for equal t, by the index.
+    /// Returns the crossings of a ray with a surface, sorted by t and, for equal t, by index.
     ///
     /// A point on an edge or a corner belongs to only one of the triangles that share it, as in
     /// [`Mode::once`]. For a closed mesh, the number of crossings with the normal minus the number
@@ -87,8 +87,8 @@ impl Mode {
         Self::once().at(self.level()).all(triangles, ray).into_iter().map(crossing).collect()
     }
 
-    /// [`Mode::closest`] for many rays: `hits[i]` becomes the closest hit of `rays[i]`, or
-    /// [`Hit::MISS`]. For several f32 rays, the triangles are loaded into lanes only once.
+    /// Like [`Mode::closest`], but for many rays: `hits[i]` becomes the closest hit of `rays[i]`,
+    /// or [`Hit::MISS`]. For several f32 rays, the triangles are loaded into lanes only once.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -116,7 +116,7 @@ impl Mode {
 ///
 /// ```
 /// use intertri::{Mode, RayOf, SliceScalar, TriangleOf};
-/// /// The number of triangles that a ray hits, for either scalar type.
+/// /// Counts the triangles that a ray hits, for either scalar type.
 /// fn depth<S: SliceScalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> usize {
 ///     Mode::exact().all(triangles, ray).len()
 /// }

@@ -84,7 +84,7 @@ fn each_row<S: Simd>(
     }
 }
 
-/// The lanes of a row that are hits, as bits. If `enough` is set, one hit suffices.
+/// Returns the lanes of a row that are hits, as bits. If `enough` is set, one hit suffices.
 #[inline(always)]
 fn hits_in_row<S: Simd>(
     verdicts: &Verdicts<S::F32s>,
@@ -204,7 +204,7 @@ mod tests {
     use crate::simd::Level;
     use crate::{Mode, Threshold};
 
-    /// A level with registers of one lane, as in WebAssembly without simd128.
+    /// A level with one-lane registers, as in WebAssembly without simd128.
     #[derive(Clone, Copy)]
     struct OneLane<S>(S);
 
@@ -237,7 +237,7 @@ mod tests {
         }
     }
 
-    /// Returns small integers, so that rays often meet edges, corners, and planes exactly.
+    /// Returns a small integer, so that rays often meet edges, corners, and planes exactly.
     fn number(state: &mut u64) -> f32 {
         *state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         ((*state >> 33) % 9) as f32 - 4.0

@@ -1,4 +1,4 @@
-//! Settles the pairs of a ray and a triangle that the f32 filter leaves undecided.
+//! Settles the ray-triangle pairs that the f32 filter leaves undecided.
 //!
 //! ```text
 //!   filter (f32 lanes) ──► certain miss       nearly all pairs
@@ -8,8 +8,8 @@
 //!                                                └──► originals  the same, for the f64 originals
 //! ```
 //!
-//! The resolver determines the mode: the filter and the traversal of a BVH are the same for all
-//! modes. It is called rarely and out of line.
+//! Modes differ only in their resolvers: the filter and the traversal of a BVH are the same for all
+//! modes. The resolver is called rarely and out of line.
 
 mod exact;
 mod originals;
@@ -38,15 +38,15 @@ pub enum Resolver<'a> {
 }
 
 impl<'a> Resolver<'a> {
-    /// Whether every hit is on its triangle. Exact resolvers guarantee this; the document's rounded
-    /// operations may report a hit beside its triangle.
+    /// Returns whether every hit is on its triangle. Exact resolvers guarantee this; the document's
+    /// rounded operations may report a hit beside its triangle.
     #[inline]
     pub fn hits_lie_on_triangles(self) -> bool {
         !matches!(self, Self::Document(_))
     }
 
-    /// The memory to prefetch while `count` rays, starting with `ray`, are traced: the `next` rays
-    /// or, if rays are copies, their originals.
+    /// Returns the memory to prefetch while `count` rays, starting with `ray`, are traced: the
+    /// `next` rays or, if rays are copies, their originals.
     #[inline]
     pub fn memory_after<'b>(self, (ray, count): (RayId, usize), next: &'b [Ray]) -> &'b [u8]
     where
@@ -67,7 +67,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The t of the hit, rounded to f64, if the ray hits the triangle within its interval.
+    /// Returns the t of the hit, rounded to f64, if the ray hits the triangle within its interval.
     #[cold]
     #[inline(never)]
     pub fn hit(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> Option<f64> {
@@ -78,8 +78,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether the ray hits the triangle within its interval. Faster than [`Resolver::hit`] if you
-    /// do not need t.
+    /// Returns whether the ray hits the triangle within its interval. This is faster than
+    /// [`Resolver::hit`] if you do not need t.
     #[cold]
     #[inline(never)]
     pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
@@ -90,7 +90,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The t of a hit, rounded to f64. The ray must be known to hit the triangle.
+    /// Returns the t of a hit, rounded to f64. The ray must be known to hit the triangle.
     #[inline(never)]
     pub fn t(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> f64 {
         match self {
@@ -100,8 +100,9 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The side from which a ray crosses a triangle that it is known to hit, by the rule *once*:
-    /// each point of a mesh belongs to only one of its triangles. The result is always exact.
+    /// Returns the side from which a ray crosses a triangle that it is known to hit, under the
+    /// *once* rule: each point of a mesh belongs to only one of its triangles. The result is always
+    /// exact.
     #[inline(never)]
     pub fn crossing(
         self,
@@ -111,13 +112,13 @@ impl<'a> Resolver<'a> {
     ) -> Option<Side> {
         match self {
             Self::Originals(originals) => originals.crossing(id, slot),
-            // The document has no rule for shared edges, so its modes count crossings by exact
-            // signs, too.
+            // The document has no rule for shared edges, so its modes also count crossings by exact
+            // signs.
             _ => crate::exact::crossing(ray, triangle),
         }
     }
 
-    /// Whether a ray starts on a triangle, decided exactly.
+    /// Determines exactly whether a ray starts on a triangle.
     #[inline(never)]
     pub fn starts_on(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
@@ -126,7 +127,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether a ray runs in the direction of a triangle's normal or against it, decided exactly.
+    /// Determines exactly whether a ray runs in the direction of a triangle's normal or against it.
     /// Returns `None` if the ray is parallel to the plane.
     #[inline(never)]
     pub fn facing(
@@ -141,8 +142,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Which of two triangles with equal rounded t the ray hits first. For the document, the
-    /// rounded t is the only t, so the two are equal.
+    /// Returns which of two triangles with equal rounded t the ray hits first. For the document,
+    /// the rounded t is the only t, so the two are equal.
     #[cold]
     #[inline(never)]
     pub fn order(
@@ -158,8 +159,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Which of two triangles the ray hits first, if the triangles are perpendicular to the same
-    /// axis. It is much faster than computing t. If the ray misses one of the triangles, the result
+    /// Returns which of two triangles the ray hits first, if both are perpendicular to the same
+    /// axis. This is much faster than computing t. If the ray misses one of the triangles, the result
     /// is meaningless. A resolver that orders hits by a rounded t returns `None`.
     #[inline(always)]
     pub fn order_across_axis(
@@ -177,9 +178,9 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether a ray that hits two triangles is certain to hit both at the same t, because it meets
-    /// them where they touch. If the ray misses one of them, the result is meaningless. A resolver
-    /// that cannot decide this returns false without calling `pair`.
+    /// Returns whether a ray that hits two triangles is certain to hit both at the same t, because
+    /// it meets them where they touch. If the ray misses one of them, the result is meaningless. A
+    /// resolver that cannot decide this returns false without calling `pair`.
     #[inline(always)]
     pub fn touch(
         self,
@@ -197,7 +198,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Which of two hits of a ray comes first: by t and, if that is equal, by the index.
+    /// Returns which of two hits of a ray comes first: by t and, if that is equal, by the index.
     #[inline]
     pub fn first(
         self,
@@ -210,7 +211,8 @@ impl<'a> Resolver<'a> {
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// The values that rays from one origin share when deciding which triangle comes first.
+    /// Computes the values that rays from one origin share when deciding which triangle comes
+    /// first.
     #[inline(always)]
     pub fn shared_origin(
         self,
@@ -245,7 +247,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// [`Resolver::hit_attributes`] in f32.
+    /// Like [`Resolver::hit_attributes`], but in f32.
     #[inline(always)]
     pub fn hit32(
         self,
@@ -286,7 +288,7 @@ impl<'a> Resolver<'a> {
         )
     }
 
-    /// [`Resolver::hits_in`] in f32.
+    /// Like [`Resolver::hits_in`], but in f32.
     #[inline(always)]
     pub fn hits32_in<S: Simd>(
         self,

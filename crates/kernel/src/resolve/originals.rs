@@ -13,42 +13,42 @@ use crate::{Hit, Hit32, LeafSlot, Ray64, RayId};
 /// In units of the traversal, t belongs to the copied ray: it is the original t times `2^n`, with a
 /// separate n for each ray.
 pub trait Originals: fmt::Debug + Sync {
-    /// The t of the hit in units of the traversal, correctly rounded, if the ray hits the triangle
-    /// within its interval.
+    /// Returns the t of the hit in units of the traversal, correctly rounded, if the ray hits the
+    /// triangle within its interval.
     fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64>;
 
-    /// The t of a hit in units of the traversal, correctly rounded. The ray must be known to hit
-    /// the triangle.
+    /// Returns the t of a hit in units of the traversal, correctly rounded. The ray must be known
+    /// to hit the triangle.
     fn t(&self, ray: RayId, slot: LeafSlot) -> f64;
 
-    /// Which of two triangles the ray hits first. It must be known to hit both.
+    /// Returns which of two triangles the ray hits first. The ray must be known to hit both.
     fn order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Ordering;
 
-    /// Which of two triangles the ray hits first, if the triangles are perpendicular to the same
-    /// axis. It must be known to hit both.
+    /// Returns which of two triangles the ray hits first, if both are perpendicular to the same
+    /// axis. The ray must be known to hit both.
     fn order_across_axis(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
 
-    /// The original ray.
+    /// Returns the original ray.
     fn ray(&self, ray: RayId) -> &Ray64;
 
-    /// The triangle's plane relative to the ray's origin.
+    /// Returns the triangle's plane relative to the ray's origin.
     fn plane(&self, ray: RayId, slot: LeafSlot) -> SeenPlane<f64>;
 
-    /// Whether a ray that hits two triangles is certain to meet them where they touch.
+    /// Returns whether a ray that hits two triangles is certain to meet them where they touch.
     fn touch(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> bool;
 
-    /// The side from which the ray crosses the triangle within its interval, if it does.
+    /// Returns the side from which the ray crosses the triangle within its interval, if it does.
     fn crossing(&self, ray: RayId, slot: LeafSlot) -> Option<Side>;
 
-    /// Whether the ray starts on the triangle.
+    /// Returns whether the ray starts on the triangle.
     fn starts_on(&self, ray: RayId, slot: LeafSlot) -> bool;
 
-    /// Whether the ray runs in the direction of the triangle's normal or against it. Returns `None`
-    /// if the ray is parallel to the plane.
+    /// Returns whether the ray runs in the direction of the triangle's normal or against it, or
+    /// `None` if the ray is parallel to the plane.
     fn facing(&self, ray: RayId, slot: LeafSlot) -> Option<Side>;
 
-    /// The memory to prefetch while `count` rays, starting with `ray`, are traced: the rays that
-    /// are copied later.
+    /// Returns the memory to prefetch while `count` rays, starting with `ray`, are traced: the rays
+    /// that are copied later.
     fn later(&self, ray: RayId, count: usize) -> &[u8];
 
     /// Prefetches the memory of a pair.
@@ -58,8 +58,8 @@ pub trait Originals: fmt::Debug + Sync {
     /// rays.
     fn hits(&self, pairs: &[(RayId, LeafSlot)], hits: &mut [Hit]);
 
-    /// [`Originals::hits`] for consecutive rays whose copies share an origin. A pair is an offset
-    /// into `rays` and an index into `slots`; an index past the end stands for a miss.
+    /// Like [`Originals::hits`], but for consecutive rays whose copies share an origin. A pair is
+    /// an offset into `rays` and an index into `slots`; an index past the end stands for a miss.
     fn shared_origin_hits(
         &self,
         rays: Range<u32>,
@@ -71,7 +71,7 @@ pub trait Originals: fmt::Debug + Sync {
     /// Converts the hit of a pair to f32.
     fn hit32(&self, hit: &Hit, ray: RayId, slot: LeafSlot) -> Hit32;
 
-    /// [`Originals::hits`] for one pair.
+    /// Like [`Originals::hits`], but for one pair.
     fn hit_attributes(&self, ray: RayId, slot: LeafSlot) -> Hit {
         let mut hit = [Hit::MISS];
         self.hits(&[(ray, slot)], &mut hit);

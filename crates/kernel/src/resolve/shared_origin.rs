@@ -1,5 +1,5 @@
-//! Which of two triangles a ray meets first, for rays with a common origin. The values that depend
-//! only on the origin and a triangle are computed once.
+//! Determines which of two triangles a ray meets first, for rays with a common origin. The values
+//! that depend only on the origin and a triangle are computed once.
 
 use core::cmp::Ordering;
 
@@ -25,15 +25,15 @@ impl SharedOrigin<'_> {
         Self::Document(SeenPlane::new(triangle, origin))
     }
 
-    /// Which of two triangles a ray hits first. Both must belong to the same resolver; the id is
-    /// for originals.
+    /// Returns which of two triangles a ray hits first. Both must belong to the same resolver; the
+    /// id is used only for originals.
     #[inline(always)]
     pub fn order(&self, other: &Self, ray: &Ray, id: RayId) -> Ordering {
         match (self, other) {
             (Self::Document(a), Self::Document(b)) => a.t(ray.dir).total_cmp(&b.t(ray.dir)),
             (Self::Exact(a, one), Self::Exact(b, other)) => {
-                // Try f64 with an error bound first; use integers if the two values of t are closer
-                // than that.
+                // Try f64 with an error bound first. Use integers if the bound does not separate
+                // the two values of t.
                 a.order(b, ray).unwrap_or_else(|| exact::order(ray, one, other))
             }
             (Self::Originals(a, originals, one), Self::Originals(b, _, other)) => {

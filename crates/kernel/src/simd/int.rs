@@ -1,4 +1,4 @@
-//! Integer lanes: N i64, for tests without rounding.
+//! Integer lanes: N i64 values, for tests without rounding.
 
 use core::ops::{Add, Sub};
 
@@ -12,7 +12,7 @@ use super::pair::Pair;
 /// ```
 /// use intertri::simd::{Ints, Simd, WithSimd, dispatch};
 ///
-/// /// `3 x - 2^40`, and the lanes in which a result is negative or 0.
+/// /// Computes `3 x - 2^40` and the lanes in which a result is negative or 0.
 /// struct Line([i64; 4]);
 /// impl WithSimd for Line {
 ///     type Output = ([i64; 4], u32, u32);
@@ -35,14 +35,14 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// The number of lanes.
     const N: usize;
 
-    /// Copies a number to every lane.
+    /// Copies a value to every lane.
     fn splat(x: i64) -> Self;
     /// Loads the first N integers of a slice.
     ///
     /// # Panics
     /// Panics if the slice is shorter than N.
     fn load(from: &[i64]) -> Self;
-    /// Loads the first N numbers of a slice. They must be integers that fit in i32.
+    /// Loads the first N elements of a slice. They must be integers that fit in i32.
     ///
     /// # Panics
     /// Panics if the slice is shorter than N.
@@ -53,25 +53,25 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// Panics if the slice is shorter than N.
     fn store(self, to: &mut [i64]);
 
-    /// The exact product of two lanes that both fit in i32.
+    /// Returns the exact product of lanes that fit in i32.
     fn mul_narrow(self, b: Self) -> Self;
-    /// The dot product of a vector that fits in i32 and any `b`. It is exact if it fits in i64,
-    /// even if intermediate results wrap.
+    /// Returns the dot product of `a`, whose components must fit in i32, and any `b`. It is exact
+    /// if it fits in i64, even if intermediate results wrap.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
-    /// The lanes that are negative.
+    /// Returns the lanes that are negative.
     fn negative(self) -> u32;
-    /// The lanes that are 0.
+    /// Returns the lanes that are 0.
     fn zero(self) -> u32;
 
-    /// [`Ints::negative`] for these lanes and, in the bits above, for the lanes of `last`. Computes
-    /// both at once if that is faster.
+    /// Returns [`Ints::negative`] for these lanes and, in the bits above, for the lanes of `last`.
+    /// Computes both at once where that is faster.
     #[doc(hidden)]
     #[inline(always)]
     fn negative_of_two(self, last: Self) -> u32 {
         self.negative() | last.negative() << Self::N
     }
-    /// [`Ints::zero`] for these lanes and, in the bits above, for the lanes of `last`.
+    /// Returns [`Ints::zero`] for these lanes and, in the bits above, for the lanes of `last`.
     #[doc(hidden)]
     #[inline(always)]
     fn zero_of_two(self, last: Self) -> u32 {
@@ -165,7 +165,7 @@ impl Ints for One {
     }
     #[inline(always)]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-        // Wrapping is arithmetic modulo 2^64: if the sum fits, it is right even if intermediate
+        // Wrapping is arithmetic modulo 2^64: if the sum fits, it is correct even if intermediate
         // results overflow.
         a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2])
     }

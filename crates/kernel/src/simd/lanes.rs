@@ -11,7 +11,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// ```
 /// use intertri::simd::{Lanes, Mask};
 ///
-/// /// The distance of each number from an interval; 0 inside.
+/// /// Computes the distance of each value from an interval, which is 0 inside.
 /// fn outside<L: Lanes<Scalar = f32>>(x: L, lo: L, hi: L) -> L {
 ///     let out = x.lt(lo) | x.gt(hi);
 ///     L::select(out, (lo - x).max(x - hi), L::splat(0.0))
@@ -29,7 +29,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// assert_eq!((Lanes::flip(2.0_f32, -1.0), Lanes::flip(-2.0_f32, -1.0)), (-2.0, 2.0));
 /// assert!(Lanes::negative(Lanes::or_sign(2.0_f32, -1.0)) && !Lanes::negative(1.0_f32));
 ///
-/// // From and to slices.
+/// // To and from slices.
 /// let mut rounded = [0.0_f32];
 /// <f64 as Lanes>::load_f32(&[0.5]).store_f32(&mut rounded);
 /// let mut kept = [0.0_f64];
@@ -51,14 +51,15 @@ pub trait Lanes:
     /// The number of lanes.
     const N: usize;
 
-    /// Copies a number to every lane.
+    /// Copies a value to every lane.
     fn splat(x: Self::Scalar) -> Self;
-    /// Loads the first N numbers of a slice.
+    /// Loads the first N elements of a slice.
     ///
     /// # Panics
     /// Panics if the slice is shorter than N.
     fn load(from: &[Self::Scalar]) -> Self;
-    /// Loads the first N f32 of a slice and converts them. For f64 lanes, the conversion is exact.
+    /// Loads the first N f32 elements of a slice and converts them. For f64 lanes, the conversion
+    /// is exact.
     ///
     /// # Panics
     /// Panics if the slice is shorter than N.
@@ -74,45 +75,46 @@ pub trait Lanes:
     /// Panics if the slice is shorter than N.
     fn store_f32(self, to: &mut [f32]);
 
-    /// `self * b + c`, rounded once if the CPU supports that, otherwise twice.
+    /// Computes `self * b + c`, rounded once if the CPU supports that, otherwise twice.
     fn mul_add(self, b: Self, c: Self) -> Self;
-    /// The error of `product`, which must be `self * b`. It is exact unless a number is too large
-    /// or too small.
+    /// Computes the rounding error of `product`, which must be `self * b`. The result is exact
+    /// unless a value is too large or too small.
     fn mul_error(self, b: Self, product: Self) -> Self;
-    /// The larger number; if one is NaN, either of the two.
+    /// Returns the larger of two values, or either of them if one is NaN.
     fn max(self, other: Self) -> Self;
-    /// The smaller number; if one is NaN, either of the two.
+    /// Returns the smaller of two values, or either of them if one is NaN.
     fn min(self, other: Self) -> Self;
-    /// The absolute value.
+    /// Returns the absolute value.
     fn abs(self) -> Self;
-    /// The largest power of two that does not exceed the number. The number must be positive and
-    /// normal; otherwise, the result is meaningless.
+    /// Returns the largest power of two that does not exceed the value. The value must be positive
+    /// and normal; otherwise, the result is meaningless.
     fn power(self) -> Self;
-    /// The number, with its sign flipped in lanes where the sign bit of `of` is set.
+    /// Flips the sign in lanes where the sign bit of `of` is set.
     fn flip(self, of: Self) -> Self;
-    /// A number whose sign bit is set if the sign bit of either number is set. Its magnitude is
-    /// arbitrary.
+    /// Returns a value whose sign bit is set if the sign bit of either operand is set. Its
+    /// magnitude is arbitrary.
     fn or_sign(self, other: Self) -> Self;
-    /// The lanes whose sign bit is set. Arbitrary for a zero or a NaN whose sign bit is set.
+    /// Returns the lanes whose sign bit is set. For a zero or a NaN whose sign bit is set, the
+    /// result is arbitrary.
     fn negative(self) -> Self::Mask;
-    /// The square root, correctly rounded.
+    /// Returns the square root, correctly rounded.
     fn sqrt(self) -> Self;
 
-    /// `self < other`; false for NaN, like all comparisons.
+    /// Computes `self < other`, which is false for NaN, like all comparisons.
     fn lt(self, other: Self) -> Self::Mask;
-    /// `self <= other`.
+    /// Computes `self <= other`.
     fn le(self, other: Self) -> Self::Mask;
-    /// `self > other`.
+    /// Computes `self > other`.
     #[inline(always)]
     fn gt(self, other: Self) -> Self::Mask {
         other.lt(self)
     }
-    /// `self >= other`.
+    /// Computes `self >= other`.
     #[inline(always)]
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)
     }
-    /// `if mask { yes } else { no }`, lane by lane.
+    /// Selects `if mask { yes } else { no }`, lane by lane.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }
 
@@ -128,9 +130,9 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     /// The number of lanes.
     const N: usize;
 
-    /// The mask as bits: bit i is lane i, and the bits above the last lane are 0.
+    /// Returns the mask as bits: bit i is lane i, and the bits above the last lane are 0.
     fn bits(self) -> u32;
-    /// The bits of a mask with twice as many lanes: this mask, followed by `last`.
+    /// Returns the bits of a mask with twice as many lanes: this mask, followed by `last`.
     #[doc(hidden)]
     #[inline(always)]
     fn bits_of_two(self, last: Self) -> u32 {
@@ -138,15 +140,16 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     }
     /// Creates a mask from bits: lane i is bit i, and the bits above the last lane are ignored.
     fn from_bits(bits: u32) -> Self;
-    /// Whether any lane is true.
+    /// Returns whether any lane is true.
     #[inline(always)]
     fn any(self) -> bool {
         self.bits() != 0
     }
 }
 
-/// [`Lanes::mul_error`] without fused operations: it splits the factors into halves, whose products
-/// are exact. `split` is `2^k + 1`, where k is half the number of digits, rounded up.
+/// Computes [`Lanes::mul_error`] without fused operations, by splitting the factors into halves,
+/// whose products are exact. `split` is `2^k + 1`, where k is half the number of digits, rounded
+/// up.
 ///
 /// Dekker, A Floating-Point Technique for Extending the Available Precision, 1971.
 #[inline(always)]

@@ -43,8 +43,8 @@ const PORTABLE_NAME: &str =
         "portable"
     };
 
-/// Whether the CPU has all of these features. With `std`, this is detected at run time; otherwise,
-/// it is fixed by the build.
+/// Checks whether the CPU has all of these features. With `std`, they are detected at run time;
+/// otherwise, they are fixed by the build.
 #[cfg(target_arch = "x86_64")]
 macro_rules! has {
     ($($feature:tt),*) => {{
@@ -61,8 +61,8 @@ static BEST: AtomicU8 = AtomicU8::new(0);
 
 impl Level {
     /// The level that every CPU of the build's target supports: NEON on 64-bit ARM; simd128 in
-    /// WebAssembly that is built with it; otherwise, the crate `wide` with the instructions for
-    /// which the crate was compiled.
+    /// WebAssembly that is built with it; otherwise, the `wide` crate with the instructions for
+    /// which it was compiled.
     pub const PORTABLE: Self = Self(Kind::Portable);
 
     #[cfg(target_arch = "x86_64")]
@@ -70,7 +70,7 @@ impl Level {
     #[cfg(target_arch = "x86_64")]
     pub(super) const AVX512: Self = Self(Kind::Avx512);
 
-    /// The 256-bit level with fused multiply-add, if the CPU supports it.
+    /// Returns the 256-bit level with fused multiply-add, if the CPU supports it.
     ///
     /// ```
     /// if let Some(level) = intertri::simd::Level::avx2() {
@@ -85,7 +85,7 @@ impl Level {
         None
     }
 
-    /// The 512-bit level, if the CPU supports it.
+    /// Returns the 512-bit level, if the CPU supports it.
     pub fn avx512() -> Option<Self> {
         #[cfg(target_arch = "x86_64")]
         if has!("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl") {
@@ -94,7 +94,7 @@ impl Level {
         None
     }
 
-    /// The widest level that this CPU supports.
+    /// Returns the widest level that this CPU supports.
     #[inline]
     pub fn best() -> Self {
         #[cfg(all(feature = "std", target_arch = "x86_64"))]
@@ -117,7 +117,7 @@ impl Level {
         best
     }
 
-    /// All levels that this CPU supports, from the narrowest to the widest.
+    /// Returns all levels that this CPU supports, from the narrowest to the widest.
     ///
     /// ```
     /// use intertri::simd::Level;
@@ -127,8 +127,8 @@ impl Level {
         [Some(Self::PORTABLE), Self::avx2(), Self::avx512()].into_iter().flatten()
     }
 
-    /// The name of the level: `avx2` or `avx512`; for the portable level, `neon` or `simd128` if it
-    /// uses those, otherwise `portable`.
+    /// Returns the name of the level: `avx2` or `avx512`; for the portable level, `neon` or
+    /// `simd128` if it uses those, otherwise `portable`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Portable => PORTABLE_NAME,

@@ -7,8 +7,8 @@ use super::vec3::Vec3;
 
 /// The lane types of one instruction level.
 ///
-/// Only [`dispatch`](super::dispatch) and [`Level::run`] provide this type, on a CPU that has the
-/// instructions.
+/// Only [`dispatch`](super::dispatch) and [`Level::run`] provide these types, and only on a CPU
+/// that has the instructions.
 ///
 /// ```
 /// use intertri::simd::{Ints, Lanes, Simd, WithSimd, dispatch};
@@ -70,8 +70,8 @@ pub trait Simd: Copy {
         work()
     }
 
-    /// Permutes lanes. Byte i of `order`, starting at the lowest, is the number of the lane that
-    /// becomes lane i, modulo 8.
+    /// Permutes lanes. Byte i of `order`, starting at the lowest, is the index, modulo 8, of the
+    /// lane that becomes lane i.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -99,8 +99,8 @@ pub trait Simd: Copy {
         Lanes::load(&to)
     }
 
-    /// Returns the lane of the smallest number among the lanes in a mask. If several numbers are
-    /// equal except for their last three bits, the result may be any of them. For negative numbers
+    /// Returns the lane of the smallest value among the lanes in a mask. If several values are
+    /// equal except for their last three bits, the result may be any of them. For negative values
     /// or an empty mask, it may be any of the eight lanes.
     ///
     /// ```
@@ -124,14 +124,14 @@ pub trait Simd: Copy {
         let mut least = (u32::MAX, 0);
         for (lane, number) in numbers.iter().enumerate() {
             if bits >> lane & 1 != 0 {
-                // Numbers that are not negative are ordered like their bits.
+                // Nonnegative floats are ordered like their bits.
                 least = least.min((number.to_bits(), lane));
             }
         }
         least.1
     }
 
-    /// Transposes four rows of four numbers.
+    /// Transposes four rows of four values.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -162,7 +162,7 @@ pub trait Simd: Copy {
         [column(0), column(1), column(2), column(3)]
     }
 
-    /// Transposes sixteen rows of four numbers. `row` returns a row by its index.
+    /// Transposes sixteen rows of four values. `row` returns a row by its index.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -192,7 +192,7 @@ pub trait Simd: Copy {
         [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
     }
 
-    /// Transposes one row of four numbers per lane of a register. `row` returns a row by its index.
+    /// Transposes one row of four values per lane of a register. `row` returns a row by its index.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -248,7 +248,7 @@ pub trait Simd: Copy {
         Lanes::load(&both)
     }
 
-    /// [`Simd::transpose`] for f64.
+    /// Like [`Simd::transpose`], but for f64.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -282,7 +282,7 @@ pub trait Simd: Copy {
         [column(0), column(1), column(2), column(3)]
     }
 
-    /// The first lane, followed by three copies of the last lane.
+    /// Returns the first lane, followed by three copies of the last lane.
     #[inline(always)]
     fn first_and_last(lanes: Self::F64x4) -> Self::F64x4 {
         let mut numbers = [0.0; 4];
@@ -292,13 +292,13 @@ pub trait Simd: Copy {
     }
 }
 
-/// Regroups lanes with four numbers of each of eight triangles, so that each triangle's numbers are
-/// together.
+/// Regroups lanes that hold four values for each of eight triangles, so that the values of each
+/// triangle are together.
 #[inline(always)]
 pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2] {
     let mut rows = [[0.0; 8]; 4];
     // Store eight lanes to memory and load them as two halves of four, because transpositions work
-    // on blocks of four by four.
+    // on 4×4 blocks.
     for (lanes, row) in numbers.into_iter().zip(&mut rows) {
         lanes.store(row);
     }
@@ -310,7 +310,7 @@ pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2]
     ]
 }
 
-/// Writes four vectors of each of eight triangles to the triangles' rows, axis by axis.
+/// Writes four vectors for each of eight triangles to the triangles' rows, axis by axis.
 #[inline(always)]
 pub(crate) fn put_by_triangle<'a, S: Simd>(
     [a, b, c, d]: [Vec3<S::F64x8>; 4],
@@ -323,8 +323,8 @@ pub(crate) fn put_by_triangle<'a, S: Simd>(
     ];
     for (i, to) in to.enumerate() {
         for (rows, to) in axes.iter().zip(to) {
-            // The first four triangles are in the first half. A row holds one number of each of the
-            // four vectors.
+            // The first four triangles are in the first half. A row holds one component of each of
+            // the four vectors.
             rows[i / 4][i % 4].store(to);
         }
     }

@@ -1,11 +1,11 @@
-//! Lanes of numbers. This is the only module that knows what the CPU supports.
+//! SIMD lanes. This is the only module that depends on what the CPU supports.
 //!
 //! Every algorithm is written once, generic over [`Lanes`] or [`Simd`], and [`dispatch`] runs it on
 //! the CPU's widest registers. All of the workspace's `unsafe` code is in this folder.
 //!
 //! ```text
 //!   algorithm<S: Simd>  ──►  dispatch ──► Baseline what every CPU of the target has: 128-bit NEON
-//!                                    │            or simd128 registers, otherwise the crate `wide`
+//!                                    │            or simd128 registers, otherwise the `wide` crate
 //!                                    ├──► Avx2     256 bits, fused multiply-add
 //!                                    └──► Avx512   512 bits, mask registers
 //! ```

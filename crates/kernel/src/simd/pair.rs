@@ -4,7 +4,8 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::lanes::{Lanes, Mask};
 
-/// The lanes of the first half, followed by those of the second half. Also the mask for such lanes.
+/// The lanes of the first half, followed by those of the second half. This type also represents the
+/// mask of such lanes.
 #[derive(Clone, Copy)]
 pub struct Pair<L>(pub(super) L, pub(super) L);
 

@@ -1,4 +1,4 @@
-//! The vectors of the crate `wide`: SSE2, NEON, wasm, or whatever the crate was compiled for.
+//! The vectors of the `wide` crate: SSE2, NEON, wasm, or whatever the crate was compiled for.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

@@ -11,8 +11,8 @@ pub fn prefetch<T>(things: &[T]) {
     ask::<FIRST_CACHE, T>(things);
 }
 
-/// Prefetches values that will be used later into the second-level cache, so that they do not evict
-/// values that are used in the meantime.
+/// Prefetches values into the L2 cache for later use, so that they do not evict values that are
+/// used in the meantime.
 ///
 /// ```
 /// let far_away = vec![1.0_f32; 1000];

@@ -1,4 +1,4 @@
-//! A single lane: plain f32 and f64 numbers, for pairs that are resolved one at a time.
+//! Single lanes: plain f32 and f64, for pairs that are resolved one at a time.
 
 use super::lanes::{Lanes, Mask, mul_error};
 
@@ -55,7 +55,7 @@ macro_rules! scalar {
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 // Like the CPU's instruction, this returns the second operand if either is NaN.
-                // `f32::max` would return the number.
+                // `f32::max` would return the operand that is not NaN.
                 if self > other { self } else { other }
             }
             #[inline(always)]

@@ -1,4 +1,4 @@
-//! Compares every operation of every lane type with plain numbers, bit for bit.
+//! Compares every operation of every lane type with scalar arithmetic, bit for bit.
 
 use super::{Ints, Lanes, Level, Simd, WithSimd};
 
@@ -21,7 +21,8 @@ const NUMBERS: [f64; 16] = [
     -1e-42,
 ];
 
-/// Checks the lanes of one scalar type. Every pair of `NUMBERS` meets in some lane.
+/// Checks the lanes of one scalar type. Over the sixteen turns, each lane's number is paired with
+/// every entry of `NUMBERS`.
 macro_rules! check {
     ($name:ident, $scalar:ty) => {
         mod $name {

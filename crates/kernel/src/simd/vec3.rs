@@ -1,4 +1,4 @@
-//! N points or directions, with one lane value per component.
+//! Vectors of lanes, which hold N points or directions.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -40,7 +40,7 @@ pub struct Vec3<L> {
 }
 
 impl<L: Lanes> Vec3<L> {
-    /// The same vector in every lane.
+    /// Copies a vector to every lane.
     #[inline(always)]
     pub fn splat([x, y, z]: [L::Scalar; 3]) -> Self {
         Self { x: L::splat(x), y: L::splat(y), z: L::splat(z) }
@@ -66,13 +66,14 @@ impl<L: Lanes> Vec3<L> {
         Self { x: L::load_f32(x), y: L::load_f32(y), z: L::load_f32(z) }
     }
 
-    /// `x x' + y y' + z z'`, left to right, with every operation rounded separately.
+    /// Returns `x x' + y y' + z z'`, evaluated left to right, with every operation rounded
+    /// separately.
     #[inline(always)]
     pub fn dot(self, b: Self) -> L {
         self.x * b.x + self.y * b.y + self.z * b.z
     }
 
-    /// The cross product, with every operation rounded separately.
+    /// Returns the cross product, with every operation rounded separately.
     #[inline(always)]
     pub fn cross(self, b: Self) -> Self {
         Self {
@@ -82,19 +83,21 @@ impl<L: Lanes> Vec3<L> {
         }
     }
 
-    /// The dot product with fused operations if the CPU has them, for use with an error bound.
+    /// Returns the dot product, using fused operations if the CPU has them, for use with an error
+    /// bound.
     #[inline(always)]
     pub fn dot_fused(self, b: Self) -> L {
         self.z.mul_add(b.z, self.y.mul_add(b.y, self.x * b.x))
     }
 
-    /// The dot product added to a number, with fused operations if the CPU has them.
+    /// Returns `c` plus the dot product, using fused operations if the CPU has them.
     #[inline(always)]
     pub(crate) fn dot_add(self, b: Self, c: L) -> L {
         self.z.mul_add(b.z, self.y.mul_add(b.y, self.x.mul_add(b.x, c)))
     }
 
-    /// The cross product with fused operations if the CPU has them, for use with an error bound.
+    /// Returns the cross product, using fused operations if the CPU has them, for use with an error
+    /// bound.
     #[inline(always)]
     pub fn cross_fused(self, b: Self) -> Self {
         Self {
@@ -104,14 +107,14 @@ impl<L: Lanes> Vec3<L> {
         }
     }
 
-    /// The absolute values.
+    /// Returns the absolute value of each component.
     #[inline(always)]
     pub fn abs(self) -> Self {
         Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
     }
 
-    /// The cross product with `+` in place of `-`. For vectors of absolute values, rounding errors
-    /// are relative to this magnitude.
+    /// Returns the cross product with `+` in place of `-`. For vectors of absolute values, this is
+    /// the magnitude to which the cross product's rounding errors are relative.
     #[inline(always)]
     pub(crate) fn permanents(self, b: Self) -> Self {
         Self {
@@ -121,7 +124,7 @@ impl<L: Lanes> Vec3<L> {
         }
     }
 
-    /// `|x| + |y| + |z|`.
+    /// Returns `|x| + |y| + |z|`.
     #[inline(always)]
     pub fn norm1(self) -> L {
         self.x.abs() + self.y.abs() + self.z.abs()

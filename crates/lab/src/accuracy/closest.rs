@@ -1,4 +1,4 @@
-//! Errors in closest hits.
+//! Counts wrong closest hits.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -10,7 +10,7 @@ use crate::methods::{METHODS, Method, on_grid, reference_closest};
 use crate::oracle;
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// Counts errors in closest hits, and returns the number of rays.
+/// Counts wrong closest hits. Returns the number of rays.
 pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u64 {
     let rays = batch.rays.len() as u64;
     let layout = Layout { form: Form::Packets, lanes: 8 };
@@ -37,7 +37,7 @@ pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u6
     rays
 }
 
-/// The facts about a batch that do not depend on the method.
+/// The expected results for a batch, shared by all methods.
 struct Known {
     right: RightAnswers,
     reference: Vec<ClosestHit>,
@@ -55,7 +55,7 @@ fn one(batch: &TestBatch) -> &[TestBatch] {
     std::slice::from_ref(batch)
 }
 
-/// The exactly closest triangles of each ray, or none for a miss.
+/// For each ray, the closest triangle, or several if they are tied; empty for a miss.
 struct RightAnswers(Vec<Vec<u32>>);
 
 impl RightAnswers {
@@ -86,7 +86,7 @@ impl RightAnswers {
     }
 }
 
-/// `t` in f64, accurate to about 1e-12.
+/// Returns t in f64, accurate to about 1e-12.
 fn t(triangle: &Triangle, ray: &Ray) -> f64 {
     let scene = reference::Scene::from_triangles([triangle.0]).with_threshold(0.0);
     let mut t = f64::NAN;

@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct ErrorCounts {
     /// The workload.
     pub workload: &'static str,
-    /// The method; [`ON_GRID`] is the mode `fixed` on inputs that snapping does not change.
+    /// The method; [`ON_GRID`] is the `fixed` mode on inputs that snapping does not change.
     pub method: &'static str,
     /// The number of rays, or of pairs for `mix`.
     pub trials: u64,
@@ -19,10 +19,10 @@ pub struct ErrorCounts {
     pub leaks: u64,
     /// For `edges`, rays that leave the mesh once but hit two or more triangles.
     pub doubles: u64,
-    /// Answers that differ from those of the scalar f64 reference in the closest triangle, in the
-    /// number of hits, or in hit or miss.
+    /// Answers that differ from the scalar f64 reference: in the closest triangle, in the number of
+    /// hits, or in whether there is a hit.
     pub not_reference: u64,
 }
 
-/// The name of the mode `fixed` on inputs that are snapped before any method sees them.
+/// The name of the `fixed` mode on inputs that are snapped before any method sees them.
 pub const ON_GRID: &str = "fixed, on its grid";

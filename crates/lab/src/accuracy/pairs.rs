@@ -1,4 +1,4 @@
-//! Errors in hit or miss on the adversarial mix.
+//! Counts false hits and false misses on the adversarial mix.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -11,7 +11,7 @@ use crate::oracle::{self, LinePosition};
 use crate::rng::Rng;
 use crate::test_batch::{Answer, TestBatch};
 
-/// Counts errors in hit or miss on one pair of the adversarial mix, and returns 1.
+/// Counts false hits and false misses on one pair of the adversarial mix, and returns 1.
 pub(super) fn pairs(rng: &mut Rng, error_counts: &mut [ErrorCounts]) -> u64 {
     let case = adversarial(rng);
     let (triangles, rays) = ([case.triangle], [case.ray]);

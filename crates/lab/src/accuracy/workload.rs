@@ -1,4 +1,4 @@
-//! The errors of every method on a workload.
+//! Counts the errors of every method on a workload.
 
 use rayon::prelude::*;
 

@@ -19,7 +19,7 @@ pub enum Arithmetic {
     },
 }
 
-/// How far a side and a ray may move relative to each other.
+/// Returns how far a side and a ray may move relative to each other.
 pub(super) fn moves(arithmetic: Arithmetic, reach: f64) -> f64 {
     match arithmetic {
         Arithmetic::Grid { step, q } => snap(step) + turn(q) * reach,
@@ -27,17 +27,17 @@ pub(super) fn moves(arithmetic: Arithmetic, reach: f64) -> f64 {
     }
 }
 
-/// How far a point moves when it is snapped: half a step along each axis.
+/// Returns how far a point may move when it is snapped: half a step along each axis.
 pub(super) fn snap_of_one(step: f64) -> f64 {
     0.75_f64.sqrt() * step
 }
 
-/// How far a corner moves relative to the eye, which moves too.
+/// Returns how far a corner may move relative to the eye, which is snapped too.
 pub(super) fn snap(step: f64) -> f64 {
     2.0 * snap_of_one(step)
 }
 
-/// The angle by which snapping turns a direction.
+/// Returns the largest angle by which snapping can turn a direction.
 pub(super) fn turn(q: u32) -> f64 {
     1.01 * 3.0_f64.sqrt() / f64::from(1_u32 << q)
 }

@@ -1,4 +1,4 @@
-//! The pixels of a band of rows.
+//! Scans a band of rows: tests triangles at its pixels and counts the doubtful ones.
 
 use std::ops::Range;
 
@@ -97,7 +97,8 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// The columns of a row in which all edge values may appear to have the same sign in f32.
+    /// Returns the columns of a row in which all edge values may appear to have the same sign in
+    /// f32.
     fn strip(&self, facet: &Facet, y: u32) -> Range<u32> {
         // Along a row, the direction is linear in the column, and so are the edge values.
         let camera = self.input.camera;

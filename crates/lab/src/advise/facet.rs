@@ -40,7 +40,7 @@ pub(super) struct PlaneHit {
     pub(super) t: f64,
     /// A lower bound on how far the ray passes inside the nearest side; negative outside.
     pub(super) margin: f64,
-    /// The ray's distance from each side, computed only if the margin does not decide.
+    /// The ray's distance from each side, computed only if the margin is not decisive.
     pub(super) sides: Option<[f64; 3]>,
 }
 
@@ -80,7 +80,7 @@ impl Facet {
         self.corners.iter().all(|c| c.dot(*c).is_finite())
     }
 
-    /// The distance to the farthest corner.
+    /// Returns the distance to the farthest corner.
     pub(super) fn reach(&self) -> f64 {
         self.reaches[0].max(self.reaches[1])
     }
@@ -106,7 +106,7 @@ impl Facet {
         most > own && least < -own
     }
 
-    /// A bound on the error of the computed t.
+    /// Returns a bound on the error of the computed t.
     fn t_error_bound(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay) -> f64 {
         let rho = self.side * self.side * pixel_ray.length / plane_hit.slope.abs();
         if rho < 1e10 {
@@ -116,7 +116,7 @@ impl Facet {
         }
     }
 
-    /// An upper bound on the exact t.
+    /// Returns an upper bound on the exact t.
     pub(super) fn latest(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay) -> f64 {
         let t = plane_hit.t + self.t_error_bound(plane_hit, pixel_ray);
         if t.is_nan() { f64::INFINITY } else { t }
@@ -127,7 +127,7 @@ impl Facet {
         plane_hit.t - self.t_error_bound(plane_hit, pixel_ray) > t
     }
 
-    /// The distance of the ray's line from each side.
+    /// Returns the distance of the ray's line from each side.
     pub(super) fn sides(&self, pixel_ray: &PixelRay) -> [f64; 3] {
         // Projected along the ray, the ray's line becomes a point.
         let unit = pixel_ray.dir * (1.0 / pixel_ray.length);

@@ -1,4 +1,4 @@
-//! The part of the picture where a triangle may matter.
+//! The part of the image where a triangle may matter.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
@@ -32,7 +32,8 @@ impl ScanInput<'_> {
         Facet::new(&self.triangles[index], self.camera.eye, self.forward)
     }
 
-    /// The box around a triangle in the picture, widened by the largest error of any arithmetic.
+    /// Returns a triangle's bounding box in the image, widened by the largest error of any
+    /// arithmetic.
     pub(super) fn footprint(&self, facet: &Facet) -> Footprint {
         let (width, height) = self.camera.size;
         let nothing = Footprint { columns: 0..0, rows: 0..0, strip: false };
@@ -51,8 +52,8 @@ impl ScanInput<'_> {
             moves += 2.0 * spill * facet.side;
         }
 
-        // The triangle is too close to the eye to have a box, so its footprint is the whole
-        // picture.
+        // The projection of a triangle too close to the eye has no useful bounds, so its footprint
+        // is the whole image.
         let nearest = facet.depth.0;
         if !(moves < nearest / 4.0) {
             return Footprint { columns: 0..width, rows: 0..height, strip };

@@ -1,5 +1,5 @@
-//! The precision that a frame needs: how many pixels an arithmetic can get wrong at most, and how
-//! many it actually gets wrong.
+//! Finds the precision that a frame needs: how many pixels an arithmetic can get wrong at most, and
+//! how many it actually gets wrong.
 //!
 //! Compares three kinds of arithmetic: f64 as in the reference (whose answers `certified` returns),
 //! a plain f32 test, and integers on a grid. At a pixel, an arithmetic certainly finds the exact

@@ -1,4 +1,4 @@
-//! The properties of a scene as seen by a camera.
+//! Measures the properties of a scene as seen by a camera.
 
 use intertri::{Hit, Triangle, TriangleOf};
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::camera::PinholeCamera;
 use super::vector::{Vec3d, length, vector};
 
-/// The measured properties of a scene. Lengths are in scene units. A number is 0 if it could not be
+/// The measured properties of a scene. Lengths are in scene units. A value is 0 if it could not be
 /// measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Needs {
@@ -14,9 +14,9 @@ pub struct Needs {
     pub triangles: usize,
     /// See [`Self::triangles`].
     pub degenerate: usize,
-    /// The diagonal of the box around the scene.
+    /// The diagonal of the scene's bounding box.
     pub extent: f64,
-    /// The largest coordinate.
+    /// The largest absolute coordinate.
     pub offset: f64,
     /// The shortest side and the smallest altitude of the triangles that have an area.
     pub shortest_edge: f64,
@@ -26,19 +26,19 @@ pub struct Needs {
     pub pixels: u64,
     /// See [`Self::pixels`].
     pub hits: u64,
-    /// The distances of the nearest and the farthest visible surface.
+    /// The distances of the nearest and the farthest visible surfaces.
     pub nearest: f64,
     /// See [`Self::nearest`].
     pub farthest: f64,
     /// The width of a pixel at the nearest surface.
     pub pixel: f64,
-    /// The share of hits where the ray meets the surface at less than six degrees.
+    /// The share of hits where the ray meets the surface at an angle of less than six degrees.
     pub grazing: f64,
     /// The smallest `|nrm · dir|` and the smallest t of any hit. `Threshold` must be below both.
     pub smallest_slope: f64,
     /// See [`Self::smallest_slope`].
     pub smallest_t: f64,
-    /// How many hits the default `Threshold` loses.
+    /// The number of hits that the default `Threshold` loses.
     pub lost: u64,
     /// A `Threshold` that loses no hits: the default, or a power of ten at least a thousand times
     /// smaller than the smallest slope and t, or 0.
@@ -49,7 +49,7 @@ pub struct Needs {
 /// of 0; `threshold` is the default threshold.
 ///
 /// # Panics
-/// Panics if `seen` is larger than the picture.
+/// Panics if a hit's triangle index is out of range.
 pub fn needs(
     triangles: &[Triangle],
     camera: &PinholeCamera<'_>,
@@ -143,7 +143,7 @@ fn measure_picture(
     }
 }
 
-/// The threshold to use if no hit has a slope or a t below `smallest`.
+/// Returns the threshold to use if no hit has a slope or a t below `smallest`.
 fn threshold_below(smallest: f64, default: f64) -> f64 {
     match smallest / 1000.0 {
         most if most >= default => default,

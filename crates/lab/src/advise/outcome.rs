@@ -1,5 +1,5 @@
-//! How far each arithmetic can deviate from the exact answer for a facet, and the outcomes that are
-//! therefore possible.
+//! Bounds how far each arithmetic can deviate from the exact answer for a facet, and derives the
+//! possible outcomes.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
@@ -11,7 +11,7 @@ use super::pixel_ray::PixelRay;
 const U: f64 = 1.0 / (1_u64 << 24) as f64;
 const W: f64 = 1.0 / (1_u64 << 53) as f64;
 
-/// The possible outcomes of an arithmetic for a facet at a pixel.
+/// What an arithmetic may find for a facet at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Outcome {
     /// No hit.
@@ -23,7 +23,7 @@ pub(super) enum Outcome {
 }
 
 impl Facet {
-    /// A bound on an f32 test's error in an edge value, for directions of unit length.
+    /// Returns a bound on an f32 test's error in an edge value, for directions of unit length.
     pub(super) fn single_bound(&self) -> f64 {
         let (small, large) = (2.0_f64.powi(-30), 2.0_f64.powi(30));
         if self.side.min(self.first) < small || self.side.max(self.reach()) > large {
@@ -32,8 +32,8 @@ impl Facet {
         U * self.side * (22.6 * self.first + 28.0 * self.side)
     }
 
-    /// A bound on the reference's error in an edge value, for directions of unit length and the
-    /// given `rho = h4 h5 |d| / |n · d|`.
+    /// Returns a bound on the reference's error in an edge value, for directions of unit length and
+    /// the given `rho = h4 h5 |d| / |n · d|`.
     fn double_bound(&self, rho: f64) -> f64 {
         // Above this, the rounding errors in the derivation are no longer small.
         if rho > 2.0_f64.powi(40) {
@@ -43,15 +43,15 @@ impl Facet {
         2.0 * W * side * ((30.0 * kappa + 68.0 * rho) * first + off + 34.0 * kappa * side)
     }
 
-    /// How far rounding can move a hit outside a triangle that is seen edge-on, as a multiple of
-    /// its longest side.
+    /// For a triangle seen edge-on, returns how far outside the triangle rounding can move a hit,
+    /// as a multiple of its longest side.
     pub(super) fn spill(&self) -> f64 {
         let slope = self.height.abs() / self.reach();
         let rho = self.side * self.side / slope;
         8.0 * (self.single_bound() + self.double_bound(rho)) / slope
     }
 
-    /// The possible outcomes of an arithmetic for this facet.
+    /// Returns the possible outcomes of an arithmetic for this facet.
     pub(super) fn outcome(
         &self,
         arithmetic: Arithmetic,
@@ -69,7 +69,8 @@ impl Facet {
                 self.by_edges(self.single_bound(), off, plane_hit, pixel_ray)
             }
             Arithmetic::Double { threshold } => {
-                // The computed normal of a triangle without area is NaN.
+                // The reference never reports a hit on a triangle without area, because its normal
+                // is 0.
                 if self.area == 0.0 {
                     return Outcome::Miss;
                 }
@@ -98,8 +99,8 @@ impl Facet {
         }
     }
 
-    /// The possible outcomes if edge values have errors up to `bound`, for a direction of unit
-    /// length, and t has errors up to `off`.
+    /// Returns the possible outcomes if the edge values, for a direction of unit length, have
+    /// errors up to `bound`, and t has errors up to `off`.
     fn by_edges(
         &self,
         bound: f64,
@@ -123,8 +124,8 @@ impl Facet {
         }
     }
 
-    /// The possible outcomes if snapping moves the corners and the ray. As long as no side crosses
-    /// the ray during the move, the ray stays inside or outside.
+    /// Returns the possible outcomes if snapping moves the corners and the ray. As long as no side
+    /// crosses the ray during the move, the ray stays inside or outside.
     fn on_grid(
         &self,
         step: f64,
@@ -170,7 +171,7 @@ impl Facet {
         }
     }
 
-    /// A bound on how far the visible triangle moves at this pixel, as an angle.
+    /// Returns a bound on how far the visible triangle moves at this pixel, as an angle.
     pub(super) fn shift(
         &self,
         arithmetic: Arithmetic,

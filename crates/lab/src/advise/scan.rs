@@ -1,8 +1,8 @@
-//! Scans all pixels of a picture and all triangles that may matter there.
+//! Scans all pixels of an image and all triangles that may matter there.
 //!
 //! The scan works in bands of rows, on all threads. A band visits the triangles whose footprint in
-//! the picture, widened by the largest error, overlaps it, and tests each triangle only at the
-//! pixels that its footprint covers.
+//! the image, widened by the largest error, overlaps it, and tests each triangle only at the pixels
+//! that its footprint covers.
 
 use intertri::{Hit, Triangle};
 use rayon::prelude::*;
@@ -14,18 +14,18 @@ use super::footprint::{Footprint, ScanInput};
 use super::scan_result::ScanResult;
 use super::vector::Vec3d;
 
-/// The number of rows that a thread takes at a time.
+/// The number of rows in a band.
 const BAND: u32 = 16;
 
-/// Finds the doubtful pixels of a picture, and the exact answers for every `every`-th pixel.
+/// Finds the doubtful pixels of an image and the exact answers for every `every`-th pixel.
 ///
 /// `seen` contains the hits of the pixels, row by row, computed in the reference's arithmetic with
 /// a threshold of 0. If a pixel has several possible answers, any of them will do. At most 32
 /// arithmetics can be compared.
 ///
 /// # Panics
-/// Panics if there are more than 32 arithmetics, if `seen` does not have the size of the picture,
-/// or if `every` is 0.
+/// Panics if there are more than 32 arithmetics, if `seen` does not have one entry per pixel, or if
+/// `every` is 0.
 pub fn scan(
     triangles: &[Triangle],
     camera: &PinholeCamera<'_>,

@@ -13,7 +13,7 @@ pub struct ScanResult {
     pub sample: Vec<SampledPixel>,
 }
 
-/// The exact answer and the f32 answer at a pixel of the sample.
+/// The exact answer and the f32 answer at a sampled pixel.
 #[derive(Clone, Debug)]
 pub struct SampledPixel {
     /// The column and row of the pixel.

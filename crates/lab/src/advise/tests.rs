@@ -10,7 +10,7 @@ use crate::rng::Rng;
 
 const SIZE: (u32, u32) = (44, 33);
 
-/// A camera at `eye` with `target` in the centre of the picture.
+/// A camera at `eye` with `target` in the centre of the image.
 struct Camera {
     eye: [f32; 3],
     axes: [[f64; 3]; 3],

@@ -10,12 +10,12 @@ pub(super) fn vector(p: [f32; 3]) -> Vec3d {
     Vec3d::splat(p.map(f64::from))
 }
 
-/// The length of a vector.
+/// Returns the length of a vector.
 pub(super) fn length(v: Vec3d) -> f64 {
     v.dot(v).sqrt()
 }
 
-/// The distance of a segment from the origin.
+/// Returns the distance of a segment from the origin.
 pub(super) fn distance(p: Vec3d, q: Vec3d) -> f64 {
     let along = q - p;
     let square = along.dot(along);

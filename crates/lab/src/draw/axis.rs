@@ -9,18 +9,19 @@ pub struct Log {
 }
 
 impl Log {
-    /// Maps the numbers from `from` to `to`, both positive, to positions between `places`.
+    /// Creates an axis that maps numbers from `from` to `to`, both positive, to positions between
+    /// the two `places`.
     pub fn new(from: f64, to: f64, places: [f64; 2]) -> Self {
         Self { from: from.log10(), to: to.log10(), places }
     }
 
-    /// The position of a number.
+    /// Returns the position of a number.
     pub fn at(&self, x: f64) -> f64 {
         let share = (x.log10() - self.from) / (self.to - self.from);
         self.places[0] + share * (self.places[1] - self.places[0])
     }
 
-    /// The powers of ten on the axis, as exponents that are multiples of `every`.
+    /// Returns the exponents of the powers of ten on the axis that are multiples of `every`.
     pub fn decades(&self, every: i32) -> Vec<i32> {
         let (lo, hi) = (self.from.min(self.to), self.from.max(self.to));
         let (lo, hi) = ((lo - 1e-9).ceil() as i32, (hi + 1e-9).floor() as i32);
@@ -28,7 +29,7 @@ impl Log {
     }
 }
 
-/// A short label for a power of ten.
+/// Returns a short label for a power of ten.
 pub fn power(k: i32) -> String {
     match k {
         -2 => "0.01".into(),

@@ -1,4 +1,4 @@
-//! Speed against accuracy: one panel per workload.
+//! Plots speed against accuracy, with one panel per workload.
 
 use super::marks::mark;
 use super::panel::{self, Point, panel};
@@ -8,13 +8,13 @@ use crate::pareto::{Baseline, fastest, pareto_front};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// The width of a panel, and the top of the upper panels.
+/// The width of a panel and the top of the upper panels.
 const WIDTH: f64 = 704.0;
 const TOP: f64 = 66.0;
 
-/// Draws four panels that show how many times faster than the scalar f64 reference each method is,
-/// at the width at which it is fastest, and how often it is wrong. Every method without observed
-/// errors has its own row. `caption` is printed below.
+/// Draws four panels that show how many times faster than the scalar f64 reference each method is
+/// at its best width, and how often it is wrong. Every method without observed errors has its own
+/// row. `caption` is printed below.
 pub fn chart(times: &[Time], error_counts: &[ErrorCounts], caption: &str) -> Svg {
     let points = Workload::ALL.map(|workload| points(workload, times, error_counts));
     // Adjacent panels have the same height.

@@ -1,4 +1,5 @@
-//! Compares two approaches to the same picture: rays, and the z-buffer with shadow volumes.
+//! Plots the times of two ways to render the same image: with rays, and with a z-buffer and shadow
+//! volumes.
 
 use serde::Serialize;
 
@@ -6,7 +7,7 @@ use super::axis::{Log, power};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg, width};
 use crate::tables::grouped;
 
-/// The times of both approaches, for one scene and one picture size.
+/// The times of both approaches for one scene and one image size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Race {
     /// The task, one of [`Race::TASKS`].
@@ -24,7 +25,7 @@ pub struct Race {
 }
 
 impl Race {
-    /// `seen` finds the hit at each pixel, and `lit` finds whether that hit is lit.
+    /// `seen` finds the hit at each pixel, and `lit` determines whether that hit is lit.
     pub const TASKS: [&str; 2] = ["seen", "lit"];
 }
 
@@ -34,14 +35,14 @@ const LEFT: f64 = 66.0;
 const RIGHT: f64 = 545.0;
 const TOP: f64 = 40.0;
 const BOTTOM: f64 = 372.0;
-/// The colours of the picture sizes, which colour-blind people can tell apart.
+/// The colours of the image sizes, which colour-blind readers can tell apart.
 const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const RASTER: &str = "6 4";
 
-/// Draws two panels, for `seen` and `lit`, which plot the milliseconds per picture over the number
+/// Draws two panels, for `seen` and `lit`, which plot the milliseconds per image against the number
 /// of triangles. Lines are solid for rays and dashed for the z-buffer and the shadow volumes. Each
-/// picture size has its own colour, and a ring marks where its two lines cross. `caption` is
-/// printed below.
+/// image size has its own colour, and a ring marks where its two lines cross. `caption` is printed
+/// below.
 pub fn crossover(races: &[Race], caption: &str) -> Svg {
     let [w, h] = PANEL;
     let mut svg = Svg::new(2.0 * w + 24.0, h + 130.0);
@@ -129,7 +130,7 @@ fn axes(svg: &mut Svg, [ox, oy]: [f64; 2], panel: usize, x: &Log, y: &Log) {
     svg.line([left, top], [left, bottom], INK, 1.2);
 }
 
-/// The points where two polylines with the same x coordinates cross.
+/// Returns the points where two polylines with the same x coordinates cross.
 fn crossings(one: &[[f64; 2]], other: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut found = Vec::new();
     for (a, b) in one.windows(2).zip(other.windows(2)) {

@@ -1,4 +1,4 @@
-//! Edge maps: rays in single f32 steps around a shared edge and around a shared vertex, coloured by
+//! Draws edge maps: rays one f32 step apart around a shared edge or a shared vertex, coloured by
 //! the triangles that they hit.
 
 use intertri::simd::Level;
@@ -29,7 +29,7 @@ struct Square {
 enum Step {
     /// One f32 step.
     Single,
-    /// One grid step of directions in the mode `fixed`.
+    /// One grid step of a direction in the `fixed` mode.
     Grid,
 }
 
@@ -41,7 +41,7 @@ impl Square {
         let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
         let moved = |x: f32, steps: i32| match by {
             Step::Single => step(x, steps),
-            // On the grid, the longest component, between 2 and 4, has 18 bits.
+            // On the grid, the longest component, between 2 and 4, takes 18 bits.
             Step::Grid => x + steps as f32 / 65_536.0,
         };
         let at =
@@ -50,7 +50,7 @@ impl Square {
         Self { triangles, rays: square.map(at).collect() }
     }
 
-    /// A slanted edge.
+    /// Creates a square across a slanted edge.
     fn edge(by: Step) -> Self {
         let (a, b) = ([-0.731, -0.583, 0.217], [0.612, 0.877, 0.389]);
         let (left, right) = ([-0.893, 0.671, 0.118], [0.934, -0.428, 0.253]);
@@ -58,7 +58,7 @@ impl Square {
         Self::new(by, vec![Triangle([a, b, left]), Triangle([b, a, right])], target)
     }
 
-    /// Six triangles around a vertex.
+    /// Creates a square around a vertex of six triangles.
     fn vertex(by: Step) -> Self {
         let middle = [0.0713, 0.0519, 0.1937];
         let around = [
@@ -73,7 +73,7 @@ impl Square {
         Self::new(by, (0..6).map(triangle).collect(), middle)
     }
 
-    /// For each ray, the set of triangles that it hits according to the oracle, as a bit mask.
+    /// Returns, for each ray, a bit mask of the triangles that it hits according to the oracle.
     fn by_oracle(&self) -> Vec<u32> {
         let hit = |ray: &Ray| {
             let bit = |(k, t): (usize, &Triangle)| u32::from(oracle::answer(t, ray).is_hit()) << k;
@@ -82,7 +82,7 @@ impl Square {
         self.rays.iter().map(hit).collect()
     }
 
-    /// For each ray, the set of triangles that it hits according to a method, as a bit mask. For
+    /// Returns, for each ray, a bit mask of the triangles that it hits according to a method. For
     /// `fixed`, everything is snapped to one grid.
     fn by(&self, method: &Method) -> Vec<u32> {
         let mut sets = vec![0; self.rays.len()];
@@ -110,8 +110,8 @@ fn ask(method: &Method, triangle: Triangle, rays: &[Ray]) -> Vec<Answer> {
     to
 }
 
-/// The colour of a set of triangles: alternating pale colours for a single triangle, black for
-/// none, and orange for two or more.
+/// Returns the colour for a set of triangles: alternating pale colours for a single triangle, black
+/// for none, and orange for two or more.
 fn colour(set: u32) -> &'static str {
     match set.count_ones() {
         0 => "#000000",
@@ -121,7 +121,7 @@ fn colour(set: u32) -> &'static str {
     }
 }
 
-/// Draws a map of the edge and one of the vertex, for the oracle and each method.
+/// Draws one map of the edge and one of the vertex for the oracle and for each method.
 pub fn edge_maps(caption: &str) -> Svg {
     let (edge, vertex) = (Square::edge(Step::Single), Square::vertex(Step::Single));
     let mut columns = vec![("the oracle", edge.by_oracle(), vertex.by_oracle())];
@@ -174,7 +174,7 @@ pub fn edge_maps(caption: &str) -> Svg {
     svg
 }
 
-/// Draws the square. Neighbours of the same colour in a row form one rectangle.
+/// Draws a map. Neighbouring pixels of the same colour in a row form one rectangle.
 fn picture(svg: &mut Svg, [x, y]: [f64; 2], sets: &[u32]) {
     let side = (2 * REACH + 1) as usize;
     for (j, row) in sets.chunks(side).enumerate() {

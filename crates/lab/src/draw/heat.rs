@@ -1,4 +1,4 @@
-//! The table of onsets: methods against sweeps.
+//! Draws the table of onsets, with methods in rows and sweeps in columns.
 
 use super::marks::{colour_of, in_order, is_kernel};
 use super::svg::{Anchor, Font, GREY, Svg, width};
@@ -39,7 +39,7 @@ pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     svg
 }
 
-/// Draws the legend of the colours.
+/// Draws the colour legend.
 fn legend(svg: &mut Svg, [x, y]: [f64; 2]) {
     let font = Font::new(12.0, Anchor::Start).fill(GREY);
     let before =
@@ -53,7 +53,7 @@ fn legend(svg: &mut Svg, [x, y]: [f64; 2]) {
     svg.text([at + 8.0, y], "to the other end; none: not within the range", font);
 }
 
-/// Draws the label of a column, its unit, and the range of its numbers.
+/// Draws a column's heading: the name of the sweep, its axis label, and its range.
 fn heading(svg: &mut Svg, x: f64, sweep: &Sweep) {
     let range = format!("from {} to {}", number(sweep.from), number(sweep.to));
     let font = Font::new(11.0, Anchor::Start).upright();
@@ -79,9 +79,9 @@ fn cell(svg: &mut Svg, at: [f64; 2], sweep: &Sweep, method: &str, onsets: &[Onse
     svg.text([at[0] + CELL[0] / 2.0, at[1] + 16.5], &text, font);
 }
 
-/// A cell's colour, from dark red (0) to pale yellow (1), and a text colour that is legible on it.
-/// Medium orange is skipped, because no text is legible on it in both light mode and inverted dark
-/// mode.
+/// Returns a cell's colour, from dark red (0) to pale yellow (1), and a text colour that is legible
+/// on it. Medium orange is skipped, because no text is legible on it in both light mode and
+/// inverted dark mode.
 fn shade(share: f64) -> (String, &'static str) {
     let share = share.clamp(0.0, 1.0);
     let (from, to, place, ink) = if share < 0.45 {
@@ -96,7 +96,7 @@ fn shade(share: f64) -> (String, &'static str) {
     (format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2)), ink)
 }
 
-/// A number with two significant digits.
+/// Formats a number with about two significant digits.
 fn number(x: f64) -> String {
     if (0.01..1e4).contains(&x) {
         let digits = if x >= 10.0 {

@@ -1,6 +1,6 @@
-//! Places labels next to their points. Each label tries positions all around its point, nearer ones
-//! first, until overlaps are as small as possible. A label that has to move farther away gets a
-//! leader line to its point.
+//! Places labels next to their points. Each label tries positions all around its point, preferring
+//! nearer ones, so that overlaps become as small as possible. A label that has to move farther away
+//! gets a leader line to its point.
 
 use super::svg::width;
 
@@ -31,13 +31,13 @@ impl Area {
         Self { lo: [x - r, y - r], hi: [x + r, y + r] }
     }
 
-    /// The area that two rectangles have in common.
+    /// Returns the area that two rectangles have in common.
     fn overlap(&self, other: &Self) -> f64 {
         let side = |k: usize| self.hi[k].min(other.hi[k]) - self.lo[k].max(other.lo[k]);
         side(0).max(0.0) * side(1).max(0.0)
     }
 
-    /// How far this rectangle extends beyond another one, summed over both axes.
+    /// Returns how far this rectangle extends beyond another one, summed over both axes.
     fn outside(&self, of: &Self) -> f64 {
         let side = |k: usize| (of.lo[k] - self.lo[k]).max(0.0) + (self.hi[k] - of.hi[k]).max(0.0);
         side(0) + side(1)
@@ -99,7 +99,7 @@ pub(super) fn place(
     wanted.iter().enumerate().map(placed).collect()
 }
 
-/// The candidate positions of a label around its point.
+/// Returns the candidate positions of a label around its point.
 fn around(label: &Wanted, size: f64) -> Vec<Area> {
     let (w, h) =
         (width(&label.text, size) * if label.bold { 1.08 } else { 1.0 } + 3.0, 1.12 * size);
@@ -109,8 +109,8 @@ fn around(label: &Wanted, size: f64) -> Vec<Area> {
         for step in 0..24 {
             let angle = f64::from(step) * std::f64::consts::TAU / 24.0;
             let (cx, cy) = (x + reach * angle.cos(), y + reach * angle.sin());
-            // A label beside the point faces it with its nearer end; a label above or below is
-            // centred.
+            // A label beside the point starts or ends at the point; a label above or below is
+            // centred on it.
             let left = match step {
                 0..=4 | 20.. => cx,
                 8..=16 => cx - w,
@@ -127,7 +127,7 @@ fn around(label: &Wanted, size: f64) -> Vec<Area> {
     places
 }
 
-/// The point of an area nearest to another point.
+/// Returns the point of an area that is nearest to another point.
 fn nearest(area: &Area, p: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|k| p[k].clamp(area.lo[k], area.hi[k]))
 }
@@ -136,7 +136,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// The share of a line that is inside an area, in eighths.
+/// Returns the share of a line that is inside an area, in eighths.
 fn along(a: [f64; 2], b: [f64; 2], area: &Area) -> f64 {
     let at = |k: i32| [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * f64::from(k) / 8.0);
     (0..=8).filter(|&k| area.holds(at(k))).count() as f64 / 8.0

@@ -1,4 +1,4 @@
-//! The appearance of a method in every picture: its colour, and the shape of its mark.
+//! The appearance of a method in every chart: its colour and the shape of its mark.
 
 use super::svg::Svg;
 use crate::methods::{METHODS, Method};
@@ -11,14 +11,15 @@ mod colour {
     pub(super) const SINGLE: &str = "#0072B2";
 }
 
-/// The colours of areas under a method's curve.
+/// The colours of the areas under the methods' curves.
 mod pale {
     pub(super) const KERNEL: &str = "#F9DDCA";
     pub(super) const DOUBLE: &str = "#CDEBE1";
     pub(super) const SINGLE: &str = "#CCE3F2";
 }
 
-/// The methods in the order of a picture's rows: the kernel's modes, then the published methods.
+/// Returns the methods in the order of a chart's rows: the kernel's modes, then the published
+/// methods.
 pub(super) fn in_order() -> Vec<&'static Method> {
     let (mut modes, published): (Vec<_>, Vec<_>) =
         METHODS.iter().partition(|method| is_kernel(method.name));
@@ -26,12 +27,12 @@ pub(super) fn in_order() -> Vec<&'static Method> {
     modes
 }
 
-/// Whether a method of the table is one of the kernel's modes.
+/// Whether a method is one of the kernel's modes.
 pub(super) fn is_kernel(method: &str) -> bool {
     ["certified", "exact", "fixed"].iter().any(|mode| method.starts_with(mode))
 }
 
-/// The colour of a method.
+/// Returns the colour of a method.
 pub(super) fn colour_of(method: &str) -> &'static str {
     if is_kernel(method) {
         colour::KERNEL
@@ -42,7 +43,7 @@ pub(super) fn colour_of(method: &str) -> &'static str {
     }
 }
 
-/// The colour of the area under a method's curve.
+/// Returns the colour of the area under a method's curve.
 pub(super) fn pale_of(method: &str) -> &'static str {
     if is_kernel(method) {
         pale::KERNEL

@@ -1,5 +1,5 @@
-//! Draws the pictures (speed against accuracy, onset curves, the table of onsets, walls far from
-//! zero, and edge maps), and contains the drawing tools.
+//! Draws the charts (speed against accuracy, onset curves, the table of onsets, walls far from
+//! zero, and edge maps) and provides the drawing tools.
 
 mod axis;
 mod chart;

@@ -1,4 +1,4 @@
-//! Walls far from zero: one row for each method and input precision.
+//! Plots the errors at walls far from zero, with one row for each method and input precision.
 
 use super::axis::{Log, power};
 use super::marks::{colour_of, is_kernel, pale_of};

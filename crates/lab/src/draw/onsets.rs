@@ -1,5 +1,5 @@
-//! Onset curves as small multiples: one row per method, one column per sweep, so that no curve
-//! hides another.
+//! Draws onset curves as small multiples: one row per method, one column per sweep, so that no
+//! curve hides another.
 
 use super::axis::{Log, power, superscript};
 use super::marks::{colour_of, in_order, is_kernel, pale_of};
@@ -8,7 +8,7 @@ use crate::stress::{Onset, SWEEPS, Sweep};
 
 /// The number of sweeps side by side.
 const COLUMNS: usize = 9;
-/// The size of a cell with its margin, and the margin to its right and above it.
+/// The size of a cell including its margins, and the margins to its right and above it.
 const CELL: [f64; 2] = [140.0, 38.0];
 const GAP: [f64; 2] = [28.0, 7.0];
 const LEFT: f64 = 188.0;
@@ -61,7 +61,7 @@ pub fn onsets(onsets: &[Onset], caption: &str) -> Svg {
     svg
 }
 
-/// The vertical axis of a row, for shares from 1 at the top down to the smallest.
+/// Returns the vertical axis of a row, for shares from 1 at the top down to the smallest.
 fn scale(top: f64, row: usize, least: f64) -> Log {
     let modes = in_order().iter().filter(|method| is_kernel(method.name)).count();
     let between = if row < modes { 0.0 } else { BETWEEN };
@@ -69,7 +69,7 @@ fn scale(top: f64, row: usize, least: f64) -> Log {
     Log::new(1.0, 10_f64.powf(least), [bottom - CELL[1] + GAP[1], bottom])
 }
 
-/// Draws the methods' names, and the numbers at the ends of their axes.
+/// Draws the methods' names and the numbers at the ends of their axes.
 fn names(svg: &mut Svg, top: f64, least: f64) {
     for (row, method) in in_order().into_iter().map(|method| method.name).enumerate() {
         let y = scale(top, row, least);
@@ -83,7 +83,7 @@ fn names(svg: &mut Svg, top: f64, least: f64) {
     }
 }
 
-/// Draws a column's title, and the numbers above and below its cells.
+/// Draws a column's title and the numbers above and below its cells.
 fn headings(svg: &mut Svg, top: f64, left: f64, sweep: &Sweep, x: &Log) {
     svg.text([left, top + 16.0], sweep.name, Font::new(10.5, Anchor::Start).bold());
     svg.text([left, top + 31.0], sweep.axis, Font::new(11.0, Anchor::Start));
@@ -98,7 +98,7 @@ fn headings(svg: &mut Svg, top: f64, left: f64, sweep: &Sweep, x: &Log) {
     svg.text([left, below + 29.0], sweep.axis, Font::new(11.0, Anchor::Start));
 }
 
-/// The powers of ten to label, at most four.
+/// Returns the powers of ten to label, at most four.
 fn ticks(sweep: &Sweep, x: &Log) -> Vec<i32> {
     let decades = (sweep.to / sweep.from).log10().abs();
     let every = [1, 2, 3, 4, 5, 10, 20].into_iter().find(|&k| decades / f64::from(k) < 4.0);

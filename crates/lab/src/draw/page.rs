@@ -1,12 +1,12 @@
-//! Pictures and text on one self-contained HTML page, which loads no scripts, fonts, or other
-//! files.
+//! Combines charts and text into a self-contained HTML page, which loads no scripts, fonts, or
+//! other files.
 
 use std::fmt::Write as _;
 
 use super::svg::Svg;
 use crate::methods::METHODS;
 
-/// Background and text colours for light and dark mode. The pictures are drawn on white; in dark
+/// Background and text colours for light and dark mode. The charts are drawn on white; in dark
 /// mode, their lightness is inverted but their hues stay. On a narrow screen, they keep their size
 /// and scroll.
 const STYLE: &str = "\
@@ -25,18 +25,18 @@ table { border-collapse: collapse }
 td, th { border-bottom: 1px solid var(--faint); padding: 0.2rem 1rem 0.2rem 0; text-align: left }
 ";
 
-/// A picture with its heading, and a paragraph about it.
+/// A chart with a heading and a paragraph about it.
 #[derive(Debug)]
 pub struct Section<'a> {
     /// The heading.
     pub title: &'a str,
     /// The caption.
     pub text: &'a str,
-    /// The picture.
+    /// The chart.
     pub picture: &'a Svg,
 }
 
-/// Builds a page with a title, pictures, and the table of methods.
+/// Builds a page with a title, charts, and the table of methods.
 pub fn page(title: &str, caption: &str, sections: &[Section<'_>]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -8,8 +8,7 @@ use crate::methods::Method;
 use crate::tables::grouped;
 use crate::workloads::Workload;
 
-/// Positions within a panel: where the axes cross, where they end, and where the axis of errors
-/// breaks.
+/// Positions within a panel: where the axes cross, where they end, and where the error axis breaks.
 const LEFT: f64 = 72.0;
 const RIGHT: f64 = 692.0;
 const TOP: f64 = 46.0;
@@ -32,17 +31,17 @@ pub(super) struct Point {
     pub(super) trials: u64,
 }
 
-/// The height of a panel with this many methods in separate rows.
+/// Returns the height of a panel with this many methods in separate rows.
 pub(super) fn height(rows: usize) -> f64 {
     bottom(rows) + 52.0
 }
 
-/// The bottom end of a panel's axes.
+/// Returns the bottom end of a panel's axes.
 fn bottom(rows: usize) -> f64 {
     BREAK + ROW * rows as f64 + 24.0
 }
 
-/// The number of methods without observed errors.
+/// Returns the number of methods without observed errors.
 pub(super) fn rows(points: &[Point]) -> usize {
     points.iter().filter(|p| p.share == 0.0).count()
 }
@@ -92,7 +91,7 @@ impl<'a> Axes<'a> {
         Self { left, right, top, bottom, broken, rows, x, y }
     }
 
-    /// The position of a method.
+    /// Returns the position of a method.
     fn at(&self, p: &Point) -> [f64; 2] {
         let row = self.rows.iter().position(|&name| name == p.name);
         let of_row = |row: usize| self.broken + ROW * (row as f64 + 0.8);
@@ -100,7 +99,7 @@ impl<'a> Axes<'a> {
     }
 }
 
-/// Draws a panel with its upper left corner at a point, and with space for `rows` rows.
+/// Draws a panel with its upper left corner at a point and with space for `rows` rows.
 pub(super) fn panel(
     svg: &mut Svg,
     [ox, oy]: [f64; 2],
@@ -149,7 +148,7 @@ fn grid(svg: &mut Svg, axes: &Axes<'_>) {
     svg.line([x.at(1.0), top], [x.at(1.0), bottom], INK, 1.2);
 }
 
-/// Draws the axis of errors with its break. Methods without observed errors go below the break.
+/// Draws the error axis with its break. Methods without observed errors go below the break.
 fn broken_axis(svg: &mut Svg, axes: &Axes<'_>, trials: u64) {
     let &Axes { left, right, top, bottom, broken, .. } = axes;
     svg.rect([left, broken], [right - left, bottom - broken], "#f4f4f4");
@@ -178,7 +177,7 @@ fn not_timed(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
     }
 }
 
-/// The Pareto front as steps, from the fastest method downward.
+/// Returns the Pareto front as steps, from the fastest method downward.
 fn staircase(axes: &Axes<'_>, mut front: Vec<&Point>) -> Vec<[f64; 2]> {
     front.sort_by(|a, b| b.faster[1].total_cmp(&a.faster[1]));
     let mut steps: Vec<[f64; 2]> = Vec::new();
@@ -212,7 +211,7 @@ fn marks(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
     }
 }
 
-/// Draws the names of the methods with errors, clear of the marks and of the Pareto front.
+/// Draws the names of the methods with errors, clear of the marks and the Pareto front.
 fn labels(
     svg: &mut Svg,
     axes: &Axes<'_>,
@@ -264,7 +263,7 @@ fn label_of(text: &str) -> String {
     if is_kernel(text) || text.ends_with("f64") { text.to_owned() } else { format!("{text} f32") }
 }
 
-/// A short label for a count.
+/// Returns a short label for a count.
 fn short(n: u64) -> String {
     match n {
         0..10_000 => grouped(n),

@@ -7,13 +7,13 @@ use resvg::usvg::{Options, Tree, fontdb};
 
 use super::svg::Svg;
 
-/// Pixels per unit of the picture.
+/// Pixels per SVG unit.
 const SCALE: f32 = 2.0;
 
-/// Renders the picture as a PNG file.
+/// Renders an SVG as a PNG file.
 ///
 /// # Errors
-/// Returns a one-line message if the system has no fonts, or if the picture's size is invalid for a
+/// Returns a one-line message if the system has no fonts, or if the image's size is invalid for a
 /// PNG.
 pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     let mut fonts = fontdb::Database::new();
@@ -21,7 +21,7 @@ pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     if fonts.is_empty() {
         return Err("no fonts are installed, so a PNG would have no text; use the SVG".into());
     }
-    // If the picture's fonts are missing, use any installed sans serif.
+    // Render sans-serif text in the first of these fonts that is installed, or else in any font.
     let any = ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "Liberation Sans", "Noto Sans"];
     let has = |name: &&&str| fonts.faces().any(|face| face.families.iter().any(|f| f.0 == **name));
     let family = any.iter().find(has).map_or_else(
@@ -37,7 +37,7 @@ pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     let size = tree.size();
     let (width, height) = ((size.width() * SCALE) as u32, (size.height() * SCALE) as u32);
     let mut pixels = Pixmap::new(width, height)
-        .ok_or_else(|| format!("cannot make a picture of {width} by {height} pixels"))?;
+        .ok_or_else(|| format!("cannot create an image of {width}×{height} pixels"))?;
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
     pixels.encode_png().map_err(|error| error.to_string())
 }

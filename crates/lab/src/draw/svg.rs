@@ -1,4 +1,4 @@
-//! An SVG picture: a few kinds of shapes, and text, in drawing order.
+//! An SVG image: a few kinds of shapes and text, in drawing order.
 
 use std::fmt::{self, Write as _};
 
@@ -9,7 +9,7 @@ pub(super) const FAINT: &str = "#dddddd";
 /// The colour of background text.
 pub(super) const GREY: &str = "#666666";
 
-/// A picture that is being drawn; y grows downward.
+/// An image under construction; y grows downward.
 #[derive(Clone, Debug)]
 pub struct Svg {
     width: f64,
@@ -17,7 +17,7 @@ pub struct Svg {
     body: String,
 }
 
-/// Where a text is anchored.
+/// Where text is anchored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
     /// At its left end.
@@ -42,29 +42,29 @@ pub struct Font<'a> {
 }
 
 impl<'a> Font<'a> {
-    /// Dark text in the given size.
+    /// Creates a font for dark text in the given size.
     pub fn new(size: f64, anchor: Anchor) -> Self {
         Self { size, anchor, bold: false, fill: INK, upright: false, halo: false }
     }
-    /// This text in bold.
+    /// Makes the text bold.
     pub fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
-    /// This text in a colour.
+    /// Sets the text's colour.
     pub fn fill(self, fill: &'a str) -> Self {
         Self { fill, ..self }
     }
-    /// This text, rotated a quarter turn counter-clockwise.
+    /// Rotates the text a quarter turn counter-clockwise.
     pub fn upright(self) -> Self {
         Self { upright: true, ..self }
     }
-    /// This text with a white border.
+    /// Gives the text a white border.
     pub fn halo(self) -> Self {
         Self { halo: true, ..self }
     }
 }
 
-/// The approximate width of a text in the fonts that [`Svg`] names.
+/// Returns the approximate width of a text in the fonts that [`Svg`] names.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     text.chars()
         .map(|c| match c {
@@ -79,7 +79,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 }
 
 impl Svg {
-    /// A blank white picture of the given size.
+    /// Creates a blank white image of the given size.
     pub fn new(width: f64, height: f64) -> Self {
         let mut svg = Self { width, height, body: String::new() };
         svg.rect([0.0, 0.0], [width, height], "#ffffff");

@@ -1,4 +1,4 @@
-//! Aims rays at the points of a triangle where rounding decides.
+//! Aims rays at points of a triangle where rounding decides the result.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::inter_tri::THRESHOLD;
@@ -36,8 +36,8 @@ impl Turn {
     }
 }
 
-/// The longest side of the box around a triangle. If all corners coincide, the largest absolute
-/// coordinate, but at least 1e-30.
+/// Returns the longest side of a triangle's bounding box. If all corners coincide, returns the
+/// largest absolute coordinate, but at least 1e-30.
 pub(super) fn size(triangle: &Triangle) -> f64 {
     let [a, b, c] = triangle.0.map(wide);
     let mut size = 0.0_f64;
@@ -47,22 +47,22 @@ pub(super) fn size(triangle: &Triangle) -> f64 {
     if size > 0.0 { size } else { a.iter().fold(0.0, |m: f64, x| m.max(x.abs())).max(1e-30) }
 }
 
-/// The point in a triangle's plane with the given barycentric weights.
+/// Returns the point in a triangle's plane with the given barycentric weights.
 pub(super) fn weigh(triangle: &Triangle, weights: Point) -> Point {
     let [a, b, c] = triangle.0.map(wide);
     [0, 1, 2].map(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2])
 }
 
-/// The weights of a random point inside the triangle.
+/// Returns the weights of a random point inside the triangle.
 pub(super) fn inside(rng: &mut Rng) -> Point {
     let (u, v) = (rng.unit(), rng.unit());
     let (u, v) = if u + v <= 1.0 { (u, v) } else { (1.0 - u, 1.0 - v) };
     [1.0 - u - v, u, v]
 }
 
-/// The weights of a random point in the triangle's plane. On average, of every 16 points, eight are
-/// on an edge, three at a vertex, three inside, one near an edge on either side (at a weight of
-/// 1e-9 to 1), and one anywhere.
+/// Returns the weights of a random point in the triangle's plane. On average, of every 16 points,
+/// eight are on an edge, three at a vertex, three inside, one near an edge on either side (at a
+/// weight of 1e-9 to 1), and one anywhere.
 pub(super) fn target(rng: &mut Rng) -> Point {
     let mut weights = match rng.below(16) {
         0..=7 => {
@@ -95,8 +95,8 @@ pub(super) fn nudge(rng: &mut Rng, dir: [f32; 3]) -> [f32; 3] {
     dir.map(|x| step(x, rng.within(steps)))
 }
 
-/// The ray from one point toward another, nudged. Its direction is about as long as the distance,
-/// or about 1.
+/// Returns a nudged ray from one point toward another. Its direction is about as long as the
+/// distance, or about 1.
 pub(super) fn shoot(rng: &mut Rng, origin: [f32; 3], to: Point) -> Ray {
     let way = add(to, wide(origin), -1.0);
     let longest = way.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -104,21 +104,22 @@ pub(super) fn shoot(rng: &mut Rng, origin: [f32; 3], to: Point) -> Ray {
     Ray::new(origin, nudge(rng, round(way.map(|x| x / length))))
 }
 
-/// A point around a target, at a distance of a quarter to 16 times `size`.
+/// Returns a random point at a distance of a quarter to 16 times `size` from a target.
 pub(super) fn around(rng: &mut Rng, target: Point, size: f64) -> [f32; 3] {
     let away = rng.direction();
     round(add(target, away, size * rng.log(0.25, 16.0)))
 }
 
-/// A ray toward a point chosen by [`target`], from a random side.
+/// Returns a ray toward a point chosen by [`target`], from a random side.
 pub(super) fn aim(rng: &mut Rng, triangle: &Triangle) -> Ray {
     let to = weigh(triangle, target(rng));
     let origin = around(rng, to, size(triangle));
     shoot(rng, origin, to)
 }
 
-/// A scene of triangles and rays. The triangles are built around random points of a cube that grows
-/// with their number (the first one around 0), and each ray is built for one of the triangles.
+/// Builds a scene of triangles and rays. The triangles are built around random points in a cube
+/// that grows with their number (the first one around 0), and each ray is built for one of the
+/// triangles.
 pub(super) fn soup(
     rng: &mut Rng,
     triangles: usize,
@@ -146,7 +147,7 @@ pub(super) fn soup(
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A soup with rays from [`aim`]. In a quarter of the scenes, the rays share their origin.
+/// Builds a soup with rays from [`aim`]. In a quarter of the scenes, the rays share their origin.
 pub(super) fn aimed(
     rng: &mut Rng,
     triangles: usize,

@@ -13,13 +13,13 @@ use crate::rng::Rng;
 /// bits.
 const GRID: f64 = 262_144.0;
 
-/// The largest icosphere with at most this many faces, or the smallest one.
+/// Returns the largest icosphere with at most this many faces, or the smallest one.
 fn largest_icosphere(triangles: usize) -> Mesh {
     Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
 }
 
-/// The largest torus with at most this many faces and about twice as many quads around as across,
-/// or the smallest one.
+/// Returns the largest torus with at most this many faces and about twice as many quads around as
+/// across, or the smallest one.
 fn largest_torus(triangles: usize) -> Mesh {
     let mut across = 3;
     while 4 * (across + 1) * (across + 1) <= triangles {
@@ -28,7 +28,7 @@ fn largest_torus(triangles: usize) -> Mesh {
     Mesh::torus(triangles / (2 * across), across)
 }
 
-/// The largest cube with at most this many faces, or the smallest one.
+/// Returns the largest cube with at most this many faces, or the smallest one.
 fn largest_cube(triangles: usize) -> Mesh {
     let mut n = 1;
     while 48 * (n + 1) * (n + 1) <= triangles {
@@ -37,7 +37,7 @@ fn largest_cube(triangles: usize) -> Mesh {
     Mesh::cube(n)
 }
 
-/// The triangles of a mesh, or only some adjacent ones if fewer are requested.
+/// Returns the triangles of a mesh, or only some consecutive ones if fewer are requested.
 fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     let mut all = mesh.triangles();
     if triangles < all.len() {
@@ -48,8 +48,9 @@ fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     all
 }
 
-/// A mesh that is sheared, scaled, and moved so that no coordinate is special, and whose axes are
-/// permuted. The rays come from inside and outside and nearly meet its edges and vertices.
+/// Builds a scene from a mesh that is sheared, scaled, and moved so that no coordinate is special,
+/// and whose axes are permuted. The rays come from inside and outside and pass close to its edges
+/// and vertices.
 fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     let (centre, size) = (rng.cube(), rng.log(0.1, 10.0));
     let mesh = mesh.map(|[x, y, z]| add(centre, [y + 0.1 * x, z - 0.2 * y, x + 0.3 * z], size));
@@ -73,9 +74,10 @@ fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A mesh on a grid, and rays from grid points inside and outside that *exactly* meet a vertex, a
-/// quarter point of an edge, or a point of a face: origin, direction, and target are free of
-/// rounding. `origin` returns a point in grid steps, and `unit` is the size of one step.
+/// Builds a scene from a mesh on a grid and rays from grid points inside and outside that *exactly*
+/// meet a vertex, a quarter point of an edge, or a point of a face: origin, direction, and target
+/// are free of rounding. `origin` returns a point in grid steps, and `unit` is the size of one
+/// step.
 fn exact(
     rng: &mut Rng,
     triangles: Vec<Triangle>,
@@ -105,7 +107,8 @@ fn exact(
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A mesh of radius 1 snapped to the grid, with origins inside it or up to 8 units away.
+/// Builds an exact scene from a mesh of radius 1 snapped to the grid, with ray origins inside it or
+/// up to 8 units away.
 fn exact_on_grid(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     let mesh = mesh.map(|p| p.map(|x| (x * GRID) as i32 as f64 / GRID));
     let triangles = part(rng, &mesh, triangles);

@@ -18,7 +18,7 @@ pub struct Family {
 /// A positive parameter of a family, swept on a logarithmic scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
-    /// The meaning of the number.
+    /// What the parameter measures.
     pub name: &'static str,
     /// One end of its range: the harmless one, if only one end is harmful.
     pub from: f64,
@@ -27,25 +27,25 @@ pub struct Param {
 }
 
 impl Family {
-    /// A triangle and a ray, with the parameter drawn from its range.
+    /// Generates a triangle and a ray, with the parameter drawn from its range.
     pub fn case(&self, rng: &mut Rng) -> Case {
         let x = self.draw(rng);
         self.case_at(rng, x)
     }
 
-    /// A triangle and a ray with a given parameter (ignored if the family has none).
+    /// Generates a triangle and a ray for a given parameter (ignored if the family has none).
     pub fn case_at(&self, rng: &mut Rng, x: f64) -> Case {
         let Scene { triangles, rays, threshold } = self.scene_at(rng, x, 1, 1);
         Case { triangle: triangles[0], ray: rays[0], threshold }
     }
 
-    /// A scene, with the parameter drawn from its range.
+    /// Generates a scene, with the parameter drawn from its range.
     pub fn scene(&self, rng: &mut Rng, triangles: usize, rays: usize) -> Scene {
         let x = self.draw(rng);
         self.scene_at(rng, x, triangles, rays)
     }
 
-    /// A scene with a given parameter (ignored if the family has none).
+    /// Generates a scene for a given parameter (ignored if the family has none).
     ///
     /// The scene has the requested number of rays, or none if no triangles are requested. It has
     /// the requested number of triangles, except that a closed mesh has the largest possible number

@@ -1,4 +1,4 @@
-//! Families whose rays meet the limits, `Threshold` and the interval of `t`, to the last bit.
+//! Families whose rays are at the limits, `Threshold` and the interval of `t`, to the last bit.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::{Ray as F64Ray, Scene as F64Scene, THRESHOLD, Vector};
@@ -8,12 +8,12 @@ use super::scene::Scene;
 use super::shapes::{random, triangle};
 use crate::rng::{Rng, step, step64};
 
-/// The unit normal of a triangle, as document A computes it.
+/// Returns the unit normal of a triangle, as document A computes it.
 fn normal(triangle: &Triangle) -> Point {
     F64Scene::from_triangles([triangle.0]).trian[0].nrm.into()
 }
 
-/// `|vd|` and `t` of a ray and a triangle, or NaN if undefined.
+/// Returns `|vd|` and `t` for a ray and a triangle, or NaN if undefined.
 fn vd_and_t(triangle: &Triangle, ray: &Ray) -> (f64, f64) {
     let scene = F64Scene::from_triangles([triangle.0]).with_threshold(0.0);
     let vd = scene.trian[0].nrm & Vector::from(ray.dir);
@@ -23,7 +23,7 @@ fn vd_and_t(triangle: &Triangle, ray: &Ray) -> (f64, f64) {
     (vd.abs(), if t.is_nan() { f64::NAN } else { t })
 }
 
-/// The axis of the largest component of a normal.
+/// Returns the axis of the largest component of a normal.
 fn longest(n: Point) -> usize {
     let [x, y, z] = n.map(f64::abs);
     if x >= y && x >= z {
@@ -35,9 +35,9 @@ fn longest(n: Point) -> usize {
     }
 }
 
-/// A direction with `nrm & dir` within a few f64 steps of `vd`. Its component along the normal's
-/// longest axis determines the first 24 bits, the second component the next bits, and the third the
-/// last.
+/// Returns a direction with `nrm & dir` within a few f64 steps of `vd`. Its component along the
+/// normal's longest axis determines the first 24 bits, the second component the next bits, and the
+/// third the last.
 fn solve(n: Point, vd: f64) -> [f32; 3] {
     let mut dir = [0.0_f32; 3];
     let mut rest = vd;

@@ -1,9 +1,9 @@
 //! Families of rays and triangles, some ordinary and some designed to break a ray/triangle test.
 //!
 //! Most rays are *sensitive to rounding*: they are aimed in f64 at a vertex or a point on an edge,
-//! rounded to f32, and moved by a few f32 steps. With full mantissas, their edge values are at
-//! every distance from 0 that an error bound could have. Where a point must be met exactly, small
-//! integers complement them, although they prove nothing about rounding.
+//! rounded to f32, and moved by a few f32 steps. Because the coordinates have full mantissas, the
+//! edge values cover every distance from 0 that an error bound could have. Families in which a
+//! point must be met exactly use small integers instead, which prove nothing about rounding.
 //!
 //! Everything is generated from a seed with integers, `+ - * /`, and roots, so it has the same bits
 //! everywhere. If a family has a parameter, [`Family::param`] is its range, from harmless to

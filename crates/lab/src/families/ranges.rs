@@ -9,7 +9,7 @@ use super::scene::Scene;
 use super::shapes::triangle;
 use crate::rng::Rng;
 
-/// A triangle of a size around a centre.
+/// Returns a random triangle of a given size around a centre.
 fn sized(rng: &mut Rng, centre: Point, size: f64) -> Triangle {
     Triangle([0; 3].map(|_| round(add(centre, rng.cube(), size))))
 }

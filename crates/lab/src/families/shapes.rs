@@ -9,7 +9,7 @@ use super::aim::{
 use super::scene::Scene;
 use crate::rng::{Rng, step};
 
-/// A triangle with random corners in a cube with side 2 around `place`.
+/// Returns a triangle with random corners in a cube with side 2 around `place`.
 pub(super) fn triangle(rng: &mut Rng, place: Point) -> Triangle {
     Triangle([0; 3].map(|_| round(add(rng.cube(), place, 1.0))))
 }
@@ -43,9 +43,9 @@ pub(super) fn edge_steps(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -
     })
 }
 
-/// A triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of these triangles are
-/// rotated and moved; half stay in a coordinate plane at the origin, where any ratio survives
-/// rounding.
+/// Returns a triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of these
+/// triangles are rotated and moved; half stay in a coordinate plane at the origin, where any ratio
+/// survives rounding.
 fn flat(rng: &mut Rng, place: Point, x: f64, y: f64) -> Triangle {
     let mut corners = if rng.one_in(2) {
         let turn = Turn::random(rng);
@@ -108,8 +108,8 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
     })
 }
 
-/// The two edge vectors from a triangle's first corner, and its unit normal, or zeros if it has
-/// none.
+/// Returns the two edge vectors from a triangle's first corner and its unit normal, which is zero
+/// for a triangle without area.
 fn frame(triangle: &Triangle) -> [Point; 3] {
     let [a, b, c] = triangle.0.map(wide);
     let (p, q) = (add(b, a, -1.0), add(c, a, -1.0));
@@ -118,7 +118,7 @@ fn frame(triangle: &Triangle) -> [Point; 3] {
     [p, q, n.map(|x| if length > 0.0 { x / length } else { 0.0 })]
 }
 
-/// A triangle exactly in a coordinate plane.
+/// Returns a random triangle exactly in a coordinate plane.
 fn in_plane(rng: &mut Rng) -> Triangle {
     let turn = Turn::random(rng);
     Triangle([0; 3].map(|_| round(turn.apply([rng.signed(), rng.signed(), 0.0]))))
@@ -186,7 +186,7 @@ pub(super) fn stack(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Sce
     let bottom = triangle(rng, [0.0; 3]);
     let steps = rng.pick(&[0, 1, 2, 1000]);
     let shape = |rng: &mut Rng, _| {
-        // The same corners in another order, mostly moved by a few steps.
+        // Use the same corners in another order, usually moved by a few steps.
         let mut corners = bottom.0;
         if !rng.one_in(3) {
             corners = corners.map(|p| p.map(|x| step(x, rng.within(steps))));

@@ -1,17 +1,17 @@
-//! The table of all families, and their adversarial mix.
+//! The table of all families and their adversarial mix.
 
 use super::family::{Family, Param};
 use super::scene::Case;
 use super::{closed, limits, ranges, shapes};
 use crate::rng::Rng;
 
-/// The family with a given name.
+/// Returns the family with a given name.
 pub fn find(name: &str) -> Option<&'static Family> {
     FAMILIES.iter().find(|family| family.name == name)
 }
 
-/// A case of the adversarial mix. Half of the cases are sensitive to rounding but otherwise
-/// harmless; the others come from all families equally.
+/// Generates a case of the adversarial mix. Half of the cases are sensitive to rounding but
+/// otherwise harmless; the others come from all families equally.
 pub fn adversarial(rng: &mut Rng) -> Case {
     if rng.one_in(2) {
         let scene = shapes::random(rng, 1.0, 1, 1);
@@ -29,49 +29,49 @@ pub fn adversarial(rng: &mut Rng) -> Case {
 pub const FAMILIES: &[Family] = &[
     Family {
         name: "uniform",
-        what: "random triangles and random rays, none of them aimed",
+        what: "random triangles and random rays, which are not aimed",
         param: None,
         make: shapes::uniform,
     },
     Family {
         name: "random",
-        what: "random triangles with full mantissas, rays at edges, vertices, and interiors",
+        what: "random triangles with full mantissas; rays toward edges, vertices, and interiors",
         param: None,
         make: shapes::random,
     },
     Family {
         name: "edge-steps",
-        what: "rays at a point on an edge, moved by up to the given number of f32 steps",
+        what: "rays toward a point on an edge, moved by up to the given number of f32 steps",
         param: Some(Param { name: "steps", from: 1_048_576.0, to: 1.0 }),
         make: shapes::edge_steps,
     },
     Family {
         name: "icosphere",
-        what: "a sphere, rays nearly at its edges and vertices",
+        what: "a sphere, with rays very close to its edges and vertices",
         param: None,
         make: closed::icosphere,
     },
     Family {
         name: "torus",
-        what: "a torus, rays nearly at its edges and vertices",
+        what: "a torus, with rays very close to its edges and vertices",
         param: None,
         make: closed::torus,
     },
     Family {
         name: "icosphere-exact",
-        what: "a sphere on a grid of 2^-18, rays exactly at its edges and vertices",
+        what: "a sphere on a grid with spacing 2^-18, with rays exactly at its edges and vertices",
         param: None,
         make: closed::icosphere_exact,
     },
     Family {
         name: "torus-exact",
-        what: "a torus on a grid of 2^-18, rays exactly at its edges and vertices",
+        what: "a torus on a grid with spacing 2^-18, with rays exactly at its edges and vertices",
         param: None,
         make: closed::torus_exact,
     },
     Family {
         name: "cube-exact",
-        what: "a cube with integer vertices, rays exactly at its edges and vertices, many along an axis",
+        what: "an integer cube, with rays exactly at its edges and vertices, many along an axis",
         param: None,
         make: closed::cube_exact,
     },
@@ -131,13 +131,13 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "stack",
-        what: "copies of one triangle, equal or a few f32 steps apart",
+        what: "copies of one triangle, identical or a few f32 steps apart",
         param: None,
         make: shapes::stack,
     },
     Family {
         name: "axis",
-        what: "rays along axes and in coordinate planes, through box faces, in small integers",
+        what: "small-integer rays along axes, in coordinate planes, and through box faces",
         param: None,
         make: shapes::axis,
     },
@@ -167,7 +167,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "interval",
-        what: "t_min and t_max at t or an f32 step away; empty, reversed, NaN, and infinite ones",
+        what: "t_min or t_max within an f32 step of t; empty, reversed, NaN, or infinite intervals",
         param: None,
         make: limits::interval,
     },
@@ -179,13 +179,13 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "offset",
-        what: "everything moved away from the origin, triangles of size 1",
+        what: "everything moved away from the origin, with triangles of size 1",
         param: Some(Param { name: "offset", from: 1.0, to: 1e9 }),
         make: ranges::offset,
     },
     Family {
         name: "offset-large",
-        what: "everything moved away, triangles of a ten-thousandth of the offset",
+        what: "everything moved away, with triangles one ten-thousandth the size of the offset",
         param: Some(Param { name: "offset", from: 1.0, to: 1e9 }),
         make: ranges::offset_large,
     },
@@ -209,7 +209,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "zeros",
-        what: "plus and minus zeros among a few other numbers",
+        what: "positive and negative zeros among a few other values",
         param: None,
         make: ranges::zeros,
     },

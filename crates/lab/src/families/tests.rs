@@ -14,7 +14,7 @@ fn ask(triangle: &Triangle, ray: &Ray, threshold: f64) -> (f64, f64, bool) {
     (scene.trian[0].nrm & Vector::from(ray.dir), t, hit)
 }
 
-/// The number of cases of a family for which a condition holds.
+/// Counts the cases of a family for which a condition holds.
 fn count(name: &str, n: usize, mut holds: impl FnMut(&Family, &mut Rng) -> bool) -> usize {
     let family = find(name).expect("a family of this name");
     let mut rng = Rng::new(7);

@@ -1,4 +1,4 @@
-//! Finds the longest axis of a vector, and permutes vectors so that it comes last.
+//! Finds the longest axis of a vector and permutes vectors so that this axis comes last.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
@@ -16,7 +16,7 @@ pub(super) enum Axis<M> {
 }
 
 impl<M: Mask> Axis<M> {
-    /// The axis of each lane's largest component; z if a NaN makes it undefined.
+    /// Returns the axis of each lane's largest component, or z if a NaN makes it undefined.
     #[inline(always)]
     pub(super) fn longest<L: Lanes<Mask = M>>(v: Vec3<L>) -> Self {
         let (ax, ay, az) = (v.x.abs(), v.y.abs(), v.z.abs());
@@ -41,7 +41,7 @@ impl<M: Mask> Axis<M> {
         }
     }
 
-    /// The vector permuted cyclically so that each lane's axis is z.
+    /// Permutes a vector cyclically so that each lane's axis becomes z.
     #[inline(always)]
     pub(super) fn turn<L: Lanes<Mask = M>>(self, v: Vec3<L>) -> Vec3<L> {
         match self {

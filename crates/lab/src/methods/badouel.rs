@@ -1,9 +1,9 @@
 //! D. Badouel, "An efficient ray-polygon intersection", Graphics Gems, 1990. The test first
-//! intersects the plane, then computes two weights in the coordinate plane in which the triangle is
-//! largest.
+//! intersects the plane, then computes two weights in the coordinate plane in which the triangle's
+//! projection is largest.
 //!
 //! I. Wald's precomputed variant ("Realtime ray tracing and interactive global illumination",
-//! thesis, Saarland University, 2004) has the same arithmetic as
+//! thesis, Saarland University, 2004) uses the same arithmetic as
 //! [`baldwin_weber`](super::baldwin_weber).
 
 use intertri::simd::Lanes;
@@ -17,7 +17,7 @@ use super::real::Real;
 #[derive(Clone, Copy, Debug)]
 pub struct Badouel;
 
-/// The plane, and the triangle projected along the longest axis of the normal.
+/// The plane and the triangle projected along the longest axis of the normal.
 #[derive(Clone, Copy)]
 pub struct Triangle<L: Lanes> {
     n: Vec3<L>,

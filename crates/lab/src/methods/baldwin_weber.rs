@@ -2,9 +2,9 @@
 //! of Computer Graphics Techniques 5(3), 2016. The method uses an affine map that takes the
 //! triangle's corners to (0,0), (1,0), and (0,1) in the plane z = 0.
 //!
-//! One column of the map is free, and is chosen so that the map never divides by a small number.
-//! With `k` the longest axis of the normal, `i` and `j` the next two axes, and `f1` and `f2` the
-//! sides, the rows are
+//! One column of the map is free; it is chosen so that the map never divides by a small number. If
+//! `k` is the longest axis of the normal, `i` and `j` are the next two axes, and `f1` and `f2` are
+//! the sides, the rows are
 //!
 //! ```text
 //!   row 1   f2_j / n_k   at i    -f2_i / n_k   at j    0   at k     (v2 × v0)_k / n_k
@@ -18,7 +18,7 @@ use super::axis::Axis;
 use super::intersector::{Intersector, PlainRay, splat3};
 use super::real::Real;
 
-/// The method. It stores the full 3 by 4 matrix, so the test needs no branch on the axis.
+/// The method. It stores the full 3×4 matrix, so the test needs no branch on the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct BaldwinWeber;
 

@@ -1,10 +1,9 @@
 //! Finds the closest hits of batches with an intersector. Tests either N rays against one triangle
 //! after another (packets), or one ray after another against N triangles (blocks).
 //!
-//! Values that are computed once per triangle are prepared before the timed part, and stored as one
-//! number per field (packets) or N numbers per field (blocks). Values that are computed once per
-//! ray are part of the measured time. Both forms update the closest hit of each ray without a
-//! branch.
+//! Values that are computed once per triangle are prepared before the timed part and stored as one
+//! value per field (packets) or N values per field (blocks). Values that are computed once per ray
+//! are part of the measured time. Both forms update the closest hit of each ray without a branch.
 
 use std::time::Instant;
 
@@ -80,7 +79,7 @@ impl<M: Intersector, const DOUBLE: bool> WithSimd for Run<'_, M, DOUBLE> {
     }
 }
 
-/// The closest hit of each lane so far, with the triangle's index as a number.
+/// The closest hit of each lane so far, with the triangle's index as a floating-point number.
 #[derive(Clone, Copy)]
 struct Best<L> {
     t: L,
@@ -100,9 +99,9 @@ impl<L: Real> Best<L> {
         self.triangle = L::select(nearer, triangle, self.triangle);
     }
 
-    /// Converts lane by lane. Lanes beyond the last triangle repeat that triangle. Plain loops here
-    /// and below limit the compile time, because this code is compiled for each method, layout, and
-    /// level.
+    /// Converts the lanes to hits one by one. Lanes beyond the last triangle repeat that triangle.
+    /// Plain loops here and below limit the compile time, because this code is compiled for each
+    /// method, layout, and level.
     #[inline(always)]
     fn lanes<const N: usize>(self, triangles: usize) -> [ClosestHit; N] {
         let zero = L::Scalar::nearest(0.0);
@@ -121,19 +120,19 @@ impl<L: Real> Best<L> {
     }
 }
 
-/// The total number of rays, plus `more` for each batch.
+/// Returns the total number of rays, plus `more` for each batch.
 #[inline(never)]
 pub(super) fn rays_of(batches: &[TestBatch], more: usize) -> usize {
     batches.iter().map(|batch| batch.rays.len() + more).sum()
 }
 
-/// The total number of blocks of `lanes` triangles.
+/// Returns the total number of blocks of `lanes` triangles.
 #[inline(never)]
 fn blocks_of(batches: &[TestBatch], lanes: usize) -> usize {
     batches.iter().map(|batch| batch.triangles.len().div_ceil(lanes)).sum()
 }
 
-/// The packets of each batch.
+/// Returns the packets of each batch.
 #[inline(never)]
 pub(super) fn packets_of<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<RayPacket<N>>> {
     batches.iter().map(|batch| batch.rays.chunks(N).map(RayPacket::new).collect()).collect()

@@ -8,7 +8,7 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, PlainRay, splat, splat3};
 use super::real::{Number, Real};
 
-/// The fast form. It multiplies the ray's moment about the first corner by two edges, and derives
+/// The fast form. It multiplies the ray's moment about the first corner by two edges and derives
 /// the third value by subtraction from the determinant.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeForm;
@@ -58,9 +58,9 @@ impl Intersector for EdgeForm {
 }
 
 /// The robust form. Each side's value is computed from its edge and the sum of its ends, so that
-/// two adjacent triangles compute the same number with opposite signs. The test allows a slack of
-/// one rounding unit of the three values' sum. It loses no hits at an edge, but counts many of them
-/// twice.
+/// two adjacent triangles compute the same value with opposite signs. The test allows a slack of
+/// one rounding unit, relative to the sum of the three values. It loses no hits at an edge, but
+/// counts many of them twice.
 #[derive(Clone, Copy, Debug)]
 pub struct Robust;
 

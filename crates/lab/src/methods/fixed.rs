@@ -1,4 +1,4 @@
-//! The mode `fixed` as a method: each batch has its own integer grid.
+//! The `fixed` mode as a method. Each batch has its own integer grid.
 
 use std::time::Instant;
 
@@ -11,8 +11,8 @@ use super::closest::Seconds;
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// Tests pairs in the mode `fixed`, each on the finest grid that contains it. A pair that fits no
-/// grid is a miss.
+/// Tests pairs in `fixed` mode, each on the finest grid that contains it. A pair that does not fit
+/// on any grid is a miss.
 pub(super) fn pairs(level: Level, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);
@@ -27,8 +27,8 @@ pub(super) fn pairs(level: Level, triangles: &[Triangle], rays: &[Ray], to: &mut
     }
 }
 
-/// Finds the closest hits of batches in the mode `fixed`, each batch on its own grid. All rays of a
-/// batch that does not fit a grid are misses. Returns `None` unless there are 4 or 8 lanes.
+/// Finds the closest hits of batches in `fixed` mode, each batch on its own grid. All rays of a
+/// batch that does not fit on any grid are misses. Returns `None` unless there are 4 or 8 lanes.
 pub(super) fn closest(
     level: Level,
     batches: &[TestBatch],
@@ -40,8 +40,8 @@ pub(super) fn closest(
     matches!(layout.lanes, 4 | 8).then(|| level.run(FixedClosest { batches, layout, nearest }))
 }
 
-/// Counts how many triangles of its batch each ray crosses in the mode `fixed`, or 0 if the batch
-/// does not fit a grid.
+/// Counts how many triangles of its batch each ray crosses in `fixed` mode, or 0 if the batch does
+/// not fit on any grid.
 pub(super) fn counts(level: Level, batch: &TestBatch) -> Vec<u32> {
     let Some(Snapped { rays, triangles, .. }) = Snapped::new(batch) else {
         return vec![0; batch.rays.len()];
@@ -55,8 +55,8 @@ pub(super) fn counts(level: Level, batch: &TestBatch) -> Vec<u32> {
 struct Snapped {
     rays: Vec<fixed::Ray>,
     triangles: Vec<fixed::Triangle>,
-    /// The number of rays if the batch does not fit a grid, in which case all rays count as misses;
-    /// otherwise 0.
+    /// The number of rays if the batch does not fit on any grid, in which case all rays count as
+    /// misses; otherwise 0.
     misses: usize,
 }
 
@@ -68,21 +68,21 @@ impl Snapped {
         Some(Self { rays: rays.ok()?, triangles: triangles.ok()?, misses: 0 })
     }
 
-    /// A batch in which every ray misses.
+    /// Creates a batch in which every ray misses.
     fn none(batch: &TestBatch) -> Self {
         Self { rays: Vec::new(), triangles: Vec::new(), misses: batch.rays.len() }
     }
 }
 
-/// The finest grid that contains a batch.
+/// Returns the finest grid that contains a batch.
 fn grid(batch: &TestBatch) -> Option<Grid> {
     let origins = batch.rays.iter().map(|ray| ray.origin);
     Grid::around(batch.triangles.iter().flat_map(|t| t.0).chain(origins), Bits::FINE).ok()
 }
 
-/// Returns the batch as the mode `fixed` sees it, snapped to a grid and converted back to f32,
+/// Returns the batch as the `fixed` mode sees it: snapped to a grid and converted back to f32,
 /// which is exact. On the returned batch, `fixed` is exact. Returns `None` if the batch does not
-/// fit a grid.
+/// fit on any grid.
 pub fn on_grid(batch: &TestBatch) -> Option<TestBatch> {
     let grid = grid(batch)?;
     let back = |p| Some(grid.unsnap(grid.snap(p).ok()?).map(|x| x as f32));

@@ -1,4 +1,4 @@
-//! `InterTri` (document A) in any precision; in f64 it equals the reference, bit for bit.
+//! `InterTri` (document A) in any precision; in f64, it matches the reference bit for bit.
 
 use intertri::simd::Vec3;
 
@@ -59,7 +59,7 @@ impl Intersector for InterTri {
         let parallel = vd.gt(-threshold) & vd.lt(threshold);
         let t = nrm.dot(c1 - ray.origin) / vd;
 
-        // Test on which side of each edge the point in the plane is.
+        // Determine on which side of each edge the point in the plane is.
         let h1 = ray.origin + ray.dir * t;
         let (h2, h3) = (h1 - c1, h1 - c2);
         let zero = L::of(0.0);

@@ -20,7 +20,8 @@ pub trait Intersector: Copy {
     /// Copies one triangle to all lanes, to test a stored triangle against many rays.
     fn spread<L: Real>(one: &Self::Triangle<L::Scalar>) -> Self::Triangle<L>;
 
-    /// The lanes that are hits, and their `t`, which is meaningless for a miss.
+    /// Tests rays against triangles. Returns the mask of the hits and their `t`, which is
+    /// meaningless for a miss.
     fn test<L: Real>(self, triangle: &Self::Triangle<L>, ray: &Self::Ray<L>) -> (L::Mask, L);
 }
 

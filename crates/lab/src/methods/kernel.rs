@@ -13,7 +13,7 @@ use super::closest::{Seconds, one_register, packets_of, rays_of};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// Tests pairs in one of the kernel's modes, with each ray as a packet.
+/// Tests pairs in one of the kernel's modes, with each ray in its own packet.
 pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);

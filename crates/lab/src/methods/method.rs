@@ -22,7 +22,7 @@ pub struct Method {
 }
 
 impl Method {
-    /// Tests ray `i` against triangle `i`, eight pairs at a time, with a level's instructions.
+    /// Tests each ray `i` against triangle `i`, with a level's instructions.
     ///
     /// `threshold` is document A's threshold, which must be finite and at least 0. Methods without
     /// a threshold ignore it. The rays' intervals are ignored.

@@ -6,11 +6,12 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method. A ray counts as parallel if the determinant is not larger than `epsilon`.
+/// The method. A ray counts as parallel if the absolute value of the determinant is at most
+/// `epsilon`.
 #[derive(Clone, Copy, Debug)]
 pub struct MollerTrumbore {
     /// The bound on the determinant. 0 rejects only a determinant of 0. The paper's listing uses
-    /// 1e-6, which much code has kept.
+    /// 1e-6, which many implementations have kept.
     pub epsilon: f64,
 }
 

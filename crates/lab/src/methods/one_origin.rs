@@ -1,16 +1,16 @@
-//! The modes `certified` and `exact` for rays that share an origin, as camera rays and hard shadow
-//! rays do, based on document D.
+//! The `certified` and `exact` modes for rays that share an origin, as camera rays and hard shadow
+//! rays do. Based on document D.
 //!
 //! ```text
 //!   with A = c1 - o, once per triangle:   V = (h5 × A)    W = (A × h4)    U = n - V - W
 //!   per ray:                              V·d, W·d, U·d: three products
 //! ```
 //!
-//! The forms are computed in f64, and negated where T is negative, so that all of them are positive
+//! The forms are computed in f64 and negated where T is negative, so that all of them are positive
 //! for a hit in front. They are scaled by their common error bound, which thus becomes |d|. The
 //! forms rule out most rays, and the kernel's filter tests the others. Section 7 of
-//! `docs/numerics/certified.md` contains the bounds and their proof. Like all constants of a
-//! triangle, the forms are computed before the timed part, because the rays of a picture share
+//! `docs/numerics/certified.md` contains the bounds and their proof. Like all per-triangle
+//! constants, the forms are computed before the timed part, because all rays of an image share
 //! them.
 
 use std::time::Instant;
@@ -41,7 +41,7 @@ const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
 /// The sign of a form is decisive only if D exceeds this share of `|d|₂ h²`.
 const GRAZING: f64 = 24.0 * U;
 
-/// The shortest edge length that is assumed, 2^-48.
+/// The assumed minimum length of the longest edge, 2^-48.
 const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
 
 /// A factor that rounds the square root of a sum of squares up, and 2^-49, which is added to cover
@@ -54,7 +54,8 @@ const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
 struct SeenTriangle {
     /// U, V, and W.
     forms: [Vec3<f32>; 3],
-    /// If the sum of U, V, and W is within `|d|` times this number, its sign is uncertain.
+    /// The sign of the sum of U, V, and W is uncertain if its absolute value is at most `|d|` times
+    /// this value.
     doubtful: f32,
     triangle: PreparedTriangle,
 }
@@ -135,7 +136,7 @@ fn offer_all<S: Simd, const N: usize>(
     }
 }
 
-/// Tests pairs. Each ray is the only one with its origin.
+/// Tests pairs, treating each ray as the only one with its origin.
 pub(super) fn pairs(filter: Filter<'_>, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     filter.level().run(Pairs { filter, triangles, rays, to });
 }
@@ -230,7 +231,7 @@ where
     start.elapsed().as_secs_f64()
 }
 
-/// The triangles of each batch, relative to the origin of its rays.
+/// Prepares the triangles of each batch, relative to the origin of its rays.
 #[inline(never)]
 fn triangles_of(batches: &[TestBatch]) -> Vec<Vec<SeenTriangle>> {
     let seen = |batch: &TestBatch| {

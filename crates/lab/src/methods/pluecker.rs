@@ -22,7 +22,7 @@ pub struct Ray<L> {
     moment: Vec3<L>,
 }
 
-/// The lines of the sides, and the plane.
+/// The lines of the sides and the plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle<L> {
     sides: [Vec3<L>; 3],

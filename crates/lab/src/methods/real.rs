@@ -1,4 +1,4 @@
-//! The numbers that a method computes with: f32 or f64, in any number of lanes.
+//! The number types that a method computes with: f32 or f64, in any number of lanes.
 
 use intertri::simd::Lanes;
 
@@ -8,7 +8,7 @@ pub trait Number: Copy + Into<f64> + Lanes<Scalar = Self> {
     const BITS: u32;
     /// One unit in the last place of 1.
     const UNIT: f64;
-    /// Rounds an f64 to the nearest number.
+    /// Rounds an f64 to the nearest value of this type.
     fn nearest(x: f64) -> Self;
 }
 
@@ -32,7 +32,7 @@ impl Number for f64 {
 
 /// Lanes of f32 or f64.
 pub trait Real: Lanes<Scalar: Number> {
-    /// A constant in every lane.
+    /// Copies a constant to every lane.
     #[inline(always)]
     fn of(x: f64) -> Self {
         Self::splat(Self::Scalar::nearest(x))

@@ -1,4 +1,4 @@
-//! The scalar f64 reference. All other times are relative to its time.
+//! The scalar f64 reference, to which all times are relative.
 
 use std::time::Instant;
 

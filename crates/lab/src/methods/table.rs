@@ -52,7 +52,7 @@ macro_rules! method {
     };
 }
 
-/// A row of the table for a mode of the kernel. `$mode` creates it from a threshold and a level.
+/// A row of the table for a kernel mode. `$mode` creates it from a threshold and a level.
 macro_rules! mode {
     ($name:literal, $mode:expr) => {
         mode!($name, $mode, |level, batch| {
@@ -81,7 +81,7 @@ macro_rules! mode {
     };
 }
 
-/// A row for a mode of the kernel on rays from one origin. `$filter` creates its filter from a
+/// A row for a kernel mode that requires rays from one origin. `$filter` creates its filter from a
 /// threshold and a level.
 macro_rules! one_origin {
     ($name:literal, $filter:expr) => {
@@ -107,10 +107,10 @@ macro_rules! one_origin {
     };
 }
 
-/// The methods that guarantee the scalar f64 reference's answers, bit for bit.
+/// The methods that are guaranteed to match the scalar f64 reference bit for bit.
 pub const OF_THE_REFERENCE: [&str; 3] = ["InterTri f64", "certified", "certified, one origin"];
 
-/// The methods whose answers are right for the coordinates as given.
+/// The methods whose answers are exactly right for the coordinates as given.
 pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 
 /// Every method. All comparisons iterate over this table.

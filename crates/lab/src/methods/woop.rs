@@ -1,7 +1,7 @@
 //! S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection", Journal of Computer
-//! Graphics Techniques 2(1), 2013. The test shears the scene so that the ray runs along the longest
-//! axis of its direction, and tests the sides in the plane perpendicular to that axis. A value of
-//! exactly 0 in f32 is recomputed in f64.
+//! Graphics Techniques 2(1), 2013. The method shears the scene so that the ray runs along the
+//! longest axis of its direction, and then tests the sides in the plane perpendicular to that axis.
+//! A value of exactly 0 in f32 is recomputed in f64.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
@@ -17,7 +17,7 @@ pub struct Woop {
     pub fall_back: bool,
 }
 
-/// The ray's origin, and the shear.
+/// The ray's origin and shear.
 #[derive(Clone, Copy)]
 pub struct Ray<L: Lanes> {
     origin: Vec3<L>,
@@ -26,7 +26,7 @@ pub struct Ray<L: Lanes> {
 }
 
 impl<L: Lanes> Ray<L> {
-    /// A corner relative to the origin, with the ray's axis last.
+    /// Returns a corner relative to the origin, with the ray's axis last.
     #[inline(always)]
     fn see(&self, corner: Vec3<L>) -> Vec3<L> {
         self.axis.turn(corner - self.origin)
@@ -85,7 +85,7 @@ impl Intersector for Woop {
     }
 }
 
-/// Computes the value of a side in f64, lane by lane, and rounds it back as in the paper.
+/// Computes the value of a side in f64, lane by lane, and rounds it back to f32, as in the paper.
 #[inline(always)]
 fn side_f64<L: Real>(p: [L; 2], q: [L; 2]) -> L {
     let zero = [L::Scalar::nearest(0.0); 16];
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn the_shear_by_hand() {
-        // With its longest axis last, the shear turns the direction into (0, 0, 1).
+        // If the longest axis comes last, the shear turns the direction into (0, 0, 1).
         let woop = Woop { fall_back: true };
         let dirs = [[4.0, 1.0, 2.0], [2.0, 4.0, 1.0], [1.0, 2.0, 4.0]];
         for (axis, [x, y, z]) in dirs.into_iter().enumerate() {

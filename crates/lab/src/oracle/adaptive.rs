@@ -2,7 +2,7 @@
 //!
 //! Only signs and one quotient are needed. Each sign is computed by an adaptive predicate (J. R.
 //! Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
-//! Discrete & Computational Geometry 18, 1997; here the crate `robust`), which is exact if its
+//! Discrete & Computational Geometry 18, 1997; here from the `robust` crate), which is exact if its
 //! inputs are. The difference of two f32 numbers is exact in f64 unless one is about 2^29 times the
 //! other; in that case, the sign is computed in rationals. Products of f32 numbers stay far from
 //! the limits of f64's range, so neither underflow nor overflow affects the predicates. If products
@@ -17,7 +17,7 @@ use super::exact::{self, is_finite};
 use super::oracle_answer::{LinePosition, OracleAnswer};
 use super::rational;
 
-/// The exact answer for a ray and a triangle, computed with adaptive predicates.
+/// Returns the exact answer for a ray and a triangle, computed with adaptive predicates.
 ///
 /// ```
 /// use intertri::{Ray, Triangle};
@@ -59,7 +59,7 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
         });
     }
 
-    // On which side does the line pass each side of the triangle?
+    // On which side of each edge does the line pass?
     let edges = [(c2, c3), (c3, c1), (c1, c2)].map(|(p, q)| edge(p, q, ray));
     OracleAnswer::classify(edges, if slope.is_lt() { rise.reverse() } else { rise })
 }
@@ -74,7 +74,7 @@ fn is_tame<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     })
 }
 
-/// The sign of `n · d`, with `n = (c2 - c1) × (c3 - c1)`.
+/// Returns the sign of `n · d`, with `n = (c2 - c1) × (c3 - c1)`.
 fn slope<S: Scalar>(triangle: &TriangleOf<S>, d: [S; 3]) -> Ordering {
     let [c1, c2, c3] = triangle.0;
     match (exact_difference(c2, c1), exact_difference(c3, c1)) {
@@ -87,7 +87,8 @@ fn slope<S: Scalar>(triangle: &TriangleOf<S>, d: [S; 3]) -> Ordering {
     }
 }
 
-/// The sign of `d · (P × Q)`, where `P` and `Q` are the ends of a side relative to the origin.
+/// Returns the sign of `d · (P × Q)`, where `P` and `Q` are the ends of a side relative to the
+/// origin.
 fn edge<S: Scalar>(p: [S; 3], q: [S; 3], ray: &RayOf<S>) -> Ordering {
     match (exact_difference(p, ray.origin), exact_difference(q, ray.origin)) {
         (Some(p), Some(q)) => sign(orient3d(point(ray.dir), p, q, ZERO)),

@@ -11,7 +11,7 @@ pub type Rational = Relaxed;
 /// Three exact numbers.
 pub(super) type Vector = [Rational; 3];
 
-/// An exact vector, with 0 for components that are not finite.
+/// Converts a vector to exact numbers, with 0 for components that are not finite.
 pub(super) fn vector<S: Scalar>(a: [S; 3]) -> Vector {
     a.map(|x| Rational::try_from(Into::<f64>::into(x)).unwrap_or_default())
 }
@@ -32,7 +32,7 @@ pub(super) fn cross(a: &Vector, b: &Vector) -> Vector {
     [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
 }
 
-/// The sign of `a · (b × c)`.
+/// Returns the sign of `a · (b × c)`.
 pub(super) fn sign_of(a: &Vector, b: &Vector, c: &Vector) -> Ordering {
     sign(&dot(a, &cross(b, c)))
 }
@@ -48,7 +48,7 @@ pub fn is_finite<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     numbers.all(|x| x.is_finite())
 }
 
-/// The exact `t` at which the line of a ray meets the plane of a triangle. Returns `None` if the
+/// Returns the exact `t` at which the line of a ray meets the plane of a triangle, or `None` if the
 /// line is parallel, the triangle has no area, or an input is not finite.
 ///
 /// ```

@@ -1,7 +1,7 @@
 //! The exact oracle: where the line of a ray meets a triangle, for f32 or f64 inputs, without
 //! rounding.
 //!
-//! With `A, B, C` the corners relative to the origin and `d` the direction,
+//! Let `A, B, C` be the corners relative to the origin and `d` the direction. Then
 //!
 //! ```text
 //!   U = d · (B × C)                    C                   All of U, V, W have the same sign: the

@@ -2,8 +2,8 @@
 
 use std::cmp::Ordering;
 
-/// Where the *line* of a ray meets a triangle. If several variants apply, it is the first of them
-/// in this list.
+/// Where the *line* of a ray meets a triangle. If several variants apply, the first one in this
+/// list is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LinePosition {
     /// Undefined, because an input is NaN or infinite.
@@ -47,8 +47,8 @@ impl OracleAnswer {
             )
     }
 
-    /// The answer for the signs of the three edge values, `U` first, if the line meets the plane at
-    /// one point.
+    /// Derives the answer from the signs of the three edge values, `U` first, for a line that meets
+    /// the plane at one point.
     pub(super) fn classify(signs: [Ordering; 3], t: Ordering) -> Self {
         let count = |sign| signs.iter().filter(|&&s| s == sign).count();
         let position = |zero: bool| signs.iter().position(|s| (s.is_eq()) == zero);
@@ -66,7 +66,7 @@ impl OracleAnswer {
         Self { place, t }
     }
 
-    /// An answer without a `t`.
+    /// Creates an answer without a `t`.
     pub(super) fn without_t(place: LinePosition) -> Self {
         Self { place, t: Ordering::Equal }
     }

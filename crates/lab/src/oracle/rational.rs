@@ -1,15 +1,15 @@
-//! The oracle's second implementation, which uses only rationals, and barycentric weights instead
-//! of edge values.
+//! The oracle's second implementation, which uses only rationals and works with barycentric weights
+//! instead of edge values.
 
 use intertri::{RayOf, Scalar, TriangleOf};
 
 use super::exact::{Rational, cross, difference, dot, is_finite, sign, vector};
 use super::oracle_answer::{LinePosition, OracleAnswer};
 
-/// The exact answer for a ray and a triangle, computed in rationals. It is slow, and independent of
-/// [`super::answer()`].
+/// Returns the exact answer for a ray and a triangle, computed in rationals. This is slow, but
+/// independent of [`super::answer()`].
 ///
-/// Solves `origin + t dir = c1 + u (c2 - c1) + v (c3 - c1)` by Cramer's rule, including the
+/// Solves `origin + t dir = c1 + u (c2 - c1) + v (c3 - c1)` by Cramer's rule, carrying out the
 /// divisions, and uses the signs of the weights `1 - u - v`, `u`, `v`.
 pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnswer {
     if !is_finite(triangle, ray) {

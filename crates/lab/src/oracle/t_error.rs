@@ -1,9 +1,9 @@
-//! The error of a computed `t`.
+//! Measures the error of a computed `t`.
 
 use super::exact::Rational;
 
-/// The error of a computed `t` relative to the exact `t`, or `|t|` if the exact `t` is 0. It is
-/// infinite for an infinite `t`, and NaN for NaN.
+/// Returns the error of a computed `t` relative to the exact `t`, or `|t|` if the exact `t` is 0.
+/// The error is infinite for an infinite `t` and NaN for NaN.
 pub fn t_error(t: f64, exact: &Rational) -> f64 {
     let Ok(t) = Rational::try_from(t) else { return t.abs() };
     let off = (t - exact).to_f64().value().abs();
@@ -11,9 +11,9 @@ pub fn t_error(t: f64, exact: &Rational) -> f64 {
     if size == 0.0 { off } else { off / size }
 }
 
-/// The error of a computed `t` in ulps (units in the last place) of the f64 nearest to the exact
-/// `t`. It is infinite for an infinite `t`, and NaN for NaN. The exact `t` of f32 inputs is always
-/// in f64's normal range.
+/// Returns the error of a computed `t` in ulps (units in the last place) of the f64 nearest to the
+/// exact `t`. The error is infinite for an infinite `t` and NaN for NaN. The exact `t` of f32
+/// inputs is always in f64's normal range.
 ///
 /// ```
 /// use intertri_lab::oracle::{Rational, t_error_ulps};
@@ -26,7 +26,8 @@ pub fn t_error_ulps(t: f64, exact: &Rational) -> f64 {
     in_steps(t, exact, near.next_up() - near)
 }
 
-/// The error in ulps of the f32 nearest to the exact `t`, or infinity if that f32 is infinite.
+/// Returns the error in ulps of the f32 nearest to the exact `t`, or infinity if that f32 is
+/// infinite.
 pub fn t_error_ulps_f32(t: f32, exact: &Rational) -> f64 {
     let near = (exact.to_f64().value() as f32).abs();
     if near.is_infinite() {

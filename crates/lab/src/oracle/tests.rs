@@ -9,7 +9,7 @@ use super::{t_error, t_error_ulps, t_error_ulps_f32};
 use crate::families::{Case, FAMILIES, adversarial, find};
 use crate::rng::Rng;
 
-/// Permutes the corners of a triangle and renames the position accordingly.
+/// Renames the position in an answer for a triangle whose corners have been permuted.
 fn renamed(answer: OracleAnswer, order: [usize; 3]) -> OracleAnswer {
     let to = |k: u8| order.iter().position(|&old| old == usize::from(k)).map_or(k, |k| k as u8);
     let place = match answer.place {

@@ -1,5 +1,5 @@
-//! Walls far from zero: the share of wrong answers for coordinates as given, and for coordinates
-//! rounded to f32.
+//! Measures the share of wrong answers at walls far from zero, for coordinates as given and for
+//! coordinates rounded to f32.
 //!
 //! ```text
 //!   f64 ──┬──► as given ─────────► exact, Möller–Trumbore f64
@@ -59,7 +59,7 @@ pub struct OffsetErrors {
 }
 
 impl OffsetErrors {
-    /// The share of wrong answers.
+    /// Returns the share of wrong answers.
     pub fn share(&self) -> f64 {
         (self.false_misses + self.false_hits) as f64 / self.trials.max(1) as f64
     }
@@ -71,18 +71,18 @@ pub const DISTANCES: [f64; 2] = [1.0, 1e9];
 /// The number of rays per wall.
 const RAYS: u64 = 200;
 
-/// A wall of two triangles, and rays that start close to it.
+/// A wall of two triangles and rays that start close to it.
 struct Wall {
     halves: [Triangle64; 2],
     rays: Vec<Ray64>,
 }
 
-/// Tests the methods in [`ASKED`] on walls of 4 m by 3 m at any angle, at `points` distances from
-/// zero on a logarithmic scale. At each distance, `cases` rays start 1 nm to 10 cm from a wall on
-/// either side, and go toward it or away from it. A quarter of them pass through the diagonal where
-/// the wall's halves meet.
+/// Tests the methods in [`ASKED`] on 4 m × 3 m walls at any angle, at `points` distances from zero
+/// on a logarithmic scale. At each distance, at least `cases` rays start 1 nm to 10 cm from a wall,
+/// on either side, and go toward it or away from it. A quarter of them pass through the diagonal
+/// where the wall's halves meet.
 ///
-/// `exact` returns whether each ray hits the wall according to the mode `exact`; the true answers
+/// `exact` returns whether each ray hits the wall according to the `exact` mode; the true answers
 /// come from rationals. The counts depend only on the seed, `points`, and `cases`.
 pub fn sweep_offsets(
     seed: u64,
@@ -92,7 +92,7 @@ pub fn sweep_offsets(
 ) -> Vec<OffsetErrors> {
     let at = |k: usize| {
         let share = k as f64 / (points - 1).max(1) as f64;
-        // This uses only roots, so that the distance has the same bits everywhere.
+        // `between` uses only square roots, so that the distance has the same bits everywhere.
         let distance = super::sweeps::between(DISTANCES[0], DISTANCES[1], share);
         let mut rng = Rng::new(seed ^ (k as u64) << 32);
         let mut errors = ASKED.map(|(method, given)| OffsetErrors {
@@ -125,7 +125,7 @@ pub fn sweep_offsets(
     (0..points).into_par_iter().flat_map_iter(at).collect()
 }
 
-/// A random wall at a distance from zero.
+/// Creates a random wall at a given distance from zero.
 fn wall(rng: &mut Rng, distance: f64) -> Wall {
     let along = |p: [f64; 3], v: [f64; 3], by: f64| [0, 1, 2].map(|k| p[k] + by * v[k]);
     let cross =
@@ -148,7 +148,7 @@ fn wall(rng: &mut Rng, distance: f64) -> Wall {
         let off = side * rng.log(1e-9, 0.1);
         let slant = along([0.0; 3], right, rng.signed());
         let dir = along(along(slant, up, rng.signed()), normal, way);
-        // Start from the point where the ray meets the wall's plane.
+        // Place the origin relative to the point where the ray meets the wall's plane.
         let origin = along(at(4.0 * x, 3.0 * y), dir, off * way);
         Ray64::new(origin, dir)
     };
@@ -211,8 +211,8 @@ mod tests {
         for errors in of("exact", InputPrecision::AsGiven) {
             assert_eq!((errors.share(), errors.trials), (0.0, 2000));
         }
-        // The distances range from a metre to a million kilometres, where half of the answers are
-        // pure chance.
+        // The distances range from a metre to a million kilometres, where the answers are little
+        // better than chance.
         for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");

@@ -1,4 +1,4 @@
-//! How often each method is wrong along each sweep, and where errors begin.
+//! Measures how often each method is wrong along each sweep, and where errors begin.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -31,7 +31,7 @@ pub struct Onset {
 }
 
 impl Onset {
-    /// The share of wrong answers.
+    /// Returns the share of wrong answers.
     pub fn share(&self) -> f64 {
         (self.false_misses + self.false_hits) as f64 / self.trials.max(1) as f64
     }
@@ -94,8 +94,8 @@ fn value(sweep: &'static Sweep, parameter: f64, seed: u64, cases: u64) -> Vec<On
     if none.trials < ENOUGH { Vec::new() } else { onsets }
 }
 
-/// The first value, from the harmless end, at which at least one in 1,000 answers of a method is
-/// wrong, or `None` if there is no such value.
+/// Returns the first value, from the harmless end, at which at least one in 1,000 answers of a
+/// method is wrong, or `None` if there is no such value.
 pub fn first(onsets: &[Onset], sweep: &str, method: &str) -> Option<f64> {
     let mut own = onsets.iter().filter(|onset| onset.sweep == sweep && onset.method == method);
     own.find(|onset| onset.share() >= 1e-3).map(|onset| onset.parameter)

@@ -1,11 +1,11 @@
-//! The sweeps: families, and the ranges of their parameters from harmless to adversarial.
+//! The sweeps: families and the ranges of their parameters, from harmless to adversarial.
 
-/// A family, and the range of its parameter, starting at the harmless end.
+/// A family and a range of its parameter, starting at the harmless end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sweep {
     /// The name of the parameter, for a heading.
     pub name: &'static str,
-    /// The meaning of its numbers, for an axis.
+    /// What the parameter measures, for the label of an axis.
     pub axis: &'static str,
     /// The family.
     pub family: &'static str,
@@ -52,13 +52,14 @@ const fn sweep(
     Sweep { name, axis, family, from, to, clear: true }
 }
 
-/// The value at a share of the sweep's range, on a logarithmic scale.
+/// Returns the value at a fraction of the sweep's range, on a logarithmic scale.
 pub(super) fn parameter(sweep: &Sweep, share: f64) -> f64 {
     between(sweep.from, sweep.to, share)
 }
 
-/// The number at a share of the way between two positive numbers, on a logarithmic scale. Bisects
-/// the range sixteen times with square roots, so that the result has the same bits everywhere.
+/// Returns the number at a fraction of the way between two positive numbers, on a logarithmic
+/// scale. Bisects the range sixteen times with square roots, so that the result has the same bits
+/// everywhere.
 pub(super) fn between(mut from: f64, mut to: f64, share: f64) -> f64 {
     let (mut lo, mut hi) = (0.0, 1.0);
     for _ in 0..16 {

@@ -7,10 +7,10 @@ use crate::meshes::Mesh;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// A convex mesh on a grid of `2^-bits`, and rays from inside it, each aimed exactly at a vertex or
-/// a quarter point of an edge. Origin, direction, and target are free of rounding for up to 18
-/// bits, and the grid of the mode `fixed` preserves them for up to 15 bits. A ray leaves such a
-/// mesh at one point.
+/// Creates a convex mesh on a grid with spacing `2^-bits` and rays from inside it, each aimed
+/// exactly at a vertex or a quarter point of an edge. Origin, direction, and target are free of
+/// rounding for up to 18 bits, and the grid of the `fixed` mode preserves them for up to 15 bits. A
+/// ray leaves such a mesh at one point.
 pub fn closed_mesh(rng: &mut Rng, bits: u32, rays: usize) -> TestBatch {
     let steps = f64::from(1_u32 << bits);
     let stretch = [0; 3].map(|_| 0.5 + 0.49 * rng.unit());

@@ -7,7 +7,7 @@ use crate::meshes::Mesh;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// Triangles and their bounding balls.
+/// Triangles and their bounding spheres.
 #[derive(Clone, Debug)]
 pub struct Model {
     triangles: Vec<Triangle>,
@@ -34,7 +34,8 @@ impl Model {
         (radius > 0.0 && radius.is_finite()).then_some(Self { triangles, balls, centre, radius })
     }
 
-    /// The built-in model: a sphere and a slanted torus through it, without special coordinates.
+    /// Creates the built-in model: a sphere and a slanted torus through it, without special
+    /// coordinates.
     pub fn built_in() -> Self {
         let place = |[x, y, z]: [f64; 3]| [y + 0.1 * x + 0.37, z - 0.2 * y - 0.21, x + 0.3 * z];
         let mut triangles = Mesh::icosphere(4).map(place).triangles();
@@ -42,17 +43,17 @@ impl Model {
         Self::new(&triangles).unwrap_or_else(|| unreachable!("the built-in model has triangles"))
     }
 
-    /// The number of triangles.
+    /// Returns the number of triangles.
     pub fn len(&self) -> usize {
         self.triangles.len()
     }
 
-    /// Always false, because there is at least one triangle.
+    /// Always returns false, because there is at least one triangle.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
     }
 
-    /// A tile of 8 by 8 rays from a camera that sees the model at about 1024 by 1024 pixels.
+    /// Creates an 8×8 tile of rays from a camera that sees the model at about 1024×1024 pixels.
     pub(super) fn tile(&self, rng: &mut Rng) -> TestBatch {
         let eye = round(add(self.centre, rng.direction(), 3.0 * self.radius)).map(f64::from);
         let (target, _) = rng.pick(&self.balls);
@@ -67,7 +68,7 @@ impl Model {
                 Ray::new(round(eye), round(unit(dir)))
             })
             .collect();
-        // The distance of a ball from the line of the middle ray.
+        // The distance of a bounding sphere from the line of the middle ray.
         let far = |&(centre, radius): &([f64; 3], f64)| {
             let way = add(centre, eye, -1.0);
             length(cross(way, axis)) - radius
@@ -75,7 +76,8 @@ impl Model {
         TestBatch { rays, triangles: self.nearest(far) }
     }
 
-    /// The neighbourhood of a triangle, and rays that arrive there from anywhere on the model.
+    /// Returns the neighbourhood of a triangle, with rays that arrive there from anywhere on the
+    /// model.
     pub(super) fn leaf(&self, rng: &mut Rng) -> TestBatch {
         let (target, _) = rng.pick(&self.balls);
         let triangles = self.nearest(|&(centre, radius)| distance(centre, target) - radius);
@@ -90,7 +92,7 @@ impl Model {
         TestBatch { rays, triangles }
     }
 
-    /// The 32 triangles with the smallest distance, or all if there are fewer.
+    /// Returns the 32 triangles with the smallest distance, or all if there are fewer.
     fn nearest(&self, far: impl Fn(&([f64; 3], f64)) -> f64) -> Vec<Triangle> {
         let mut order: Vec<_> = self.balls.iter().map(far).zip(0_usize..).collect();
         let by = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
@@ -103,7 +105,7 @@ impl Model {
     }
 }
 
-/// A random point on a triangle.
+/// Returns a random point on a triangle.
 fn inside(rng: &mut Rng, &TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     let (u, v) = (rng.unit(), rng.unit());
     let (u, v) = if u + v <= 1.0 { (u, v) } else { (1.0 - u, 1.0 - v) };
@@ -111,7 +113,7 @@ fn inside(rng: &mut Rng, &TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     [0, 1, 2].map(|k| (1.0 - u - v) * a[k] + u * b[k] + v * c[k])
 }
 
-/// A bounding ball of a triangle, centred at the mean of its corners.
+/// Returns a bounding sphere of a triangle, centred at the mean of its corners.
 fn ball(triangle: &Triangle) -> ([f64; 3], f64) {
     let corners = triangle.0.map(|p| p.map(f64::from));
     let centre = [0, 1, 2].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);

@@ -10,7 +10,7 @@ use crate::test_batch::TestBatch;
 /// A kind of batch. Each has its own panel in the chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workload {
-    /// Tiles of 8 by 8 camera rays, and the 32 triangles nearest to the tile's middle ray.
+    /// 8×8 tiles of camera rays, and the 32 triangles nearest to the tile's middle ray.
     Camera,
     /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32
     /// triangles of that neighbourhood, as in a leaf that diffuse rays reach.
@@ -26,7 +26,7 @@ impl Workload {
     /// All workloads, in the order of the panels.
     pub const ALL: [Self; 4] = [Self::Camera, Self::Secondary, Self::Edges, Self::Mix];
 
-    /// The name: `camera`, `secondary`, `edges`, or `mix`.
+    /// Returns the name: `camera`, `secondary`, `edges`, or `mix`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
@@ -36,13 +36,14 @@ impl Workload {
         }
     }
 
-    /// The form in which the chart measures the workload: coherent rays share a triangle, and a
-    /// single ray is tested against a block of triangles.
+    /// Returns the form in which the chart measures the workload: blocks of triangles for the
+    /// incoherent secondary rays, and ray packets for the other workloads.
     pub fn form(self) -> Form {
         if self == Self::Secondary { Form::Blocks } else { Form::Packets }
     }
 
-    /// A batch of this kind. [`Workload::Camera`] and [`Workload::Secondary`] use the model.
+    /// Generates a batch of this kind. [`Workload::Camera`] and [`Workload::Secondary`] use the
+    /// model.
     pub fn batch(self, rng: &mut Rng, model: &Model) -> TestBatch {
         match self {
             Self::Camera => model.tile(rng),

@@ -1,7 +1,8 @@
-"""A mesh as arrays in a file or a pickle, tied together by a checksum.
+"""Saves a mesh as arrays in a file or a pickle, tied together by a checksum.
 
-``binding`` is an XXH64 checksum of the other members. It detects damage, and a tree that was built
-for other vertices or faces. It does not show who wrote the file: sign it if you need authenticity.
+``binding`` is an XXH64 checksum of the other members. It detects damage as well as a tree that was
+built for other vertices or faces. It does not show who wrote the file: sign it if you need
+authenticity.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ Saved = tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes, int]
 
 
 def binding(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tree: bytes) -> int:
-    """A checksum of vertices, faces, and hierarchy, including types and shapes. It is the same on
-    every machine."""
+    """Returns a checksum of vertices, faces, and hierarchy, including types and shapes. It is the
+    same on every machine."""
     little = vertices.dtype.newbyteorder("<")
     parts = [
         np.frombuffer(f"{little.str} {vertices.shape} {faces.shape}".encode(), np.uint8),

@@ -42,7 +42,7 @@ class Rays:
 
     @property
     def width(self) -> int:
-        """The number of rays in a row of a picture, or 0 if the shape does not show it."""
+        """The number of rays in a row of an image, or 0 if the shape does not show it."""
         return self.shape[-1] if len(self.shape) > 1 else 0
 
 
@@ -84,8 +84,8 @@ def points(values: ArrayLike, name: str = "points") -> Floats:
 
 
 def grid(origin: ArrayLike, spacing: ArrayLike, shape: Any) -> tuple[Floats, Floats, tuple[int, int, int]]:
-    """Checks a grid. Returns its first point, its steps along the axes, and its numbers of
-    points."""
+    """Checks a grid. Returns its first point, its steps along the axes, and its number of points
+    along each axis."""
     first, step = floats(origin, "origin").astype(F64), floats(spacing, "spacing").astype(F64)
     if first.shape != (3,) or step.shape not in ((), (3,)):
         raise ValueError(f"origin and spacing have shapes {first.shape} and {step.shape}; they must be (3,), or one spacing for all axes")
@@ -93,13 +93,13 @@ def grid(origin: ArrayLike, spacing: ArrayLike, shape: Any) -> tuple[Floats, Flo
         raise ValueError(f"origin is {first.tolist()} and spacing {step.tolist()}; they must be finite, and spacing above 0")
     counts = _inputs.array(shape, "shape")
     if counts.shape != (3,) or counts.dtype.kind not in "iu" or (counts < 0).any():
-        raise ValueError(f"shape is {shape}; it must be three numbers of voxels, (nx, ny, nz)")
+        raise ValueError(f"shape is {shape}; it must be three voxel counts, (nx, ny, nz)")
     nx, ny, nz = (int(count) for count in counts)
     return first, np.broadcast_to(step, (3,)), (nx, ny, nz)
 
 
 def flat(array: Floats, dtype: np.dtype[Any]) -> Floats:
-    """The same numbers as a flat array, copied only if type, order, or alignment requires it."""
+    """Returns the values as a flat array, copied only if type, order, or alignment requires it."""
     return np.require(array, dtype, ["C", "A"]).reshape(-1)
 
 
@@ -168,7 +168,7 @@ def vertex_rows(indices: ArrayLike, moved: Floats, count: int) -> NDArray[np.int
     if rows.ndim != 1 or rows.dtype.kind not in "iu":
         raise TypeError(f"indices has dtype {rows.dtype} and shape {rows.shape}; it must be (n,) integers: rows of vertices")
     if moved.shape != (len(rows), 3):
-        raise ValueError(f"vertices has shape {moved.shape}; it must be ({len(rows)}, 3), a row for each of indices")
+        raise ValueError(f"vertices has shape {moved.shape}; it must be ({len(rows)}, 3), one row for each index")
     wrong = (rows < 0) | (rows >= count)
     if wrong.any():
         raise IndexError(f"indices has {rows[wrong][0]}, but there are {count} vertices")
@@ -183,8 +183,8 @@ def broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tup
 
 
 def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats, bool]:
-    """The limits of rays, as one number for all rays or one per ray, and whether the value is a
-    plain Python number, which takes the dtype of the rays."""
+    """Returns the limits of rays, as one number for all rays or one per ray, and whether the value
+    is a plain Python number, which takes the dtype of the rays."""
     is_weak = isinstance(value, (int, float)) and not isinstance(value, np.generic)
     array = floats(value, name)
     if array.ndim:
@@ -236,7 +236,8 @@ for _end in _ENDS.values():
 
 
 def _plain_end(end: object, mesh: np.dtype[Any]) -> Floats | None:
-    """A limit given as a plain Python number, which takes the dtype of the rays."""
+    """Returns one of the usual limits, given as a plain Python number, in the dtype of the rays.
+    Returns `None` for any other limit."""
     return _ENDS.get((mesh, end)) if type(end) in (float, int) else None
 
 
@@ -248,8 +249,8 @@ def rays(
     mesh: np.dtype[Any],
     names: tuple[str, str] = ("origins", "directions"),
 ) -> Rays:
-    """Rays for a mesh of a scalar type: float32 if the mesh is float32 and nothing is lost,
-    otherwise float64."""
+    """Converts rays for a mesh of a scalar type: to float32 if the mesh is float32 and nothing is
+    lost, otherwise to float64."""
     plain = _plain_rays(origins, directions, t_min, t_max, mesh)
     if plain is not None:
         return plain
@@ -276,7 +277,7 @@ def rays(
     count = math.prod(shape)
 
     def numbers(array: Floats, row: tuple[int, ...]) -> Floats:
-        """All rows, or the single row that serves all rays."""
+        """Returns all rows, or the single row that serves all rays."""
         if array.size == math.prod(row):
             return flat(array, dtype)
         return flat(np.broadcast_to(array, shape + row), dtype)
@@ -293,7 +294,8 @@ def rays(
 
 
 def numbers_of_faces(skip: ArrayLike, name: str, shape: tuple[int, ...], faces: int) -> NDArray[np.int32]:
-    """The triangles that rays of this shape skip, as one number for all rays or one per ray."""
+    """Checks the triangles that rays of this shape skip, given as one number for all rays or one
+    per ray."""
     numbers = _inputs.array(skip, name)
     if numbers.dtype.kind not in "iu" and numbers.size:
         raise TypeError(f"{name} has dtype {numbers.dtype}; it must be integer, such as hits['triangle']")
@@ -311,7 +313,7 @@ def numbers_of_faces(skip: ArrayLike, name: str, shape: tuple[int, ...], faces: 
 def answers(
     shape: tuple[int, ...], dtype: np.dtype[Any], out: NDArray[Any] | None, *asked: NDArray[Any] | None
 ) -> NDArray[Any]:
-    """The array for the answers: `out` if it is given, otherwise a new array."""
+    """Returns the array for the answers: `out` if it is given, otherwise a new array."""
     if out is None:
         return _memory.empty(shape, dtype)
     if not isinstance(out, np.ndarray):
@@ -335,12 +337,12 @@ def mark_misses(found: NDArray[np.void], distance: str) -> None:
 
 
 def as_bytes(array: NDArray[Any]) -> NDArray[np.uint8]:
-    """The memory of a contiguous array, as bytes."""
+    """Returns a view of the memory of a contiguous array, as bytes."""
     return array.reshape(-1).view(np.uint8)
 
 
 def threads_of(threads: int | None) -> int | None:
-    """Checks a number of threads, where `None` means all."""
+    """Checks a thread count, where `None` means all threads."""
     if threads is None:
         return None
     if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool):

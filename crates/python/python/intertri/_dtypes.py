@@ -24,7 +24,7 @@ CROSSING = np.dtype(
         "itemsize": 40,
     }
 )
-"""A crossing, 40 bytes: a hit, and whether the ray runs in the direction of the normal
+"""A crossing, 40 bytes: a hit and whether the ray runs in the direction of the normal
 (``leaves``)."""
 
 SCENE_HIT = np.dtype(
@@ -58,7 +58,7 @@ SCENE_NEAREST = np.dtype(
         "itemsize": 64,
     }
 )
-"""The point of a scene that is nearest to a given point, 64 bytes: the fields of `NEAREST`, and the
+"""The point of a scene that is nearest to a given point, 64 bytes: the fields of `NEAREST` and the
 instance, or -1 if there is no such point."""
 
 SEGMENT = np.dtype(
@@ -70,10 +70,10 @@ SEGMENT = np.dtype(
 )
 """A part of a ray in one medium, 48 bytes.
 
-``start``, ``end``: the t where it starts and ends, in multiples of the length of the direction.
-``medium``: the number of the medium, or -1 outside. ``triangle``, ``geometry``, ``u``, ``v``: the
-wall at the end of the segment, a face of the mesh with the number ``geometry``, as in `HIT`. The
-triangle is -1 if the ray ends there.
+``start``, ``end``: the values of t where it starts and ends, in multiples of the length of the
+direction. ``medium``: the number of the medium, or -1 outside. ``triangle``, ``geometry``, ``u``,
+``v``: the wall at the end of the segment, a face of the mesh with the number ``geometry``, as in
+`HIT`. The triangle is -1 if the ray ends there.
 """
 
 MEDIUM_CROSSING = np.dtype([*((name, HIT[name]) for name in HIT.names or ()), ("left", "<i4"), ("entered", "<i4")])
@@ -114,5 +114,5 @@ class SegmentLists(NamedTuple):
 
 
 def _rays_of(offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The ray of each item in the lists."""
+    """Returns the ray of each item in the lists."""
     return np.repeat(np.arange(len(offsets) - 1, dtype=np.int64), np.diff(offsets))

@@ -21,8 +21,8 @@ def array(values: Any, name: str) -> NDArray[Any]:
     if np.ma.is_masked(values):
         raise ValueError(f"{name} has masked entries; fill them, or remove their rows")
     if not isinstance(values, (np.ndarray, np.generic)):
-        # Try the object's own conversion to numpy first. Through DLPack, Open3D's tensors take
-        # seconds.
+        # Try the object's own conversion to numpy first. Reading Open3D's tensors through DLPack
+        # takes seconds.
         why = None
         if callable(getattr(values, "numpy", None)):
             try:
@@ -43,8 +43,8 @@ def array(values: Any, name: str) -> NDArray[Any]:
 
 
 def mesh_arrays(mesh: Any) -> tuple[Any, Any] | None:
-    """The vertices and faces of a mesh from intertri, trimesh, Open3D, pyvista, or meshio, or
-    `None` for anything else."""
+    """Returns the vertices and faces of a mesh from intertri, trimesh, Open3D, pyvista, or meshio,
+    or `None` for anything else."""
     if isinstance(mesh, (np.ndarray, list, tuple)):
         return None
     if isinstance(mesh, (str, bytes, os.PathLike)):
@@ -68,7 +68,7 @@ def mesh_arrays(mesh: Any) -> tuple[Any, Any] | None:
 
 
 def _meshio_faces(cells: dict[str, Any]) -> Any:
-    """The triangles among meshio's cells."""
+    """Returns the triangles among meshio's cells."""
     flat = {"vertex", "line", "triangle"}
     others = sorted(set(cells) - flat)
     if others:

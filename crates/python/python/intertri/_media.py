@@ -38,7 +38,7 @@ class Media:
     Raises
     ------
     ValueError
-        If a mesh is not closed; the message states which mesh, and where it is open.
+        If a mesh is not closed; the message states which mesh it is and where it is open.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class Media:
         self._native(self.dtype, threads)
 
     def _native(self, dtype: np.dtype[Any], threads: int | None) -> Media32 | Media64:
-        """The hierarchy in a scalar type, built on first use."""
+        """Returns the hierarchy for a scalar type, which is built on first use."""
         made = self._made.get(dtype)
         if made is None:
             arrays = [(_arrays.flat(mesh.vertices, dtype), mesh.faces.reshape(-1)) for mesh in self._meshes]
@@ -106,7 +106,7 @@ class Media:
         return _arrays.rays(origins, directions, t_min, t_max, self.dtype)
 
     def medium_at(self, points: ArrayLike, *, threads: int | None = None) -> NDArray[np.int32]:
-        """The media at points of shape (..., 3): (...) int32, -1 outside.
+        """Returns the medium at each of the points of shape (..., 3): (...) int32, -1 outside.
 
         A point on a wall belongs to the side that a small step along (0.53721, 0.35137, 0.76691)
         reaches.
@@ -127,7 +127,7 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> NDArray[np.void]:
-        """Where each ray first enters another medium: (...) `MEDIUM_CROSSING`.
+        """Finds where each ray first enters another medium: (...) `MEDIUM_CROSSING`.
 
         Pass rays as for ``Mesh.closest``. A ray that starts on a wall starts in the medium toward
         which it goes.
@@ -175,7 +175,7 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> NDArray[np.float64]:
-        """The length of each ray in each medium: (..., m) float64.
+        """Returns the length of each ray in each medium: (..., m) float64.
 
         The columns are in the order of ``np.unique(media.media)``.
 

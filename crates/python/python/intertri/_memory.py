@@ -1,5 +1,5 @@
-"""Memory for answers, kept and reused: the system hands out new memory page by page, and a fast query would spend much of
-its time waiting for pages."""
+"""Keeps and reuses memory for answers. The system hands out new memory page by page, and a fast
+query would spend much of its time waiting for pages."""
 
 from __future__ import annotations
 
@@ -13,33 +13,35 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 LEAST = 1 << 20
-"""Smaller arrays come from numpy: the C library keeps such memory for itself."""
+"""Smaller arrays come from numpy, because the C library reuses their memory anyway."""
 
 MOST = 1 << 28
-"""At most this many bytes stay idle."""
+"""The maximum number of bytes that stay idle."""
 
 _PAGE = 1 << 21
-"""Blocks are multiples of a huge page."""
+"""Block sizes are multiples of this, the size of a huge page."""
 
 _idle: list[mmap.mmap] = []
 
 
 class _Loan:
-    """Keeps a block in use while an array or a view of it exists: numpy keeps alive the object that an array was made from."""
+    """Keeps a block in use while an array or a view of it exists, because numpy keeps alive the
+    object from which an array was made."""
 
     def __init__(self, block: mmap.mmap) -> None:
         self.__array_interface__ = np.frombuffer(block, np.uint8).__array_interface__
 
 
 def empty(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
-    """An uninitialized array. Once its last view is gone, its memory serves another array."""
+    """Returns an uninitialized array. Once its last view is gone, its memory is reused for another
+    array."""
     dtype = np.dtype(dtype)
     size = math.prod(shape) * dtype.itemsize
     if size < LEAST:
         return np.empty(shape, dtype)
     block = _idle_block(size) or _new_block(size)
     if block is None:
-        # Give back everything first. If memory is still short, numpy raises the MemoryError.
+        # Release all idle blocks first. If memory is still short, numpy raises a MemoryError.
         _idle.clear()
         return np.empty(shape, dtype)
     loan = _Loan(block)
@@ -48,7 +50,8 @@ def empty(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
 
 
 def _idle_block(size: int) -> mmap.mmap | None:
-    """The smallest idle block that is large enough, unless more than half of it would be wasted."""
+    """Returns the smallest idle block that is large enough, unless more than half of it would be
+    wasted."""
     for block in sorted(_idle, key=len):
         if size <= len(block) <= max(2 * size, _PAGE):
             # Another thread may have taken it.
@@ -59,7 +62,7 @@ def _idle_block(size: int) -> mmap.mmap | None:
 
 
 def _new_block(size: int) -> mmap.mmap | None:
-    """A block from the system, or `None` if it has no more."""
+    """Returns a new block from the system, or `None` if memory has run out."""
     size = -(-size // _PAGE) * _PAGE
     try:
         # Shared memory, the default, would let a forked process overwrite its parent's answers.
@@ -71,17 +74,18 @@ def _new_block(size: int) -> mmap.mmap | None:
 
 
 def _give_back(block: mmap.mmap) -> None:
-    """Keeps a block for the next array. While it is idle, the system may take its pages if memory becomes short."""
+    """Keeps a block for the next array. While it is idle, the system may reclaim its pages if
+    memory becomes short."""
     _advise(block, "MADV_FREE")
     _idle.append(block)
     while sum(map(len, _idle)) > MOST:
-        # The oldest; another thread may have taken it.
+        # Drop the oldest block, unless another thread has taken it.
         with contextlib.suppress(IndexError):
             _idle.pop(0)
 
 
 def _advise(block: mmap.mmap, advice: str) -> None:
-    """Gives the system a hint, where it takes such hints."""
+    """Gives the system a hint about a block, if the platform supports it."""
     if hasattr(mmap, advice):
         with contextlib.suppress(OSError):
             block.madvise(getattr(mmap, advice))

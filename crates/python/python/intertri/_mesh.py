@@ -16,7 +16,7 @@ AnyMesh = TypeVar("AnyMesh", bound="Mesh")
 
 
 class Mesh(PointQueries):
-    """Triangles, and the hierarchy over them.
+    """Triangles and the hierarchy over them.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Mesh(PointQueries):
     Float64 rays are not rounded: if float32 cannot represent them, a float32 mesh builds and uses a
     second hierarchy, in float64. Pass ``rays.astype(np.float32)`` to avoid this.
 
-    Ctrl-C ends a long call with ``KeyboardInterrupt``, and a lack of memory ends it with
+    Ctrl-C ends a long call with ``KeyboardInterrupt``, and running out of memory ends it with
     ``MemoryError``. Other Python threads can run during a call.
 
     Examples
@@ -94,7 +94,7 @@ class Mesh(PointQueries):
         OSError
             If the file cannot be opened.
         ValueError
-            If the file is damaged or is not such a model; the message states the line.
+            If the file is damaged or is not in one of these formats; the message states the line.
         MemoryError
             If the model needs more memory than is available.
 
@@ -191,7 +191,7 @@ def _revive(cls: type[Mesh], *parts: Any) -> Mesh:
 
 
 def _restore(*_: Any) -> Mesh:
-    """Replaces a function to which pickles from older versions refer."""
+    """Stands in for a function to which pickles from older versions refer."""
     raise ValueError(
         "this mesh was pickled by an older version, which did not bind its tree to its vertices: "
         "build it again with Mesh(vertices, faces)"
@@ -215,4 +215,4 @@ def load(path: str | os.PathLike[str]) -> Mesh:
     try:
         return _revive(Mesh, *_archive.read(path))
     except ValueError as error:
-        raise ValueError(f"{os.fspath(path)} holds no mesh: {error}") from None
+        raise ValueError(f"{os.fspath(path)} contains no mesh: {error}") from None

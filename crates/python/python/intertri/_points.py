@@ -21,7 +21,8 @@ class PointQueries(RayQueries):
     __slots__ = ()
 
     def _points(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
-        """Converts points to a scalar type without loss."""
+        """Converts points to the mesh's scalar type, or to float64 if that type would round
+        them."""
         points = _arrays.points(values)
         fits = self.dtype != F32 or _arrays.fits_f32(points)
         return points.astype(self.dtype if fits else F64, copy=False)
@@ -32,7 +33,7 @@ class PointQueries(RayQueries):
         return self.contains(points, parity=not self.is_closed, threads=threads)
 
     def _winding(self, points: ArrayLike, threads: int | None, assume_closed: bool = True) -> NDArray[np.int32]:
-        """Integer winding numbers, or `SURFACE` for points on the mesh."""
+        """Returns integer winding numbers, or `SURFACE` for points on the mesh."""
         at = self._points(points)
         numbers = _memory.empty(at.shape[:-1], np.int32)
         tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
@@ -86,7 +87,7 @@ class PointQueries(RayQueries):
     def winding_number(
         self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
     ) -> NDArray[np.int32] | NDArray[np.float64]:
-        """The winding number of the mesh around points: (...) for points of shape (..., 3).
+        """Returns the winding number of the mesh around points: (...) for points of shape (..., 3).
 
         For a closed mesh, or if ``assume_closed`` is true, the numbers are int32, exact, and 0 on
         the mesh itself. For any other mesh, they are float64: the sum of the faces' solid angles
@@ -131,13 +132,13 @@ class PointQueries(RayQueries):
         assume_closed: bool = False,
         threads: int | None = None,
     ) -> NDArray[np.uint8]:
-        """Which voxels of a regular grid are inside the mesh: a uint8 array of this shape, with 0
-        outside, 1 inside, and 2 if the centre is exactly on the mesh.
+        """Determines which voxels of a regular grid are inside the mesh. Returns a uint8 array of
+        the given shape, with 0 outside, 1 inside, and 2 if the centre is exactly on the mesh.
 
-        Each voxel is classified by its centre: ``voxels(...) != 0`` equals what `contains` returns
-        for the centres. A voxel that the surface cuts without touching its centre is either inside
-        or outside. In a closed mesh, one ray classifies a whole column of voxels along the last
-        axis, which is many times faster; in any other mesh, each centre is classified on its own.
+        Each voxel is classified by its centre: ``voxels(...) != 0`` is the same as `contains` for
+        the centres. A voxel that the surface cuts without touching its centre is either inside or
+        outside. In a closed mesh, one ray classifies a whole column of voxels along the last axis,
+        which is many times faster; in any other mesh, each centre is classified on its own.
 
         Parameters
         ----------
@@ -178,7 +179,7 @@ class PointQueries(RayQueries):
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """The point of the mesh that is nearest to each point.
+        """Finds the point of the mesh that is nearest to each point.
 
         Parameters
         ----------
@@ -195,9 +196,9 @@ class PointQueries(RayQueries):
         -------
         (...) `NEAREST`
             The fields are distance, x, y, z, u, v, triangle (-1 if there is no nearest point), and
-            geometry. The triangle is the truly nearest one, or the lowest of several equally near
-            ones. A point that is not finite has no nearest point. `hit_points` returns the nearest
-            points as rows, and `hit_normals` returns the normals of their triangles.
+            geometry. The triangle is the truly nearest one, or the lowest one if several are
+            equally near. A point that is not finite has no nearest point. `hit_points` returns the
+            nearest points as rows, and `hit_normals` returns the normals of their triangles.
 
         Examples
         --------
@@ -222,7 +223,8 @@ class PointQueries(RayQueries):
     def signed_distance(
         self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
     ) -> NDArray[np.float64]:
-        """Distances of points to the mesh, **negative inside**: (...) float64 for points of shape (..., 3).
+        """Returns the distances of points to the mesh, **negative inside**: (...) float64 for
+        points of shape (..., 3).
 
         `contains` determines the sign, and the distance is 0 on the mesh. Distances are the same as
         for `closest_point`, or NaN for a point that is not finite. The parameters are the same as

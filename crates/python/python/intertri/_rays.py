@@ -47,7 +47,7 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """The closest hit of each ray.
+        """Finds the closest hit of each ray.
 
         Parameters
         ----------
@@ -78,7 +78,7 @@ class RayQueries(Triangles):
         Raises
         ------
         ValueError, TypeError
-            If shapes do not fit, or a dtype is not numeric.
+            If shapes do not broadcast or a dtype is not numeric.
 
         Examples
         --------
@@ -110,7 +110,8 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.int32] | None = None,
     ) -> NDArray[np.int32]:
-        """Only the triangles of `closest`, which takes less time: (...) int32, -1 for a miss.
+        """Returns only the triangles of the closest hits, which is faster than `closest`: (...)
+        int32, -1 for a miss.
 
         The parameters are the same as for `closest`.
 
@@ -180,7 +181,7 @@ class RayQueries(Triangles):
             if all ``a`` or all ``b`` are the same. Points that are not finite see nothing.
         skip_a, skip_b : integer or (...), optional
             The triangles on which the points lie, or -1 for none. Pass them if you know them and
-            the points are less accurate than that.
+            the points are not accurate to 16 rounding units.
         threads, out
             As for `any`.
 
@@ -210,11 +211,12 @@ class RayQueries(Triangles):
     def spawn_rays(
         self, hits: NDArray[np.void], directions: ArrayLike, *, threads: int | None = None
     ) -> NDArray[np.floating[Any]]:
-        """Rays that start at hits of the mesh: (..., 6), origin and direction, in the dtype of the mesh.
+        """Returns rays that start at hits of the mesh: (..., 6), origin and direction, in the dtype
+        of the mesh.
 
         A ray starts at the rounded hit, or a few units in the last place away on the side to which
-        it goes. In the mode "exact", it never hits the triangle that it starts on, but near an edge
-        it may hit an adjacent triangle. To find out whether a point sees a light, use `visible`.
+        it goes. In "exact" mode, it never hits the triangle that it starts on, but near an edge it
+        may hit an adjacent triangle. To find out whether a point sees a light, use `visible`.
 
         Parameters
         ----------
@@ -255,8 +257,8 @@ class RayQueries(Triangles):
         return rays
 
     def thickness(self, hits: NDArray[np.void], *, threads: int | None = None) -> NDArray[np.float64]:
-        """The thickness of a solid at each hit: the distance to the next triangle, straight into
-        the solid.
+        """Returns the thickness of a solid at each hit: the distance to the next triangle, straight
+        into the solid.
 
         The direction into the solid is opposite to the normal (see `hit_normals`), so corners must
         run counter-clockwise as seen from outside. The triangle that was hit is ignored.
@@ -269,7 +271,7 @@ class RayQueries(Triangles):
         Returns
         -------
         (...) float64
-            The thickness, or infinity if there is nothing behind the hit, or NaN for misses.
+            The thickness, which is infinite if there is nothing behind the hit, and NaN for misses.
 
         Examples
         --------
@@ -296,7 +298,7 @@ class RayQueries(Triangles):
         mode: Mode = "exact",
         threads: int | None = None,
     ) -> HitLists:
-        """Every hit of each ray, in order of t. Hits with the same t are in order of the triangle.
+        """Finds every hit of each ray, in order of t. Hits with the same t are ordered by triangle.
 
         A hit on an edge counts for every triangle that shares the edge. To count surfaces, use
         `crossings`.
@@ -341,7 +343,7 @@ class RayQueries(Triangles):
         skip: ArrayLike | None = None,
         threads: int | None = None,
     ) -> HitLists:
-        """Every crossing of each ray with the mesh, in order of t. Always exact.
+        """Finds every crossing of each ray with the mesh, in order of t. Always exact.
 
         An edge or corner counts once. If the surface continues behind an edge, the ray crosses one
         of the two triangles. If the ray only touches the silhouette there, it crosses an even
@@ -378,7 +380,7 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """The number of times that each ray crosses the mesh: (...) `CROSSINGS`.
+        """Counts how often each ray crosses the mesh: (...) `CROSSINGS`.
 
         An edge or corner counts once. ``signed`` is leaving minus entering. For a closed mesh and a
         ray without limits, it is the winding number of the origin, regardless of the direction.
@@ -397,8 +399,8 @@ class RayQueries(Triangles):
         return counts if rays.shape or out is not None else counts[()]
 
     def hit_points(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
-        """The positions of hits: (..., 3) float64, computed from the weights u and v, or NaN for
-        misses. For answers of `closest_point`, returns their x, y, and z.
+        """Returns the positions of hits: (..., 3) float64, computed from the weights u and v, or
+        NaN for misses. For answers of `closest_point`, returns their x, y, and z.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -415,8 +417,8 @@ class RayQueries(Triangles):
         return points
 
     def hit_normals(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
-        """The unit normals of the triangles that were hit: (..., 3) float64, or NaN for misses.
-        They point to the side from which the corners run counter-clockwise.
+        """Returns the unit normals of the triangles that were hit: (..., 3) float64, or NaN for
+        misses. They point to the side from which the corners run counter-clockwise.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -438,7 +440,8 @@ class RayQueries(Triangles):
         return found
 
     def _corners(self, hits: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.float64]]:
-        """Hits, and the corners of their triangles (..., 3, 3) in float64, or NaN for misses."""
+        """Returns hits and the corners of their triangles (..., 3, 3) in float64, or NaN for
+        misses."""
         found = self._hits(hits)
         numbers = np.asarray(found["triangle"])
         is_hit = numbers >= 0

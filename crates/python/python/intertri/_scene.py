@@ -68,14 +68,14 @@ class Scene:
         return f"{type(self).__name__}({count} instance{'' if count == 1 else 's'})"
 
     def add(self, mesh: Mesh, matrix: ArrayLike | None = None) -> int:
-        """Adds an instance of a mesh, and returns its number.
+        """Adds an instance of a mesh and returns its number.
 
         Parameters
         ----------
         mesh : Mesh
         matrix : (4, 4) or (3, 4), optional
-            The placement, with any finite numbers. A fourth row must be 0, 0, 0, 1. By default, the
-            mesh stays where it is.
+            The placement. All numbers must be finite, and a fourth row must be 0, 0, 0, 1. By
+            default, the mesh stays where it is.
         """
         if not isinstance(mesh, Mesh):
             raise TypeError(f"mesh must be an intertri.Mesh, not {type(mesh).__name__}")
@@ -101,12 +101,12 @@ class Scene:
         self._native.place(np.ascontiguousarray(numbers, np.uint32), _matrices(matrix, len(numbers)).reshape(-1))
 
     def remove(self, instance: int) -> None:
-        """Removes an instance. An instance added later may get its number."""
+        """Removes an instance. An instance added later may reuse its number."""
         self._native.remove(_number(instance))
 
     def show(self, instance: int, visible: bool = True) -> None:
-        """Shows an instance to all queries, or hides it, by setting its mask to all bits or to
-        0."""
+        """Shows an instance to all queries or hides it from them, by setting all bits of its mask
+        or none."""
         self.set_mask(instance, ALL if visible else 0)
 
     def hide(self, instance: int) -> None:
@@ -114,7 +114,7 @@ class Scene:
         self.show(instance, False)
 
     def set_mask(self, instance: int, mask: int) -> None:
-        """Sets the 32-bit mask of an instance, whose bits are all set at first.
+        """Sets the 32-bit mask of an instance, which initially has all bits set.
 
         A query sees an instance if their masks share a bit.
 
@@ -145,7 +145,7 @@ class Scene:
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """The closest hit of each ray. The arguments are as for `Mesh.closest`.
+        """Finds the closest hit of each ray. The arguments are as for `Mesh.closest`.
 
         Only instances whose masks share a bit with ``mask`` are seen. If several hits have the same
         t, the lowest instance wins, then the lowest triangle.
@@ -188,7 +188,7 @@ class Scene:
         mask: int = ALL,
         threads: int | None = None,
     ) -> HitLists:
-        """Every hit of each ray, in order of t: `HitLists` of `SCENE_HIT`."""
+        """Finds every hit of each ray, in order of t: `HitLists` of `SCENE_HIT`."""
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         offsets, hits = self._native.all(rays, _mask(mask), _arrays.threads_of(threads))
         return HitLists(offsets, hits.view(SCENE_HIT))
@@ -203,7 +203,7 @@ class Scene:
         mask: int = ALL,
         threads: int | None = None,
     ) -> HitLists:
-        """Every crossing of each ray, in order of t, as for `Mesh.crossings`: `HitLists` of
+        """Finds every crossing of each ray, in order of t, as `Mesh.crossings` does: `HitLists` of
         `SCENE_HIT`."""
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         offsets, hits = self._native.crossings(rays, _mask(mask), _arrays.threads_of(threads))
@@ -218,7 +218,7 @@ class Scene:
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """The point on any instance that is nearest to each point.
+        """Finds the point on any instance that is nearest to each point.
 
         The arguments are as for `Mesh.closest_point`.
 
@@ -227,7 +227,7 @@ class Scene:
         Returns
         -------
         (...) `SCENE_NEAREST`
-            The fields of `NEAREST`, and instance, which is -1 if there is no nearest point.
+            The fields of `NEAREST` and instance, which is -1 if there is no nearest point.
 
         Examples
         --------
@@ -254,12 +254,13 @@ class Scene:
     def winding_number(
         self, points: ArrayLike, *, mask: int = ALL, threads: int | None = None
     ) -> NDArray[np.int32]:
-        """The winding number of all instances together around points: (...) int32 for points of
-        shape (..., 3).
+        """Returns the winding number of all instances together around points: (...) int32 for
+        points of shape (..., 3).
 
         Every instance is assumed to be closed. The number is 0 on an instance.
 
-        Two instances that overlap count twice, and a mirrored one counts as -1.
+        A point inside two overlapping instances has the number 2, and a mirrored instance counts as
+        -1.
         """
         numbers = self._winding(points, mask, threads)
         return np.where(numbers == SURFACE, np.int32(0), numbers)[()]
@@ -271,7 +272,7 @@ class Scene:
         return inside
 
     def _winding(self, points: ArrayLike, mask: int, threads: int | None) -> NDArray[np.int32]:
-        """Winding numbers, or `SURFACE` for points on an instance."""
+        """Returns winding numbers, or `SURFACE` for points on an instance."""
         at = _arrays.points(points).astype(F64)
         numbers = _memory.empty(at.shape[:-1], np.int32)
         threads = _arrays.threads_of(threads)
@@ -280,7 +281,7 @@ class Scene:
 
 
 def _mask(mask: int) -> int:
-    """Checks a mask of 32 bits."""
+    """Checks a 32-bit mask."""
     if not isinstance(mask, (int, np.integer)) or isinstance(mask, bool):
         raise TypeError(f"mask must be an integer, not {type(mask).__name__}")
     if not 0 <= mask <= ALL:
@@ -298,7 +299,7 @@ def _number(instance: int) -> int:
 
 
 def _matrices(matrix: ArrayLike, count: int) -> NDArray[np.float64]:
-    """Converts matrices to rows of twelve numbers."""
+    """Converts matrices to rows of twelve values."""
     numbers = _arrays.floats(matrix, "matrix").astype(F64)
     if numbers.ndim == 2:
         numbers = numbers[np.newaxis]

@@ -1,4 +1,4 @@
-"""The data of a mesh: its vertices and faces, and the hierarchies over them."""
+"""The data of a mesh: its vertices, its faces, and the hierarchies over them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PIECE = 1 << 24
 
 @dataclass(slots=True)
 class Position:
-    """The positions of the vertices, and everything derived from them. When vertices move, the mesh
+    """The positions of the vertices and everything derived from them. When vertices move, the mesh
     gets a new `Position`, so a thread that still works on the old one cannot leave stale data in
     the new one."""
 
@@ -32,7 +32,7 @@ class Position:
 
 
 class Triangles:
-    """Triangles, and the hierarchy over them; see `Mesh`."""
+    """Triangles and the hierarchy over them; see `Mesh`."""
 
     __slots__ = ("__weakref__", "_at", "_faces", "_moving")
 
@@ -61,7 +61,7 @@ class Triangles:
         self._at, self._faces, self._moving = Position(corners), rows, threading.Lock()
 
     def _tree(self, dtype: np.dtype[Any], threads: int | None) -> Tree32 | Tree64:
-        """The hierarchy for a scalar type, built on first use."""
+        """Returns the hierarchy for a scalar type, which is built on first use."""
         at = self._at
         tree = at.trees.get(dtype)
         if tree is None:
@@ -71,7 +71,7 @@ class Triangles:
         return tree
 
     def _saved(self) -> tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes]:
-        """Vertices, faces, and the hierarchy over them, all for the same position."""
+        """Returns vertices, faces, and the hierarchy over them, all for the same position."""
         with self._moving:
             return self._at.vertices, self._faces, self._tree(self.dtype, None).to_bytes()
 
@@ -97,7 +97,7 @@ class Triangles:
 
     @property
     def bounds(self) -> NDArray[np.floating[Any]] | None:
-        """The lowest and highest corner of the box around the faces, (2, 3), or ``None`` without
+        """The lowest and highest corners of the faces' bounding box, (2, 3), or ``None`` without
         faces."""
         if not len(self._faces):
             return None
@@ -151,15 +151,15 @@ class Triangles:
         vertices : (n, 3)
             The new positions of all vertices, or of those in ``indices``.
         indices : (n,) integer, optional
-            Rows of `vertices`. If a row occurs twice, its last position counts.
+            Rows of `vertices`. If a row occurs twice, its last position is used.
         threads : int, optional
             The number of threads that refit the hierarchy; all by default.
 
         Returns
         -------
         float
-            An estimate of how much longer rays take than with a freshly built tree, as a factor.
-            Above 1.5, build a new mesh.
+            The estimated factor by which rays take longer than with a freshly built tree. Above
+            1.5, build a new mesh.
 
         Raises
         ------
@@ -219,7 +219,7 @@ class Triangles:
         return at.is_closed
 
     def inspect(self) -> dict[str, int | str]:
-        """Reports why the mesh is not closed, and which faces occur more than once.
+        """Reports why the mesh is not closed and which faces occur more than once.
 
         Edges and faces are the same if their corners have the same coordinates.
 
@@ -271,7 +271,8 @@ class Triangles:
         return defects
 
     def _defects(self) -> tuple[str, dict[str, NDArray[np.int64]]]:
-        """The defects in words, and rows of two numbers: edges as faces and corners, and repeated faces."""
+        """Returns the defects in words and as rows of two numbers: a face and a corner for each
+        edge, or a face and the earlier face that it repeats."""
         at = self._at
         text, lists = native(at.vertices.dtype).inspect(at.vertices.reshape(-1), self._faces.reshape(-1))
         names = ("open", "turned", "uneven", "doubled", "opposed")
@@ -279,5 +280,5 @@ class Triangles:
 
 
 def native(dtype: np.dtype[Any]) -> type[Tree32] | type[Tree64]:
-    """The hierarchy class for a scalar type."""
+    """Returns the hierarchy class for a scalar type."""
     return Tree32 if dtype == F32 else Tree64

@@ -4,39 +4,39 @@ use intertri::{Ray, Triangle};
 use intertri_raster::View;
 use intertri_scene::Camera;
 
-/// A view with the position and direction of a camera.
+/// Returns a view with a camera's position and direction.
 pub(crate) fn view_of(camera: &Camera, width: u32, height: u32) -> View {
     View::new(camera.eye(), camera.axes(), camera.half_height(), width, height).unwrap()
 }
 
-/// The camera's rays, row by row.
+/// Returns the camera's rays, row by row.
 pub(crate) fn rays_of(camera: &Camera, width: u32, height: u32) -> Vec<Ray> {
     let row = |y| (0..width).map(move |x| camera.ray(x, y, width, height));
     (0..height).flat_map(row).collect()
 }
 
-/// Numbers that are the same on every run.
+/// Pseudorandom numbers that are the same on every run.
 pub(crate) struct Numbers(pub u64);
 
 impl Numbers {
-    /// A number in -1..1.
+    /// Returns a number in -1..1.
     pub(crate) fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// An integer below a limit.
+    /// Returns an integer below a limit.
     pub(crate) fn below(&mut self, limit: usize) -> usize {
         ((self.next() + 1.0) * 0.5 * limit as f64) as usize
     }
 
-    /// A point in the cube from `-size` to `size` along each axis.
+    /// Returns a point whose coordinates are between `-size` and `size`.
     pub(crate) fn point(&mut self, size: f64) -> [f32; 3] {
         [(); 3].map(|()| (self.next() * size) as f32)
     }
 
-    /// Triangles of about the given size at random positions in a cube.
+    /// Returns triangles of about the given size at random positions in a cube.
     pub(crate) fn soup(&mut self, count: usize, cube: f64, size: f64) -> Vec<Triangle> {
         let triangle = |_| {
             let place = self.point(cube);
@@ -50,8 +50,8 @@ pub(crate) fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// A closed surface around the origin: a sphere of `n` by `2 n` cells whose points are moved in or
-/// out by up to `rough` of their distance, with outward winding.
+/// Returns a closed surface around the origin, with outward winding: a sphere of `n` by `2 n` cells
+/// whose points are moved in or out by up to the fraction `rough` of its radius.
 pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle> {
     let pi = std::f64::consts::PI;
     let mut ring = |i: usize| -> Vec<[f32; 3]> {
@@ -83,7 +83,7 @@ pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle>
     triangles
 }
 
-/// A box between two opposite corners, made of 12 triangles.
+/// Returns a box between two opposite corners, made of 12 triangles.
 pub(crate) fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<Triangle> {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 1 { max[axis] } else { min[axis] };
@@ -98,7 +98,7 @@ pub(crate) fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<Triangle> {
     quads.into_iter().flat_map(quad).collect()
 }
 
-/// A horizontal square of two triangles at height `y`, from `-size` to `size`.
+/// Returns a horizontal square of two triangles at height `y`, from `-size` to `size`.
 pub(crate) fn floor(y: f32, size: f32) -> Vec<Triangle> {
     let p = |x: f32, z: f32| [x * size, y, z * size];
     let (a, b, c, d) = (p(-1.0, -1.0), p(-1.0, 1.0), p(1.0, 1.0), p(1.0, -1.0));

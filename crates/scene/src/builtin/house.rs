@@ -1,4 +1,4 @@
-//! A house at surveyors' coordinates (UTM), in metres from a meridian and from the equator.
+//! A house at surveyors' coordinates (UTM), in metres from a meridian and the equator.
 
 use glam::{DQuat, DVec3};
 
@@ -19,12 +19,12 @@ const STONE: [f32; 3] = [0.50, 0.49, 0.47];
 const WOOD: [f32; 3] = [0.62, 0.47, 0.30];
 
 impl Scene<f64> {
-    /// A house with a fence at UTM coordinates, with z up, about 148 km east and 529 km north of
-    /// zero. There, adjacent f32 values are 1.6 cm apart eastward and 6.3 cm apart northward.
-    /// Rounded to f32, walls warp, palings vanish, and rays that should start on a wall start in
-    /// front of it or behind it.
+    /// Returns a house with a fence at UTM coordinates, about 148 km east and 529 km north of the
+    /// origin, with z up. There, adjacent f32 values are 1.6 cm apart eastward and 6.3 cm apart
+    /// northward. Rounded to f32, walls warp, palings vanish, and rays that should start on a wall
+    /// start in front of or behind it.
     ///
-    /// The scene has its own camera and light, and every part is closed. Every call returns the
+    /// The scene includes a camera and a light, and every part is closed. Every call returns the
     /// same bits.
     pub fn house() -> Self {
         house()
@@ -36,7 +36,7 @@ fn house() -> Scene<f64> {
     house.part(GRASS);
     house.block([-16.0, -14.0, -0.4], [20.0, 18.0, 0.0]);
 
-    // The front has a door and two windows, and one end has a window.
+    // The front has a door and two windows, and one end wall has a window.
     house.part(WALL);
     let front = [
         (0.0, 1.2, 0.0, 2.8),
@@ -74,7 +74,7 @@ fn house() -> Scene<f64> {
         house.block([3.2, -out, 0.0], [4.7, -out + 0.32, high]);
     }
 
-    // Palings of 6 by 2 cm, and two rails.
+    // Palings (6 by 2 cm) and two rails.
     house.part(WOOD);
     for i in 0..56 {
         let left = -5.0 + 0.15 * f64::from(i);
@@ -112,7 +112,7 @@ struct House {
 }
 
 impl House {
-    /// Sets the colour of the following parts.
+    /// Begins a part: the following shapes have this colour.
     fn part(&mut self, tint: [f32; 3]) {
         let first = self.mesh.triangles.len() as u32;
         self.mesh.parts.push(Part { first, tint, textured: false });
@@ -129,7 +129,7 @@ impl House {
         self.prism(outline, [x, to_x], |[y, z], x| [x, y, z]);
     }
 
-    /// Adds the outline at both ends, and the sides between them.
+    /// Adds a prism: the outline at both ends, and the sides between them.
     fn prism(
         &mut self,
         outline: &[[f64; 2]],

@@ -1,7 +1,7 @@
 //! Generated shapes: grids, surfaces of revolution, wedges, and spheres.
 //!
-//! The triangles of a shape share their vertices, even across its seams, so indices show adjacency.
-//! Texture coordinates belong to the corners of triangles and may differ between neighbours.
+//! The triangles of a shape share their vertices, even across its seams, so their indices determine
+//! adjacency. Texture coordinates belong to triangle corners and may differ between neighbours.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -64,7 +64,7 @@ impl Shapes {
     /// Adds a surface of revolution with `sides` sides around the y axis through `rings`,
     /// transformed by `place`. Only the first and the last ring may be poles.
     pub(super) fn lathe(&mut self, sides: u32, rings: &[Ring], place: impl Fn(DVec3) -> DVec3) {
-        // The positions, and the start of each ring.
+        // Add the positions, and record where each ring starts.
         let starts: Vec<u32> = rings
             .iter()
             .map(|ring| {
@@ -106,8 +106,8 @@ impl Shapes {
         }
     }
 
-    /// Adds a sector of a flat ring around the y axis, between two radii and two angles. It reaches
-    /// from `y` up by `height`.
+    /// Adds a sector of a flat ring around the y axis, between two radii and two angles. It extends
+    /// upward from `y` by `height`.
     pub(super) fn wedge(&mut self, radii: [f64; 2], y: f64, height: f64, angles: [f64; 2]) {
         let first = self.mesh.positions.len() as u32;
         for corner in 0..8_usize {

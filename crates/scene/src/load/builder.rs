@@ -1,4 +1,4 @@
-//! Builds a mesh, with the checks that all formats share.
+//! Builds a mesh and performs the checks that all formats share.
 
 use super::cut::{Cut, Cutter};
 use super::error::{Fault, fault};
@@ -6,7 +6,8 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::{Mesh, double};
 
-/// Appends an entry, or fails if memory runs out: table sizes depend on the file.
+/// Appends an entry, or returns an error if memory runs out, because the file determines the size
+/// of the table.
 pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
     table.try_reserve(1)?;
     table.push(entry);
@@ -16,9 +17,9 @@ pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
 /// Marks a corner that has no valid texture coordinates.
 pub(super) const NO_UV: u32 = u32::MAX;
 
-/// The triangles of a strip, as indices into its corners: each corner from the third on forms a
-/// triangle with the two corners before it. Every other triangle is flipped, so that all have the
-/// same winding. Triangles that repeat a vertex only steer the strip and are skipped.
+/// Returns the triangles of a strip, as indices into its corners: each corner from the third on
+/// forms a triangle with the two corners before it. Every other triangle is flipped, so that all
+/// have the same winding. Triangles that repeat a vertex only steer the strip and are skipped.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     let triangle = |last| [last - 2 + last % 2, last - 1 - last % 2, last];
     (2..corners.len()).map(triangle).filter(|places| {
@@ -71,7 +72,7 @@ struct UnusableVertex {
 }
 
 impl<S: Coordinate> MeshBuilder<S> {
-    /// An empty mesh for a file that numbers its vertices from `first`.
+    /// Creates an empty mesh for a file that numbers its vertices from `first`.
     pub(super) fn numbered_from(first: u64) -> Self {
         Self {
             mesh: Mesh::default(),
@@ -141,7 +142,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut waiting.faces, ends)
     }
 
-    /// Adds a face, or fails if one of its vertices is missing.
+    /// Adds a face, or returns an error if one of its vertices is missing.
     fn add(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
         let count = self.vertices();
         if let Some(&corner) = corners.iter().find(|&&corner| corner as usize >= count) {

@@ -17,8 +17,8 @@ use glam::{DVec2, DVec3};
 
 use super::error::Fault;
 
-/// The maximum number of corners of a polygon that is cut. The crate's time may grow with the
-/// square of this number.
+/// Concave polygons with more corners than this are not cut, because the crate's running time may
+/// grow with the square of the number of corners.
 const MOST: usize = 1 << 14;
 
 /// A bound on the rounding error in a sum of a few products, relative to their sizes.
@@ -35,7 +35,7 @@ pub(super) enum Cut<'a> {
     Unclear,
 }
 
-/// Cuts polygons and reuses its memory.
+/// A polygon cutter, which reuses its memory.
 #[derive(Default)]
 pub(super) struct Cutter {
     /// The corners relative to the first one.
@@ -103,8 +103,8 @@ impl Cutter {
     /// Cuts the ring with `earcut` in the plane perpendicular to `normal`. All triangles get the
     /// orientation of the ring.
     fn clip_ears(&mut self, normal: DVec3) {
-        // If the normal is along an axis, these two are axes, and the corners keep their
-        // coordinates.
+        // If the normal is along an axis, `across` and `up` are axes too, and the corners keep
+        // their coordinates.
         let least = normal.abs();
         let axis = match least.min_element() {
             x if x == least.x => DVec3::X,
@@ -123,7 +123,7 @@ impl Cutter {
         }
     }
 
-    /// Twice a triangle's area in the plane, and a bound on its error.
+    /// Returns twice a triangle's area in the plane, and a bound on its error.
     fn area(&self, ear: &[u32; 3]) -> (f64, f64) {
         let [a, b, c] = ear.map(|place| DVec2::from(self.flat[place as usize]));
         let (ab, ac) = (b - a, c - a);
@@ -157,8 +157,8 @@ impl Cutter {
         self.ears.len() == 3 * (self.ring.len() - 2)
     }
 
-    /// Whether all triangles have the same orientation. Their areas add up to the polygon's, so
-    /// they then fill it without overlap.
+    /// Returns whether all triangles have the same orientation. If so, they fill the polygon
+    /// without overlap, because their areas add up to its area.
     fn is_cut(&self) -> bool {
         self.ears.as_chunks::<3>().0.iter().all(|ear| {
             let (area, error) = self.area(ear);
@@ -167,7 +167,7 @@ impl Cutter {
     }
 }
 
-/// The power of two that scales a size to between 1/2 and 2, if possible.
+/// Returns the power of two that scales a size to between 1 and 2, if possible.
 fn unit(size: f64) -> f64 {
     let exponent = (size.to_bits() >> 52) as i32 - 1023;
     2.0_f64.powi(-exponent.clamp(-1000, 1000))

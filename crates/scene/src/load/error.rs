@@ -34,12 +34,12 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    /// The same fault with a line number.
+    /// Returns the same fault with a line number.
     pub(super) fn at(self, line: u64) -> Self {
         Self { line: Some(line), ..self }
     }
 
-    /// The error for a file.
+    /// Converts the fault to the error for a file.
     pub(super) fn of(self, path: &Path) -> LoadError {
         LoadError { path: path.into(), line: self.line, cause: self.cause }
     }
@@ -58,7 +58,7 @@ impl From<TryReserveError> for Fault {
     }
 }
 
-/// An error without a line.
+/// Returns an error without a line number.
 pub(super) fn fault<T>(cause: impl Into<String>) -> Result<T, Fault> {
     Err(Fault { line: None, cause: cause.into() })
 }

@@ -1,11 +1,11 @@
-//! Model files.
+//! Opens model files.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::error::{Fault, fault};
 
-/// The formats' file extensions.
+/// The file extensions of the supported formats.
 const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
 
 /// The other files that a model refers to.

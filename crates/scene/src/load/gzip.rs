@@ -20,8 +20,8 @@ const RATIO: u64 = 100;
 /// Unpacks a file of the given size. Memory is linear in that size, so a decompression bomb results
 /// in an error.
 ///
-/// A gzip file may have several consecutive members. Anything else after them is ignored with a
-/// note, as by `gunzip`. Zeros, which pad tapes, are ignored without a note.
+/// A gzip file may have several consecutive members. Other data after them is ignored with a note,
+/// much as `gunzip` does. Zeros, which are used as padding on tapes, are ignored without a note.
 pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Result<Vec<u8>, Fault> {
     let most = size.saturating_mul(RATIO).max(SURE);
     let (mut packed, mut bytes) = (Vec::new(), Vec::new());
@@ -52,7 +52,7 @@ pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Resu
     Ok(bytes)
 }
 
-/// The name of a compressed file's contents: `a.obj` for `a.obj.gz`.
+/// Returns the name of a compressed file's contents: `a.obj` for `a.obj.gz`.
 pub(super) fn inner(path: &Path) -> PathBuf {
     match path.extension() {
         Some(extension) if extension.eq_ignore_ascii_case("gz") => path.with_extension(""),

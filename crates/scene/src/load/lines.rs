@@ -1,4 +1,4 @@
-//! Numbered lines of text with bounded length.
+//! Reads text files line by line, with a limit on the length of a line.
 
 use std::borrow::Cow;
 use std::io::BufRead;
@@ -6,10 +6,10 @@ use std::io::BufRead;
 use super::error::{Fault, fault};
 use crate::line_end::{LineEnd, read_line};
 
-/// The length limit in bytes. A face with a million corners takes half of it.
+/// The maximum length of a line, in bytes. A face with a million corners takes half of it.
 const LONGEST: usize = 1 << 24;
 
-/// A text, read line by line.
+/// A text file, read line by line.
 pub(super) struct Lines<R> {
     input: R,
     line: Vec<u8>,
@@ -19,18 +19,18 @@ pub(super) struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// The lines of a text.
+    /// Creates a line reader for a text file.
     pub(super) fn new(input: R) -> Self {
         Self { input, line: Vec::new(), end: LineEnd::default(), number: 0 }
     }
 
-    /// The lines of a text in which every line ends in a carriage return. A line feed after a
-    /// carriage return is not part of the line end.
+    /// Like [`Lines::new`], but for a file in which every line ends in a carriage return. A line
+    /// feed after a carriage return is not part of the line end.
     pub(super) fn of_returns(input: R) -> Self {
         Self { end: LineEnd::Return, ..Self::new(input) }
     }
 
-    /// The input after the lines that were read.
+    /// Returns the input after the lines that were read.
     pub(super) fn input(&mut self) -> Result<&mut R, Fault> {
         self.end.pass(&mut self.input)?;
         Ok(&mut self.input)
@@ -61,13 +61,13 @@ impl<R: BufRead> Lines<R> {
         self.append()
     }
 
-    /// The line without trailing blanks.
+    /// Returns the line without trailing blanks.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.line
     }
 
-    /// The line without trailing blanks. Everything that is used from a model is ASCII, but names
-    /// may be in any encoding.
+    /// Returns the line without trailing blanks, as text. Everything that is used from a model is
+    /// ASCII, but names may be in any encoding.
     pub(super) fn text(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.line)
     }

@@ -51,25 +51,25 @@ use crate::mesh::Mesh;
 ///   lines are skipped, and compressed meshes are rejected.
 ///
 /// In a strip, every other triangle is flipped, so that all have the same winding, and triangles
-/// that use a vertex twice are skipped. Any text may begin with a byte order mark. Vertices,
+/// that use a vertex twice are skipped. A text file may begin with a byte order mark. Vertices,
 /// texture coordinates, and other numbers that no triangle uses may have any value, such as NaN.
 ///
 /// The [`Notes`] of [`load_model`] count everything that is skipped, repaired, or guessed.
 ///
 /// Time and memory are linear in the size of the file, except for faces that are cut by ear
 /// clipping, whose time may grow with the square of their number of corners. No allocation is sized
-/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF may
+/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF file may
 /// repeat its meshes up to about sixteen million triangles.
 ///
 /// # Errors
-/// Fails if the file cannot be read, is not a model in one of these formats, ends early, refers to
-/// missing vertices, has a triangle with a coordinate that is not finite in f32, or has no
-/// triangles.
+/// Returns an error if the file cannot be read, is not a model in one of these formats, ends early,
+/// refers to missing vertices, has a triangle with a coordinate that is not finite in f32, or has
+/// no triangles.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
     load_model(path).map(|model| model.mesh)
 }
 
-/// A model as [`load_model`] returns it.
+/// The result of [`load_model`].
 #[derive(Clone, Debug)]
 pub struct LoadedModel<S = f32> {
     /// The triangles.
@@ -80,15 +80,16 @@ pub struct LoadedModel<S = f32> {
     pub notes: Notes,
 }
 
-/// Reads a model like [`load`], in f32 or f64, and also returns notes about it and the other files
-/// that were read.
+/// Reads a model as [`load`] does, but in f32 or f64, and also returns notes about it and the other
+/// files that were read.
 ///
-/// In f64, decimals in text are rounded once to f64, a `double` in a PLY is kept, and transformed
-/// positions in a glTF are not rounded to f32. Numbers that the file stores in f32 are unchanged: a
-/// `float` in a binary PLY, a binary STL, and the positions in a glTF before they are transformed.
+/// In f64, decimals in text are rounded once to f64, a `double` in a PLY file is kept, and
+/// transformed positions in a glTF file are not rounded to f32. Numbers that a file stores in f32
+/// are unchanged: a `float` in binary PLY, all numbers in binary STL, and the positions in glTF
+/// before they are transformed.
 ///
 /// # Errors
-/// Fails as [`load`] does, for the requested scalar.
+/// Returns an error under the same conditions as [`load`], for the requested scalar.
 pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut beside = Beside { folder, read: vec![] };
@@ -97,11 +98,11 @@ pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadErro
     Ok(LoadedModel { mesh, files: beside.read, notes })
 }
 
-/// Reads a model like [`load`] from bytes in memory, as if they were a file with that name.
+/// Reads a model from bytes in memory, as [`load`] would from a file with that name.
 ///
 /// # Errors
-/// Fails as [`load`] does, and also if a glTF has buffers in other files, because there is no
-/// folder to look in.
+/// Returns an error under the same conditions as [`load`], and also if a glTF model has buffers in
+/// other files, because there is no folder to look in.
 ///
 /// ```
 /// let mesh = intertri_scene::read("a.obj".as_ref(), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
@@ -167,7 +168,7 @@ enum Format {
     Gltf,
 }
 
-/// The format according to the extension or, failing that, the first bytes.
+/// Determines the format from the extension or, failing that, from the first bytes.
 fn format(path: &Path, input: &mut (impl Read + Seek), size: u64) -> Result<Format, Fault> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {

@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// A kind of thing in a file that was skipped, repaired, or guessed, with the number of
+/// One kind of thing that was skipped, repaired, or guessed in a file, and its number of
 /// occurrences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// The kind of thing and what was done: `faces with fewer than three corners, skipped`.
+    /// What it is, and what was done: `faces with fewer than three corners, skipped`.
     pub what: Cow<'static, str>,
     /// The number of occurrences.
     pub count: u64,
@@ -32,7 +32,7 @@ impl fmt::Display for Note {
 pub struct Notes(Vec<Note>);
 
 impl Notes {
-    /// Adds `count` occurrences of a kind, the first of them in `line`.
+    /// Adds `count` occurrences of one kind, the first of which is in `line`.
     ///
     /// ```
     /// let mut notes = intertri_scene::Notes::default();

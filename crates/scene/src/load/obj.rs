@@ -67,7 +67,7 @@ pub(super) fn read<S: Coordinate>(input: impl BufRead) -> Result<(Mesh<S>, Notes
     model.builder.finish()
 }
 
-/// Whether one of a file's first lines is a vertex.
+/// Returns whether one of a file's first lines is a vertex.
 pub(super) fn looks_like(start: &[u8]) -> bool {
     start.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| line.starts_with(b"v "))
 }
@@ -94,13 +94,13 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
 }
 
-/// The position of a comment after a statement. A `#` after a decimal point does not begin one:
-/// some programs write `1.#INF` and `-1.#IND` for infinity and NaN.
+/// Returns the position of a comment after a statement. A `#` after a decimal point does not begin
+/// a comment: some programs write `1.#INF` and `-1.#IND` for infinity and NaN.
 fn comment(text: &[u8]) -> Option<usize> {
     (0..text.len()).find(|&i| text[i] == b'#' && (i == 0 || text[i - 1] != b'.'))
 }
 
-/// The model as read so far.
+/// The model read so far.
 struct Model<S> {
     builder: MeshBuilder<S>,
     /// The corners of the current face, kept here to avoid allocations.
@@ -123,7 +123,7 @@ impl<S: Coordinate> Model<S> {
                 // No triangle needs texture coordinates, so an invalid number is not an error.
                 self.builder.uv([u, v].map(|x| x.unwrap_or(f32::NAN)))
             }
-            // `fo` is an old name of `f`.
+            // `fo` is an old name for `f`.
             Some("f" | "fo") => self.face(words),
             Some(word) => {
                 self.pass(word);
@@ -133,7 +133,7 @@ impl<S: Coordinate> Model<S> {
         }
     }
 
-    /// Reads a vertex: three numbers, which a weight or colours may follow.
+    /// Reads a vertex: three numbers, which may be followed by a weight or colours.
     fn vertex(&mut self, mut words: SplitAsciiWhitespace<'_>) -> Result<(), Fault> {
         let words = [words.next(), words.next(), words.next()];
         if words.contains(&None) {
@@ -201,9 +201,9 @@ fn number<N: FromStr>(word: Option<&str>) -> Result<N, String> {
     word.parse().map_err(|_| format!("{} is not a number", quote(word)))
 }
 
-/// The 0-based position of an index in a table that has `count` entries so far. Indices count up
-/// from 1, or down from -1 for the last entry. Positions beyond the last entry may be filled later.
-/// For an index that can never be valid, the inner result is an `Err` with the count.
+/// Returns the 0-based position of an index in a table that has `count` entries so far. Indices
+/// count up from 1, or down from -1 for the last entry. Positions beyond the last entry may be
+/// filled later. For an index that can never be valid, the inner result is an `Err` with the count.
 fn place(word: &str, count: usize, what: &str) -> Result<Result<u32, usize>, Fault> {
     let Ok(index) = word.parse::<i64>() else {
         return fault(format!("{} is not the number of a {what}", quote(word)));

@@ -17,15 +17,15 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// Names of properties with texture coordinates.
+/// The names of the properties that hold texture coordinates.
 const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
-/// Names of properties with the corners of a face.
+/// The names of the property that holds the corners of a face.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// The elements that contain triangles.
 const FACES: [&str; 2] = ["face", "tristrips"];
 
-/// The length limit of headers; typical ones have a few hundred bytes.
+/// The maximum length of a header, in bytes. Typical headers take a few hundred.
 const LONGEST_HEADER: usize = 1 << 20;
 
 /// Reads vertices and faces; other elements are skipped.
@@ -118,7 +118,7 @@ fn check(header: &Header) -> Result<bool, Fault> {
     Ok(UVS.iter().any(|names| names.iter().all(|name| has("vertex", name))))
 }
 
-/// Reads the next line that is not blank as an element.
+/// Reads the next non-blank line as an element.
 fn ascii(lines: &mut Lines<impl BufRead>, def: &ElementDef, i: usize) -> Result<Element, Fault> {
     if !lines.advance_to_text()? {
         return cut_off(def, i);
@@ -166,8 +166,8 @@ fn element(text: &str, def: &ElementDef) -> Option<Element> {
 }
 
 /// Parses a word as a number of the given type. Decimals are read in f64 even if the header
-/// declares them as `float`, because exporters do so even for numbers with more digits than f32
-/// has, such as UTM coordinates.
+/// declares them as `float`, because exporters declare `float` even for numbers with more digits
+/// than f32 can hold, such as UTM coordinates.
 fn scalar(word: &str, kind: &ScalarType) -> Option<f64> {
     match kind {
         ScalarType::Float | ScalarType::Double => word.parse().ok(),
@@ -190,7 +190,7 @@ fn cut_off<T>(def: &ElementDef, i: usize) -> Result<T, Fault> {
     ))
 }
 
-/// The first line of the crate's message, which contains the cause.
+/// Returns the first line of the crate's message, which contains the cause.
 fn first_line(error: &ParseError) -> String {
     let text = error.to_string();
     let message =
@@ -248,7 +248,7 @@ fn strips<S: Coordinate>(
     Ok(())
 }
 
-/// A property as a list of integers.
+/// Converts a property to a list of integers.
 fn whole(value: &Property) -> Option<Vec<i64>> {
     fn wide<T: Copy + Into<i64>>(list: &[T]) -> Vec<i64> {
         list.iter().map(|&x| x.into()).collect()
@@ -264,7 +264,7 @@ fn whole(value: &Property) -> Option<Vec<i64>> {
     })
 }
 
-/// A property as a number. f64 can represent the numbers of every type.
+/// Converts a property to a number. f64 can represent the values of every type.
 fn number(value: &Property) -> Option<f64> {
     Some(match *value {
         Property::Char(x) => x.into(),
@@ -289,7 +289,7 @@ struct Element {
 }
 
 impl Element {
-    /// Where to store the number of a property, if the property is read.
+    /// Returns where to store a property's value, or `None` if the property is not needed.
     fn place(&mut self, name: &str) -> Option<&mut f64> {
         Some(match name {
             "x" => &mut self.position[0],

@@ -1,9 +1,9 @@
 //! STL, ASCII and binary.
 //!
 //! This reader does not use the `stl_io` crate, because that crate reads only one solid from a file
-//! with several, takes a binary file that begins with the word `solid` for ASCII, does not report
-//! the line of an error, and does not check sizes. All that would be left is a record of twelve
-//! numbers.
+//! with several, mistakes a binary file that begins with the word `solid` for ASCII, does not
+//! report the line of an error, and does not check sizes. All that it would still be used for is
+//! parsing a record of twelve numbers.
 
 use std::io::{BufRead, Read, Seek};
 
@@ -83,14 +83,14 @@ fn binary<S: Coordinate>(
     Ok(())
 }
 
-/// Whether a file with these first bytes and this size is an STL.
+/// Returns whether a file with these first bytes and this size is an STL.
 pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
     is_ascii(start, size) || promised(start) == Some(size)
 }
 
-/// Whether the file is ASCII, that is, whether it begins with `solid` and is not a binary file
-/// whose free text does. A binary file has the size that its header implies or, if it is damaged,
-/// at least a zero byte in its free text or count.
+/// Returns whether the file is ASCII, that is, whether it begins with `solid` and is not a binary
+/// file whose free text does. A binary file has the size that its header implies or, if it is
+/// damaged, at least one zero byte in its free text or count.
 fn is_ascii(start: &[u8], size: u64) -> bool {
     let text = without_mark(start).trim_ascii_start();
     text.get(..SOLID.len()).is_some_and(|word| word.eq_ignore_ascii_case(SOLID))
@@ -98,7 +98,7 @@ fn is_ascii(start: &[u8], size: u64) -> bool {
         && start.iter().take(HEADER).all(|&byte| byte != 0)
 }
 
-/// The size of a binary file according to the number of triangles in its header.
+/// Returns the size of a binary file according to the number of triangles in its header.
 fn promised(bytes: &[u8]) -> Option<u64> {
     let count = bytes.get(HEADER - 4..HEADER)?.try_into().ok()?;
     Some(HEADER as u64 + u64::from(u32::from_le_bytes(count)) * TRIANGLE as u64)

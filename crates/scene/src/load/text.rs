@@ -1,18 +1,19 @@
-//! Byte order marks, which some editors put at the beginning of a text.
+//! Handles byte order marks, which some editors put at the beginning of a text file.
 
 use std::io::{BufRead, Read, Seek, SeekFrom};
 
 use super::error::{Fault, fault};
 
-/// The mark of UTF-8.
+/// The UTF-8 byte order mark.
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// The beginning of a file without its mark.
+/// Returns the beginning of a file without its mark.
 pub(super) fn without_mark(start: &[u8]) -> &[u8] {
     start.strip_prefix(MARK).unwrap_or(start)
 }
 
-/// Skips the mark at the beginning of a file. Fails if the file begins with a UTF-16 mark.
+/// Skips the mark at the beginning of a file. Returns an error if the file begins with a UTF-16
+/// mark.
 pub(super) fn skip_mark(input: &mut (impl BufRead + Seek)) -> Result<(), Fault> {
     let mut start = Vec::new();
     input.by_ref().take(MARK.len() as u64).read_to_end(&mut start)?;

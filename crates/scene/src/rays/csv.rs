@@ -7,7 +7,7 @@ pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "d
 pub(super) struct Columns(Vec<usize>);
 
 impl Columns {
-    /// Whether a line consists of known column names.
+    /// Returns whether a line consists of known column names.
     pub(super) fn are_named_by(line: &str) -> bool {
         names(line).all(|name| COLUMNS.contains(&&*name))
     }
@@ -53,7 +53,7 @@ impl Columns {
     }
 }
 
-/// The names in a line.
+/// Iterates over the names in a line, in lower case.
 fn names(line: &str) -> impl Iterator<Item = String> {
     line.split(',').map(|name| unquoted(name).to_ascii_lowercase())
 }
@@ -69,12 +69,12 @@ fn number(cell: &str) -> Result<f64, &'static str> {
     Ok(number)
 }
 
-/// A cell without surrounding blanks and quotes.
+/// Returns a cell without surrounding blanks and quotes.
 fn unquoted(cell: &str) -> &str {
     cell.trim().trim_matches('"').trim()
 }
 
-/// Quotes a cell for an error message, shortened if it is long.
+/// Quotes a cell for an error message, and shortens it if it is long.
 pub(super) fn quote(cell: &str) -> String {
     let cell = unquoted(cell);
     let short: String = cell.chars().take(32).collect();

@@ -16,14 +16,14 @@ pub enum RaysFormat {
     /// `oy`, `oz`, `dx`, `dy`, `dz` and, optionally, `t_min` (default 0) and `t_max` (default inf).
     /// Decimals are read as the nearest f64; `inf` and `nan` are also allowed.
     Csv,
-    /// Eight little-endian f32 per ray: origin x y z, `t_min`, dir x y z, `t_max`.
+    /// Eight little-endian f32 values per ray: origin x y z, `t_min`, dir x y z, `t_max`.
     Raw,
-    /// [`RaysFormat::Raw`] in f64.
+    /// Like [`RaysFormat::Raw`], but in f64.
     Raw64,
 }
 
 impl RaysFormat {
-    /// The format for a file name with the extension `.csv`, `.f32`, or `.f64`.
+    /// Returns the format for a file name with the extension `.csv`, `.f32`, or `.f64`.
     pub fn of_name(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_ascii_lowercase();
         match ending.to_str()? {

@@ -18,8 +18,8 @@ use crate::rounding::Rounding;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
-/// The length limit of a line, which holds eight numbers. It bounds the memory that a file without
-/// line ends can take.
+/// The maximum length of a line, which holds eight numbers. It bounds the memory that a file
+/// without line ends can take.
 const MAX_LINE: usize = 4096;
 
 /// The number of bytes in a raw ray, in f32 and in f64.
@@ -29,7 +29,7 @@ const RAW64: usize = size_of::<Ray64>();
 /// The number of bytes read at once, if available: a whole number of raw rays.
 const PIECE: usize = 1 << 19;
 
-/// A stream of rays, from a file or any reader, in bounded memory.
+/// A stream of rays from a file or any reader, read in bounded memory.
 ///
 /// You choose the scalar in which to read them, f32 or f64. The numbers in the file are f32, f64,
 /// or decimals, which are read as the nearest f64. Numbers that are not exact in your scalar are
@@ -46,7 +46,7 @@ pub struct Rays<'a> {
     name: PathBuf,
     input: BufReader<Box<dyn Read + Send + 'a>>,
     format: Format,
-    /// In a text, the number of the last line that was read, and how the line ended.
+    /// In a text file, the number of the last line that was read, and how the line ended.
     line: u64,
     end: LineEnd,
     /// The number of rays that were read.
@@ -65,7 +65,8 @@ impl<'a> Rays<'a> {
     /// Opens a file, or standard input for `-`; the format is chosen as in [`Rays::new`].
     ///
     /// # Errors
-    /// Fails if the file cannot be opened, and as [`Rays::new`] does.
+    /// Returns an error if the file cannot be opened, or under the same conditions as
+    /// [`Rays::new`].
     pub fn open(path: &Path, format: Option<RaysFormat>) -> Result<Self> {
         if path.as_os_str() == "-" {
             return Self::new("<stdin>", io::stdin(), None, format);
@@ -80,16 +81,16 @@ impl<'a> Rays<'a> {
         Self::new(path, file, metadata.is_file().then_some(metadata.len()), format)
     }
 
-    /// Begins to read an input. `name` is used in error messages, and `size` is the size in bytes
+    /// Starts reading an input. `name` is used in error messages, and `size` is the size in bytes
     /// if it is known.
     ///
     /// Without a `format`, the extension of `name` determines it, as in [`RaysFormat::of_name`].
-    /// For other extensions, the input is CSV if its first line that is not blank consists of
-    /// column names. Anything else is an error, because any bytes could be raw rays.
+    /// For other extensions, the input is CSV if its first non-blank line consists of column names.
+    /// Anything else is an error, because any bytes could be raw rays.
     ///
     /// # Errors
-    /// Fails if the input cannot be read, its format is unknown, its line of names is wrong, or its
-    /// size is not a whole number of rays.
+    /// Returns an error if the input cannot be read, its format is unknown, its line of column
+    /// names is invalid, or its size is not a whole number of rays.
     pub fn new(
         name: impl Into<PathBuf>,
         input: impl Read + Send + 'a,
@@ -121,27 +122,27 @@ impl<'a> Rays<'a> {
         Ok(rays)
     }
 
-    /// The total number of rays, if it follows from the file's size.
+    /// The total number of rays, if it is known from the file's size.
     pub fn total(&self) -> Option<u64> {
         self.total
     }
 
-    /// Whether the rays are stored in f32.
+    /// Returns whether the rays are stored in f32.
     pub fn are_f32(&self) -> bool {
         matches!(self.format, Format::Raw)
     }
 
-    /// The rounding of the rays that were read so far.
+    /// The rounding of the rays read so far.
     pub fn rounding(&self) -> Rounding {
         self.rounding
     }
 
     /// Replaces the contents of `rays` with the next rays: at least one and at most `count`, or
-    /// none at the end. Waits for one ray, but not for those after it.
+    /// none at the end. Waits for the first ray, but not for those after it.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, a line contains something other than numbers, a number is
-    /// beyond the range of the scalar, or the last raw ray is cut off.
+    /// Returns an error if the file cannot be read, a line contains something other than numbers, a
+    /// number is beyond the range of the scalar, or the last raw ray is cut off.
     pub fn read<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         rays.clear();
         match self.format {
@@ -169,7 +170,7 @@ impl<'a> Rays<'a> {
             ray
         });
         self.rounding = rounding;
-        // Report the first error, however many rays are read at a time.
+        // Report the first error, regardless of how many rays are read at a time.
         first.map_or(read, |cause| Err(self.wrong(cause)))
     }
 
@@ -241,7 +242,8 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// Reads the line of names. Unless the format is `certain`, only this line identifies it.
+    /// Reads the line of column names. Unless the format is `certain`, only this line identifies
+    /// it.
     fn read_names(&mut self, certain: bool) -> Result<()> {
         let unknown = |rays: &Self, why: &str| LoadError {
             path: rays.name.clone(),
@@ -297,7 +299,7 @@ impl<'a> Rays<'a> {
         Ok(true)
     }
 
-    /// The error for a last record, with eight numbers, that is cut off.
+    /// Returns the error for a last record that is cut off. A record has eight numbers.
     fn ragged(&self, size: u64, record: usize) -> LoadError {
         let over = size % record as u64;
         let bits = 8 * (record / 8);
@@ -314,14 +316,14 @@ impl<'a> Rays<'a> {
         self.wrong("its rays need more memory than is available".to_owned())
     }
 
-    /// An error at this point, with the number of the last line if the format has lines.
+    /// Returns an error at this point, with the number of the last line if the format has lines.
     fn wrong(&self, cause: String) -> LoadError {
         LoadError { path: self.name.clone(), line: (self.line > 0).then_some(self.line), cause }
     }
 }
 
-/// The ray with these eight numbers, in the order of a raw ray, or an error message if a finite
-/// number is beyond the range of the scalar.
+/// Returns the ray with these eight numbers, in the order of a raw ray, or an error message if a
+/// finite number is beyond the range of the scalar.
 fn rounded<S: Coordinate>(
     numbers: [f64; 8],
     rounding: &mut Rounding,
@@ -337,7 +339,7 @@ fn rounded<S: Coordinate>(
     }
 }
 
-/// The ray with these eight numbers, in the order of a raw ray.
+/// Returns the ray with these eight numbers, in the order of a raw ray.
 fn ray_of<S: Coordinate>([x, y, z, t_min, dx, dy, dz, t_max]: [S; 8]) -> RayOf<S> {
     RayOf::new([x, y, z], [dx, dy, dz]).between(t_min, t_max)
 }
@@ -358,7 +360,7 @@ mod tests {
         }
     }
 
-    /// The number of rays that each call returns.
+    /// Returns the number of rays that each call reads.
     fn calls(pieces: &[&[u8]], format: RaysFormat) -> Vec<usize> {
         let mut file = Rays::new("pipe", Pieces(pieces), None, Some(format)).unwrap();
         let (mut rays, mut calls) = (Vec::<Ray>::new(), vec![]);

@@ -17,15 +17,15 @@ use crate::walk::bundle::{
 use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
 
-/// Rays outside any bundle are traced as a stream once there are this many; more would not fit into
+/// Rays outside any bundle are traced as a stream once there are this many; more would not fit in
 /// the cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs
 /// lower their clock rate for a while after a bundle.
 const STREAM: usize = 4096;
 
 /// After a reversed bundle that was not worth its cost, the next bundles are not reversed, and
 /// their rays are traced in packets. The first number is how many bundles this applies to. It
-/// doubles after each further failure, up to the second number. For example, shadow rays from one
-/// row of hits form a long, thin curve as seen from the light.
+/// doubles after each further failure, up to the second number. Such bundles occur, for example, if
+/// the shadow rays of one row of hits form a long, thin curve as seen from the light.
 const PATIENCE: [usize; 2] = [4, 64];
 
 /// The same for bundles that are not reversed. For example, rays from one camera in random order
@@ -76,8 +76,8 @@ impl Chunk<'_> {
     }
 }
 
-/// Traces rays of a chunk as a stream. Never inlined, because otherwise each level's copy of the
-/// chunk would contain every level's stream.
+/// Traces rays of a chunk as a stream. This function is never inlined, because otherwise each SIMD
+/// level's copy of the chunk would contain every level's stream.
 #[inline(never)]
 fn trace_stream(
     chunk: &Chunk<'_>,
@@ -183,7 +183,7 @@ impl WithSimd for TraceChunk<'_, '_> {
     }
 }
 
-/// Writes the answers of a bundle. The packets in `left` are not traced yet.
+/// Writes the answers of a bundle. The packets in `left` have not been traced yet.
 #[inline(always)]
 fn write_bundle<S: Simd>(
     chunk: &Chunk<'_>,
@@ -222,7 +222,7 @@ fn bundle_of<'a>(
     reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
-/// Whether a bundle was worth its cost: at least half of its rays were traced, and that did not
+/// Returns whether a bundle was worth its cost: at least half of its rays were traced, and that did not
 /// take too much work.
 #[inline(always)]
 fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
@@ -230,7 +230,8 @@ fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
         if 32 * left.count_ones() as usize <= rays.len() && work <= EXPENSIVE * rays.len())
 }
 
-/// The size of the next bundle. It grows again at positions where a larger bundle would begin.
+/// Returns the size of the next bundle. It grows again at positions where a larger bundle would
+/// begin.
 fn next_size(mut size: usize, at: usize, is_busy: bool) -> usize {
     let most = if is_busy { BUSY_RAYS } else { RAYS };
     while size < most && at.is_multiple_of(4 * size) {

@@ -1,4 +1,4 @@
-//! Every hit of many rays, in compact arrays.
+//! Lists every hit of many rays in compact arrays.
 //!
 //! ```text
 //!   rays      0   1     2          offsets   0 1 1 3
@@ -49,7 +49,7 @@ impl<T> Lists<T> {
         self.offsets.len().saturating_sub(1)
     }
 
-    /// Whether there are no rays.
+    /// Returns whether there are no rays.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -62,7 +62,7 @@ impl<T> Lists<T> {
         &self.items[self.offsets[ray] as usize..self.offsets[ray + 1] as usize]
     }
 
-    /// The items of each ray.
+    /// Iterates over the items of each ray.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[T]> {
         (0..self.len()).map(|ray| self.of(ray))
     }
@@ -243,7 +243,7 @@ impl<T: ListItem> ChunkLists<T> {
     }
 }
 
-/// The range of items of each ray.
+/// Iterates over the range of each ray's items.
 fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
     ends.iter().scan(0, |begin, &end| Some(std::mem::replace(begin, end)..end))
 }
@@ -299,14 +299,14 @@ fn sort<T: ListItem>(
             let (a, b) = (a.hit(), b.hit());
             a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle))
         });
-        // The exact order is needed only if rounded t are equal, which is rare.
+        // The exact order is needed only if rounded values of t are equal, which is rare.
         if items.windows(2).any(|pair| pair[0].hit().t == pair[1].hit().t) {
             sort_ties(tree, resolver, ray, slots, items);
         }
     }
 }
 
-/// Sorts the items if some rounded t are equal.
+/// Sorts the items if some rounded values of t are equal.
 #[cold]
 #[inline(never)]
 fn sort_ties<T: ListItem>(

@@ -124,7 +124,7 @@ impl<S: Backend> RayBatch<'_, S> {
     }
 }
 
-/// Computes answers for any items, in chunks on all threads.
+/// Computes one answer per item, in chunks on all threads.
 ///
 /// # Panics
 /// Panics if the slices differ in length.
@@ -169,13 +169,16 @@ impl Pieces {
     }
 }
 
-/// Several chunks per thread, so that all threads finish at about the same time.
+/// Returns a chunk size for which each thread gets several chunks, so that all threads finish at
+/// about the same time.
 fn chunk_size(rays: usize) -> usize {
     let threads = threads::count();
     if rays < threads * CHUNK {
         return rays.div_ceil(threads).next_multiple_of(SMALLEST).max(SMALLEST);
     }
-    (rays / (16 * threads)).next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
+    // One thread does not wait for others.
+    let each = if threads == 1 { 1 } else { 16 };
+    (rays / (each * threads)).next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
 }
 
 #[cfg(test)]
@@ -184,7 +187,7 @@ mod tests {
 
     use crate::Bvh;
 
-    /// A bumpy sheet of 30 by 30 units, divided into `squares` by `squares` squares.
+    /// Returns a bumpy sheet of 30×30 units, divided into `squares`×`squares` squares.
     fn sheet(squares: usize) -> Bvh {
         let size = 30.0 / squares as f32;
         let corner =
@@ -198,8 +201,8 @@ mod tests {
         Bvh::new(&triangles).unwrap()
     }
 
-    /// Closest and any hits for a picture of the sheet: bundles are used and do not change the
-    /// answers.
+    /// Closest-hit and any-hit queries for an image of the sheet use bundles, which do not change
+    /// the results.
     #[test]
     fn bundles_are_taken_and_change_nothing() {
         bundles_change_nothing(&sheet(30));

@@ -9,20 +9,20 @@
 //!   ...
 //! ```
 //!
-//! Looking at two rows and at the ends of some others costs almost nothing compared with tracing
+//! Looking at two rows and at the ends of the others costs almost nothing compared with tracing
 //! them.
 
 use std::ops::Range;
 
 use super::tiles::{LOWEST, TILE};
 
-/// The smallest width of a picture, in pixels.
+/// The smallest width of an image, in pixels.
 const SHORTEST: usize = TILE;
 
 /// The largest width that is detected, in pixels.
 const LONGEST: usize = 1 << 14;
 
-/// The smallest height of a picture.
+/// The smallest height of an image.
 const FEWEST: usize = LOWEST;
 
 /// The direction of a ray is compared with that of the ray this many pixels later. At the end of a
@@ -38,7 +38,7 @@ const AGAIN: usize = 1 << 16;
 pub struct Run {
     /// Their indices.
     pub rays: Range<usize>,
-    /// The width of the rows, if the rays are the pixels of a picture.
+    /// The width of the rows, if the rays are the pixels of an image.
     pub width: Option<usize>,
 }
 
@@ -55,7 +55,7 @@ pub fn runs(count: usize, line: impl Fn(usize) -> [[f64; 3]; 2]) -> Vec<Run> {
     while at < count {
         let rows = Rows::new(count - at, |i| line(at + i));
         let Some((first, width)) = rows.find() else {
-            // There are no rows here, but a picture may begin later.
+            // There are no rows here, but an image may begin later.
             let end = count.min(at + AGAIN);
             add(at..end, None);
             at = end;
@@ -88,7 +88,7 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         Self { count, line, parallel }
     }
 
-    /// The start of the first row, and the width of the rows.
+    /// Returns the start of the first row, and the width of the rows.
     fn find(&self) -> Option<(usize, usize)> {
         if self.count < FEWEST * SHORTEST {
             return None;
@@ -100,15 +100,15 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         is_picture.then_some((begin, width))
     }
 
-    /// The end of the row that begins at a ray, if it is found within [`LONGEST`] rays.
+    /// Returns the end of the row that begins at a ray, if it is found within [`LONGEST`] rays.
     fn end_of(&self, begin: usize) -> Option<usize> {
         let along = self.step(begin, begin + STEP)?;
         let most = self.count.min(begin + LONGEST);
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Whether the pixels jump back just before a ray, by at least half the change over this many
-    /// pixels.
+    /// Returns whether the pixels jump back just before a ray, by at least half the change over
+    /// this many pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
         // Compare along the row, in units of its steps, so that jitter within a few pixels is not a
         // jump.
@@ -116,9 +116,9 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         self.step(ray - 1, ray).is_some_and(|step| dot(step, along) < -half)
     }
 
-    /// The number of consecutive rows that belong to one picture.
+    /// Returns the number of consecutive rows that belong to one image.
     fn count(&self, begin: usize, width: usize) -> usize {
-        // All rows of a picture start at one point, or are parallel.
+        // All rays of an image start at one point or are parallel.
         let shared = |ray: usize| bits((self.line)(ray)[usize::from(self.parallel)]);
         let is_row = |&row: &usize| {
             let first = begin + row * width;
@@ -130,8 +130,8 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         (0..(self.count - begin) / width).take_while(is_row).count()
     }
 
-    /// The difference between the directions of two rays or, for parallel rays, between their
-    /// origins.
+    /// Returns the difference between the directions of two rays or, for parallel rays, between
+    /// their origins.
     fn step(&self, from: usize, to: usize) -> Option<[f64; 3]> {
         let pixel = |ray: usize| (self.line)(ray)[usize::from(!self.parallel)];
         (from.max(to) < self.count).then(|| {
@@ -141,7 +141,7 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
     }
 }
 
-/// The bits of a vector.
+/// Returns the bits of a vector.
 fn bits(vector: [f64; 3]) -> [u64; 3] {
     vector.map(f64::to_bits)
 }
@@ -160,7 +160,7 @@ mod tests {
         super::runs(rays.len(), |i| [rays[i].origin, rays[i].dir].map(|v| v.map(f64::from)))
     }
 
-    /// The rays of a camera's picture, row by row.
+    /// Returns the rays of a camera's image, row by row.
     fn rows(camera: f32, width: usize, height: usize) -> Vec<Ray> {
         let at = |i: usize| [(i % width) as f32, (i / width) as f32].map(|k| k / 100.0 - 1.0);
         let ray = |[x, y]: [f32; 2]| Ray::new([camera, 0.0, 0.0], [x, y, 3.0]);
@@ -174,7 +174,7 @@ mod tests {
         assert_eq!(runs(&rows(0.0, 40, 9)), [run(0..360, rows_of(40))]);
         assert_eq!(runs(&rows(0.0, 500, 20)), [run(0..10_000, rows_of(500))]);
 
-        // The pictures of two cameras, with an incomplete row at either end.
+        // The images of two cameras, with an incomplete row at either end.
         let two = [&rows(0.0, 50, 10)[20..], &rows(1.0, 60, 10)[..585]].concat();
         let seen = [run(0..30, None), run(30..480, rows_of(50)), run(480..1020, rows_of(60))];
         assert_eq!(runs(&two)[..3], seen);

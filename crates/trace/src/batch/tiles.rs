@@ -1,18 +1,18 @@
 //! Traces rows of pixels tile by tile.
 //!
-//! Rays with a common origin are fastest to trace if 1024 consecutive rays form a narrow cone. A
-//! row of pixels is a flat fan. So a block of rows is read row by row, four pixels at a time, and
-//! the rays are copied to their places in tiles:
+//! Rays with a common origin are fastest to trace if 1024 consecutive rays form a narrow cone, but
+//! a row of pixels forms a flat fan. Therefore, a block of rows is read row by row, four pixels at
+//! a time, and the rays are copied to their places in tiles:
 //!
 //! ```text
-//!   128 pixels of 32 rows          tiles of 32 by 32       in Z-order, by packets of 4 by 4
+//!   32 rows of 128 pixels            32×32 tiles           4×4 packets in Z-order
 //!   ──────────────────────►       ┌────┬────┬────┬────┐       0  1  4  5
 //!   ──────────────────────►  ──►  │  0 │  1 │  2 │  3 │       2  3  6  7
 //!   ──────────────────────►       └────┴────┴────┴────┘       8  9 12 13
 //! ```
 //!
-//! Memory is read and written in long runs, and a block fits into the second-level cache. Tiles do
-//! not change the answers.
+//! Memory is read and written in long runs, and a block fits in the L2 cache. Tiling does not
+//! affect the answers.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -25,14 +25,14 @@ pub const TILE: usize = 32;
 /// The side of a packet in pixels.
 const PACKET: usize = 4;
 
-/// The number of pixels of a row that are copied at a time.
+/// The number of pixels in a row that are copied at a time.
 const ACROSS: usize = 4 * TILE;
 
 /// The minimum number of bands per thread. There are several, so that all threads finish at about
 /// the same time.
 const BANDS: usize = 4;
 
-/// The minimum number of rows in a band of a picture.
+/// The minimum number of rows in a band of an image.
 pub const LOWEST: usize = TILE / 4;
 
 /// Rows of pixels that are traced together.
@@ -45,8 +45,8 @@ pub struct Band {
     right: BlockOrder,
 }
 
-/// Where the pixels of a block are copied to. For each row, this lists where each group of four
-/// starts among the gathered rays.
+/// The order in which the pixels of a block are gathered. For each row, it lists where each group
+/// of four starts among the gathered rays.
 #[derive(Clone)]
 struct BlockOrder {
     width: usize,
@@ -65,18 +65,18 @@ pub struct Block<'a> {
 }
 
 impl Band {
-    /// A band of a picture whose rows have this width. It is as high as a tile, unless that leaves
-    /// too few bands for the threads.
+    /// Creates a band of an image whose rows have this width. It is as tall as a tile, unless that
+    /// leaves too few bands for the threads.
     pub fn of_picture(width: usize, pixels: usize, threads: usize) -> Self {
         let mut rows = TILE;
-        // Make bands lower if there are too few for all threads.
+        // Use shorter bands if there are too few to keep all threads busy.
         while rows > LOWEST && pixels / (width * rows) < BANDS * threads {
             rows /= 2;
         }
         Self::new(width, rows)
     }
 
-    /// A band with this width in pixels and at most [`TILE`] rows.
+    /// Creates a band with this width in pixels and at most [`TILE`] rows.
     pub fn new(width: usize, rows: usize) -> Self {
         let right = BlockOrder::new(width % ACROSS, rows);
         Self { width, rows, whole: BlockOrder::new(width.min(ACROSS), rows), right }
@@ -92,7 +92,8 @@ impl Band {
         self.rows
     }
 
-    /// This band or, if there are fewer pixels, a band with as many whole rows as they fill.
+    /// Returns this band or, if there are fewer pixels, a band with as many whole rows as they
+    /// fill.
     pub fn within(&self, pixels: usize) -> Cow<'_, Self> {
         if pixels < self.pixels() {
             Cow::Owned(Self::new(self.width, pixels / self.width))
@@ -101,7 +102,7 @@ impl Band {
         }
     }
 
-    /// The blocks of the band, from left to right.
+    /// Iterates over the blocks of the band, from left to right.
     pub fn blocks(&self) -> impl Iterator<Item = Block<'_>> {
         (0..self.width).step_by(ACROSS).map(|first| {
             let order = if first + ACROSS <= self.width { &self.whole } else { &self.right };
@@ -130,7 +131,7 @@ impl BlockOrder {
     }
 }
 
-/// The x and y of the packets of a tile in Z-order.
+/// Returns the x and y of a tile's packets in Z-order.
 fn z_order() -> [(usize, usize); (TILE / PACKET).pow(2)] {
     // The bits of n belong alternately to x and y.
     let even = |n: usize| (0..3).map(|bit| (n >> (2 * bit) & 1) << bit).sum();
@@ -143,8 +144,8 @@ impl Block<'_> {
         self.order.width * self.order.height
     }
 
-    /// The rows of the block. Each item is the range of the row's pixels in the band, and where the
-    /// row's groups of four begin among the gathered rays.
+    /// Iterates over the rows of the block. Each item is the range of the row's pixels in the band,
+    /// and where the row's groups of four begin among the gathered rays.
     pub fn rows(&self) -> impl Iterator<Item = (Range<usize>, &[u16])> {
         let BlockOrder { width, ref begins, .. } = *self.order;
         let rows = begins.chunks_exact(width.div_ceil(PACKET).max(1));
@@ -154,8 +155,8 @@ impl Block<'_> {
         })
     }
 
-    /// The groups of four in a row: where each begins among the gathered rays, and how many rays it
-    /// has.
+    /// Iterates over the groups of four in a row. Each item is where the group begins among the
+    /// gathered rays, and how many rays it has.
     pub fn fours(&self, row: usize) -> impl Iterator<Item = (usize, usize)> {
         let BlockOrder { width, ref begins, .. } = *self.order;
         let fours = width.div_ceil(PACKET);
@@ -172,7 +173,7 @@ impl Block<'_> {
             let (fours, rest) = rays[row].as_chunks::<PACKET>();
             for (four, &begin) in fours.iter().zip(begins) {
                 // Copy four rays at a time, because a packet's row is contiguous both in the
-                // picture and in the tile.
+                // image and in the tile.
                 gathered[begin.into()..][..PACKET].copy_from_slice(four);
             }
             if let Some(&begin) = begins.last() {
@@ -181,7 +182,8 @@ impl Block<'_> {
         }
     }
 
-    /// The rows of the next block, in this band or the one below. They may be beyond the picture.
+    /// Iterates over the rows of the next block, in this band or the one below. They may be outside
+    /// the image.
     pub fn next_rows(&self) -> impl Iterator<Item = Range<usize>> {
         let BlockOrder { width, height, .. } = *self.order;
         let right = self.first + width;

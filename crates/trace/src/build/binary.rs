@@ -20,7 +20,8 @@ use crate::util::threads::join;
 use intertri::simd::{Lanes, Level, Simd, WithSimd};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// With at least this many triangles, two sides are built in parallel, and progress is reported.
+/// With at least this many triangles, the two sides are built in parallel, and progress is
+/// reported.
 const MANY: usize = 1 << 12;
 
 /// The number of boxes that one thread bins or measures at a time.
@@ -29,7 +30,7 @@ const CHUNK: usize = 1 << 15;
 /// Added to the area of every box, so that the tree with fewer nodes wins if boxes have no area.
 pub(super) const TRIFLE: f32 = 1e-20;
 
-/// The whole tree, with at least one reference, and one node fewer than references.
+/// The whole tree, with at least one reference, and one node fewer than there are references.
 pub(super) struct Binary {
     pub refs: Vec<PrimRef>,
     /// Each node's box. The two words of an inner node are the number of triangles on its left side
@@ -48,7 +49,7 @@ pub(super) struct Moved {
 }
 
 /// A part of the tree: `count` references starting at `first`, and nodes starting at `node`. If
-/// `node` is beyond the nodes, it stands for an entry of [`Binary::moved`].
+/// `node` is past the end of the nodes, it stands for an entry of [`Binary::moved`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Subtree {
     pub node: usize,
@@ -76,12 +77,12 @@ impl Binary {
         self.moved.get(number)
     }
 
-    /// Whether a subtree has few enough triangles to be a block, which is not divided.
+    /// Returns whether a subtree has few enough triangles to be a block, which is not divided.
     pub(super) fn is_block(&self, part: Subtree) -> bool {
         part.count <= BLOCK && self.moved(part).is_none()
     }
 
-    /// The box around a subtree.
+    /// Returns the box around a subtree.
     pub(super) fn bounds(&self, part: Subtree) -> Aabb {
         match (part.count, self.moved(part)) {
             (1, _) => self.refs[part.first].0.bounds(),
@@ -90,7 +91,7 @@ impl Binary {
         }
     }
 
-    /// The two sides of a subtree that is not a block.
+    /// Returns the two sides of a subtree that is not a block.
     pub(super) fn sides(&self, part: Subtree) -> [Subtree; 2] {
         if let Some(moved) = self.moved(part) {
             return moved.sides;
@@ -104,7 +105,7 @@ impl Binary {
         ]
     }
 
-    /// The plan for a subtree; `None` for a block.
+    /// Returns the plan for a subtree, or `None` for a block.
     pub(super) fn plan(&self, part: Subtree) -> Option<Plan> {
         if let Some(moved) = self.moved(part) {
             return Some(moved.plan);
@@ -113,7 +114,7 @@ impl Binary {
     }
 }
 
-/// Builds the tree over at least one triangle. The result does not depend on the level.
+/// Builds the tree over at least one triangle. The result does not depend on the SIMD level.
 pub(super) fn build(
     mut refs: Vec<PrimRef>,
     level: Level,
@@ -178,7 +179,8 @@ impl<'a> Builder<'a> {
             (self.progress)(done, self.total);
             return built;
         }
-        // Both sides own disjoint parts of the references and the nodes, so threads share nothing.
+        // The two sides own disjoint parts of the references and the nodes, so threads share
+        // nothing.
         let (left, [ca, cb]) = self.level.run(Cut { builder, refs, centres, depth });
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
@@ -187,12 +189,12 @@ impl<'a> Builder<'a> {
         self.level.run(Finish { builder, here, left, a, b })
     }
 
-    /// The area of a subtree's box, for its cost.
+    /// Returns the area of a subtree's box, from which its cost is computed.
     #[inline(always)]
     fn area<S: Simd>(&self, sides: &SimdAabb) -> f32 {
         let mut size = [0.0; 4];
         sides.size::<S>(Lanes::splat(self.scale)).store(&mut size);
-        // Half of the surface: the factor 2 is the same for all boxes, so it does not change
+        // Half of the surface area: the factor 2 is the same for all boxes, so it does not change
         // comparisons.
         let [x, y, z, _] = size;
         x * (y + z) + y * z + TRIFLE
@@ -302,7 +304,7 @@ struct Built {
     costs: Costs,
 }
 
-/// A node with two sides.
+/// Creates a node with two sides.
 #[inline(always)]
 fn node(sides: &SimdAabb, left: usize, plan: Plan) -> [f32; 8] {
     let mut node = *sides;
@@ -323,7 +325,7 @@ fn nodes_of(
     (&mut here[0], a, b)
 }
 
-/// The box around the centres of references.
+/// Computes the box around the centres of references.
 struct CentresOf<'a> {
     refs: &'a [PrimRef],
     scale: f32,
@@ -367,7 +369,7 @@ fn gather<T: Send>(
     if refs.len() <= CHUNK {
         return one(refs);
     }
-    // Always split in the middle, independent of the number of threads.
+    // Always split in the middle, independently of the number of threads.
     let (a, b) = refs.split_at(refs.len() / 2);
     let (a, b) = join(|| gather(a, one, both), || gather(b, one, both));
     both(a, b)

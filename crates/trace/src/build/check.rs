@@ -5,10 +5,10 @@ use crate::tree::{Aabb, BLOCK, EMPTY, HitBounds, LEAF, NONE, hit_bounds};
 use intertri::Triangle;
 
 impl Layout {
-    /// Traverses the whole tree. Fails with a message if a triangle with a box is not in exactly
-    /// one block, or a triangle without a box is in a block; if a box is not exactly the box of its
-    /// contents; if a node or block does not have exactly one parent; or if the depth differs from
-    /// the stored depth.
+    /// Traverses the whole tree. Returns an error message if a triangle with a box is not in
+    /// exactly one block, or a triangle without a box is in a block; if a box is not exactly the
+    /// box of its contents; if a node or block does not have exactly one parent; or if the depth
+    /// differs from the stored depth.
     pub(crate) fn check(&self, triangles: &[Triangle]) -> Result<(), String> {
         let mut walk = Walk {
             tree: self,
@@ -21,8 +21,8 @@ impl Layout {
         // Count every node and block when it is reached, from the root down. A child that is
         // missing, has two parents, or is part of a cycle shows up in the counts.
         walk.node(0, 1)?;
-        // Triangles with a box are in exactly one block. Others are never hit, or are leaves of a
-        // second tree.
+        // Triangles with a box are in exactly one block. Others are never hit, or are in leaves of
+        // the second tree.
         let expected = |t: &Triangle| {
             let bounds = hit_bounds(t);
             u32::from(matches!(bounds, HitBounds::Box { .. } | HitBounds::Degenerate(_)))
@@ -76,7 +76,7 @@ impl Walk<'_> {
             };
             let (bounds, sides) = (node.bounds(slot), content.without_least_sides());
             // Test for equality, not only for containment: a box that is too large does not change
-            // any answer, so no other test would notice it.
+            // any result, so no other test would notice it.
             if (0..3).any(|k| bounds.lo[k] != sides.lo[k] || bounds.hi[k] != sides.hi[k]) {
                 return Err(format!("node {index} slot {slot}: {bounds:?} around {content:?}"));
             }

@@ -1,4 +1,4 @@
-//! Plans how to cut a two-way tree into nodes of eight and blocks of eight.
+//! Plans how to cut a two-way tree into eight-way nodes and blocks of eight triangles.
 //!
 //! This follows Ylitie, Karras, and Laine, *Efficient Incoherent Ray Traversal on GPUs Through
 //! Compressed Wide BVHs* (2017), section 3. For each two-way node and each `i`, this computes the
@@ -14,7 +14,8 @@ pub(crate) const NODE: f32 = 1.0;
 /// The cost of visiting a block, whether full or not.
 pub(crate) const LEAF: f32 = 1.0;
 
-/// The least costs of representing a subtree by at most 1 to 7 children; they never increase.
+/// The least costs of representing a subtree by at most 1, 2, ..., 7 children. They never increase
+/// with the number of children.
 #[derive(Clone, Copy)]
 pub(super) struct Costs([f32; 7]);
 
@@ -24,13 +25,13 @@ pub(super) struct Costs([f32; 7]);
 pub(super) struct Plan(pub u32);
 
 impl Costs {
-    /// The costs of a block, which are the same for any number of children.
+    /// Returns the costs of a block, which are the same for any number of children.
     #[inline(always)]
     pub(super) fn of_block(area: f32) -> Self {
         Self([area * LEAF; 7])
     }
 
-    /// The costs and choices for a node from those of its two sides.
+    /// Computes the costs and choices for a node from the costs of its two sides.
     #[inline(always)]
     pub(super) fn join(area: f32, left: &Self, right: &Self) -> (Self, Plan) {
         // The cheapest way to divide 2 to 8 children between the two sides.
@@ -64,8 +65,8 @@ impl Costs {
 }
 
 impl Plan {
-    /// How many children the left side gets if there may be up to `children` (2 to 8), or 0 to use
-    /// one child fewer.
+    /// Returns how many children the left side gets if there may be up to `children` (2 to 8), or 0
+    /// to use one child fewer.
     pub(super) fn left(self, children: usize) -> usize {
         (self.0 >> (3 * (children - 2)) & 7) as usize
     }

@@ -13,7 +13,7 @@ pub(crate) const MAX_DEPTH: usize = 64;
 /// The hierarchy over a slice of triangles. It keeps their indices, not the triangles.
 #[derive(Debug, Default)]
 pub(crate) struct Layout {
-    /// The nodes, starting with the root. Those children of a node that are nodes are adjacent.
+    /// The nodes, starting with the root. All children of a node that are nodes are adjacent.
     pub nodes: Vec<Node>,
     /// Triangle indices, ascending, padded with [`crate::tree::NONE`].
     pub blocks: Vec<[u32; BLOCK]>,
@@ -28,7 +28,7 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// A layout without triangles.
+    /// Creates a layout without triangles.
     pub(crate) fn empty() -> Self {
         Self { nodes: vec![Node::NO_CHILDREN], depth: 1, ..Self::default() }
     }
@@ -36,8 +36,8 @@ impl Layout {
 
 #[cfg(test)]
 impl Layout {
-    /// The surface-area cost: the expected cost of a random line through the root's box, in units
-    /// of one node visit.
+    /// Returns the surface-area cost: the expected cost of a random line through the root's box, in
+    /// units of one node visit.
     pub(crate) fn cost(&self) -> f64 {
         let mut root = Aabb::EMPTY;
         let children =

@@ -8,12 +8,12 @@
 //!    Triangles that are not finite are skipped.
 //! 2. [`binary`] builds a two-way tree down to blocks of triangles with the surface-area heuristic:
 //!    [`split`] sorts boxes into a row of bins, and [`sweep`] finds the cheapest cut. On the way
-//!    back up, [`collapse`] finds by dynamic programming how to cut the tree into nodes of eight
-//!    and blocks of eight at the least cost.
+//!    back up, [`collapse`] uses dynamic programming to find the cheapest way to cut the tree into
+//!    eight-way nodes and blocks of eight triangles.
 //! 3. [`reinsert`] moves parts of that tree if large triangles make it worthwhile.
 //! 4. [`wide`] writes the nodes and blocks of the plan in the order in which rays visit them.
 //!
-//! The result depends only on the triangles, never on the number of threads or the CPU's lanes. At
+//! The result depends only on the triangles, never on the number of threads or the SIMD width. At
 //! its peak, the builder uses about 64 bytes per triangle in addition to its input and the tree.
 //! The tree itself takes 14 to 30 bytes per triangle.
 
@@ -49,8 +49,8 @@ use prim_refs::{PrimRef, Prims};
 pub(crate) use triangles::Triangles;
 
 impl Tree {
-    /// Builds a hierarchy and occasionally reports how many triangles are done, and the total. The
-    /// calls may come from any thread and out of order.
+    /// Builds a hierarchy, occasionally calling `progress` with the number of triangles done and
+    /// the total. Calls may come from any thread, in any order.
     pub(crate) fn over(
         triangles: &(impl Triangles + ?Sized),
         progress: &(dyn Fn(usize, usize) + Sync),
@@ -60,7 +60,7 @@ impl Tree {
         Self::build(triangles, progress).map_err(|NoMemory| BuildError::OutOfMemory { count })
     }
 
-    /// Fails if there are too many triangles.
+    /// Returns an error if there are too many triangles.
     pub(crate) fn check_count(count: usize) -> Result<(), BuildError> {
         if count < LEAF as usize { Ok(()) } else { Err(BuildError::TooManyTriangles { count }) }
     }
@@ -71,8 +71,8 @@ impl Tree {
     ) -> Result<Self, NoMemory> {
         let Layout { nodes, blocks, depth, lean, thin, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
-        // A triangle's slot, with eight per leaf, has 32 bits. Leaves below the root come first;
-        // later ones are reached by the second tree or tested with every ray.
+        // Slot numbers are 32-bit, and each leaf has eight slots. Leaves below the root come first;
+        // later ones are reached through the second tree or tested against every ray.
         let boxed = blocks.len();
         if boxed + thin.len() > MOST_LEAVES {
             return Err(NoMemory);
@@ -95,7 +95,7 @@ impl Tree {
             cost_as_built: None,
         };
         if has_degenerate {
-            // Lanes of triangles without area must not be hit by rays.
+            // Rays must not hit the lanes of triangles without area.
             let bounds = tree.fit_leaves(triangles)?;
             tree.note_degenerate(&bounds)?;
         }
@@ -166,7 +166,7 @@ pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), No
     Ok((nodes, depth + 1))
 }
 
-/// Groups neighbouring triangles by eight, and returns the groups with the boxes around them.
+/// Groups neighbouring triangles into eights and returns the groups with their bounding boxes.
 fn in_eights(
     triangles: &(impl Triangles + ?Sized),
     some: &[u32],

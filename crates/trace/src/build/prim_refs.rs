@@ -1,4 +1,4 @@
-//! The references that the builder sorts: a box and an index for each triangle, 32 bytes.
+//! The references that the builder sorts: a box and an index for each triangle, in 32 bytes.
 
 use super::simd_aabb::SimdAabb;
 use super::triangles::Triangles;
@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub(super) struct PrimRef(pub SimdAabb);
 
-/// Keeps indices from being subnormal numbers, on which arithmetic is slow.
+/// Keeps indices from looking like subnormal numbers, on which arithmetic is slow.
 const NORMAL: u32 = 1 << 30;
 
 impl PrimRef {
@@ -41,7 +41,7 @@ pub(super) struct Prims {
 
 /// Collects the references of all triangles.
 pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, NoMemory> {
-    // Non-negative floats have the order of their bits, so an integer maximum works.
+    // Non-negative floats compare like their bits, so an integer maximum works.
     let most = AtomicU32::new(0);
     let (rare, degenerate) = (AtomicBool::new(false), AtomicBool::new(false));
     let mut refs = each(triangles.count(), |i| {

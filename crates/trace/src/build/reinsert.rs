@@ -38,13 +38,13 @@ const LEAST_GAIN: f64 = 1.0 / 32.0;
 /// The number of times each node is moved.
 const ROUNDS: usize = 2;
 
-/// With at least this many triangles, two sides are processed in parallel.
+/// With at least this many triangles, the two sides are processed in parallel.
 const MANY: usize = 1 << 12;
 
 /// No node.
 const NONE: usize = usize::MAX;
 
-/// Moves parts of a tree. Its boxes and plans are then like those of a new build.
+/// Moves parts of a tree. Afterward, its boxes and plans are like those of a new build.
 pub(super) fn reinsert(binary: &mut Binary) {
     // The trial moves an eighth of the nodes once. If that lowers the cost enough, all nodes are
     // moved.
@@ -86,8 +86,8 @@ impl Top {
     fn of(binary: &Binary, most: usize) -> Self {
         let root = binary.root();
         let mut top = vec![Node::new(binary, root, NONE)];
-        // An area is not negative, so its bits compare like its value.
-        // Always open the node with the largest box next, because rays meet it most often.
+        // Always open the node with the largest box next, because rays meet it most often. An area
+        // is not negative, so its bits compare like its value.
         let mut largest = BinaryHeap::from([(u64::MAX, 0, root)]);
         while top.len() < most
             && let Some((_, parent, part)) = largest.pop()
@@ -119,13 +119,13 @@ impl Top {
         self.cost() < before * (1.0 - LEAST_GAIN)
     }
 
-    /// The total area of all nodes.
+    /// Returns the total area of all nodes.
     fn cost(&self) -> f64 {
         self.0.iter().map(|node| node.area).sum()
     }
 
-    /// Removes a subtree and makes it the sibling of the node at which it costs least. Its parent
-    /// moves with it.
+    /// Removes a subtree and makes it the sibling of the node next to which it costs least. Its
+    /// parent moves with it.
     fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
@@ -218,7 +218,7 @@ impl Top {
         place
     }
 
-    /// The area of the box around a node and another box.
+    /// Returns the area of the box around a node and another box.
     fn with(&self, i: usize, bounds: &Aabb) -> f64 {
         area(&around(self.0[i].bounds, bounds))
     }
@@ -277,12 +277,12 @@ impl Written {
     }
 }
 
-/// The area from which a build computes costs.
+/// Returns the area from which a build computes costs.
 fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
     bounds.half_area(scale) + TRIFLE
 }
 
-/// Half of a box's surface.
+/// Returns half of a box's surface area.
 fn area(bounds: &Aabb) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|k| f64::from(bounds.hi[k]) - f64::from(bounds.lo[k]));
     // Use f64, because the costs are sums of many areas, and small differences decide.
@@ -303,7 +303,7 @@ mod tests {
     use intertri::Triangle;
     use intertri::simd::Level;
 
-    /// Small triangles, and a few that reach far along an axis.
+    /// Builds a tree over small triangles and a few that are long along one axis.
     fn room(count: usize) -> Binary {
         let mut random = random();
         let triangle = |i: usize| {
@@ -319,8 +319,8 @@ mod tests {
         binary::build(refs, Level::best(), &|_, _| ()).unwrap()
     }
 
-    /// Compares the position that is found with every possible position of the node, by the cost of
-    /// the whole tree.
+    /// Compares the position found for a node with every possible position, by the cost of the
+    /// whole tree.
     #[test]
     fn a_node_goes_where_it_costs_least() {
         let mut top = Top::of(&room(2000), 120);

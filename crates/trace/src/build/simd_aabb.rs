@@ -30,7 +30,7 @@ impl SimdAabb {
         Aabb { lo: [-x, -y, -z, 0.0], hi: [hi[0], hi[1], hi[2], 0.0] }
     }
 
-    /// The first or second word.
+    /// Returns the first or second word.
     #[inline(always)]
     pub(super) fn word(&self, which: usize) -> u32 {
         self.0[4 * which + 3].to_bits()
@@ -52,7 +52,7 @@ impl SimdAabb {
         }
     }
 
-    /// The lengths along the axes, in units of `1 / scale`; the last lane is meaningless.
+    /// Returns the lengths along the axes, in units of `1 / scale`. The last lane is meaningless.
     #[inline(always)]
     pub(super) fn size<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
         // hi - lo, because the lower sides are stored negated. Scale first, because the difference
@@ -60,14 +60,14 @@ impl SimdAabb {
         S::F32x4::load(&self.0[4..]) * scale + S::F32x4::load(&self.0) * scale
     }
 
-    /// Twice the centre, in the same units.
+    /// Returns twice the centre, in the same units.
     #[inline(always)]
     pub(super) fn centre<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
         // hi + lo, for the same reason.
         S::F32x4::load(&self.0[4..]) * scale - S::F32x4::load(&self.0) * scale
     }
 
-    /// [`SimdAabb::centre`] along one axis, with the same operations.
+    /// Like [`SimdAabb::centre`], but along one axis, with the same operations.
     #[inline(always)]
     pub(super) fn centre_along(&self, axis: usize, scale: f32) -> f32 {
         self.0[axis % 4 + 4] * scale - self.0[axis % 4] * scale
@@ -104,7 +104,7 @@ impl<F: Lanes<Scalar = f32>> CentreLanes<F> {
         Self { lo: F::splat(f32::INFINITY), hi: F::splat(f32::NEG_INFINITY) }
     }
 
-    /// Extends the box to a centre in the lanes of the mask.
+    /// Extends the box to contain a centre, in the lanes that the mask selects.
     #[inline(always)]
     pub(super) fn reach(&mut self, centre: F, which: F::Mask) {
         self.lo = F::select(which, self.lo.min(centre), self.lo);

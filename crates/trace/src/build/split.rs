@@ -13,15 +13,15 @@ use super::simd_aabb::{CentreLanes, Centres, SimdAabb};
 use super::sweep::{Cuts, ROW};
 use intertri::simd::{Lanes, Mask, Simd};
 
-/// Sets of up to this many boxes use half the bins: evaluating all of them would take longer than
-/// filling them.
+/// Sets of up to this many boxes use only half of the bins: evaluating all bins would take longer
+/// than filling them.
 const SOME: usize = 32;
 
 /// The number of bins along each axis. It is a power of two, so that a mask keeps every index in
 /// bounds.
 const BINS: usize = ROW;
 
-/// With at least this many boxes, a second set of bins is worthwhile.
+/// With more boxes than this, a second set of bins is worthwhile.
 const MANY: usize = 200;
 
 /// Adding this number rounds to an integer in the low bits, as a conversion would, but in vector
@@ -38,7 +38,7 @@ pub(super) struct Binning {
 }
 
 impl Binning {
-    /// For `count` boxes with these centres.
+    /// Creates a mapping for `count` boxes with these centres.
     pub(super) fn new(count: usize, centres: &Centres, scale: f32) -> Self {
         // Use slightly less than all bins, so that the last centre falls into the last bin. If all
         // centres are equal along an axis, all are in bin 0.
@@ -52,7 +52,7 @@ impl Binning {
         Self { origin: centres.lo, per_unit, scale, bins }
     }
 
-    /// The bins along all axes, as numbers with [`ROUND`] added.
+    /// Returns the bins along all axes, as numbers with [`ROUND`] added.
     #[inline(always)]
     fn bins<S: Simd>(&self, centre: S::F32x4) -> [f32; 4] {
         let at = (centre - S::F32x4::load(&self.origin)) * S::F32x4::load(&self.per_unit);
@@ -63,11 +63,11 @@ impl Binning {
         bins
     }
 
-    /// The bin along one axis, with the same operations.
+    /// Returns the bin along one axis, with [`ROUND`] added.
     #[inline(always)]
     fn bin(&self, sides: &SimdAabb, axis: usize) -> f32 {
-        // Use the same operations as for all axes at once, so that a box never falls into another
-        // bin here.
+        // Use the same operations as for all axes at once, so that a box never falls into a
+        // different bin here.
         let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
         (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }
@@ -85,7 +85,7 @@ impl Bins {
     #[inline(always)]
     pub(super) fn of<S: Simd>(refs: &[PrimRef], binning: &Binning) -> Self {
         // Neighbours often go to the same bin, and each update would have to wait for the previous
-        // one. So, with many boxes, two sets of bins alternate.
+        // one. If there are many boxes, two sets of bins therefore alternate.
         let mut all = Self::EMPTY;
         let (pairs, last) = if refs.len() > MANY { refs.as_chunks::<2>() } else { (&[][..], refs) };
         for r in last {
@@ -127,8 +127,8 @@ impl Bins {
         self
     }
 
-    /// The cheapest cut: its axis and the first bin of its right side. `None` if all boxes are in
-    /// one bin.
+    /// Returns the axis of the cheapest cut and the first bin on its right side, or `None` if all
+    /// boxes are in one bin.
     #[inline(always)]
     pub(super) fn best<S: Simd>(&self, binning: &Binning) -> Option<(usize, usize)> {
         let mut cuts = Cuts::new();
@@ -140,7 +140,7 @@ impl Bins {
     }
 }
 
-/// The box around the centres of some boxes.
+/// Returns the box around the centres of some boxes.
 #[inline(always)]
 pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));

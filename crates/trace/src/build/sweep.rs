@@ -1,5 +1,5 @@
-//! The surface-area heuristic (SAH) for splitting a row of boxes in two. A split costs the area of
-//! each side's box times the number of triangles on that side, summed over both sides.
+//! Splits a row of boxes in two by the surface-area heuristic (SAH). The cost of a split is the
+//! area of each side's box times the number of triangles on that side, summed over both sides.
 //!
 //! ```text
 //!   boxes   [0] [1] [2] [3] ... [14] [15]
@@ -70,8 +70,8 @@ impl Cuts {
         }
     }
 
-    /// Returns the axis and position of the cheapest cut, or `None` if no cut is possible. Ties go
-    /// to the first.
+    /// Returns the axis and position of the cheapest cut, or `None` if no cut is possible. If
+    /// several cuts tie, the first one wins.
     #[inline(always)]
     pub(super) fn best<S: Simd>(&self) -> Option<(usize, usize)> {
         let [x, y, z] = &self.0;
@@ -87,7 +87,7 @@ impl Cuts {
     }
 }
 
-/// The side lengths of a box, followed by its number of triangles.
+/// Returns the side lengths of a box, followed by its triangle count.
 #[inline(always)]
 fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
     let (mut sides, mut size) = (SimdAabb::EMPTY, [0.0; 4]);
@@ -115,8 +115,8 @@ mod tests {
         }
     }
 
-    /// Tests rows of every length, including empty boxes, against areas and counts computed
-    /// directly.
+    /// Compares the costs of rows of every length, some with empty boxes, with areas and counts
+    /// computed directly.
     #[test]
     fn costs_are_areas_times_counts() {
         let mut random = random();

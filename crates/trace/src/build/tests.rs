@@ -31,7 +31,7 @@ fn soup(count: usize, size: f32, scale: f32) -> Vec<Triangle> {
     (0..count).map(triangle).collect()
 }
 
-/// Small triangles, of which every eighth is stretched far along one axis.
+/// Returns small triangles, every eighth of which is stretched far along one axis.
 fn room(count: usize) -> Vec<Triangle> {
     let mut triangles = soup(count, 0.01, 1.0);
     for (i, triangle) in triangles.iter_mut().enumerate().step_by(8) {
@@ -41,7 +41,7 @@ fn room(count: usize) -> Vec<Triangle> {
 }
 
 fn checked(triangles: &[Triangle]) -> Layout {
-    let tree = layout_at(triangles, Level::best(), &|_, _| ()).expect("few enough");
+    let tree = layout_at(triangles, Level::best(), &|_, _| ()).expect("few enough triangles");
     if let Err(why) = tree.check(triangles) {
         panic!("{} triangles: {why}", triangles.len());
     }
@@ -104,8 +104,8 @@ fn triangles_that_are_never_hit_are_left_out() {
 #[test]
 fn triangles_at_one_place() {
     let t = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 4.0]]);
-    // Degenerate cases: a triangle in an axis-aligned plane, whose box has no volume, and two that
-    // are so small that their boxes have practically no area.
+    // Degenerate cases: a triangle in an axis-aligned plane, whose box has no volume, and two
+    // triangles so small that their boxes have practically no area.
     let flat = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 3.0]]);
     let speck =
         Triangle([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0_f32.next_up()], [1.0_f32.next_up(), 2.0, 3.0]]);
@@ -128,8 +128,8 @@ fn triangles_at_one_place() {
 fn triangles_on_a_line() {
     let along = |x: f32| Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]]);
     checked(&(1..10_000).map(|i| along(i as f32)).collect::<Vec<_>>());
-    // Each triangle is twice as far out as the previous one, so the heuristic would split off one
-    // at a time.
+    // Each triangle is twice as far out as the previous one, so the heuristic would split them off
+    // one at a time.
     let far = (0..250).map(|i| along((i as f32 - 125.0).exp2()));
     let tree = checked(&far.flat_map(|t| [t; 40]).collect::<Vec<_>>());
     assert!(tree.depth <= MAX_DEPTH);
@@ -139,10 +139,10 @@ fn triangles_on_a_line() {
 fn large_triangles_are_put_where_they_cost_less() {
     for count in [20_000, 30_000, 100_000] {
         let triangles = room(count);
-        let refs = prim_refs::collect(&triangles[..]).expect("few enough").refs;
-        let plain = binary::build(refs, Level::best(), &|_, _| ()).expect("few enough");
-        let plain = wide::write(&plain).expect("few enough");
-        plain.check(&triangles).expect("a tree");
+        let refs = prim_refs::collect(&triangles[..]).expect("few enough triangles").refs;
+        let plain = binary::build(refs, Level::best(), &|_, _| ()).expect("few enough triangles");
+        let plain = wide::write(&plain).expect("few enough triangles");
+        plain.check(&triangles).expect("a valid tree");
         let (cost, before) = (checked(&triangles).cost(), plain.cost());
         assert!(cost < 0.95 * before, "{cost}, before {before}");
     }
@@ -158,7 +158,7 @@ fn same_tree_on_any_number_of_threads() {
                 rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let other = pool
                 .install(|| layout_at(&triangles[..], Level::best(), &|_, _| ()))
-                .expect("few enough");
+                .expect("few enough triangles");
             assert_eq!(one.blocks, other.blocks);
             assert_eq!(format!("{:?}", one.nodes), format!("{:?}", other.nodes));
         }
@@ -171,7 +171,7 @@ fn same_tree_at_every_level() {
     for triangles in [soup(30_000, 0.05, 3.0), room(30_000)] {
         let best = checked(&triangles);
         for level in Level::all() {
-            let other = layout_at(&triangles[..], level, &|_, _| ()).expect("few enough");
+            let other = layout_at(&triangles[..], level, &|_, _| ()).expect("few enough triangles");
             assert_eq!(best.blocks, other.blocks, "{}", level.name());
             let nodes = |layout: &Layout| format!("{:?}", layout.nodes);
             assert_eq!(nodes(&best), nodes(&other), "{}", level.name());
@@ -188,7 +188,7 @@ fn progress_reaches_the_end() {
         most.fetch_max(done, Ordering::Relaxed);
         calls.fetch_add(1, Ordering::Relaxed);
     };
-    layout_at(&triangles[..], Level::best(), &tell).expect("few enough");
+    layout_at(&triangles[..], Level::best(), &tell).expect("few enough triangles");
     assert_eq!(most.into_inner(), 50_000);
     assert!((10..1000).contains(&calls.into_inner()));
 }
@@ -199,13 +199,13 @@ fn errors_are_for_people() {
     assert!(text.contains("2147483648") && text.contains("2147483647"), "{text}");
 }
 
-/// Compares queries with a brute-force loop: as built, after refitting there and back, and after
-/// saving and loading.
+/// Compares query results with a brute-force loop for a freshly built hierarchy, after refitting to
+/// other positions and back, and after saving and loading.
 #[test]
 fn moved_parts_change_no_answer() {
     let (triangles, mut random) = (room(20_000), Random(7));
     let mode = Mode::exact();
-    let mut bvh = Bvh::new(&triangles).expect("few enough");
+    let mut bvh = Bvh::new(&triangles).expect("few enough triangles");
     // Rays from random points toward the centres of triangles.
     let rays: Vec<Ray> = (0..400)
         .map(|i| {
@@ -225,9 +225,9 @@ fn moved_parts_change_no_answer() {
     };
     check(&bvh);
     let elsewhere: Vec<_> = triangles.iter().rev().copied().collect();
-    bvh.refit(&elsewhere).expect("as many");
-    bvh.refit(&triangles).expect("as many");
+    bvh.refit(&elsewhere).expect("the same number of triangles");
+    bvh.refit(&triangles).expect("the same number of triangles");
     check(&bvh);
     let bytes = bvh.to_bytes();
-    check(&Bvh::from_bytes(&bytes).expect("what was saved"));
+    check(&Bvh::from_bytes(&bytes).expect("a saved hierarchy"));
 }

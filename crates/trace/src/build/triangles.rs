@@ -8,15 +8,15 @@ use crate::util::lane_ops::lanes_of;
 
 /// A source of triangles to build a hierarchy over.
 pub(crate) trait Triangles: Sync {
-    /// The number of triangles.
+    /// Returns the number of triangles.
     fn count(&self) -> usize;
-    /// The box in which a triangle can be hit.
+    /// Returns the box in which a triangle can be hit.
     fn hit_bounds(&self, i: usize) -> HitBounds;
-    /// The triangles of a leaf in structure-of-arrays layout.
+    /// Returns the triangles of a leaf in structure-of-arrays layout.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
-    /// The triangles of a leaf after a refit, and their bounds. A triangle that cannot be hit
-    /// inside a box gets a dead lane. The bounds cover all other triangles and those without area,
-    /// which keep their corners.
+    /// Returns the triangles of a leaf after a refit, and their bounds. A triangle that cannot be
+    /// hit inside a box gets a dead lane. The bounds cover all other triangles and those without
+    /// area, which keep their corners.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
@@ -94,9 +94,9 @@ impl WithSimd for Moved<'_> {
     }
 }
 
-/// Fills the lanes that hold no triangle with a copy of one that can be hit, or, if there is none,
-/// with a dummy triangle that has an area. Without an area, the filler would be mistaken for a real
-/// triangle when a saved hierarchy is loaded.
+/// Fills the lanes that hold no triangle with a copy of one that can be hit or, if no triangle can
+/// be hit, with a dummy triangle that has an area. Without an area, the filler would be mistaken
+/// for a real triangle when a saved hierarchy is loaded.
 fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let absent = 0xff & !present;
     if absent == 0 {
@@ -105,7 +105,7 @@ fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let from = lanes_of(live).next();
     for (k, rows) in corners.iter_mut().enumerate() {
         for (axis, row) in rows.iter_mut().enumerate() {
-            // If no triangle is live, use the corner at 1 on each axis; these three span an area.
+            // If no triangle is live, use the unit points on the three axes, which span an area.
             let x = from.map_or(if k == axis { 1.0 } else { 0.0 }, |from| row[from]);
             lanes_of(absent).for_each(|lane| row[lane] = x);
         }

@@ -113,7 +113,7 @@ fn write_part(
     Ok(tree)
 }
 
-/// The children of the wide node above a subtree, as planned.
+/// Returns the planned children of the wide node at the root of a subtree, and their number.
 fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     let mut out = [root; 8];
     // Only the root of the whole tree can itself be a block; it becomes the only child.
@@ -128,7 +128,7 @@ fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     while n > 0 {
         n -= 1;
         let (part, places) = waiting[n];
-        // If fewer slots cost no more, use fewer.
+        // Use fewer slots if that costs no more.
         let plan = binary.plan(part);
         let places = (2..=places).rev().find(|&i| plan.is_some_and(|p| p.left(i) > 0));
         if let Some(places) = places {
@@ -157,7 +157,7 @@ fn share(
     n + 2
 }
 
-/// The indices of a subtree's triangles in ascending order.
+/// Returns the indices of a subtree's triangles in ascending order.
 fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
     let mut block = [NONE; BLOCK];
     for (to, r) in block.iter_mut().zip(&binary.refs[part.first..part.first + part.count]) {
@@ -180,8 +180,8 @@ pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
 }
 
 /// Assigns a slot to each child by octant. Rays of octant `s` visit slot `s` first, so that slot
-/// gets the child closest to where those rays come from. Greedily picks the pair of child and slot
-/// with the largest difference, as in Ylitie, Karras, and Laine (2017, section 3.3).
+/// gets the child closest to where those rays come from. Greedily picks the best remaining pair of
+/// child and slot, as in Ylitie, Karras, and Laine (2017, section 3.3).
 fn slots(boxes: &[Aabb]) -> [usize; 8] {
     let mut all = Aabb::EMPTY;
     for b in boxes {
@@ -192,8 +192,8 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
     // The position of each child along the mean ray direction of each slot.
     let mut along = [[0.0; 8]; 8];
     for (row, b) in along.iter_mut().zip(boxes) {
-        // The bits of a slot are the signs of the direction: rays of octant o visit slot o first,
-        // so it should hold the child that is farthest against their direction.
+        // A slot's bits are the signs of the ray direction. Rays of octant o visit slot o first, so
+        // it should hold the child that is farthest against their direction.
         let c = b.centre(scale);
         let [x, y, z] = [c[0] - middle[0], c[1] - middle[1], c[2] - middle[2]];
         *row = [
@@ -214,7 +214,7 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
         let (mut least, mut best) = (f32::INFINITY, (waiting.trailing_zeros() as usize, 0));
         for child in (0..boxes.len()).filter(|c| waiting >> c & 1 == 1) {
             for slot in 0..8 {
-                // Greedy: take the best pair of a child and a slot, then the best of the rest.
+                // Greedy: take the best pair of child and slot, then the best of the rest.
                 if open[slot] && along[child][slot] < least {
                     (least, best) = (along[child][slot], (child, slot));
                 }

@@ -12,10 +12,10 @@ impl<S: BvhScalar> Bvh<S> {
     /// [`distance`](ClosestPoint::distance) exceeds `radius`, which may be infinite. A negative or
     /// NaN radius yields `None`. Geometry masks have no effect.
     ///
-    /// The triangle found is truly the closest. If several are equally close, as neighbours often
-    /// are, the lowest index wins. A triangle without area counts as the segment or point that its
-    /// corners span. Triangles with a non-finite corner are ignored, and a non-finite point has no
-    /// closest point.
+    /// The triangle returned is the true closest one. If several are equally close, as neighbours
+    /// often are, the lowest index wins. A triangle without area counts as the segment or point
+    /// that its corners span. Triangles with a non-finite corner are ignored, and a non-finite
+    /// point has no closest point.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -33,7 +33,7 @@ impl<S: BvhScalar> Bvh<S> {
         answer[0].some()
     }
 
-    /// Calls [`Bvh::closest_point`] for many points, on all threads. A point without a closest
+    /// Calls [`Bvh::closest_point`] for many points, using all threads. A point without a closest
     /// point yields [`ClosestPoint::NONE`].
     pub fn closest_point_batch(&self, points: &[[S; 3]], radius: f64) -> Vec<ClosestPoint> {
         let mut closest = vec![ClosestPoint::NONE; points.len()];

@@ -37,8 +37,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles that share vertices.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds, if there are 2^31 triangles or more, or if memory runs
-    /// out.
+    /// Returns an error if an index is out of bounds, if there are 2^31 triangles or more, or if
+    /// memory runs out.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -63,8 +63,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// Like [`Bvh::from_meshes`], but for indexed meshes.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds, if there are 2^31 triangles or more, or if memory runs
-    /// out.
+    /// Returns an error if an index is out of bounds, if there are 2^31 triangles or more, or if
+    /// memory runs out.
     ///
     /// See [`IndexedMesh`] for an example.
     pub fn from_indexed_meshes(meshes: &[IndexedMesh<'_, S>]) -> Result<Self, BuildError> {
@@ -82,8 +82,9 @@ impl<S: BvhScalar> Bvh<S> {
     /// Like [`Bvh::refit`], but takes the new vertices of an indexed mesh.
     ///
     /// # Errors
-    /// Fails if an index is out of bounds or the number of triangles differs; the hierarchy is then
-    /// unchanged. Also fails if there is too little memory; the hierarchy is then empty.
+    /// Returns an error if an index is out of bounds or the number of triangles differs; the
+    /// hierarchy is then unchanged. Also returns an error if memory runs out; the hierarchy is then
+    /// empty.
     pub fn refit_indexed(
         &mut self,
         vertices: &[[S; 3]],

@@ -1,4 +1,4 @@
-//! The public `Bvh<S>`: how it is built and how to look up its triangles.
+//! The public `Bvh<S>`: how to build it and look up its triangles.
 
 mod closest_point;
 mod indexed;
@@ -38,13 +38,13 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 /// A hierarchy over [`Triangle64`](type@intertri::Triangle64) is a `Bvh<f64>`. It takes
 /// [`Ray64`](intertri::Ray64), and its results are correct for the f64 coordinates. Traversal uses
 /// f32 copies relative to the scene's centre. The originals, which take another 72 bytes per
-/// triangle, decide where the copies cannot, and determine t, u, and v. Hits are always decided
-/// exactly.
+/// triangle, settle the hits that the copies cannot decide, and determine t, u, and v. Hits are
+/// always decided exactly.
 ///
 /// ```
 /// use intertri_trace::Bvh;
 /// use intertri_trace::intertri::{Ray64, Triangle64};
-/// // A wall at UTM coordinates, and a ray that leaves it a nanometre away.
+/// // A wall at UTM coordinates, and a ray that starts a nanometre away from it.
 /// let [x, y] = [148_376.0, 528_980.0];
 /// let wall = Triangle64::new([x, y, 0.0], [x, y + 4.0, 0.0], [x, y, 3.0]);
 /// let bvh = Bvh::new(&[wall])?;
@@ -65,7 +65,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles, which keep their indices.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or if memory runs out.
+    /// Returns an error if there are 2^31 triangles or more, or if memory runs out.
     pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
         Self::with_progress(triangles, &|_, _| ())
     }
@@ -75,7 +75,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// lower geometry wins, then the lower triangle.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or if memory runs out.
+    /// Returns an error if there are 2^31 triangles or more, or if memory runs out.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -99,7 +99,7 @@ impl<S: BvhScalar> Bvh<S> {
         Self::of_geometries(&all, meshes.iter().map(|mesh| mesh.len()))
     }
 
-    /// Builds over the concatenated triangles of several meshes.
+    /// Builds a hierarchy over the concatenated triangles of several meshes.
     fn of_geometries(
         triangles: &[TriangleOf<S>],
         counts: impl ExactSizeIterator<Item = usize> + Clone,
@@ -114,11 +114,11 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(bvh)
     }
 
-    /// Like [`Bvh::new`], but occasionally calls `progress` with the number of triangles that are
-    /// done and the total. Calls may arrive from any thread and out of order.
+    /// Like [`Bvh::new`], but occasionally calls `progress` with the number of triangles done and
+    /// the total. Calls may come from any thread, in any order.
     ///
     /// # Errors
-    /// Fails if there are 2^31 triangles or more, or if memory runs out.
+    /// Returns an error if there are 2^31 triangles or more, or if memory runs out.
     pub fn with_progress(
         triangles: &[TriangleOf<S>],
         progress: Progress<'_>,
@@ -133,10 +133,10 @@ impl<S: BvhScalar> Bvh<S> {
         Self { tree, originals, slots: OnceLock::new() }
     }
 
-    /// Like [`Clone::clone`], but returns an error if there is too little memory.
+    /// Like [`Clone::clone`], but with fallible allocation.
     ///
     /// # Errors
-    /// Fails if there is too little memory.
+    /// Returns an error if memory runs out.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -151,7 +151,7 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// The number of triangles the hierarchy was built over.
+    /// Returns the number of triangles the hierarchy was built over.
     pub fn len(&self) -> usize {
         self.tree.triangles
     }
@@ -161,8 +161,8 @@ impl<S: BvhScalar> Bvh<S> {
         self.tree.triangles == 0
     }
 
-    /// The smallest and largest corners of the bounding box of all triangles that can be hit, or
-    /// `None` if there are no such triangles. Visits every triangle.
+    /// Returns the smallest and largest corners of the bounding box of all triangles that can be
+    /// hit, or `None` if no triangle can be hit. Visits every triangle.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -183,13 +183,13 @@ impl<S: BvhScalar> Bvh<S> {
         all
     }
 
-    /// The number of geometries: one per mesh passed to [`Bvh::from_meshes`], otherwise 1.
+    /// Returns the number of geometries: one per mesh passed to [`Bvh::from_meshes`], otherwise 1.
     pub fn geometries(&self) -> usize {
         self.tree.geometries.count()
     }
 
-    /// Merges all geometries into one that is selected by every mask. Hits then number triangles
-    /// across all meshes.
+    /// Merges all geometries into one, whose mask has all bits set. Hits then report triangle
+    /// indices that are counted across all meshes.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -218,7 +218,7 @@ impl<S: BvhScalar> Bvh<S> {
         self.tree.geometries.set_mask(geometry, mask);
     }
 
-    /// The triangle in a slot of the leaves.
+    /// Returns the triangle in a leaf slot.
     #[inline]
     pub(crate) fn triangle_in(&self, slot: LeafSlot) -> TriangleOf<S> {
         S::triangle(&self.tree, &self.originals, slot)
@@ -239,12 +239,12 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     ///
     /// # Panics
-    /// Panics if there is too little memory for the triangles.
+    /// Panics if memory runs out.
     pub fn to_triangles(&self) -> Vec<TriangleOf<S>> {
         self.try_to_triangles().expect("memory for the triangles of a hierarchy")
     }
 
-    /// Like [`Bvh::to_triangles`], but returns an error if there is too little memory.
+    /// Like [`Bvh::to_triangles`], but returns an error if memory runs out.
     #[doc(hidden)]
     pub fn try_to_triangles(&self) -> Result<Vec<TriangleOf<S>>, OutOfMemory> {
         let nothing = TriangleOf([[S::from(f32::NAN); 3]; 3]);

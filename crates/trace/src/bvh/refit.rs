@@ -8,16 +8,16 @@ use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
     /// Moves the triangles. Pass the new corners of all triangles in the original order. The tree
-    /// keeps its structure; its boxes are recomputed on all threads.
+    /// keeps its structure; its boxes are recomputed using all threads.
     ///
-    /// Query results are bit for bit those of a newly built hierarchy. Refitting takes a small
-    /// fraction of the time of a build, but the more the triangles move relative to each other, the
-    /// slower tracing becomes; [`Refit`] shows how much the tree has degraded. Triangles may lose
-    /// their area or stop being finite, and recover later.
+    /// Query results are bit-for-bit identical to those of a newly built hierarchy. Refitting takes
+    /// a small fraction of the time of a build, but the more the triangles move relative to each
+    /// other, the slower tracing becomes; [`Refit`] shows how much the tree has degraded. Triangles
+    /// may lose their area or stop being finite, and recover later.
     ///
     /// # Errors
-    /// Fails if the number of triangles differs; the hierarchy is then unchanged. Also fails if
-    /// there is too little memory; the hierarchy is then empty.
+    /// Returns an error if the number of triangles differs; the hierarchy is then unchanged. Also
+    /// returns an error if memory runs out; the hierarchy is then empty.
     ///
     /// ```
     /// use intertri_trace::Bvh;

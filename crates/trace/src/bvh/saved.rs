@@ -1,4 +1,4 @@
-//! Saving and loading the hierarchy.
+//! Saves and loads the hierarchy.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -14,8 +14,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// Serializes the hierarchy for [`Bvh::from_bytes`]. The bytes are the same on every CPU and
     /// for any number of threads.
     ///
-    /// They contain the finite triangles, their indices, and the tree: 60 to 90 bytes per triangle
-    /// in f32.
+    /// The bytes contain the finite triangles, their indices, and the tree: 60 to 90 bytes per
+    /// triangle in f32.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -35,7 +35,7 @@ impl<S: BvhScalar> Bvh<S> {
         self.try_to_bytes().expect("memory for a saved hierarchy")
     }
 
-    /// Like [`Bvh::to_bytes`], but returns an error if there is too little memory.
+    /// Like [`Bvh::to_bytes`], but returns an error if memory runs out.
     #[doc(hidden)]
     pub fn try_to_bytes(&self) -> io::Result<Vec<u8>> {
         let mut bytes = Bytes(Vec::new());
@@ -46,21 +46,20 @@ impl<S: BvhScalar> Bvh<S> {
     /// Writes the bytes of [`Bvh::to_bytes`] piece by piece.
     ///
     /// # Errors
-    /// Fails if writing fails.
+    /// Returns an error if writing fails.
     pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
         S::write(&self.tree, &self.originals, &mut output)
     }
 
     /// Loads a saved hierarchy.
     ///
-    /// Any input yields either an error or a sound hierarchy: every child, index, and box is
-    /// checked against its contents. An attacker who fixes up the checksums can remove or replace
-    /// triangles, but cannot make a query miss a stored one. The checksums detect damage; they are
-    /// not a signature.
+    /// Any input yields either an error or a sound hierarchy: all children, indices, and boxes are
+    /// checked. An attacker who fixes up the checksums can remove or replace triangles, but cannot
+    /// make a query miss a stored one. The checksums detect damage; they are not a signature.
     ///
     /// # Errors
-    /// Fails if the bytes are not a saved hierarchy; are damaged, truncated, or followed by more
-    /// bytes; were written by a later version; need more memory than is available; or store
+    /// Returns an error if the bytes are not a saved hierarchy; are damaged, truncated, or followed
+    /// by more bytes; were written by a later version; need more memory than is available; or store
     /// coordinates of the other scalar type ([`LoadError::Scalar`]).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
@@ -74,7 +73,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// in large pieces, so a buffered reader does not help.
     ///
     /// # Errors
-    /// As for [`Bvh::from_bytes`]; also fails if the stream cannot be read.
+    /// Returns the same errors as [`Bvh::from_bytes`], and an error if the stream cannot be read.
     pub fn read_from(input: impl Read) -> Result<Self, LoadError> {
         let (tree, originals) = S::read(&mut Stream::new(input, 0))?;
         Ok(Self::of_parts(tree, originals))
@@ -83,7 +82,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Like [`Bvh::from_bytes`], but reads from a file.
     ///
     /// # Errors
-    /// As for [`Bvh::from_bytes`]; also fails if the file cannot be read.
+    /// Returns the same errors as [`Bvh::from_bytes`], and an error if the file cannot be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
         let file = File::open(path)?;
         let metadata = file.metadata()?;

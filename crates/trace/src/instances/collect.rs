@@ -14,7 +14,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// The sort key of hits with equal t.
+    /// Returns the key by which hits with equal t are sorted.
     pub(super) fn key(&self) -> (u32, u32) {
         (self.instance, self.position)
     }
@@ -31,7 +31,7 @@ pub(super) trait Collect {
     /// Records a hit. Returns false if no further hit can count.
     fn take(&mut self, hit: Candidate) -> bool;
 
-    /// Hits with a larger t are ignored; a hit at exactly this t may be ignored too.
+    /// Returns the t beyond which hits are ignored. A hit at exactly this t may be ignored as well.
     fn far(&self) -> f64;
 }
 
@@ -66,8 +66,8 @@ impl Collect for Closest<'_> {
         });
         if is_closer {
             self.best = Some((t, hit));
-            // Keep looking up to the next number, so that hits with the same rounded t are still
-            // found.
+            // Keep searching up to the next representable t, so that hits with the same rounded t
+            // are still found.
             self.far = t.next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max);
         }
         true

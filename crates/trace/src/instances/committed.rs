@@ -85,7 +85,7 @@ impl Committed {
         Ok(Self { placed, frames, meshes, top, mesh_stack })
     }
 
-    /// The mesh of an instance; `None` if the instance was removed.
+    /// Returns the mesh of an instance, or `None` if the instance was removed.
     #[inline]
     pub(super) fn mesh(&self, instance: usize) -> Option<&MeshEntry> {
         mesh_of(&self.meshes, &self.placed[instance])
@@ -100,7 +100,7 @@ fn mesh_of<'a>(meshes: &'a [Option<MeshEntry>], placed: &Placed) -> Option<&'a M
 impl Frame {
     const NONE: Self = Self { inverse: Inverse::NONE, is_tame: false };
 
-    /// Prepares an instance: its frame and the box around it.
+    /// Prepares an instance: returns its frame and the box around it.
     fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> Looked {
         // To hide or remove an instance, it is enough to keep it out of the tree, so return no box.
         let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.mask != 0) else {

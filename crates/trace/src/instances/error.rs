@@ -20,7 +20,7 @@ pub enum SceneError {
     NoInstance(InstanceId),
     /// The scene already has the maximum number of instances.
     TooManyInstances,
-    /// There is too little memory.
+    /// Memory ran out.
     OutOfMemory,
 }
 

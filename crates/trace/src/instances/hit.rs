@@ -1,4 +1,4 @@
-//! Instance numbers, and hits on instances.
+//! Instance numbers and hits on instances.
 
 use intertri::Hit;
 
@@ -9,13 +9,13 @@ use crate::nearest::ClosestPoint;
 pub struct InstanceId(pub(super) u32);
 
 impl InstanceId {
-    /// The number as an index into your own tables. Numbers start at 0.
+    /// Returns the number, for use as an index into your own tables. Numbers start at 0.
     #[inline]
     pub fn index(self) -> usize {
         self.0 as usize
     }
 
-    /// The instance with the given number.
+    /// Returns the instance with the given number.
     #[inline]
     pub fn from_index(index: u32) -> Self {
         Self(index)

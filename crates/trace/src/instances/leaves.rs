@@ -19,7 +19,7 @@ use crate::walk::single::Visit;
 /// Broadcasts each entry of a matrix to all lanes.
 #[inline(always)]
 fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
-    // A loop, because `map` is not always inlined.
+    // Use a loop, because `map` is not always inlined.
     let mut rows = [Lanes::splat(0.0); 12];
     for (to, from) in rows.iter_mut().zip(m) {
         *to = Lanes::splat(*from);
@@ -27,7 +27,7 @@ fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
     rows
 }
 
-/// An instance's triangles in world space, and the rule by which they are hit.
+/// An instance's triangles in world space, and the rule that decides which rays hit them.
 pub(super) struct PlacedMesh<'a, S, X: BvhScalar> {
     pub(super) bvh: &'a Bvh<X>,
     pub(super) matrix: &'a Matrix,
@@ -39,7 +39,7 @@ pub(super) struct PlacedMesh<'a, S, X: BvhScalar> {
 }
 
 impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
-    /// The corners of a leaf's triangles in world space, exactly as the scene defines them.
+    /// Returns the corners of a leaf's triangles in world space, exactly as the scene defines them.
     #[inline(always)]
     pub(super) fn corners(&self, leaf: usize) -> [Vec3<S::F64x8>; 3] {
         let Bvh { tree, originals, .. } = self.bvh;
@@ -72,13 +72,13 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
         left == 0 || self.settle((leaf, left, sure), ray, collect)
     }
 
-    /// The triangle in a slot, in world space.
+    /// Returns the triangle in a slot, in world space.
     fn triangle(&self, slot: LeafSlot) -> Triangle64 {
         let corners = self.bvh.triangle_in(slot).0;
         placed_triangle(self.matrix, corners.map(|corner| corner.map(Into::into)))
     }
 
-    /// The lanes of a leaf in which f64 arithmetic neither overflows nor underflows.
+    /// Returns the lanes of a leaf in which f64 arithmetic neither overflows nor underflows.
     #[cold]
     #[inline(never)]
     fn plain(&self, leaf: usize, ray: &Ray64) -> u32 {
@@ -137,7 +137,7 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
 }
 
 impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
-    /// The t beyond which hits no longer count, in the units of the mesh's tree.
+    /// Returns the t beyond which hits no longer count, in the units of the mesh's tree.
     #[inline(always)]
     pub(super) fn far(&self) -> f32 {
         rounded_up(self.collect.far(), self.unit)

@@ -16,15 +16,16 @@ use super::mesh::Extent;
 /// Half an ulp of 1 in f64.
 const W: f64 = f64::EPSILON / 2.0;
 
-/// The error of a corner in world space is at most this fraction of its last summand, which is
-/// rounded once, plus four times the other summands, which are rounded up to four times.
+/// The error of a world-space corner is at most this fraction of the magnitude of its last summand,
+/// which is rounded once, plus four times the magnitudes of the others, which are rounded up to
+/// four times.
 const CORNER: f64 = 1.02 * W;
 
 /// Boxes in world space are widened by this fraction of the same magnitudes.
 const BOX: f64 = 20.0 * W;
 
-/// The errors of an origin and a direction in mesh space are at most these fractions of their
-/// magnitudes times that of the inverse; for a direction, also times that of the matrix.
+/// Error bounds for an origin and a direction in mesh space, as fractions of their magnitude times
+/// the norm of the inverse and, for the direction, also times the norm of the matrix.
 const ORIGIN: f64 = 5.0 * W;
 const DIR: f64 = 4.1 * W;
 
@@ -69,7 +70,8 @@ pub(super) fn placed_triangle(m: &Matrix, corners: [[f64; 3]; 3]) -> TriangleOf<
     }))
 }
 
-/// For each world axis, an upper bound on the sum of magnitudes that make up a coordinate.
+/// Returns, for each world axis, an upper bound on the sum of the magnitudes of a coordinate's
+/// terms.
 #[inline]
 pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
     let [x, y, z] = extent.largest();
@@ -78,8 +80,8 @@ pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
     })
 }
 
-/// A box in world space that contains all corners of the triangles inside a box of the mesh, as the
-/// scene defines them. The result may be infinite.
+/// Returns a world-space box that contains all corners, as the scene defines them, of the triangles
+/// inside a box of the mesh. The result may be infinite.
 #[inline(always)]
 pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -> [[f64; 3]; 2] {
     let [mut from, mut to] = [[0.0; 3]; 2];
@@ -97,17 +99,18 @@ pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -
     [from, to]
 }
 
-/// Transforms rays to mesh space: a matrix N close to the inverse, with a bound on its error.
+/// A matrix N close to the inverse of a placement, which transforms rays to mesh space, with error
+/// bounds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inverse {
     rows: [[f64; 3]; 3],
     /// The error of an origin is at most this fraction of its distance from the matrix's last
     /// column.
     origin: f32,
-    /// The relative error of a direction. NaN or large if there is no useful inverse.
+    /// A bound on the relative error of a direction. NaN or large if there is no useful inverse.
     dir: f32,
-    /// The largest distance along a mesh axis between a given corner and its world-space corner
-    /// mapped back to mesh space.
+    /// The largest distance along a mesh axis between a corner of the mesh and the corresponding
+    /// world-space corner mapped back to mesh space.
     corner: f32,
 }
 
@@ -187,13 +190,13 @@ impl Inverse {
     }
 }
 
-/// The largest magnitude of a coordinate; arbitrary if a coordinate is NaN.
+/// Returns the largest magnitude of a coordinate; arbitrary if a coordinate is NaN.
 #[inline(always)]
 pub(super) fn largest<D: Lanes>(v: Vec3<D>) -> D {
     v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 
-/// Multiplies a matrix of three rows by vectors.
+/// Multiplies a 3×3 matrix by vectors.
 #[inline(always)]
 fn times<D: Lanes<Scalar = f64>>([a, b, c]: &[[f64; 3]; 3], v: Vec3<D>) -> Vec3<D> {
     Vec3 { x: Vec3::splat(*a).dot(v), y: Vec3::splat(*b).dot(v), z: Vec3::splat(*c).dot(v) }
@@ -226,7 +229,7 @@ fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     n
 }
 
-/// An upper bound on `‖I - N A‖`, the largest sum of magnitudes in a row.
+/// Returns an upper bound on `‖I - N A‖`, the largest row sum of magnitudes.
 fn defect(n: &[[f64; 3]; 3], a: &[[f64; 3]; 3]) -> f64 {
     let mut worst = 0.0_f64;
     for (i, row) in n.iter().enumerate() {
@@ -261,7 +264,7 @@ mod tests {
         Extent { bounds: [[-1.0; 3], [1.0; 3]], centre: [0.0; 3], scale: 1.0, least: 1.0 };
 
     /// Corners that are placed far out are rounded by almost as much as the bound allows, but never
-    /// more. The matrix only scales by a power of two, so the inverse is exact.
+    /// more. The matrix only translates and scales by a power of two, so its inverse is exact.
     #[test]
     fn corners_are_rounded_by_less_than_the_bound() {
         let mut random = random();
@@ -284,13 +287,13 @@ mod tests {
             }
         }
         assert!(worst < 1.0, "{worst}");
-        // Shows that the bound is tight: half of it would be exceeded.
+        // The bound is tight: half of it would be exceeded.
         assert!(worst > 0.6, "{worst}");
     }
 
-    /// A ray through a point in world space passes, in mesh space, within its bound of that point's
-    /// original position. The matrix consists of small integers, so placing the point rounds
-    /// nothing.
+    /// A ray through a world-space point, transformed to mesh space, passes within its bound of
+    /// that point's original position. The matrix consists of small integers, so placing the point
+    /// involves no rounding.
     #[test]
     fn rays_in_the_frame_pass_within_their_room() {
         let mut random = random();

@@ -31,7 +31,7 @@ impl From<Arc<Bvh<f64>>> for SceneMesh {
 }
 
 impl SceneMesh {
-    /// The tree over the mesh.
+    /// Returns the tree over the mesh.
     #[inline]
     pub(super) fn tree(&self) -> &Tree {
         match self {
@@ -40,7 +40,7 @@ impl SceneMesh {
         }
     }
 
-    /// The address in memory, which identifies the mesh.
+    /// Returns the address in memory, which identifies the mesh.
     pub(super) fn address(&self) -> usize {
         match self {
             Self::F32(mesh) => Arc::as_ptr(mesh).addr(),
@@ -101,8 +101,8 @@ impl Extent {
         extent
     }
 
-    /// The box of a node's child in mesh coordinates. For a missing child, it runs from infinity to
-    /// minus infinity.
+    /// Returns the box of a node's child in mesh coordinates. For a missing child, the box runs
+    /// from infinity to minus infinity.
     #[inline(always)]
     pub(super) fn child_box(&self, node: &Node, slot: usize) -> [[f64; 3]; 2] {
         [false, true].map(|upper| {
@@ -112,7 +112,7 @@ impl Extent {
         })
     }
 
-    /// The largest magnitude of a coordinate along each axis; 0 if there are no triangles.
+    /// Returns the largest magnitude of a coordinate along each axis; 0 if there are no triangles.
     #[inline]
     pub(super) fn largest(&self) -> [f64; 3] {
         let [lo, hi] = self.bounds;

@@ -1,5 +1,5 @@
-//! Scenes of instances: meshes that share a tree, each placed in the world by a matrix. Scenes can
-//! be edited.
+//! Scenes of instances: copies of a mesh that share its tree, each placed in the world by a matrix.
+//! Scenes can be edited.
 //!
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings
@@ -7,8 +7,8 @@
 //!     a tree of instances over world-space boxes, and an inverse of each matrix, with error bounds
 //! ```
 //!
-//! Triangles are tested in world space, at the corners that the scene defines: in f64 lanes, and
-//! exactly where f64 cannot decide. The transformation to mesh space therefore only affects boxes.
+//! Triangles are tested at their world-space corners, in f64 lanes where possible and exactly
+//! otherwise. The transformation to mesh space therefore affects only boxes.
 
 mod collect;
 mod committed;

@@ -185,17 +185,17 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The largest distance that may round to the given one.
+/// Returns the largest distance that may round to the given one.
 fn doubtful(distance: f64) -> f64 {
     distance * (1.0 + DOUBT) + STEPS
 }
 
-/// The box around a triangle.
+/// Returns the box around a triangle.
 fn around(Triangle64([a, b, c]): &Triangle64) -> [[f64; 3]; 2] {
     [[0, 1, 2].map(|k| a[k].min(b[k]).min(c[k])), [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]))]
 }
 
-/// A lower bound on the distance from a point to a box; 0 if a number is NaN.
+/// Returns a lower bound on the distance from a point to a box, ignoring NaN coordinates.
 #[inline(always)]
 fn lower_bound(point: [f64; 3], [lo, hi]: &[[f64; 3]; 2]) -> f64 {
     // The gap along each axis; `max` ignores NaN.

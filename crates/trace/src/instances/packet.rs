@@ -34,16 +34,17 @@ use crate::walk::single::{SlabLanes, Visit};
 /// If fewer rays than this visit an instance or box together, tracing them one by one is faster.
 const TOGETHER: usize = 2;
 
-/// After a packet whose rays diverge, this many packets are traced ray by ray. The number doubles
-/// after each further failure, up to the second value.
+/// After a packet whose rays diverge, trace this many packets ray by ray: at first the first value,
+/// then twice as many after each further failure, up to the second value.
 const PATIENCE: [usize; 2] = [4, 256];
 
-/// Decides whether to try a packet, based on how earlier packets of the batch fared.
+/// Returns the state that decides whether to try a packet, based on how earlier packets of the
+/// batch fared.
 pub(super) fn patience() -> Patience {
     Patience::new(PATIENCE)
 }
 
-/// Traces up to sixteen rays through a scene, together if that pays.
+/// Traces up to sixteen rays through a scene, together if that pays off.
 pub(super) struct TraceSome<'a, C> {
     pub(super) scene: &'a Committed,
     pub(super) rays: &'a [Ray64],
@@ -98,7 +99,7 @@ struct World<'a> {
     t_min: [f64; RAYS],
     /// A bit for each ray that may hit something.
     live: u32,
-    /// A bit for each ray whose numbers neither overflow nor underflow in f64 lanes.
+    /// A bit for each ray whose values neither overflow nor underflow in f64 lanes.
     tame: u32,
 }
 
@@ -210,8 +211,8 @@ struct VisitInstances<'a, 'b, S, C> {
 }
 
 impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
-    /// Traces the rays. Returns the rays whose numbers are too extreme for a packet and that must
-    /// be traced alone.
+    /// Traces the rays. Returns the rays whose values are too extreme for a packet and that must be
+    /// traced alone.
     #[inline(always)]
     fn run(&mut self) -> u32 {
         let (scene, live) = (self.scene, self.world.live);
@@ -249,7 +250,7 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
         alone & !found
     }
 
-    /// The rays that still look for hits.
+    /// Returns the rays that are still searching for hits.
     fn searching(&self) -> u32 {
         (0..RAYS).map(|lane| u32::from(!self.until[lane].is_nan()) << lane).sum()
     }
@@ -369,7 +370,7 @@ impl<S: Simd, C: Collect> VisitTogether<S::F32x16> for VisitInstances<'_, '_, S,
 struct VisitLeaves<'a, S, X: BvhScalar, C> {
     mesh: PlacedMesh<'a, S, X>,
     rays: &'a [Ray64],
-    /// A bit for each ray whose numbers neither overflow nor underflow in f64 lanes.
+    /// A bit for each ray whose values neither overflow nor underflow in f64 lanes.
     tame: u32,
     collect: &'a mut [C],
     /// For each ray, the t beyond which hits no longer count; NaN if the ray is finished.
@@ -381,15 +382,15 @@ struct VisitLeaves<'a, S, X: BvhScalar, C> {
 }
 
 impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
-    /// Makes these rays the active ones.
+    /// Makes the rays in `some` the active ones.
     #[inline(always)]
     fn begin(&mut self, some: u32) {
         far_of::<S>(some, self.until, &self.unit).store(&mut self.far);
     }
 }
 
-/// For the rays in `some`, the t beyond which hits no longer count, in a tree's units; NaN for the
-/// others.
+/// Returns, for each ray in `some`, the t beyond which hits no longer count, in a tree's units; NaN
+/// for the other rays.
 #[inline(always)]
 fn far_of<S: Simd>(some: u32, until: &[f64; RAYS], unit: &[f64; RAYS]) -> S::F32x16 {
     let some = <S::F32x16 as Lanes>::Mask::from_bits(some);

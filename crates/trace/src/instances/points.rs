@@ -49,7 +49,7 @@ impl SceneSnapshot {
         Some(SceneClosestPoint { closest, instance: InstanceId(instance) })
     }
 
-    /// Calls [`SceneSnapshot::closest_point`] for many points, on all threads. A point without a
+    /// Calls [`SceneSnapshot::closest_point`] for many points, using all threads. A point without a
     /// closest point yields [`SceneClosestPoint::NONE`].
     pub fn closest_point_batch(&self, points: &[[f64; 3]], radius: f64) -> Vec<SceneClosestPoint> {
         let mut closest = vec![SceneClosestPoint::NONE; points.len()];
@@ -59,8 +59,8 @@ impl SceneSnapshot {
         closest
     }
 
-    /// Classifies a point as on a triangle of an instance, inside, or outside. It is inside as many
-    /// times as all instances together wind around it, counted as in
+    /// Classifies a point as on a triangle of an instance, inside, or outside. For a point inside,
+    /// the result includes how often all instances together wind around it, counted as in
     /// [`Solid::classify`](crate::Solid::classify). A mirrored instance of a closed mesh counts as
     /// −1.
     ///
@@ -81,7 +81,7 @@ impl SceneSnapshot {
         winding.containment
     }
 
-    /// Calls [`SceneSnapshot::classify`] for many points, on all threads.
+    /// Calls [`SceneSnapshot::classify`] for many points, using all threads.
     pub fn classify_batch(&self, points: &[[f64; 3]]) -> Vec<Containment> {
         let mut all = vec![Containment::Outside; points.len()];
         threads::write(&mut all, PIECE, |i| self.classify(points[i]));
@@ -100,7 +100,7 @@ impl Collect for Winding<'_> {
     const ALL_GEOMETRIES: bool = true;
 
     fn take(&mut self, hit: Candidate) -> bool {
-        // Crossings are found by the rule *once*, so the triangle always has a side.
+        // Crossings are found under `Rule::Once`, so the triangle always has a side.
         let leaves = facing(self.ray, &hit.triangle) == Some(Side::Leaves);
         self.containment = self.containment.crossed(leaves);
         true

@@ -66,7 +66,7 @@ impl Scene {
     /// Adds an instance of a mesh, which is an `Arc<Bvh<f32>>` or `Arc<Bvh<f64>>`.
     ///
     /// # Errors
-    /// Fails if a matrix entry is NaN or infinite, or if memory runs out.
+    /// Returns an error if a matrix entry is NaN or infinite, or if memory runs out.
     pub fn add(
         &mut self,
         mesh: impl Into<SceneMesh>,
@@ -95,7 +95,7 @@ impl Scene {
     /// Removes an instance. Its number may be reused for an instance added later.
     ///
     /// # Errors
-    /// Fails if the instance does not exist.
+    /// Returns an error if the instance does not exist.
     pub fn remove(&mut self, id: InstanceId) -> Result<(), SceneError> {
         // Keep the slot, so that other instances keep their numbers.
         let mesh = std::mem::replace(&mut self.instance(id)?.mesh, NO_MESH) as usize;
@@ -113,7 +113,7 @@ impl Scene {
     /// Moves an instance by replacing its matrix.
     ///
     /// # Errors
-    /// Fails if the instance does not exist, or if a matrix entry is NaN or infinite.
+    /// Returns an error if the instance does not exist, or if a matrix entry is NaN or infinite.
     pub fn place(&mut self, id: InstanceId, matrix: [f64; 12]) -> Result<(), SceneError> {
         check(&matrix)?;
         self.instance(id)?.matrix = matrix;
@@ -123,7 +123,7 @@ impl Scene {
     /// Shows or hides an instance by setting its mask to `u32::MAX` or 0.
     ///
     /// # Errors
-    /// Fails if the instance does not exist.
+    /// Returns an error if the instance does not exist.
     pub fn show(&mut self, id: InstanceId, is_visible: bool) -> Result<(), SceneError> {
         self.set_mask(id, if is_visible { u32::MAX } else { 0 })
     }
@@ -132,13 +132,13 @@ impl Scene {
     /// own mask ([`SceneSnapshot::mask`]) shares a bit with it.
     ///
     /// # Errors
-    /// Fails if the instance does not exist.
+    /// Returns an error if the instance does not exist.
     pub fn set_mask(&mut self, id: InstanceId, mask: u32) -> Result<(), SceneError> {
         self.instance(id)?.mask = mask;
         Ok(())
     }
 
-    /// The number of instances, including hidden ones.
+    /// Returns the number of instances, including hidden ones.
     pub fn len(&self) -> usize {
         self.placed.len() - self.free.len()
     }
@@ -153,10 +153,11 @@ impl Scene {
         self.placed.get(id.index()).is_some_and(|placed| placed.mesh != NO_MESH)
     }
 
-    /// Commits the current scene for queries. This rebuilds the tree of instances, on all threads.
+    /// Commits the current scene for queries. This rebuilds the tree of instances, using all
+    /// threads.
     ///
     /// # Errors
-    /// Fails if there is too little memory.
+    /// Returns an error if memory runs out.
     pub fn commit(&self) -> Result<SceneSnapshot, SceneError> {
         let committed = Committed::new(self.placed.clone(), self.meshes.clone())?;
         Ok(SceneSnapshot::new(committed))
@@ -171,7 +172,7 @@ impl Scene {
         }
     }
 
-    /// The number of a mesh, assigned on first use.
+    /// Returns the number of a mesh, which is assigned on first use.
     fn number_of(&mut self, mesh: SceneMesh) -> u32 {
         let Self { meshes, uses, numbers, .. } = self;
         *numbers.entry(mesh.address()).or_insert_with(|| {
@@ -189,7 +190,7 @@ impl Scene {
     }
 }
 
-/// Fails if a matrix entry is not finite.
+/// Returns an error if a matrix entry is not finite.
 fn check(matrix: &[f64; 12]) -> Result<(), SceneError> {
     match matrix.iter().position(|x| !x.is_finite()) {
         Some(at) => Err(SceneError::NotFinite { row: at / 4, column: at % 4 }),

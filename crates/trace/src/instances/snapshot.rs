@@ -20,7 +20,7 @@ use crate::walk::packet::RAYS;
 
 /// A committed [`Scene`](crate::Scene). It never changes, and clones share its data.
 ///
-/// Results are those of the mode `exact` on the world-space corners defined by
+/// Results are those of the `exact` mode on the world-space corners defined by
 /// [`Scene`](crate::Scene): t, u, and v are correctly rounded. If two hits have the same t, the
 /// lower instance wins, then the lower geometry, then the lower triangle. Hidden instances and
 /// geometries with mask 0 are ignored; [`SceneSnapshot::mask`] lets you ignore more.
@@ -97,8 +97,8 @@ impl SceneSnapshot {
         self.all_by(ray, Rule::Closed)
     }
 
-    /// Returns the ray's crossings with the meshes, sorted like [`SceneSnapshot::all`]. A point on
-    /// an edge or corner of a mesh counts for only one of its triangles.
+    /// Returns the ray's crossings with the meshes, sorted like [`SceneSnapshot::all`]. A crossing
+    /// at an edge or corner of a mesh counts for only one of the triangles that meet there.
     pub fn crossings(&self, ray: &Ray64) -> Vec<SceneHit> {
         self.all_by(ray, Rule::Once)
     }
@@ -119,7 +119,7 @@ impl SceneSnapshot {
         self.hits(ray, &sorted)
     }
 
-    /// The hits on triangles that the ray is known to hit.
+    /// Returns the hits on triangles that the ray is known to hit.
     fn hits(&self, ray: &Ray64, found: &[Candidate]) -> Vec<SceneHit> {
         let pairs: Vec<_> = found.iter().map(|hit| (ray, &hit.triangle, hit.position)).collect();
         let mut hits = vec![Hit::MISS; found.len()];
@@ -143,7 +143,7 @@ impl SceneSnapshot {
         });
     }
 
-    /// Traces rays on this thread, together where that pays. `collect[i]` belongs to `rays[i]`.
+    /// Traces rays on this thread, together where that pays off. `collect[i]` belongs to `rays[i]`.
     fn trace_each<C: Collect>(&self, rays: &[Ray64], collect: &mut [C], patience: &mut Patience) {
         let (scene, mask, rule) = (&*self.committed, self.mask, Rule::Closed);
         self.with_scratch(|scratch| {
@@ -167,7 +167,7 @@ impl SceneSnapshot {
     }
 }
 
-/// Batch queries for many rays, on all threads. Result `i` belongs to `rays[i]`.
+/// Batch queries for many rays, using all threads. Result `i` belongs to `rays[i]`.
 impl SceneSnapshot {
     /// Like [`SceneSnapshot::closest`], but for many rays. A ray without a hit yields
     /// [`SceneHit::MISS`].
@@ -235,7 +235,7 @@ impl SceneSnapshot {
     /// Like [`SceneSnapshot::all`], but for many rays. Returns the hits in compact arrays.
     ///
     /// # Errors
-    /// Fails if there is too little memory for the hits.
+    /// Returns an error if memory runs out.
     pub fn all_batch(&self, rays: &[Ray64]) -> Result<Lists<SceneHit>, OutOfMemory> {
         self.lists(rays, Rule::Closed)
     }
@@ -244,7 +244,7 @@ impl SceneSnapshot {
     /// arrays.
     ///
     /// # Errors
-    /// Fails if there is too little memory for the crossings.
+    /// Returns an error if memory runs out.
     pub fn crossings_batch(&self, rays: &[Ray64]) -> Result<Lists<SceneHit>, OutOfMemory> {
         self.lists(rays, Rule::Once)
     }

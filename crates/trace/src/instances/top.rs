@@ -1,4 +1,4 @@
-//! The tree of instances. Each node has eight boxes, which contain other nodes or instances.
+//! The tree of instances. Each node has up to eight boxes, which contain other nodes or instances.
 
 use intertri::TriangleOf;
 use intertri::internal::LocalFrame;
@@ -82,7 +82,7 @@ impl Top {
         })
     }
 
-    /// A world-space box that contains the box of a node's child.
+    /// Returns a world-space box that contains the box of a node's child.
     #[inline(always)]
     pub(super) fn child_box(&self, node: &Node, slot: usize) -> [[f64; 3]; 2] {
         let ((centre, _), scale) = (self.frame.centre_and_exponent(), self.frame.scale());

@@ -4,7 +4,7 @@
 //! ```text
 //!   world   tree of instances ──► an instance             triangles in world space, in f64 lanes ──► exact
 //!   mesh                            └──► its tree, by a ray in mesh space ─┘
-//!                                        or by its boxes in world space, if the inverse is of no use
+//!                                        or by its boxes in world space, if there is no useful inverse
 //! ```
 
 use std::marker::PhantomData;

@@ -43,7 +43,7 @@ pub(super) struct TreeSlabs {
 }
 
 impl TreeSlabs {
-    /// Returns `None` if numbers are too large or too small for the slab test.
+    /// Returns `None` if the ray's values are too large or too small for the slab test.
     #[inline(always)]
     pub(super) fn new<S: Simd>(ray: TreeRay<f64>, reach: f32) -> Option<Self> {
         let (TreeRay { origin, dir, room }, unit, is_sane) = ray.scaled();
@@ -77,13 +77,13 @@ pub(super) fn rounded_up(t: f64, unit: f64) -> f32 {
     raised((t * unit) as f32)
 }
 
-/// [`rounded_down`] for sixteen values of t, each with its own factor.
+/// Like [`rounded_down`], but for sixteen values of t, each with its own factor.
 #[inline(always)]
 pub(super) fn all_rounded_down<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
     lowered(in_f32::<S>(t, unit))
 }
 
-/// [`rounded_up`] for sixteen values of t, each with its own factor.
+/// Like [`rounded_up`], but for sixteen values of t, each with its own factor.
 #[inline(always)]
 pub(super) fn all_rounded_up<S: Simd>(t: &[f64; 16], unit: &[f64; 16]) -> S::F32x16 {
     raised(in_f32::<S>(t, unit))
@@ -96,7 +96,7 @@ fn lowered<F: Lanes<Scalar = f32>>(t: F) -> F {
     (finite * F::splat(DOWN) - F::splat(f32::MIN_POSITIVE)).max(F::splat(0.0))
 }
 
-/// Rounds up by at least one ulp, except for negative numbers, at which there are no hits.
+/// Rounds up by at least one ulp, except for negative values, at which there are no hits.
 #[inline(always)]
 fn raised<F: Lanes<Scalar = f32>>(t: F) -> F {
     t * F::splat(UP) + F::splat(f32::MIN_POSITIVE)

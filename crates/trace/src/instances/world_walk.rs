@@ -55,7 +55,7 @@ impl WorldWalk<'_> {
                     stack.push((near, child));
                 }
             }
-            // Sort the nearest to the top of the stack.
+            // Sort the children so that the nearest is on top of the stack.
             stack[start..].sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
         }
     }

@@ -15,12 +15,13 @@ const SLAB: usize = 1 << 16;
 /// The number of rays whose segments a thread lists at a time.
 const CHUNK: usize = 1 << 10;
 
-/// Batch queries for many points or rays, on all threads. Result `i` belongs to point or ray `i`.
+/// Batch queries for many points or rays, using all threads. Result `i` belongs to point or ray
+/// `i`.
 impl<S: BvhScalar> Media<S> {
     /// Like [`Media::medium_at`], but for many points.
     ///
     /// # Errors
-    /// Fails if there is too little memory.
+    /// Returns an error if memory runs out.
     pub fn medium_at_batch(&self, points: &[[S; 3]]) -> Result<Vec<Option<u32>>, OutOfMemory> {
         let mut media = filled(points.len(), None)?;
         for (points, media) in points.chunks(SLAB).zip(media.chunks_mut(SLAB)) {
@@ -35,7 +36,7 @@ impl<S: BvhScalar> Media<S> {
     /// Like [`Media::next_crossing`], but for many rays.
     ///
     /// # Errors
-    /// Fails if there is too little memory.
+    /// Returns an error if memory runs out.
     pub fn next_crossing_batch(
         &self,
         rays: &[RayOf<S>],
@@ -51,7 +52,7 @@ impl<S: BvhScalar> Media<S> {
     /// Like [`Media::segments`], but for many rays. Returns the segments in compact arrays.
     ///
     /// # Errors
-    /// Fails if there is too little memory.
+    /// Returns an error if memory runs out.
     pub fn segments_batch(&self, rays: &[RayOf<S>]) -> Result<Lists<Segment>, OutOfMemory> {
         let mut lists = Lists { offsets: room(rays.len() + 1)?, items: Vec::new() };
         lists.offsets.push(0);
@@ -76,7 +77,7 @@ impl<S: BvhScalar> Media<S> {
         Ok(lists)
     }
 
-    /// All crossings of the rays, ignoring their `t_max`.
+    /// Returns all crossings of the rays, ignoring their `t_max`.
     fn crossings(&self, rays: &[RayOf<S>]) -> Result<CrossingLists, OutOfMemory> {
         let mut whole = room(rays.len())?;
         whole.extend(rays.iter().map(endless));
@@ -84,7 +85,7 @@ impl<S: BvhScalar> Media<S> {
     }
 }
 
-/// Lists the segments of the rays, and the end of each ray's segments in that list.
+/// Lists the segments of all rays, and where each ray's segments end in the list.
 fn listed<'a>(
     paths: impl Iterator<Item = Path<'a>>,
 ) -> Result<(Vec<usize>, Vec<Segment>), NoMemory> {

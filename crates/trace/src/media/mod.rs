@@ -78,7 +78,7 @@ impl<S: BvhScalar> Media<S> {
     /// numbers. Meshes with the same number form one medium.
     ///
     /// # Errors
-    /// Fails if a mesh is not closed or not finite, or if the hierarchy cannot be built.
+    /// Returns an error if a mesh is not closed or not finite, or if the hierarchy cannot be built.
     pub fn new(meshes: &[(u32, &[TriangleOf<S>])]) -> Result<Self, MediaError<S>> {
         for (mesh, (_, triangles)) in meshes.iter().enumerate() {
             Solid::check_closed(triangles).map_err(|error| match error {
@@ -91,12 +91,12 @@ impl<S: BvhScalar> Media<S> {
         Ok(Self { bvh, media: meshes.iter().map(|(medium, _)| *medium).collect() })
     }
 
-    /// The hierarchy over the meshes.
+    /// Returns the hierarchy over the meshes.
     pub fn bvh(&self) -> &Bvh<S> {
         &self.bvh
     }
 
-    /// The medium of each mesh.
+    /// Returns the medium of each mesh.
     pub fn media(&self) -> &[u32] {
         &self.media
     }
@@ -125,7 +125,7 @@ impl<S: BvhScalar> Media<S> {
         segments
     }
 
-    /// The segments of a ray, given all crossings after its start.
+    /// Returns the segments of a ray, given all crossings after its start.
     fn path<'a>(&'a self, ray: &RayOf<S>, crossings: &'a [Crossing]) -> Path<'a> {
         Path::new(&self.media, ray, crossings)
     }
@@ -152,7 +152,7 @@ pub enum MediaError<S = f32> {
         /// The defect of the mesh.
         error: SolidError<S>,
     },
-    /// The hierarchy could not be built, or there is too little memory.
+    /// The hierarchy could not be built, or memory ran out.
     Build(BuildError),
 }
 

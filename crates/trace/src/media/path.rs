@@ -1,4 +1,4 @@
-//! The segments of a single ray, from last to first.
+//! Iterates over the segments of a single ray, from last to first.
 //!
 //! Infinitely far away, no mesh winds around the ray. Going back from there toward the start, each
 //! crossing changes the winding number of one mesh by one:
@@ -30,7 +30,7 @@ pub(super) struct Path<'a> {
 }
 
 impl<'a> Path<'a> {
-    /// Takes all crossings after the start of a ray, whatever its `t_max`.
+    /// Expects all crossings after the start of a ray, regardless of its `t_max`.
     pub(super) fn new<S: Scalar>(
         media: &'a [u32],
         ray: &RayOf<S>,
@@ -49,18 +49,18 @@ impl<'a> Path<'a> {
         })
     }
 
-    /// The medium in which the ray starts.
+    /// Returns the medium in which the ray starts.
     pub(super) fn medium(self) -> Option<u32> {
         self.first_two()?.0.medium
     }
 
-    /// The crossing at the end of the first segment, unless the ray ends there.
+    /// Returns the crossing at the end of the first segment, unless the ray ends there.
     pub(super) fn next_crossing(self) -> Option<MediumCrossing> {
         let (Segment { medium: left, wall: hit, .. }, entered) = self.first_two()?;
         hit.is_hit().then_some(MediumCrossing { hit, left, entered })
     }
 
-    /// The last of the meshes that wind around the ray.
+    /// Returns the last of the meshes that wind around the ray.
     fn mesh(&self) -> Option<u32> {
         self.winding.iter().map(|&(mesh, _)| mesh).max()
     }

@@ -12,8 +12,8 @@ const SHARE: f64 = 1.0 / (1_u64 << 20) as f64;
 /// read as 0: `2^-120`.
 const TINY: f64 = f64::from_bits((1023 - 120) << 52);
 
-/// The largest squared distance that [`squares`] may compute for a box that contains a point at a
-/// squared distance below `most`.
+/// Returns the largest squared distance that [`squares`] may compute for a box that contains a
+/// point at a squared distance below `most`.
 #[inline(always)]
 pub(super) fn far_for(most: f64) -> f32 {
     ((most * (1.0 + SHARE) + TINY) as f32).next_up()
@@ -54,7 +54,7 @@ pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
     to_boxes(lo, hi, within).le(F::splat(far))
 }
 
-/// The squared distances to eight boxes.
+/// Returns the squared distances to eight boxes.
 #[inline(always)]
 fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, [from, to]: [Vec3<F>; 2]) -> F {
     let none = F::splat(0.0);

@@ -1,4 +1,4 @@
-//! The result of a closest-point search, and the choice between the last candidates.
+//! The result of a closest-point search, and the choice among the final candidates.
 
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{Closest, Tier, closer, closest};
@@ -22,8 +22,8 @@ pub struct ClosestPoint {
     pub u: f64,
     /// The barycentric weight of the triangle's third corner, rounded once.
     pub v: f64,
-    /// The triangle, which is truly the closest. If several are equally close, the lowest index
-    /// wins.
+    /// The index of the triangle that is truly the closest. If several are equally close, the
+    /// lowest index wins.
     pub triangle: u32,
     /// The index of the triangle's mesh if there are several meshes, otherwise 0.
     pub geometry: u32,
@@ -41,8 +41,8 @@ impl ClosestPoint {
         geometry: 0,
     };
 
-    /// The point of a finite triangle that is closest to a finite point. The triangle's index is
-    /// not set.
+    /// Returns the point of a finite triangle that is closest to a finite point. The triangle's
+    /// index is not set.
     pub(crate) fn on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Self {
         let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, triangle);
         // This weight is used only to compute the point: the distance and the other weights are

@@ -11,7 +11,7 @@ pub(crate) trait Mesh: Copy {
     /// The scalar type of the coordinates.
     type Scalar: Scalar;
 
-    /// The tree over the mesh.
+    /// Returns the tree over the mesh.
     fn tree(&self) -> &Tree;
 
     /// Converts a point to the tree's units.
@@ -20,14 +20,14 @@ pub(crate) trait Mesh: Copy {
     /// Converts a length to the tree's units.
     fn scaled(&self, length: f64) -> f64;
 
-    /// The approximate corners of a leaf's triangles in the tree's units.
+    /// Returns the approximate corners of a leaf's triangles in the tree's units.
     fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3];
 
-    /// The corners of the leaf's triangles in the given lanes, in the tree's units and exact except
-    /// for underflow. Other lanes are arbitrary.
+    /// Returns the corners of the leaf's triangles in the given lanes, in the tree's units and
+    /// exact except for underflow. Other lanes are arbitrary.
     fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3];
 
-    /// The triangle in a slot of the leaves.
+    /// Returns the triangle in a leaf slot.
     fn triangle(&self, slot: LeafSlot) -> TriangleOf<Self::Scalar>;
 }
 

@@ -10,8 +10,7 @@ use super::search::Search;
 use crate::morton::along_curve;
 use crate::walk::single::TraversalScratch;
 
-/// Finds the closest point for each query point, on this thread, unless it is farther than a
-/// radius.
+/// Finds the closest point within a radius for each query point, on this thread.
 pub(crate) fn closest_points<M: Mesh>(
     mesh: M,
     points: &[[M::Scalar; 3]],
@@ -43,7 +42,7 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
         // Process neighbouring points in sequence, so that the last leaf found is a good first
-        // guess. If there is too little memory to sort them, keep the given order.
+        // guess. If memory runs out while sorting them, keep the given order.
         let order =
             along_curve(&tree.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
         for i in 0..points.len() {

@@ -6,7 +6,7 @@ use intertri::internal::exact::{Tier, closer_from, closest};
 use crate::util::test_numbers::random;
 use crate::{Bvh, ClosestPoint, Containment, Solid};
 
-/// The reference: a plain loop in integer arithmetic.
+/// Returns the reference result from a plain loop in integer arithmetic.
 fn plain(triangles: &[Triangle], point: [f32; 3], radius: f64) -> Option<(u32, f64, [f64; 2])> {
     let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
     let mut best: Option<usize> = None;
@@ -70,7 +70,7 @@ fn it_is_the_plain_loop() {
     assert!(found > 2500, "{found}");
 }
 
-/// A sphere seen from far away, from nearby, and from inside. At its centre, all triangles are
+/// Queries a sphere from far away, from nearby, and from inside. At its centre, all triangles are
 /// about equally close.
 #[test]
 fn balls_far_and_near() {

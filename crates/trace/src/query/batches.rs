@@ -10,19 +10,19 @@ use crate::tree::MeshTriangle;
 use crate::util::memory::OutOfMemory;
 use crate::util::threads;
 
-/// Batch queries: many rays per call, on all threads.
+/// Batch queries: many rays per call, using all threads.
 ///
 /// Each method returns a new `Vec`. Its `…_into` variant writes to your slice instead and returns
 /// the number of intersection tests. Result `i` belongs to `rays[i]`.
 ///
-/// Batches are faster if rays that are adjacent in the slice are also close in space. Fastest are
-/// rays that share an origin and form the pixels of an image, in rows of any width or in tiles,
-/// such as 32 by 32 in Z-order: the library detects them and traces 1024 at a time in a narrow
+/// Batches are faster if rays that are adjacent in the slice are also close in space. The fastest
+/// are rays that share an origin and form the pixels of an image, in rows of any width or in tiles,
+/// such as 32×32 pixels in Z-order: the library detects them and traces 1024 at a time in a narrow
 /// cone. Other coherent rays, such as parallel ones, are traced sixteen at a time. Results do not
 /// depend on the order.
 ///
-/// If there is too little memory for a `Vec` of results, the program aborts, as with any `Vec`; the
-/// `…_into` variants use your memory instead. Methods that return lists of hits report an error.
+/// If a `Vec` of results cannot be allocated, the program aborts, as with any `Vec`; the `…_into`
+/// variants use your memory instead. Methods that return lists of hits report an error.
 ///
 /// # Panics
 /// Panics if the numbers of rays and results differ, or if you set lists of triangles to skip but
@@ -102,7 +102,7 @@ impl<S: BvhScalar> Query<'_, S> {
     /// only the first hits of each ray are kept, and traversal stops at the last one kept.
     ///
     /// # Errors
-    /// Fails if there is too little memory for the hits.
+    /// Returns an error if memory runs out.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -127,7 +127,7 @@ impl<S: BvhScalar> Query<'_, S> {
     /// a `limit`, only the first crossings of each ray are kept.
     ///
     /// # Errors
-    /// Fails if there is too little memory for the crossings.
+    /// Returns an error if memory runs out.
     pub fn crossings_batch(
         &self,
         rays: &[RayOf<S>],

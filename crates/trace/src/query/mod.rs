@@ -36,7 +36,7 @@ use crate::walk::single::{LentScratch, SingleRay, TraversalScratch};
 /// let mut query = bvh.query().mode(Mode::certified());
 /// let (mut ray, mut path) = (Ray::new([0.0; 3], [1.0, 0.0, 0.0]), 0.0);
 /// for _ in 0..3 {
-///     let hit = query.closest(&ray).expect("it is between them");
+///     let hit = query.closest(&ray).expect("a hit on one of the walls");
 ///     path += hit.t;
 ///     ray = Ray::new([ray.origin[0] + ray.dir[0] * hit.t as f32, 0.0, 0.0], ray.dir.map(|d| -d));
 ///     ray.t_min = 0.5;
@@ -79,7 +79,7 @@ impl Query<'_, f32> {
 }
 
 impl<'a, S: BvhScalar> Query<'a, S> {
-    /// Sets the mode [`Mode::once`], in which each point of a mesh belongs to exactly one of its
+    /// Sets the mode to [`Mode::once`], in which each point of a mesh belongs to exactly one of its
     /// triangles.
     pub fn once(self) -> Self {
         Self { mode: Mode::once().at(self.mode.level()), ..self }
@@ -123,7 +123,7 @@ impl<'a, S: BvhScalar> Query<'a, S> {
     /// ```
     /// use intertri_trace::{Bvh, Faces};
     /// use intertri_trace::intertri::{Ray, Triangle};
-    /// // Seen along the ray, one wall's corners run clockwise, the other's counter-clockwise.
+    /// // Seen along the ray, one wall's corners run clockwise, and the other's counter-clockwise.
     /// let back = Triangle::new([0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [0.0, 1.0, 3.0]);
     /// let front = Triangle::new([0.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 0.0, 5.0]);
     /// let bvh = Bvh::new(&[back, front])?;
@@ -242,7 +242,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_in(self.crossing_mode(), ray, one_ray::next_crossing)
     }
 
-    /// The mode for crossings: exact, counting each crossing once.
+    /// Returns the mode for crossings: exact, counting each crossing once.
     fn crossing_mode(&self) -> Mode {
         // Counting needs a rule that assigns each shared edge to one triangle, whichever mode was
         // chosen for hits.

@@ -11,7 +11,7 @@ use crate::util::memory::OutOfMemory;
 use crate::walk::one_ray;
 use crate::walk::single::TraversalScratch;
 
-/// Shortcuts for queries in the mode [`Mode::exact`](intertri::Mode::exact) over all triangles:
+/// Shortcuts for queries in exact mode ([`Mode::exact`](intertri::Mode::exact)) over all triangles:
 /// `bvh.closest(&ray)` is the same as `bvh.query().closest(&ray)`. See [`Query`](crate::Query) for
 /// a description of the methods and for settings.
 impl<S: BvhScalar> Bvh<S> {
@@ -62,7 +62,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Returns all hits of each ray; see [`Query::all_batch`](crate::Query::all_batch).
     ///
     /// # Errors
-    /// Fails if there is too little memory for the hits.
+    /// Returns an error if memory runs out.
     pub fn all_batch(&self, rays: &[RayOf<S>]) -> Result<HitLists, OutOfMemory> {
         self.query().all_batch(rays, None)
     }
@@ -71,7 +71,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// [`Query::crossings_batch`](crate::Query::crossings_batch).
     ///
     /// # Errors
-    /// Fails if there is too little memory for the crossings.
+    /// Returns an error if memory runs out.
     pub fn crossings_batch(&self, rays: &[RayOf<S>]) -> Result<CrossingLists, OutOfMemory> {
         self.query().crossings_batch(rays, None)
     }

@@ -1,8 +1,8 @@
 //! Visibility between two points, which may be on surfaces.
 //!
 //! ```text
-//!            light                  a segment ends on surfaces only up to rounding: just before, on,
-//!           ╱                       or behind them. These surfaces are ignored, so that nothing
+//!            light                  because of rounding, a segment may end just before, on, or
+//!           ╱                       behind a surface. Such surfaces are ignored, so that none
 //!     ────●╱────  surface           shades itself by accident. All others are tested exactly
 //! ```
 //!
@@ -24,7 +24,7 @@ const UNITS: f64 = 16.0;
 /// The number of segments to copy and trace at a time.
 const PIECE: usize = 1 << 16;
 
-/// Visibility between the two ends of a segment.
+/// Visibility queries between the two ends of a segment.
 ///
 /// # Panics
 /// Panics if the numbers of segments and results differ, or if you set lists of triangles to skip
@@ -77,7 +77,7 @@ impl<S: BvhScalar> Query<'_, S> {
     /// bits after the leading one.
     #[doc(hidden)]
     pub fn visible_within(&self, segments: &[[[S; 3]; 2]], bits: u32, visible: &mut [bool]) {
-        assert_eq!(segments.len(), visible.len(), "one answer per segment");
+        assert_eq!(segments.len(), visible.len(), "one result per segment");
         let (skip, reach) = (self.selection.skip, UNITS / (1_u64 << bits) as f64);
         let lists = skip.len();
         let fits = lists == 0 || lists == segments.len();
@@ -130,7 +130,7 @@ impl<S: BvhScalar> Query<'_, S> {
     }
 }
 
-/// The ray from one end of a segment to the other.
+/// Returns the ray from one end of a segment to the other.
 fn ray_of<S: BvhScalar>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
     // Scale before subtracting, because the difference may overflow even for finite ends.
     let way = |share: f64| [0, 1, 2].map(|k| S::nearest(share * b[k].into() - share * a[k].into()));

@@ -13,7 +13,7 @@ pub enum RefitError {
         /// The number of triangles passed.
         found: usize,
     },
-    /// There is too little memory.
+    /// Memory ran out.
     OutOfMemory,
     /// A vertex index is out of bounds.
     BadIndex {

@@ -37,8 +37,8 @@ impl Refit {
     /// The cost ratio above which a tree may be worth rebuilding.
     pub const WORN: f64 = 1.5;
 
-    /// The current cost divided by the cost as built. It is 1 if no triangle has moved, and grows
-    /// as the tree degrades.
+    /// Returns the current cost divided by the cost as built. The ratio is 1 if no triangle has
+    /// moved, and grows as the tree degrades.
     pub fn ratio(&self) -> f64 {
         self.cost / self.cost_as_built
     }
@@ -139,8 +139,8 @@ impl Tree {
         Ok(())
     }
 
-    /// Lists triangles outside the tree below the root: those that can be hit, and those without
-    /// area.
+    /// Lists the triangles that belong outside the main tree: those that can be hit, and those
+    /// without area.
     fn outside(
         &self,
         triangles: &(impl Triangles + ?Sized),

@@ -3,7 +3,7 @@ use intertri::{Mode, Ray, Triangle};
 use crate::util::test_numbers::random;
 use crate::{Bvh, Refit, RefitError};
 
-/// A sphere with the given number of rings, with a function applied to its corners.
+/// Returns a sphere with the given number of rings and a function applied to its corners.
 fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     use std::f32::consts::PI;
     let corner = |i: usize, j: usize| {
@@ -18,7 +18,7 @@ fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     squares.flat_map(|(i, j)| square(i, j)).collect()
 }
 
-/// Checks that results are those of a newly built hierarchy.
+/// Checks that query results equal those of a newly built hierarchy.
 fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
     let anew = Bvh::new(triangles).unwrap();
     assert_eq!(bvh.bounds(), anew.bounds());
@@ -84,7 +84,7 @@ fn a_ball_is_twisted_exploded_and_folded() {
         assert_as_new(&bvh, &twisted);
     }
 
-    // Move every triangle somewhere else, then fold the sphere.
+    // Move every triangle by a random offset, then fold the sphere.
     let mut number = random();
     let exploded: Vec<Triangle> = ball(24, still)
         .iter()

@@ -23,7 +23,7 @@ impl<T: Zeroable + Clone> Arriving<T> {
         Ok(Self { all: zeros(count)?.into_vec(), done: 0 })
     }
 
-    /// The slots for the next `count` records.
+    /// Returns the slots for the next `count` records.
     pub(super) fn next(&mut self, count: usize) -> Result<&mut [T], NoMemory> {
         let end = self.done + count;
         if let Some(more) = end.checked_sub(self.all.len()) {
@@ -35,7 +35,7 @@ impl<T: Zeroable + Clone> Arriving<T> {
         Ok(next)
     }
 
-    /// All records that have arrived.
+    /// Returns all records that have arrived.
     pub(super) fn all(self) -> Vec<T> {
         self.all
     }

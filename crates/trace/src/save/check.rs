@@ -82,7 +82,7 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
             if child & LEAF == 0 {
                 return are_in(&nodes[child as usize], &bounds);
             }
-            // No box bounds the hits on a needle, so needles must not be below the root.
+            // No box bounds the hits on a needle, so needles must not be in the main tree.
             let leaf = &leaves[(child & !LEAF) as usize];
             leaf.thin == 0 && is_in(&leaf.bounds, &bounds)
         })
@@ -128,8 +128,8 @@ pub(super) fn numbers(
         return Ok(());
     }
 
-    // These triangles may be listed without a box: those in the tree that cannot be hit, and the
-    // omitted ones.
+    // Only two kinds of triangles may be listed without a box: those in the tree that cannot be
+    // hit, and omitted ones.
     let mut away = zeros::<u64>(triangles.div_ceil(64))?;
     let silent = tree.iter().flat_map(|leaf| {
         let lanes = leaf.indices.iter().take_while(|&&index| index != NONE).count();

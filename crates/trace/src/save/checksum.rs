@@ -56,7 +56,7 @@ fn round(lane: u64, word: u64) -> u64 {
     lane.wrapping_add(word.wrapping_mul(P2)).rotate_left(31).wrapping_mul(P1)
 }
 
-/// The 64-bit words of a stripe.
+/// Returns the 64-bit words of a stripe.
 #[inline(always)]
 fn words(stripe: &[u8]) -> impl Iterator<Item = u64> + '_ {
     stripe.as_chunks::<8>().0.iter().map(|word| u64::from_le_bytes(*word))
@@ -66,7 +66,7 @@ fn words(stripe: &[u8]) -> impl Iterator<Item = u64> + '_ {
 mod tests {
     use super::checksum;
 
-    /// The expected values come from the program `xxhsum -H1`.
+    /// The expected values come from `xxhsum -H1`.
     #[test]
     fn it_is_xxh64() {
         let text = b"Nobody inspects the spammish repetition";

@@ -31,9 +31,9 @@ pub enum LoadError {
         /// A description of the damage.
         what: &'static str,
     },
-    /// There is too little memory.
+    /// Memory ran out.
     OutOfMemory,
-    /// The input cannot be read.
+    /// The input could not be read.
     Io(io::Error),
 }
 

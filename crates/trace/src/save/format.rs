@@ -1,4 +1,4 @@
-//! The header and the section table of a saved hierarchy. All numbers are little-endian.
+//! The header and the section table of a saved hierarchy. All values are little-endian.
 //!
 //! ```text
 //!   header  0 magic            8 version: u32      12 sections: u32     16 triangles: u64
@@ -61,7 +61,8 @@ pub(super) const NUMBER: usize = 4;
 pub(super) const GEOMETRIES: u32 = 4;
 pub(super) const GEOMETRY: usize = 8;
 
-/// For f64, these replace [`LEAVES`]: the frame of the copies, and the leaves.
+/// The sections that replace [`LEAVES`] in an f64 hierarchy: the frame of the copies and the
+/// leaves.
 pub(super) const FRAME: u32 = 5;
 pub(super) const FRAME_SIZE: usize = 32;
 pub(super) const LEAVES64: u32 = 6;
@@ -90,7 +91,7 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// The number of records.
+    /// Returns the number of records.
     pub(super) fn count(&self) -> usize {
         (self.size / u64::from(self.record)) as usize
     }
@@ -117,7 +118,7 @@ pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
     bytes
 }
 
-/// The checksum of the header and the table.
+/// Returns the checksum of the header and the table.
 fn sum_of(front: &[u8]) -> u64 {
     checksum(&[&front[..SUM], &front[HEADER..]].concat())
 }
@@ -158,7 +159,8 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     // Sections must be contiguous except for alignment.
     let mut end = front.len() as u64;
     for Entry { kind, record, place, size, .. } in &entries {
-        // These checks come before any number from the table sizes an allocation or indexes memory.
+        // Check this before any number from the table determines an allocation size or indexes
+        // memory.
         let sane = (1..=RECORD as u32).contains(record) && size % u64::from(*record) == 0;
         if !sane || *place != end.next_multiple_of(ALIGN as u64) || *size > u64::MAX / 4 {
             return LoadError::damaged("its table of sections is invalid");
@@ -174,7 +176,7 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
             _ if kind & OPTIONAL != 0 => true,
             _ => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
         };
-        // Record indices have 31 bits.
+        // Record indices are 31-bit.
         if !known || u64::from(*record) * u64::from(LEAF) < *size {
             return LoadError::damaged("its table of sections is invalid");
         }
@@ -206,7 +208,7 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
 }
 
-/// The checksum of the block checksums.
+/// Returns the checksum of the block checksums.
 pub(super) fn checksum_of_blocks(blocks: &[u64]) -> u64 {
     checksum(&blocks.iter().flat_map(|sum| sum.to_le_bytes()).collect::<Vec<u8>>())
 }

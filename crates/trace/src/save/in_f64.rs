@@ -1,4 +1,4 @@
-//! Saving and loading f64 hierarchies: nodes, the frame of the copies, and leaves with f64 corners.
+//! Saves and loads f64 hierarchies: nodes, the frame of the copies, and leaves with f64 corners.
 
 use std::io::{self, Write};
 
@@ -31,7 +31,7 @@ pub(crate) fn write64(
     write_with(tree, sections, output)
 }
 
-/// Reads a whole hierarchy, and nothing after it. Returns the tree, the frame of the copies, and
+/// Reads a whole hierarchy but nothing beyond it. Returns the tree, the frame of the copies, and
 /// the triangles of each leaf.
 pub(crate) fn read64(
     input: &mut dyn Input,
@@ -44,7 +44,7 @@ pub(crate) fn read64(
     // The extent of the corners along each axis, relative to the centre.
     let mut around = Aabb::EMPTY;
     parts.bounds.iter().for_each(|leaf| around.join(&leaf.bounds));
-    // Compute this from the corners and do not trust the file, because the filter's error bounds
+    // Compute this from the corners instead of trusting the file, because the filter's error bounds
     // depend on it.
     let far = |axis: usize| (-around.lo[axis]).max(around.hi[axis]).max(0.0);
     let (centre, up) = frame.centre_and_exponent();

@@ -16,7 +16,7 @@ const PIECE: usize = 1 << 20;
 pub trait Input {
     /// Returns the next `count` bytes.
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError>;
-    /// The number of bytes that are certain to follow.
+    /// Returns the number of bytes that are certain to follow.
     fn known(&self) -> usize;
 }
 
@@ -30,7 +30,7 @@ impl<'a> Slice<'a> {
         Self { left: bytes }
     }
 
-    /// Fails if more bytes follow.
+    /// Returns an error if more bytes follow.
     pub(crate) fn end(self) -> Result<(), LoadError> {
         if self.left.is_empty() { Ok(()) } else { more() }
     }
@@ -61,7 +61,7 @@ impl<R: Read> Stream<R> {
         Self { from, buffer: Vec::new(), known }
     }
 
-    /// Fails if more bytes follow.
+    /// Returns an error if more bytes follow.
     pub(crate) fn end(mut self) -> Result<(), LoadError> {
         if self.from.read(&mut [0])? == 0 { Ok(()) } else { more() }
     }
@@ -109,7 +109,7 @@ impl Pieces {
         Self { file, at: 0, size, buffer: Vec::new() }
     }
 
-    /// Fails if more bytes follow.
+    /// Returns an error if more bytes follow.
     pub(crate) fn end(self) -> Result<(), LoadError> {
         use std::os::unix::fs::FileExt;
         if self.file.read_at(&mut [0], self.at)? == 0 { Ok(()) } else { more() }
@@ -123,7 +123,7 @@ impl Input for Pieces {
         if count > self.known() {
             return Err(LoadError::CutOff);
         }
-        // The file size is known, so `count` cannot exceed what is left of it.
+        // The file size is known, so `count` is at most the size of the rest of the file.
         if self.buffer.len() < count {
             let more = count - self.buffer.len();
             self.buffer.try_reserve(more).map_err(|_| LoadError::OutOfMemory)?;

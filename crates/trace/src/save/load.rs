@@ -43,7 +43,7 @@ pub(super) struct Parts {
     geometries: Option<Vec<(u32, u32)>>,
 }
 
-/// Reads a whole hierarchy, and nothing after it.
+/// Reads a whole hierarchy but nothing beyond it.
 pub(crate) fn read(input: &mut dyn Input) -> Result<Tree, LoadError> {
     let (header, parts) = read_parts(input, "f32")?;
     parts.tree(&header)
@@ -81,7 +81,8 @@ pub(super) fn read_parts(
     Ok((header, parts))
 }
 
-/// A file shorter than a header is probably something else, not a truncated hierarchy.
+/// Converts a truncation error to [`LoadError::NotSaved`], because a file shorter than a header is
+/// probably something other than a truncated hierarchy.
 fn not_saved(error: LoadError) -> LoadError {
     if matches!(error, LoadError::CutOff) { LoadError::NotSaved } else { error }
 }
@@ -286,7 +287,7 @@ fn in_batches(
     }
 }
 
-/// Reads records piece by piece, on all threads. Fails if a record is invalid.
+/// Reads records piece by piece, using all threads. Returns an error if a record is invalid.
 fn all_sound<P: Send>(
     pieces: impl Iterator<Item = P>,
     what: &'static str,

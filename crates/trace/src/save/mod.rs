@@ -1,4 +1,4 @@
-//! Saving and loading hierarchies. The bytes are the same on every CPU.
+//! Saves and loads hierarchies. The bytes are the same on every CPU.
 //!
 //! ```text
 //!   header    magic, version, sizes                   64 bytes
@@ -7,8 +7,8 @@
 //! ```
 //!
 //! [`format`] documents every field, and `docs/saved.md` specifies the format for other programs. A
-//! section is copied once, from the read buffer to where traversal needs it, and every number is
-//! checked on the way ([`records`], [`check`]). A hierarchy that passes these checks returns
+//! section is copied once, from the read buffer to where traversal needs it, and every value is
+//! checked along the way ([`records`], [`check`]). A hierarchy that passes these checks returns
 //! correct results for the triangles it contains, even if an attacker wrote it.
 
 mod arriving;

@@ -1,4 +1,4 @@
-//! Nodes and leaves as bytes.
+//! Converts nodes and leaves to and from bytes.
 //!
 //! ```text
 //!   node   8 rows of 8 f32: lower x y z, upper x y z, children as bits, `EMPTY`
@@ -34,7 +34,7 @@ pub(super) fn write_leaf(leaf: &Leaf, to: &mut [u8]) {
     }
 }
 
-/// The indices of a leaf's triangles as they are stored.
+/// Returns the indices of a leaf's triangles as they are stored.
 pub(super) fn numbers_to_write(leaf: &Leaf) -> impl Iterator<Item = u32> + '_ {
     let live = leaf.block.live();
     let number = move |lane: usize| {
@@ -64,14 +64,14 @@ pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u3
     sound.then_some((indices, live))
 }
 
-/// The lanes that have an index but are not live.
+/// Returns the lanes that have an index but are not live.
 #[inline(always)]
 pub(super) fn silent_lanes(indices: &[u32; 8], live: u32) -> u32 {
     let numbered = indices.iter().take_while(|&&index| index != NONE).count();
     ((1_u32 << numbered) - 1) & !live
 }
 
-/// The 32-bit words of a record.
+/// Returns the 32-bit words of a record.
 #[inline(always)]
 fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     let mut words = [0; N];
@@ -81,7 +81,7 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-/// Reads a node. Returns whether the node is valid, not considering its children.
+/// Reads a node. Returns whether the node is valid, apart from the child indices.
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);

@@ -1,4 +1,4 @@
-//! The frame and the leaves of an f64 hierarchy as bytes.
+//! Converts the frame and the leaves of an f64 hierarchy to and from bytes.
 //!
 //! ```text
 //!   frame  the centre x y z (f64), the exponent of the scale (i32), zero (u32)
@@ -101,8 +101,8 @@ impl WithSimd for ReadLeaves64<'_> {
             if !finite {
                 return false;
             }
-            // Whether a triangle has an area is recomputed here and not stored, so a file cannot
-            // lie about it.
+            // Recompute which triangles have an area instead of reading this from the file, which
+            // could lie about it.
             let degenerate = degenerate(&corners, silent_lanes(&indices, live));
             *leaf = Leaf { block: frame.block_in::<S>(&corners, live), indices };
             let [[a, b, c], [x, y, z]] = frame.bounds_in::<S>(&corners, live | degenerate);
@@ -118,7 +118,7 @@ impl WithSimd for ReadLeaves64<'_> {
     }
 }
 
-/// The given lanes whose triangles have no area.
+/// Returns the given lanes whose triangles have no area.
 fn degenerate(corners: &[[[f64; 8]; 3]; 3], lanes: u32) -> u32 {
     let corner = |k: usize, lane: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
     let triangle = |lane: usize| TriangleOf([0, 1, 2].map(|k| corner(k, lane)));

@@ -38,7 +38,7 @@ impl Section<'_> {
         Ok(bytes)
     }
 
-    /// The checksums of the section's blocks.
+    /// Returns the checksums of the section's blocks.
     fn sums(&self) -> Result<Vec<u64>, NoMemory> {
         let (mut sums, is_full) = (Vec::new(), AtomicBool::new(false));
         let sum = |block| {

@@ -5,7 +5,8 @@ use super::seal;
 use crate::util::test_numbers::random;
 use crate::{Bvh, LoadError};
 
-/// Random triangles. Some are needles, some coincide, some have no area, and some are not finite.
+/// Returns random triangles. Some are needles, some coincide, some have no area, and some are not
+/// finite.
 fn soup(count: usize) -> Vec<Triangle> {
     let mut number = random();
     let mut triangles: Vec<Triangle> = (0..count)
@@ -19,7 +20,7 @@ fn soup(count: usize) -> Vec<Triangle> {
             0 => triangles[i].0[2] = triangles[i].0[1],
             1 => triangles[i].0[1][2] = f32::NAN,
             2 => triangles[i] = triangles[i / 2],
-            // Needles, some of which have no known box.
+            // Needles, for some of which no box is known.
             3 => triangles[i] = Triangle([[0.0; 3], [1.0, 1e-9, 0.5], [2.0, 3e-9, 1.0]]),
             _ => triangles[i] = Triangle([[0.1; 3], [1.1, 0.1, 0.1], [2.1, 0.100_000_01, 0.1]]),
         }
@@ -151,8 +152,7 @@ fn every_cut_and_every_damage_is_told() {
     assert!(Bvh::<f32>::from_bytes(&damaged).is_ok());
 }
 
-/// If any word is changed and all checksums are fixed up, the result is an error or a sound
-/// hierarchy.
+/// Changes each word and fixes up all checksums. The result must be an error or a sound hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let triangles = soup(120);
@@ -210,11 +210,11 @@ fn other_versions_are_told() {
     );
 }
 
-/// No count in a header determines the size of an allocation.
+/// A count in a header must not determine the size of an allocation.
 #[test]
 fn promises_need_no_memory() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
-    // Change the size of the leaves as if two billion of them followed.
+    // Set the size of the leaf section as if it held two billion leaves.
     let mut long = bytes.clone();
     let (nodes, leaves, left_out) = (HEADER, HEADER + ENTRY, HEADER + 2 * ENTRY);
     let size = 320 * ((1_u64 << 31) - 8);

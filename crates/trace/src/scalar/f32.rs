@@ -19,7 +19,7 @@ impl Backend for f32 {
     const PIECE: usize = usize::MAX;
 
     fn build(triangles: &[Triangle], progress: Progress<'_>) -> Result<(Tree, ()), BuildError> {
-        // The leaves contain the triangles themselves, so no originals need keeping.
+        // The leaves contain the triangles themselves, so there are no originals to keep.
         Ok((Tree::over(triangles, progress)?, ()))
     }
 

@@ -33,7 +33,7 @@ pub struct Originals64 {
 }
 
 impl Originals64 {
-    /// The triangle in a slot of the leaves.
+    /// Returns the triangle in a leaf slot.
     #[inline]
     fn triangle(&self, slot: LeafSlot) -> &Triangle64 {
         &self.leaves.as_flattened()[slot.0 as usize]
@@ -161,8 +161,8 @@ impl Backend for f64 {
         let copies = Copies::new(triangles);
         let (refit, frame) = (tree.refit(&copies)?, copies.frame);
         originals.frame = frame;
-        // The tree has moved, but its originals have not. An empty tree is correct; an inconsistent
-        // one would not be.
+        // The tree has been refitted, but the originals have not been replaced. An empty tree is
+        // correct; an inconsistent one would not be.
         if let Err(NoMemory) = keep(tree, triangles, &mut originals.leaves) {
             tree.clear();
             return Err(RefitError::OutOfMemory);
@@ -183,7 +183,7 @@ impl Backend for f64 {
 /// The number of points to sample when estimating where most of them are.
 const SAMPLE: usize = 1000;
 
-/// The frame around all finite triangles.
+/// Returns the frame around all finite triangles.
 fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for triangle in triangles {
@@ -216,7 +216,7 @@ pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3
     crowd
 }
 
-/// Triangles to be copied in f32.
+/// Triangles to copy to f32.
 struct Copies<'a> {
     frame: LocalFrame,
     triangles: &'a [Triangle64],
@@ -271,7 +271,7 @@ impl Triangles for Copies<'_> {
 }
 
 impl Copies<'_> {
-    /// Copies the triangles in the present lanes, of which some are live. Other lanes repeat a
+    /// Copies the triangles in the present lanes, some of which are live. Other lanes repeat a
     /// present one.
     fn copied(&self, indices: &[u32; BLOCK], present: u32, live: u32) -> TriangleBlock<8> {
         let Some(first) = lanes_of(present).next() else { return TriangleBlock::of_copies(&[]) };
@@ -289,7 +289,7 @@ impl Copies<'_> {
     }
 }
 
-/// Copies eight triangles in structure-of-arrays layout.
+/// Copies eight triangles into structure-of-arrays layout.
 struct CopyBlock<'a> {
     frame: &'a LocalFrame,
     corners: &'a [[[f64; BLOCK]; 3]; 3],
@@ -338,7 +338,7 @@ impl<'a> CopiedRays<'a> {
         Self { tree, originals, rays, later, room, rule, level: mode.level() }
     }
 
-    /// The filter over the copies, backed by the originals.
+    /// Returns the filter over the copies, backed by the originals.
     fn filter(&self) -> Filter<'_> {
         Filter::on_copies(self, &self.room, self.level)
     }

@@ -10,7 +10,7 @@ use crate::save::EightTriangles;
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 
-/// Up to this size, nothing overflows in lanes: `2^400`.
+/// Coordinates up to this size do not overflow in lanes: `2^400`.
 const FAR_OUT: f64 = f64::from_bits((1023 + 400) << 52);
 
 /// A mesh in f64.
@@ -37,7 +37,7 @@ impl Mesh for Mesh64<'_> {
         // Corners are rebuilt from rounded edges, so they are less accurate than the leaf's box;
         // `room` covers the difference.
         let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
-        // Beyond 2^400, lanes could overflow. With NaN, they prove nothing.
+        // Beyond 2^400, lanes could overflow. NaN makes their bounds inconclusive.
         let scaled = |x: f64| if (x * scale).abs() <= FAR_OUT { x * scale } else { f64::NAN };
         QueryPoint { within: [from, to], in_leaves, point: point.map(scaled) }
     }
@@ -49,8 +49,8 @@ impl Mesh for Mesh64<'_> {
 
     #[inline(always)]
     fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3] {
-        // A copy stores the first corner, the edge from the second corner to it, and the edge from
-        // it to the third corner.
+        // A copy stores the first corner, the edge from the second corner to the first, and the
+        // edge from the first corner to the third.
         let [a, minus_h4, h5] = self.tree.leaves[leaf].block.corners();
         let a = Vec3::<F>::load(a);
         [a, a - Vec3::load(minus_h4), a + Vec3::load(h5)]

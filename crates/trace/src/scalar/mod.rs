@@ -27,7 +27,7 @@ use crate::save::{Input, LoadError};
 use crate::tree::Tree;
 use crate::util::memory::OutOfMemory;
 
-/// Called occasionally during a build with the number of triangles that are done and the total.
+/// Called occasionally during a build with the number of triangles done and the total.
 pub(crate) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// A scalar type for the triangles and rays of a [`Bvh`](crate::Bvh): f32 or f64. This trait is
@@ -52,10 +52,10 @@ pub trait Backend: Scalar {
         progress: Progress<'_>,
     ) -> Result<(Tree, Self::Originals), BuildError>;
 
-    /// Clones the data stored with the tree. Fails if there is too little memory.
+    /// Clones the data stored with the tree. Returns an error if memory runs out.
     fn try_clone(originals: &Self::Originals) -> Result<Self::Originals, OutOfMemory>;
 
-    /// Passes one ray to a traversal, converted to f32, along with the filter for it.
+    /// Converts a ray to f32 and passes it to a traversal, along with its filter.
     fn with_ray<A>(
         tree: &Tree,
         originals: &Self::Originals,
@@ -64,8 +64,8 @@ pub trait Backend: Scalar {
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A;
 
-    /// Passes several rays of a call to a traversal, converted to f32, along with the filter for
-    /// them.
+    /// Converts several rays of a call to f32 and passes them to a traversal, along with their
+    /// filter.
     fn with_rays<A>(
         tree: &Tree,
         originals: &Self::Originals,
@@ -74,17 +74,19 @@ pub trait Backend: Scalar {
         trace: impl FnOnce(Filter<'_>, &[Ray]) -> A,
     ) -> A;
 
-    /// The original triangle in a slot of the tree's leaves.
+    /// Returns the original triangle in a slot of the tree's leaves.
     fn triangle(tree: &Tree, originals: &Self::Originals, slot: LeafSlot) -> TriangleOf<Self>;
 
-    /// The original corners of the triangles in a leaf. Lanes without a triangle are arbitrary.
+    /// Returns the original corners of the triangles in a leaf. Lanes without a triangle are
+    /// arbitrary.
     fn leaf_corners<L: Simd>(
         tree: &Tree,
         originals: &Self::Originals,
         leaf: usize,
     ) -> [Vec3<L::F64x8>; 3];
 
-    /// The centre and scale of the tree's units: a coordinate x becomes `(x - centre) * scale`.
+    /// Returns the centre and scale of the tree's units: a coordinate x becomes `(x - centre) *
+    /// scale`.
     fn frame(originals: &Self::Originals) -> ([f64; 3], f64);
 
     /// Converts a point to the tree's units.
@@ -109,6 +111,6 @@ pub trait Backend: Scalar {
     /// Writes the whole hierarchy.
     fn write(tree: &Tree, originals: &Self::Originals, output: &mut dyn Write) -> io::Result<()>;
 
-    /// Reads a hierarchy that was written.
+    /// Reads a hierarchy written by `write`.
     fn read(input: &mut dyn Input) -> Result<(Tree, Self::Originals), LoadError>;
 }

@@ -1,4 +1,4 @@
-//! The solid angle of a boundary, which is added to the crossings of a ray.
+//! Computes the solid angle of a boundary, which is added to the crossings of a ray.
 //!
 //! ```text
 //!                 d                 Ω(-d, a, b) = 2 arg Z,
@@ -25,8 +25,8 @@ use super::seen_corner::{Axes, SeenCorner};
 /// magnitudes of its factors.
 const SIDE: f64 = 64.0 * f64::EPSILON;
 
-/// The solid angle of a boundary as seen from a point, as a fraction of the full sphere, to be
-/// added to the signed crossings of the ray from that point. The point must be finite and not on
+/// Returns the solid angle of a boundary as seen from a point, as a fraction of the full sphere, to
+/// be added to the signed crossings of the ray from that point. The point must be finite and not on
 /// any triangle.
 pub(super) fn turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> f64 {
     let mut sum = Sum::default();
@@ -74,7 +74,7 @@ impl Sum {
             }
             let (a, b) = (re * x - im * y, re * y + im * x);
             let size = a.abs() + b.abs();
-            // An edge that looks like a point from one of its ends has no angle.
+            // An edge has no angle as seen from one of its own ends.
             if size == 0.0 {
                 continue;
             }
@@ -103,15 +103,15 @@ fn edge_number(a: &SeenCorner, b: &SeenCorner) -> (f64, f64, bool) {
     (re, im, re < 0.0 && im.abs() <= SIDE * room)
 }
 
-/// The angle is close to half a turn: the ray passes close to the edge, so its side is determined
-/// exactly.
+/// Corrects an angle close to half a turn. The ray then passes so close to the edge that its side
+/// is determined exactly.
 #[cold]
 #[inline(never)]
 fn settled<S: Scalar>(point: [S; 3], edge: [[S; 3]; 2], angle: f64) -> f64 {
     match edge_side(point, WINDING_DIR.map(S::from), edge) {
         Ordering::Greater if angle > 0.0 => angle - TAU,
         Ordering::Less if angle < 0.0 => angle + TAU,
-        // The edge looks like a point, or the point lies on it.
+        // The edge is seen end-on, or the point lies on it.
         Ordering::Equal => 0.0,
         _ => angle,
     }

@@ -3,8 +3,8 @@
 //!
 //! ```text
 //!   ┌──▶──┬──▶──┐        each triangle traverses its edges in order. Where neighbours traverse an
-//!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. As many of the remaining edges
-//!   └──◀──┴──◀──┘        leave each corner as enter it, so they form loops
+//!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. At each corner, as many of the
+//!   └──◀──┴──◀──┘        remaining edges enter as leave, so they form loops
 //! ```
 
 use intertri::{Scalar, TriangleOf};
@@ -27,7 +27,7 @@ pub(super) struct Boundary<S> {
 }
 
 impl<S: Scalar> Boundary<S> {
-    /// The empty boundary of a closed mesh.
+    /// Returns the empty boundary of a closed mesh.
     pub(super) fn none() -> Self {
         Self { corners: Vec::new(), ends: Vec::new(), clusters: Clusters::NONE, axes: Axes::new() }
     }
@@ -78,7 +78,7 @@ impl<S: Scalar> Boundary<S> {
         Ok(Self { corners, ends, clusters, axes: Axes::new() })
     }
 
-    /// The number of edges.
+    /// Returns the number of edges.
     pub(super) fn edges(&self) -> usize {
         self.corners.len() - self.ends.len()
     }
@@ -115,8 +115,8 @@ mod tests {
         let flat = [Triangle([a, b, c]), Triangle([c, b, a])];
         assert_eq!((edges(&flat), edges(&flat[..1])), (0, 3));
 
-        // An edge that is split in half on one side. A triangle without area closes the gap to the
-        // whole edge.
+        // An edge that is split in half on one side. A triangle without area closes the gap between
+        // the halves and the whole edge.
         let halves = [Triangle([a, b, c]), Triangle([d, c, b]), Triangle([c, d, a])];
         assert_eq!(edges(&halves), 3);
         assert_eq!(edges(&[&halves[..], &[Triangle([b, a, d])]].concat()), 0);

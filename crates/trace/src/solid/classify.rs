@@ -40,22 +40,21 @@ pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment
     })
 }
 
-/// Classifies points. `answer` converts the results based on crossings alone, given the rays from
-/// the points.
+/// Classifies points by crossings alone. `answer` converts the results, given the rays from the
+/// points.
 pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
     answer: impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync,
 ) {
-    assert_eq!(points.len(), answers.len(), "one answer per point");
+    assert_eq!(points.len(), answers.len(), "one result per point");
     for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
         classify_slab(bvh, points, answers, &answer);
     }
 }
 
-/// Classifies the points of a slab. If there is too little memory for all of them, classifies each
-/// half separately.
+/// Classifies the points of a slab. If memory runs out, classifies each half separately.
 fn classify_slab<S: BvhScalar, A: Copy + Default + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
@@ -113,7 +112,7 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Default + Send>(
 fn gather<S: BvhScalar>(points: &[[S; 3]], numbers: &[u32], rays: &mut Vec<RayOf<S>>) {
     rays.clear();
     let ray = |(i, &number): (usize, &u32)| {
-        // In this order, points are scattered in memory, and each access would be a cache miss.
+        // In this order, points are scattered in memory, so each access would be a cache miss.
         if let Some(&later) = numbers.get(i + AHEAD) {
             prefetch(&points[later as usize..][..1]);
         }

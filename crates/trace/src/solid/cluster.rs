@@ -1,5 +1,5 @@
 //! Divides the loops of a boundary into small ones and builds a tree of bounding spheres over them,
-//! so that everything far from a point can be bounded as a whole.
+//! so that the parts far from a point can be bounded as a whole.
 //!
 //! ```text
 //!    ·──▶──·──▶──·            ·──▶──·──▶──·
@@ -55,7 +55,7 @@ impl Clusters {
     pub(super) const NONE: Self = Self { clusters: Vec::new(), corners: Vec::new(), scale: 1.0 };
 
     /// Builds the clusters of the given loops, each of which repeats its first corner at its end.
-    /// Returns no clusters if the size is extreme; no whole turns are then certain.
+    /// Returns no clusters if the size is extreme; in that case, no whole turns are certain.
     pub(super) fn of<'a, S: Scalar>(
         loops: impl Iterator<Item = &'a [[S; 3]]> + Clone,
     ) -> Result<Self, NoMemory> {
@@ -149,7 +149,7 @@ impl Bounds {
         [0, 1, 2].map(|k| 0.5 * self.0[0][k] + 0.5 * self.0[1][k])
     }
 
-    /// The axis of the longest side.
+    /// Returns the axis of the longest side.
     fn longest(&self) -> usize {
         let [x, y, z] = apart(self.0[1], self.0[0]);
         if x >= y && x >= z {
@@ -161,13 +161,14 @@ impl Bounds {
         }
     }
 
-    /// The length of the longest side.
+    /// Returns the length of the longest side.
     fn size(&self) -> f64 {
         apart(self.0[1], self.0[0])[self.longest()]
     }
 }
 
-/// An upper bound on twice the area of the triangles from the first corner of a loop to its edges.
+/// Returns an upper bound on twice the area of the triangles from the first corner of a loop to its
+/// edges.
 fn fan(mut corners: impl Iterator<Item = [f64; 3]>, least: f64) -> f64 {
     let Some(first) = corners.next() else { return 0.0 };
     let (mut from, mut area) = ([0.0; 3], 0.0);
@@ -199,7 +200,7 @@ mod tests {
 
     use super::{Cluster, Clusters, apart, size};
 
-    /// A convex planar loop with many edges, which repeats its first corner at its end.
+    /// Returns a convex planar loop with many edges, which repeats its first corner at its end.
     fn circle(count: usize) -> Vec<[f64; 3]> {
         let corner = |i: usize| {
             let angle = (i % count) as f64 / count as f64 * TAU;
@@ -212,13 +213,13 @@ mod tests {
         Clusters::of(loops.iter().map(Vec::as_slice)).unwrap()
     }
 
-    /// The corners of the loops within a cluster.
+    /// Returns the corners of the loops within a cluster.
     fn loops(tree: &Clusters, at: usize) -> impl Iterator<Item = &[[f64; 3]]> + Clone {
         let within = tree.clusters[at..tree.clusters[at].next].iter();
         within.filter_map(|cluster| cluster.corners).map(|[start, end]| &tree.corners[start..end])
     }
 
-    /// Twice the area enclosed by a planar loop.
+    /// Returns twice the area enclosed by a planar loop.
     fn enclosed(corners: &[[f64; 3]]) -> f64 {
         let mut sum = [0.0; 3];
         for edge in corners.windows(2) {
@@ -254,8 +255,8 @@ mod tests {
         }
     }
 
-    /// Spheres contain their loops, and areas are never below those of the loops. For a convex
-    /// planar loop, the area is tight.
+    /// Spheres contain their loops, and their areas are never less than those of the loops. For a
+    /// convex planar loop, the area is tight.
     #[test]
     fn balls_and_areas_are_bounds() {
         for count in [3, 17, 200, 1000] {

@@ -33,7 +33,7 @@ impl<S: BvhScalar> Solid<S> {
         distance[0]
     }
 
-    /// Like [`Solid::signed_distance`], but for many points, on all threads.
+    /// Like [`Solid::signed_distance`], but for many points, using all threads.
     pub fn signed_distance_batch(&self, points: &[[S; 3]]) -> Vec<f64> {
         let mut distances = vec![0.0; points.len()];
         self.signed_distance_batch_into(points, &mut distances);
@@ -50,7 +50,7 @@ impl<S: BvhScalar> Solid<S> {
         let (mut closest, mut inside) = loop {
             match (filled(slab, ClosestPoint::NONE), filled(slab, false)) {
                 (Ok(closest), Ok(inside)) => break (closest, inside),
-                // If there is too little memory, process fewer at a time.
+                // If memory runs out, process fewer points at a time.
                 _ if slab > 1 => slab /= 2,
                 _ => break (vec![ClosestPoint::NONE], vec![false]),
             }

@@ -17,7 +17,7 @@ type DirectedEdge<S> = (Corner<S>, Corner<S>, bool, usize);
 /// The edges of all triangles, with equal edges adjacent.
 pub(super) struct Edges<S: Scalar>(Vec<DirectedEdge<S>>);
 
-/// An edge, with one entry for each triangle that has it.
+/// An edge, with one entry for each triangle that contains it.
 #[derive(Clone, Copy)]
 pub(super) struct SharedEdge<'a, S: Scalar>(&'a [DirectedEdge<S>]);
 
@@ -55,8 +55,8 @@ impl<S: Scalar> Edges<S> {
 }
 
 impl<S: Scalar> SharedEdge<'_, S> {
-    /// The number of triangles that traverse the edge from its lower end, and the number that do so
-    /// from its higher end.
+    /// Returns the number of triangles that traverse the edge from its lower end, and the number
+    /// that do so from its higher end.
     pub(super) fn counts(&self) -> [usize; 2] {
         let up = self.0.iter().filter(|(_, _, up, _)| *up).count();
         [up, self.0.len() - up]
@@ -68,16 +68,16 @@ impl<S: Scalar> SharedEdge<'_, S> {
         up == down
     }
 
-    /// The start and end of the edge in the direction in which more triangles traverse it, and how
-    /// many more do.
+    /// Returns the start and end of the edge in the direction in which more triangles traverse it,
+    /// and how many more do.
     pub(super) fn excess(&self) -> (Corner<S>, Corner<S>, usize) {
         let (&(lo, hi, ..), [up, down]) = (&self.0[0], self.counts());
         let (from, to) = if up > down { (lo, hi) } else { (hi, lo) };
         (from, to, up.abs_diff(down))
     }
 
-    /// The edge as it occurs in the first triangle that has it: the triangle, the corner at which
-    /// the edge starts, and both ends.
+    /// Returns the edge as it occurs in the first triangle that contains it: the triangle, the
+    /// corner at which the edge starts, and both ends.
     pub(super) fn first(&self) -> Option<(usize, usize, [[S; 3]; 2])> {
         let first = self.0.iter().min_by_key(|(.., number)| *number);
         first.map(|&(lo, hi, up, number)| {

@@ -1,8 +1,8 @@
 //! Classifies the points of a grid, using one ray per column.
 //!
 //! ```text
-//!        z ▲  ·    ·    ·          One ray runs up each column. Starting at the top, where the winding
-//!          │  ·   ╱·╲   ·          number is 0, each crossing between two points changes it.
+//!        z ▲  ·    ·    ·          One ray runs up each column. The winding number is 0 at the top, and
+//!          │  ·   ╱·╲   ·          changes with each crossing on the way down.
 //!          │  ·  ● · ╲  ·
 //!          │  · ╱  ·  ╲ ·          Points on triangles are found beforehand; see `grid_surface`.
 //!          └───────────────▶ x, y
@@ -55,7 +55,7 @@ impl<S: BvhScalar> Solid<S> {
     /// Panics if the length of the slice differs from the number of points.
     pub fn classify_grid_into(&self, axes: [&[S]; 3], all: &mut [Containment]) {
         let count = axes.iter().map(|axis| axis.len()).product::<usize>();
-        assert_eq!(all.len(), count, "one answer per point");
+        assert_eq!(all.len(), count, "one result per point");
         let goes_up = |axis: &&[S]| {
             axis.iter().all(|x| x.is_finite()) && axis.windows(2).all(|pair| pair[0] <= pair[1])
         };

@@ -27,7 +27,7 @@ const LEAVES: usize = 1 << 7;
 /// section 7.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// If N is less than `ROUNDING` times M², all of the triangle is within this times M of the line
+/// If N is less than `ROUNDING` times M², the whole triangle is within this times M of the line
 /// through its longest edge.
 const WIDTH: f64 = 8.0 * ROUNDING;
 
@@ -38,7 +38,8 @@ const SIZES: [f64; 2] = [1e-90, 1e90];
 /// The ascending coordinates along each axis.
 type Axes<'a, S> = [&'a [S]; 3];
 
-/// The indices of the points on triangles. A point on several triangles may occur several times.
+/// Returns the indices of the points on triangles. A point on several triangles may occur several
+/// times.
 pub(super) fn points_on_triangles<S: BvhScalar>(
     bvh: &Bvh<S>,
     axes: Axes<'_, S>,
@@ -144,7 +145,7 @@ struct Shape {
     /// The axis of the vector's largest component.
     axis: usize,
     is_needle: bool,
-    /// The largest distance of the points, measured along an axis.
+    /// The largest distance of the points from the plane or line, measured along an axis.
     room: f64,
 }
 
@@ -188,8 +189,8 @@ mod tests {
     use super::{Shape, add_points};
     use crate::util::test_numbers::random;
 
-    /// Tests triangles of any width, down to needles as thin as a rounding error, with grids
-    /// through points on them and next to them.
+    /// Tests triangles of all widths, down to needles as thin as a rounding error, against grids
+    /// through points on and next to them.
     #[test]
     fn all_points_on_needles_are_found() {
         let mut random = random();

@@ -61,7 +61,7 @@ impl<S: BvhScalar> Solid<S> {
     /// Creates a solid from a closed mesh.
     ///
     /// # Errors
-    /// Fails if the mesh is open or not finite, or if the hierarchy cannot be built.
+    /// Returns an error if the mesh is open or not finite, or if the hierarchy cannot be built.
     pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, SolidError<S>> {
         Self::check_closed(triangles)?;
         Ok(Self::assume_closed(triangles)?)
@@ -71,7 +71,7 @@ impl<S: BvhScalar> Solid<S> {
     /// hierarchy.
     ///
     /// # Errors
-    /// Fails if the mesh is open or not finite, or if there is too little memory.
+    /// Returns an error if the mesh is open or not finite, or if memory runs out.
     ///
     /// ```
     /// use intertri_trace::{Bvh, Solid, intertri::Triangle};
@@ -99,7 +99,7 @@ impl<S: BvhScalar> Solid<S> {
     /// Reports why triangles do not form a closed mesh, and which of them are duplicates.
     ///
     /// # Errors
-    /// Fails if there is too little memory.
+    /// Returns an error if memory runs out.
     pub fn inspect(triangles: &[TriangleOf<S>]) -> Result<MeshReport<S>, BuildError> {
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count: triangles.len() };
         MeshReport::of(triangles).map_err(out_of_memory)
@@ -109,7 +109,7 @@ impl<S: BvhScalar> Solid<S> {
     /// on the direction in which crossings are counted.
     ///
     /// # Errors
-    /// Fails if the hierarchy cannot be built.
+    /// Returns an error if the hierarchy cannot be built.
     pub fn assume_closed(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
         Ok(Self::assume_closed_bvh(Bvh::new(triangles)?))
     }
@@ -132,7 +132,7 @@ impl<S: BvhScalar> Solid<S> {
         self.bvh.clone()
     }
 
-    /// The hierarchy over the mesh.
+    /// Returns the hierarchy over the mesh.
     pub fn bvh(&self) -> &Bvh<S> {
         &self.bvh
     }
@@ -195,7 +195,7 @@ pub enum SolidError<S = f32> {
         /// The triangle with that corner.
         triangle: usize,
     },
-    /// The hierarchy could not be built, or there is too little memory to check the mesh.
+    /// The hierarchy could not be built, or memory ran out while checking the mesh.
     Build(BuildError),
 }
 

@@ -16,8 +16,8 @@ use crate::scalar::BvhScalar;
 use crate::util::memory::{NoMemory, filled, room};
 use crate::util::stop;
 
-/// If the volume is below this fraction of the cube around a piece, times the number of triangles,
-/// its sign is uncertain.
+/// The sign of a piece's volume is uncertain if the volume, relative to the cube around the piece,
+/// is below this value times the number of triangles.
 const FLAT: f64 = 64.0 * f64::EPSILON;
 
 /// The pieces of a mesh and the triangles to flip, as found by [`Solid::orient`].
@@ -28,8 +28,8 @@ pub struct Orientation {
     /// The number of pieces. Triangles belong to the same piece if edges with exactly two triangles
     /// connect them.
     pub pieces: usize,
-    /// The number of pieces with open edges. These are made consistent, and outward as seen from
-    /// the centre of their bounding box.
+    /// The number of pieces with open edges. These are oriented consistently, facing away from the
+    /// centre of their bounding box.
     pub open: usize,
     /// The number of one-sided pieces, such as a Möbius strip. Their triangles are not flipped.
     pub one_sided: usize,
@@ -38,13 +38,13 @@ pub struct Orientation {
 impl<S: BvhScalar> Solid<S> {
     /// Finds the triangles of a mesh to flip, by swapping two corners, so that each connected piece
     /// is oriented consistently and its corners run counter-clockwise as seen from outside. Each
-    /// piece is considered separately, so the wall of a cavity is turned outward, too. If a piece
+    /// piece is considered separately, so the wall of a cavity is also turned outward. If a piece
     /// has no volume, the orientation that flips fewer triangles is chosen.
     ///
     /// Triangles that are not finite are ignored.
     ///
     /// # Errors
-    /// Fails if there is too little memory.
+    /// Returns an error if memory runs out.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -135,7 +135,7 @@ impl Piece {
         [0, 1, 2].map(|k| self.hi[k] - self.lo[k]).into_iter().fold(0.0, f64::max)
     }
 
-    /// Adds a triangle, scaled to the size of the box.
+    /// Adds a triangle, in coordinates relative to the box's centre and size.
     fn add<S: Scalar>(&mut self, triangle: &TriangleOf<S>, is_turned: bool) {
         let size = self.size();
         let [a, b, c] = triangle.0.map(|corner| {
@@ -164,8 +164,8 @@ impl Piece {
 /// A union-find structure over triangles that also tracks whether each is flipped relative to the
 /// first triangle of its set.
 struct Sets {
-    /// For each triangle, another one of its set, and whether the two have opposite orientations.
-    /// The first triangle of a set refers to itself.
+    /// For each triangle, another triangle in its set and whether the two have opposite
+    /// orientations. The first triangle of a set refers to itself.
     to: Vec<(usize, bool)>,
     is_one_sided: Vec<bool>,
 }
@@ -177,7 +177,8 @@ impl Sets {
         Ok(Self { to, is_one_sided: filled(count, false)? })
     }
 
-    /// The first triangle of a triangle's set, and whether the two have opposite orientations.
+    /// Returns the first triangle of a triangle's set, and whether the two have opposite
+    /// orientations.
     fn root(&mut self, triangle: usize) -> (usize, bool) {
         let (mut i, mut is_turned) = (triangle, false);
         while self.to[i].0 != i {
@@ -213,7 +214,7 @@ mod tests {
     use super::{Orientation, Solid};
     use crate::util::test_numbers::random;
 
-    /// A sphere with the given centre.
+    /// Returns a sphere with the given centre.
     fn globe(at: [f32; 3]) -> Vec<Triangle> {
         let corner = |ring: usize, i: usize| {
             let (a, b) = (ring as f32 / 6.0, (i % 12) as f32 / 12.0);
@@ -237,8 +238,7 @@ mod tests {
         }
     }
 
-    /// Whichever triangles are flipped, the function finds exactly these, in two spheres, one of
-    /// which has a hole.
+    /// Flips random triangles of two spheres, one with a hole; `orient` must find exactly those.
     #[test]
     fn turned_triangles_are_turned_back() {
         let (near, far) = (globe([0.0; 3]), globe([5.0, 1.0, 0.3]));
@@ -254,8 +254,8 @@ mod tests {
         }
     }
 
-    /// A band that is joined with a half twist is one-sided. It is left unchanged, but other pieces
-    /// are not.
+    /// A band that is joined with a half twist is one-sided. It is left unchanged, while other
+    /// pieces are still oriented.
     #[test]
     fn a_twisted_band_has_one_side() {
         for (twist, one_sided) in [(false, 0), (true, 1)] {

@@ -1,4 +1,4 @@
-//! The defects of a mesh that should be closed: the edges and triangles concerned.
+//! Reports the defective edges and triangles of a mesh that should be closed.
 
 use std::fmt;
 
@@ -89,7 +89,7 @@ impl<S: Scalar> MeshReport<S> {
     }
 }
 
-/// Adds an item to a list, or fails if there is too little memory.
+/// Adds an item to a list, or returns an error if memory runs out.
 fn push<T>(list: &mut Vec<T>, item: T) -> Result<(), NoMemory> {
     list.try_reserve(1).map_err(|_| NoMemory)?;
     list.push(item);
@@ -214,7 +214,7 @@ mod tests {
                 .starts_with("3 edges belong to one triangle alone, the first at triangle 0 from ")
         );
 
-        // With a duplicated face, its edges belong to three triangles, two of which traverse them
+        // If a face is duplicated, its edges belong to three triangles, two of which traverse them
         // in the same direction.
         let doubled = report(&[&CORNER[..], &[[Y, X, O]]].concat());
         assert_eq!(

@@ -13,7 +13,7 @@ const NEAR_RAY: f64 = 1.0 / (1_u64 << 60) as f64;
 /// The range of magnitudes whose products neither overflow nor underflow.
 const TAME: [f64; 2] = [pow2(-300), pow2(300)];
 
-/// `2^e`, which must be a normal number.
+/// Returns `2^e`, which must be a normal number.
 const fn pow2(e: i32) -> f64 {
     f64::from_bits(((1023 + e) as u64) << 52)
 }
@@ -60,7 +60,7 @@ impl Axes {
         SeenCorner { across: [x, y], excess, size }
     }
 
-    /// Handles a corner on or near the ray: its perpendicular direction, computed exactly, and half
+    /// Handles a corner on or near the ray: computes its perpendicular direction exactly, and half
     /// the angle between the ray and the direction to the corner.
     #[cold]
     #[inline(never)]
@@ -72,16 +72,16 @@ impl Axes {
     }
 }
 
-/// A vector in the direction of `c - p`, scaled so that its products stay in range; 0 if the two
-/// are equal.
+/// Returns a vector in the direction of `c - p`, scaled so that its products stay in range; 0 if
+/// the two are equal.
 #[cold]
 fn scaled(c: [f64; 3], p: [f64; 3]) -> [f64; 3] {
     let small = [0, 1, 2].map(|k| c[k] - p[k]);
     if small.iter().all(|x| x.abs() < 1.0) {
         return small.map(|x| x * pow2(690));
     }
-    // The difference of the largest numbers overflows, but the difference of their quarters does
-    // not.
+    // The difference between the largest numbers overflows, but the difference between their
+    // quarters does not.
     [0, 1, 2].map(|k| (0.25 * c[k] - 0.25 * p[k]) * pow2(-660))
 }
 

@@ -23,8 +23,8 @@ pub(super) const POINTS: usize = 8;
 /// tried if earlier ones leave points undecided.
 const FAR: [f64; 3] = [1.0 / 64.0, 1.0 / 4096.0, 0.0];
 
-/// If the squared distance of an edge's complex number from the negative axis, relative to its
-/// ends, is below this, the side must be determined exactly.
+/// If the squared distance of an edge's complex number from the negative axis is below this
+/// fraction of the product of its ends' squared distances, the side must be determined exactly.
 const NEAR_AXIS: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// If a corner's squared distance is at least this, the products of a loop cannot underflow.
@@ -36,7 +36,7 @@ const EDGE_OFF: f64 = 1.0 / (1_u64 << 24) as f64;
 /// Exceeds the relative rounding error of a squared distance.
 const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// For up to eight rays, computes the integer nearest to the number of turns that a boundary adds
+/// Computes, for up to eight rays, the integer nearest to the number of turns that a boundary adds
 /// at the ray's origin. Returns the turns and a mask of the rays for which they are certain. Only
 /// the rays in `asked` are processed.
 pub(super) fn whole_turns<S: Scalar>(
@@ -47,7 +47,7 @@ pub(super) fn whole_turns<S: Scalar>(
     let some = asked.trailing_zeros() as usize;
     let mut points = [[0.0; POINTS]; 3];
     for i in 0..POINTS {
-        // Unused lanes get the point of a lane that is used.
+        // Unused lanes get the point of a used lane.
         let ray = &rays[if asked >> i & 1 == 1 { i } else { some }];
         for (row, x) in points.iter_mut().zip(ray.origin) {
             row[i] = x.into();
@@ -86,7 +86,7 @@ impl<S: Scalar> WithSimd for WholeTurns<'_, S> {
 }
 
 impl<S: Scalar> WholeTurns<'_, S> {
-    /// The rounded turns, and a mask of the points for which they are certain.
+    /// Returns the rounded turns, and a mask of the points for which they are certain.
     #[inline(always)]
     fn rounded<L: Simd>(&self, points: Vec3<L::F64x8>, far: f64) -> (L::F64x8, u32) {
         let splat = L::F64x8::splat;
@@ -130,8 +130,8 @@ struct Product<L: Simd> {
     re: L::F64x8,
     im: L::F64x8,
     turns: L::F64x8,
-    /// The smallest squared distance of an edge's number from the negative axis, minus
-    /// [`NEAR_AXIS`]; and the smallest squared distance of a corner.
+    /// The smallest squared distance of an edge's number from the negative axis, minus the limit
+    /// set by [`NEAR_AXIS`]; and the smallest squared distance of a corner.
     beside: L::F64x8,
     corner: L::F64x8,
 }
@@ -204,8 +204,8 @@ impl<L: Simd> Product<L> {
         (self.re, self.im) = (re, im);
     }
 
-    /// A mask of the points at which the product's argument is certainly not half a turn, even if
-    /// it is off by a fraction `off` of a whole turn.
+    /// Returns a mask of the points at which the product's argument is certainly not half a turn,
+    /// even if it is off by a fraction `off` of a whole turn.
     #[inline(always)]
     fn is_certain(&self, off: L::F64x8) -> <L::F64x8 as Lanes>::Mask {
         let splat = L::F64x8::splat;
@@ -240,7 +240,7 @@ mod tests {
         }
     }
 
-    /// Triangle fans of a given size with many edges, some side by side.
+    /// Returns triangle fans of the given size side by side, with `count` edges each.
     fn fans(count: usize, fans: usize, size: f64) -> Vec<Triangle64> {
         let fan = |k: usize| {
             let corner = move |i: usize| {
@@ -254,8 +254,8 @@ mod tests {
         (0..fans).flat_map(fan).collect()
     }
 
-    /// Points around the fans, next to corners and edges, whose rays pass close to edges, or where
-    /// the sum is close to one half.
+    /// Returns, depending on `i`, a point anywhere around the fans, next to an edge or corner, with
+    /// a ray that passes close to an edge, or with a sum close to one half.
     fn point(
         fans: &[Triangle64],
         boundary: &Boundary<f64>,
@@ -286,8 +286,8 @@ mod tests {
         }
     }
 
-    /// Whole turns that are certain agree with the sum over all edges, at every level and for every
-    /// size.
+    /// Whole turns reported as certain agree with the sum over all edges, at every level and for
+    /// every size.
     #[test]
     fn certain_turns_are_those_of_the_sum() {
         let mut numbers = random();
@@ -332,9 +332,9 @@ mod tests {
         assert!(open > 1000 && sure > open && first[1] < sure - 20, "{first:?} {counts:?}");
     }
 
-    /// Checks that whole turns that are certain after all passes agree with the sum over all edges,
-    /// at every level. Returns how many are certain. Ignores points whose sum is within rounding
-    /// error of one half.
+    /// Checks that the whole turns that are certain after all passes agree with the sum over all
+    /// edges, at every level. Returns how many are certain. Ignores points whose sum is within
+    /// rounding error of one half.
     fn count_certain(boundary: &Boundary<f64>, points: [[f64; 3]; POINTS]) -> usize {
         let by_axis = [0, 1, 2].map(|k| points.map(|point| point[k]));
         let sums = points.map(|point| turns(boundary, point));
@@ -353,8 +353,8 @@ mod tests {
         certain
     }
 
-    /// A sphere around the origin, made of small triangles with gaps between them, so that each is
-    /// a loop.
+    /// Returns a sphere around the origin, made of small triangles with gaps between them, so that
+    /// each triangle is a loop.
     fn shards(size: f64) -> Vec<Triangle64> {
         let mut all: Vec<[[f64; 3]; 3]> = Vec::new();
         for i in 0..8 {
@@ -401,8 +401,8 @@ mod tests {
         }
     }
 
-    /// The line of a distant ray through the tip of a triangle is as far from the triangle's centre
-    /// as the tip itself, up to a rounding error that exceeds the margin of the radius.
+    /// A distant ray through the tip of a triangle may pass the triangle's centre at the distance
+    /// of the tip itself, up to a rounding error that exceeds the margin of the radius.
     #[test]
     fn rays_through_the_tip_of_a_distant_loop() {
         let mut numbers = random();
@@ -425,8 +425,8 @@ mod tests {
         }
     }
 
-    /// Points next to a corner at the origin, where squared distances are 0 or subnormal, with few
-    /// digits.
+    /// Tests points next to a corner at the origin, where squared distances are 0 or subnormal with
+    /// few significant digits.
     #[test]
     fn points_whose_distance_has_no_square() {
         let mut numbers = random();
@@ -436,7 +436,7 @@ mod tests {
             let boundary = Boundary::of(&[TriangleOf([[0.0; 3], a, b])]).unwrap();
             let size = 2.0_f64.powi(-545 + i % 20);
             let points = [0; POINTS].map(|_| {
-                // Low above the triangle, where the sum is close to one half.
+                // Slightly above the triangle, where the sum is close to one half.
                 let [x, y, height] = [random(), random(), 0.5_f64.powf(8.0 * random())];
                 [0, 1, 2].map(|k| size * (x * a[k] + y * b[k] + height * (random() - 0.5)))
             });

@@ -1,4 +1,5 @@
-//! Winding numbers of any mesh: the signed crossings of a ray plus the solid angle of the boundary.
+//! Computes winding numbers of any mesh: the signed crossings of a ray plus the solid angle of the
+//! boundary.
 
 use intertri::{RayOf, TriangleOf};
 
@@ -20,7 +21,7 @@ impl<S: BvhScalar> Solid<S> {
     /// Triangles that are not finite are ignored.
     ///
     /// # Errors
-    /// Fails if the hierarchy cannot be built, or there is too little memory.
+    /// Returns an error if the hierarchy cannot be built, or if memory runs out.
     ///
     /// ```
     /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -45,7 +46,7 @@ impl<S: BvhScalar> Solid<S> {
     /// but takes open edges into account.
     ///
     /// # Errors
-    /// Fails if there is too little memory.
+    /// Returns an error if memory runs out.
     ///
     /// ```
     /// use intertri_trace::{Bvh, Solid, intertri::Triangle};
@@ -60,9 +61,9 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { bvh: self.bvh.clone(), boundary: boundary(&triangles)? })
     }
 
-    /// The number of open edges. If triangles traverse an edge more often in one direction than in
-    /// the other, it counts as many times as the difference. The result is 0 for a mesh that is
-    /// closed or assumed to be closed.
+    /// Returns the number of open edges. An edge that triangles traverse more often in one
+    /// direction than in the other is counted as many times as the difference. The result is 0 for
+    /// a mesh that is closed or assumed to be closed.
     pub fn open_edges(&self) -> usize {
         self.boundary.edges()
     }
@@ -79,7 +80,7 @@ impl<S: BvhScalar> Solid<S> {
         self.number(point, classify(&self.bvh, point))
     }
 
-    /// Like [`Solid::winding_number`], but for many points, on all threads.
+    /// Like [`Solid::winding_number`], but for many points, using all threads.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -108,7 +109,7 @@ impl<S: BvhScalar> Solid<S> {
         });
     }
 
-    /// The winding number of a point, given its containment computed from crossings alone.
+    /// Returns the winding number of a point, given its containment computed from crossings alone.
     fn number(&self, point: [S; 3], crossed: Containment) -> Option<f64> {
         let times = match crossed {
             Containment::Outside => 0,
@@ -121,7 +122,7 @@ impl<S: BvhScalar> Solid<S> {
         Some(f64::from(times) + turns(&self.boundary, point))
     }
 
-    /// The containment of a point, given its containment computed from crossings alone.
+    /// Returns the containment of a point, given its containment computed from crossings alone.
     pub(super) fn counted(&self, point: [S; 3], crossed: Containment) -> Containment {
         let mut all = [crossed];
         self.count_boundary(&[RayOf::new(point, [S::ONE; 3])], &mut all);
@@ -154,7 +155,7 @@ impl<S: BvhScalar> Solid<S> {
         }
     }
 
-    /// The containment of a point, based on its winding number rounded to an integer.
+    /// Returns the containment of a point, based on its winding number rounded to an integer.
     #[cold]
     fn rounded(&self, point: [S; 3], crossed: Containment) -> Containment {
         let number = self.number(point, crossed).unwrap_or(0.0);
@@ -166,7 +167,7 @@ impl<S: BvhScalar> Solid<S> {
     }
 }
 
-/// The boundary of a mesh.
+/// Computes the boundary of a mesh.
 fn boundary<S: BvhScalar>(triangles: &[TriangleOf<S>]) -> Result<Boundary<S>, BuildError> {
     Boundary::of(triangles).map_err(|_| BuildError::OutOfMemory { count: triangles.len() })
 }

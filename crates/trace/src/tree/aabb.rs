@@ -19,7 +19,8 @@ impl Aabb {
     /// The empty box. Joining it with another box yields the other box.
     pub(crate) const EMPTY: Self = Self { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] };
 
-    /// The box of a triangle, or `None` if a corner is not finite; such a triangle is never hit.
+    /// Returns the box of a triangle, or `None` if a corner is not finite; such a triangle is never
+    /// hit.
     pub(crate) fn of(triangle: &Triangle) -> Option<Self> {
         let [a, b, c] = triangle.0.map(|p| [p[0], p[1], p[2], 0.0]);
         // Zero times a NaN or infinity is NaN, and a sum with NaN stays NaN.
@@ -27,7 +28,7 @@ impl Aabb {
         (sum == 0.0).then(|| Self { lo: min(min(a, b), c), hi: max(max(a, b), c) })
     }
 
-    /// The box padded by this much on every side.
+    /// Returns the box padded by `by` on every side.
     pub(crate) fn padded(self, by: f32) -> Self {
         // The sum and the padding are both rounded; moving one ulp outward covers that.
         let by = by.next_up();
@@ -39,7 +40,7 @@ impl Aabb {
         self.lo.iter().chain(&self.hi).all(|x| x.is_finite())
     }
 
-    /// The box with any side at ±2^-149 moved outward to the smallest normal number.
+    /// Returns the box with any side at ±2^-149 moved outward to the smallest normal number.
     #[inline(always)]
     pub(crate) fn without_least_sides(&self) -> Self {
         let outward = |x: f32, to: f32| if x.abs() == f32::from_bits(1) { to } else { x };
@@ -56,14 +57,14 @@ impl Aabb {
         self.hi = max(self.hi, other.hi);
     }
 
-    /// Twice the centre of the box, in units of `1 / scale`.
+    /// Returns twice the centre of the box, in units of `1 / scale`.
     #[inline(always)]
     pub(crate) fn centre(&self, scale: f32) -> [f32; 4] {
         let (a, b, s) = (self.lo, self.hi, scale);
         [a[0] * s + b[0] * s, a[1] * s + b[1] * s, a[2] * s + b[2] * s, 0.0]
     }
 
-    /// Half the surface area in units of `1 / scale²`; infinite for the empty box.
+    /// Returns half the surface area in units of `1 / scale²`; infinite for the empty box.
     #[inline(always)]
     pub(crate) fn half_area(&self, scale: f32) -> f32 {
         let (a, b, s) = (self.lo, self.hi, scale);
@@ -72,7 +73,7 @@ impl Aabb {
         d[0] * (d[1] + d[2]) + d[1] * d[2]
     }
 
-    /// A power of two that scales the longest side to about 1, so that no area overflows or
+    /// Returns a power of two that scales the longest side to about 1, so that no area overflows or
     /// underflows, whatever the scene's unit. Coordinates do not overflow either, unless the box is
     /// small relative to its position.
     pub(crate) fn scale(&self) -> f32 {
@@ -84,9 +85,9 @@ impl Aabb {
     }
 }
 
-// Comparisons are used in place of `f32::min`: they take one instruction each, and NaN does not
-// occur. If two values are equal (zeros of either sign), the later one wins, which keeps the
-// operation associative.
+// These use comparisons instead of `f32::min` and `f32::max`: a comparison takes one instruction,
+// and NaN does not occur. If two values are equal (zeros of either sign), the later one wins, which
+// keeps the operation associative.
 #[inline(always)]
 fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })

@@ -1,4 +1,4 @@
-//! The cost of a tree by the surface-area heuristic.
+//! Computes the cost of a tree by the surface-area heuristic.
 
 use super::hierarchy::Tree;
 use super::node::{EMPTY, Node};
@@ -9,8 +9,8 @@ use crate::util::threads;
 const BLOCK: usize = 1 << 10;
 
 impl Tree {
-    /// The expected number of nodes and leaves that a random line through the root's box visits.
-    /// Leaves without a box are always visited.
+    /// Returns the expected number of nodes and leaves that a random line through the root's box
+    /// visits. Leaves without a box are always visited.
     pub(crate) fn cost(&self) -> Result<f64, NoMemory> {
         let mut sums = Vec::new();
         let block = |i: usize| {
@@ -24,8 +24,8 @@ impl Tree {
     }
 }
 
-/// The sum of the half surface areas of a node's children, and the half surface area of the box
-/// around all of them. The second is never 0.
+/// Returns the sum of the half surface areas of a node's children, and the half surface area of the
+/// box around all of them. The second is never 0.
 fn areas(node: &Node) -> [f64; 2] {
     let (mut lo, mut hi, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
     let half_area = |lo: &[f64; 3], hi: &[f64; 3]| {

@@ -39,7 +39,7 @@ impl MeshTriangle {
 
 /// A result that identifies its triangle by position among all triangles until it is renamed.
 pub(crate) trait NamesTriangle {
-    /// The fields for the triangle's index and geometry.
+    /// Returns the fields for the triangle's index and geometry.
     fn name_mut(&mut self) -> (&mut u32, &mut u32);
 }
 
@@ -70,7 +70,7 @@ pub(crate) struct Geometries {
 }
 
 impl Geometries {
-    /// The number of geometries.
+    /// Returns the number of geometries.
     pub(crate) fn count(&self) -> usize {
         self.masks.len()
     }
@@ -90,8 +90,8 @@ impl Geometries {
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 
-    /// The number of triangles and the mask of each geometry, where `all` is the total number of
-    /// triangles.
+    /// Returns the number of triangles and the mask of each geometry, where `all` is the total
+    /// number of triangles.
     pub(crate) fn counts_and_masks(&self, all: usize) -> impl Iterator<Item = (u32, u32)> {
         let ends = self.firsts.iter().skip(1).copied().chain([all as u32]);
         let firsts = self.firsts.iter().copied().chain(self.firsts.is_empty().then_some(0));
@@ -104,12 +104,12 @@ impl Geometries {
         !self.are_told() && self.masks == [u32::MAX]
     }
 
-    /// A single mesh.
+    /// Creates the geometries of a single mesh.
     pub(crate) fn one() -> Self {
         Self { firsts: Vec::new(), of: Vec::new(), masks: vec![u32::MAX], common: u32::MAX }
     }
 
-    /// Several meshes with the given numbers of triangles.
+    /// Creates the geometries of several meshes with the given numbers of triangles.
     pub(crate) fn of(
         counts: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Result<Self, NoMemory> {
@@ -126,20 +126,21 @@ impl Geometries {
         Ok(Self { firsts, of, masks, common: u32::MAX })
     }
 
-    /// A copy, or an error if there is too little memory.
+    /// Returns a copy, or an error if memory runs out.
     pub(crate) fn try_clone(&self) -> Result<Self, NoMemory> {
         let Self { firsts, of, masks, common } = self;
         let (firsts, of, masks) = (copied(firsts)?, copied(of)?, copied(masks)?);
         Ok(Self { firsts, of, masks, common: *common })
     }
 
-    /// Returns whether hits must be renamed, because there is not exactly one mesh.
+    /// Returns whether hits must be renamed because there are several meshes.
     #[inline(always)]
     fn are_told(&self) -> bool {
         !self.of.is_empty()
     }
 
-    /// The geometry of the triangle at a position, and the triangle's index within that geometry.
+    /// Returns the geometry of the triangle at a position, and the triangle's index within that
+    /// geometry.
     #[inline(always)]
     pub(crate) fn name(&self, TriangleId(position): TriangleId) -> MeshTriangle {
         match self.of.get(position as usize) {
@@ -150,7 +151,7 @@ impl Geometries {
         }
     }
 
-    /// The position of a triangle among all triangles, if it exists.
+    /// Returns the position of a triangle among all triangles, if it exists.
     pub(crate) fn position(&self, name: MeshTriangle, all: usize) -> Option<TriangleId> {
         let MeshTriangle { triangle, geometry } = name;
         // Sum the counts up to the geometry; `Err` ends the loop with the result.
@@ -164,21 +165,21 @@ impl Geometries {
         Some(TriangleId(first + triangle))
     }
 
-    /// The mask of a triangle's geometry.
+    /// Returns the mask of a triangle's geometry.
     #[inline(always)]
     pub(crate) fn mask_of(&self, TriangleId(position): TriangleId) -> u32 {
         let geometry = self.of.get(position as usize).map_or(0, |&geometry| geometry);
         self.masks[geometry as usize]
     }
 
-    /// Returns whether every geometry is known to share a bit with a mask. If the result is
-    /// `false`, they still may.
+    /// Returns whether every geometry is known to share a bit with a mask. Even if the result is
+    /// `false`, every geometry may share a bit with it.
     #[inline(always)]
     pub(crate) fn all_have(&self, mask: u32) -> bool {
         self.common & mask != 0
     }
 
-    /// Renames the triangles of hits, which are identified by position.
+    /// Replaces each hit's overall position with a geometry and an index within that geometry.
     #[inline(always)]
     pub(crate) fn rename<'h, H: NamesTriangle + 'h>(
         &self,

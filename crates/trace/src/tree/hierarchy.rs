@@ -25,14 +25,14 @@ const _: () = assert!(size_of::<Leaf>() == 384);
 #[derive(Clone, Debug)]
 pub struct Tree {
     /// The nodes, with the root first. If a child is a leaf, the node stores its index in `leaves`.
-    /// Nodes above the leaves from `boxed` on come last.
+    /// The nodes over the leaves from `boxed` on come last.
     pub(crate) nodes: Vec<Node>,
     /// The triangles in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
     /// For each leaf, a mask of the triangles without area. Rays ignore these, but closest-point
     /// queries consider them. Empty if there are none.
     pub(crate) degenerate: Vec<u8>,
-    /// The number of leaves below the root, which come first. The other leaves contain needles,
+    /// The number of leaves in the main tree, which come first. The other leaves contain needles,
     /// whose reference hits may be anywhere outside them, and triangles that were not finite when
     /// the tree was built.
     pub(crate) boxed: usize,
@@ -53,7 +53,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// A copy, or an error if there is too little memory.
+    /// Returns a copy, or an error if memory runs out.
     pub(crate) fn try_clone(&self) -> Result<Self, NoMemory> {
         Ok(Self {
             nodes: copied(&self.nodes)?,
@@ -64,8 +64,8 @@ impl Tree {
         })
     }
 
-    /// The triangles that are not in the tree, in ascending order. These triangles were not finite
-    /// or had no box when the tree was built.
+    /// Returns the triangles that are not in the tree, in ascending order. These triangles were not
+    /// finite or had no box when the tree was built.
     pub(crate) fn left_out(&self) -> Result<Vec<u32>, NoMemory> {
         let in_tree = || {
             let indices = self.leaves[..self.boxed].iter().flat_map(|leaf| leaf.indices);
@@ -83,7 +83,7 @@ impl Tree {
         Ok(left_out)
     }
 
-    /// A mask of the lanes of a leaf that hold a finite triangle and not a filler.
+    /// Returns a mask of the lanes of a leaf that hold a finite triangle rather than a filler.
     #[inline(always)]
     pub(crate) fn present(&self, leaf: usize) -> u32 {
         let degenerate = self.degenerate.get(leaf).map_or(0, |&lanes| u32::from(lanes));
@@ -100,7 +100,7 @@ impl Tree {
         Ok(())
     }
 
-    /// The margin by which traversal must widen boxes for a resolver.
+    /// Returns the margin by which traversal must widen boxes for a resolver.
     #[inline(always)]
     pub(crate) fn margin(&self, resolver: Resolver<'_>) -> Margin {
         Margin::new(
@@ -109,22 +109,23 @@ impl Tree {
         )
     }
 
-    /// The first of the leaves that are tested against every ray. If all hits are on their
-    /// triangles, there are no such leaves, and traversal starts at both roots.
+    /// Returns the index of the first leaf that is tested against every ray. If all hits are on
+    /// their triangles, there are no such leaves, and traversal starts at both roots.
     #[inline(always)]
     pub(crate) fn first_unboxed(&self, resolver: Resolver<'_>) -> usize {
         if resolver.hits_lie_on_triangles() { self.leaves.len() } else { self.boxed }
     }
 
-    /// The second root, or [`EMPTY`] if traversal has tested the leaves from `unboxed` on without
-    /// boxes.
+    /// Returns the second root, or [`EMPTY`] if traversal has already tested the leaves from
+    /// `unboxed` on without boxes.
     #[inline(always)]
     pub(crate) fn thin_root_for(&self, unboxed: usize) -> u32 {
         if unboxed == self.leaves.len() { self.thin_root } else { EMPTY }
     }
 
-    /// Builds the second tree over the leaves from `boxed` on, which have the given boxes. Eight
-    /// neighbours form a node, eight nodes form a node of the next level, and so on.
+    /// Builds the second tree over the leaves from `boxed` on, which have the given boxes. Each
+    /// node groups eight neighbouring leaves, each node of the next level groups eight of these
+    /// nodes, and so on.
     pub(crate) fn add_thin_nodes(&mut self, boxes: &[Aabb]) -> Result<(), NoMemory> {
         // The number of nodes on each level, from the bottom up.
         let mut levels = Vec::new();
@@ -163,17 +164,17 @@ impl Tree {
         Ok(())
     }
 
-    /// The nodes of the main tree. The remaining nodes belong to the second tree.
+    /// Returns the nodes of the main tree. The remaining nodes belong to the second tree.
     pub(crate) fn main_nodes(&self) -> &[Node] {
         &self.nodes[..self.nodes.len().min(self.thin_root as usize)]
     }
 
-    /// The stack size for a tree with `depth` nodes on its longest path.
+    /// Returns the stack size for a tree with `depth` nodes on its longest path.
     pub(crate) fn stack_for(depth: usize) -> usize {
         8 * depth + 8
     }
 
-    /// The box of the root.
+    /// Returns the box of the root.
     pub(crate) fn bounds(&self) -> Aabb {
         let mut around = Aabb::EMPTY;
         for slot in 0..8 {
@@ -192,13 +193,13 @@ impl Tree {
         sides.filter(|side| side.is_finite()).fold(0.0, |reach, x| reach.max(x.abs()))
     }
 
-    /// The triangle in a slot of the leaves.
+    /// Returns the triangle in a leaf slot.
     #[inline(always)]
     pub(crate) fn triangle_in(&self, LeafSlot(slot): LeafSlot) -> Triangle {
         self.leaves[slot as usize / 8].block.triangle(slot as usize % 8)
     }
 
-    /// The index of the triangle in a slot of the leaves.
+    /// Returns the index of the triangle in a leaf slot.
     #[inline(always)]
     pub(crate) fn index_of(&self, LeafSlot(slot): LeafSlot) -> TriangleId {
         TriangleId(self.leaves[slot as usize / 8].indices[slot as usize % 8])

@@ -23,7 +23,7 @@ const PLAIN: f32 = 1.0 / 256.0;
 /// [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
-/// If the squared edge length is outside `2^-90..2^100`, f32 does not decide.
+/// f32 lanes decide only for squared edge lengths in `2^-90..2^100`.
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
 
 /// The boxes in which up to eight triangles can be hit.
@@ -41,14 +41,14 @@ pub(crate) struct LeafBounds {
     pub thin: u32,
 }
 
-/// Computes the [`LeafBounds`] of some of eight lanes.
+/// Computes the [`LeafBounds`] of a subset of eight lanes.
 pub(crate) struct LaneBounds<'a> {
     pub corners: &'a [[[f32; 8]; 3]; 3],
     pub lanes: u32,
 }
 
 impl LaneBounds<'_> {
-    /// Selects the triangles of a block.
+    /// Selects the live triangles of a block.
     pub(crate) fn of(block: &TriangleBlock<8>) -> LaneBounds<'_> {
         LaneBounds { corners: block.corners(), lanes: block.live() }
     }
@@ -99,12 +99,12 @@ impl WithSimd for LaneBounds<'_> {
     }
 }
 
-/// The largest margin of the given leaves.
+/// Returns the largest margin of the given leaves.
 pub(crate) fn lean_of(leaves: &[LeafBounds]) -> f32 {
     leaves.iter().fold(0.0, |lean, leaf| lean.max(leaf.lean))
 }
 
-/// The boxes of the given leaves.
+/// Returns the boxes of the given leaves.
 pub(crate) fn boxes_of(leaves: &[LeafBounds]) -> Result<Vec<Aabb>, NoMemory> {
     let mut boxes = room(leaves.len())?;
     boxes.extend(leaves.iter().map(|leaf| leaf.bounds));
@@ -116,12 +116,12 @@ impl LeafBounds {
     pub(crate) const NONE: Self =
         Self { bounds: Aabb::EMPTY, lean: 0.0, boxed: 0, degenerate: 0, thin: 0 };
 
-    /// A mask of the triangles that can be hit in or near their boxes or have no area.
+    /// Returns a mask of the triangles that can be hit in or near their boxes or have no area.
     pub(crate) fn present(&self) -> u32 {
         self.boxed | self.degenerate
     }
 
-    /// Adds those of the given lanes that have no area.
+    /// Adds the given lanes whose triangles have no area.
     pub(crate) fn add_degenerate(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
         for lane in lanes_of(lanes) {
             if let HitBounds::Degenerate(bounds) = hit_bounds(&in_lane(corners, lane)) {
@@ -131,7 +131,7 @@ impl LeafBounds {
         }
     }
 
-    /// Adds lanes that are not plain.
+    /// Adds lanes whose triangles are not plain.
     #[inline(never)]
     fn add(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
         for lane in lanes_of(lanes) {
@@ -155,7 +155,7 @@ impl LeafBounds {
     }
 }
 
-/// The triangle in a lane.
+/// Returns the triangle in a lane.
 fn in_lane(corners: &[[[f32; 8]; 3]; 3], lane: usize) -> Triangle {
     let corner = |k: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
     Triangle([corner(0), corner(1), corner(2)])
@@ -167,8 +167,8 @@ mod tests {
 
     use super::*;
 
-    /// Puts numbers of every kind in every corner and compares the bounds with those of one
-    /// triangle at a time.
+    /// Puts values of every kind into every coordinate and compares the bounds with those computed
+    /// one triangle at a time.
     #[test]
     fn lanes_have_the_bounds_of_their_triangles() {
         let (m, tiny) = (f32::MAX, f32::MIN_POSITIVE);

@@ -1,8 +1,8 @@
 //! The margin by which traversal widens boxes.
 //!
 //! Boxes are purely geometric: each contains its triangles, and the rounding errors of traversal
-//! are relative to the ray's numbers. Only the reference, which rounds, may accept hits outside a
-//! triangle. `docs/numerics/hierarchy.md`, section 1, has the bound.
+//! are relative to the ray's coordinates. Only the reference, which rounds, may accept hits outside
+//! a triangle. `docs/numerics/hierarchy.md`, section 1, has the bound.
 
 /// The distance outside a triangle at which the reference may accept hits, as a fraction of the
 /// largest coordinate of the origin and of the scene: 2^-46. It excludes the part that depends on
@@ -30,7 +30,7 @@ impl Margin {
         Self { reach, lean, beside }
     }
 
-    /// The padding of boxes for a ray whose origin's largest coordinate is `away`.
+    /// Returns the padding of boxes for a ray whose origin's largest coordinate is `away`.
     #[inline(always)]
     pub(crate) fn room(&self, away: f32) -> f32 {
         self.beside * away + self.lean
@@ -45,8 +45,8 @@ mod tests {
     use crate::util::test_numbers::random;
 
     /// The reference accepts hits outside an edge that runs along a side of the box. The ray starts
-    /// on that side and leaves the box at once; its coordinates along that axis are too small to
-    /// widen the box enough.
+    /// on that side and leaves the box immediately; its coordinates along that axis are too small
+    /// to widen the box enough.
     #[test]
     fn hits_beside_a_box_are_found() {
         let (mut random, mode) = (random(), Mode::certified());

@@ -10,7 +10,7 @@ pub(crate) const EMPTY: u32 = u32::MAX;
 /// Marks a child that is a block of triangles. The other bits are the block's index.
 pub(crate) const LEAF: u32 = 1 << 31;
 
-/// The maximum number of leaves. More would need 170 GB.
+/// The maximum number of leaves. More would need over 170 GB of memory.
 pub(crate) const MOST_LEAVES: usize = 1 << 29;
 
 /// The number of triangles in a block.
@@ -47,20 +47,20 @@ impl Node {
         Self { rows: [lo, lo, lo, hi, hi, hi, empty, empty] }
     };
 
-    /// The lower or upper sides along an axis.
+    /// Returns the lower or upper sides along an axis.
     #[inline(always)]
     pub(crate) fn sides(&self, axis: usize, upper: bool) -> &[f32; 8] {
         // The remainder keeps the index in bounds for any axis.
         &self.rows[(axis + if upper { UPPER } else { 0 }) % 8]
     }
 
-    /// The children by slot.
+    /// Returns the children by slot.
     #[inline(always)]
     pub(crate) fn children(&self) -> &[u32; 8] {
         bytemuck::cast_ref(&self.rows[CHILDREN])
     }
 
-    /// The child in a slot, or [`EMPTY`] for the slot after the last.
+    /// Returns the child in a slot, or [`EMPTY`] for the slot after the last.
     #[inline(always)]
     pub(crate) fn child_or_none(&self, slot: u8) -> u32 {
         // The row after the children is `EMPTY`, so slot 8, which means none, yields no child
@@ -68,7 +68,7 @@ impl Node {
         self.rows.as_flattened()[8 * CHILDREN..][usize::from(slot % 16)].to_bits()
     }
 
-    /// All rows of the node.
+    /// Returns all rows of the node.
     pub(crate) fn rows(&self) -> &[[f32; 8]; 8] {
         &self.rows
     }
@@ -84,7 +84,7 @@ impl Node {
         &self.rows[CHILDREN]
     }
 
-    /// The children, mutably.
+    /// Returns a mutable reference to the children.
     pub(crate) fn children_mut(&mut self) -> &mut [u32; 8] {
         bytemuck::cast_mut(&mut self.rows[CHILDREN])
     }
@@ -101,7 +101,7 @@ impl Node {
         self.children_mut()[slot] = child;
     }
 
-    /// The box of the child in a slot.
+    /// Returns the box of the child in a slot.
     pub(crate) fn bounds(&self, slot: usize) -> Aabb {
         let side = |upper| {
             let of = |axis| self.sides(axis, upper)[slot];

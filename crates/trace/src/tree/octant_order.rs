@@ -1,14 +1,14 @@
 //! The order in which the children of a node are visited by rays of an octant, roughly sorted by
 //! position.
 
-/// The slots in a mask, ordered last to first for rays of an octant, one per byte starting with the
+/// Returns the slots in a mask, last to first for rays of an octant, one per byte starting with the
 /// lowest.
 #[inline(always)]
 pub(crate) fn far_to_near(mask: u32, octant: usize) -> u64 {
     FAR_TO_NEAR[octant % 8][mask as usize % 256]
 }
 
-/// The first slot in a mask for rays of an octant, or 8 if the mask is empty.
+/// Returns the first slot in a mask for rays of an octant, or 8 if the mask is empty.
 #[inline(always)]
 pub(crate) fn first_slot(mask: u32, octant: usize) -> u8 {
     FIRST[octant % 8][mask as usize % 256]
@@ -21,7 +21,7 @@ static FIRST: [[u8; 256]; 8] = {
     while at < 8 * 256 {
         let (octant, mask) = (at / 256, at % 256);
         let mut i = 8;
-        // Go from the last slot to the first, so that the frontmost is written last and stays.
+        // Go from the last slot to the first, so that the frontmost slot is written last.
         while i > 0 {
             i -= 1;
             if mask >> (i ^ octant) & 1 != 0 {

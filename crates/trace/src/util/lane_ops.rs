@@ -11,7 +11,7 @@ pub(crate) fn fours<S: Simd>(lanes: S::F32x16) -> [S::F32x4; 4] {
     [Lanes::load(&n), Lanes::load(&n[4..]), Lanes::load(&n[8..]), Lanes::load(&n[12..])]
 }
 
-/// The smallest of sixteen lanes.
+/// Returns the smallest of sixteen lanes.
 #[inline(always)]
 pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
     let [a, b, c, d] = fours::<S>(lanes);
@@ -21,7 +21,7 @@ pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
     less(less(numbers[0], numbers[1]), less(numbers[2], numbers[3]))
 }
 
-/// The sum of up to sixteen lanes.
+/// Returns the sum of up to sixteen lanes.
 #[inline(always)]
 pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
     let mut n = [0.0_f32; 16];
@@ -34,7 +34,7 @@ pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
     (four[0] + four[1]) + (four[2] + four[3])
 }
 
-/// The smallest of eight lanes.
+/// Returns the smallest of eight lanes.
 #[inline(always)]
 pub(crate) fn smallest_of_eight<S: Simd>(lanes: S::F32x8) -> f32 {
     // Exchange halves, then pairs, then neighbours. After three steps, every lane holds the

@@ -3,7 +3,7 @@
 use std::collections::TryReserveError;
 use std::fmt;
 
-/// The error returned if there is too little memory.
+/// The error returned if memory runs out.
 #[derive(Debug)]
 pub(crate) struct NoMemory;
 
@@ -13,7 +13,7 @@ impl From<TryReserveError> for NoMemory {
     }
 }
 
-/// The error returned if there is too little memory for the hits found.
+/// The error returned if memory runs out for the hits found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfMemory;
 
@@ -33,28 +33,28 @@ impl From<NoMemory> for OutOfMemory {
     }
 }
 
-/// An empty vector with the given capacity.
+/// Returns an empty vector with the given capacity.
 pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, NoMemory> {
     let mut vector = Vec::new();
     vector.try_reserve_exact(count)?;
     Ok(vector)
 }
 
-/// A vector of `count` copies of a value.
+/// Returns a vector of `count` copies of a value.
 pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, NoMemory> {
     let mut vector = room(count)?;
     vector.resize(count, value);
     Ok(vector)
 }
 
-/// A copy of a slice.
+/// Copies a slice to a vector.
 pub(crate) fn copied<T: Clone>(all: &[T]) -> Result<Vec<T>, NoMemory> {
     let mut vector = room(all.len())?;
     vector.extend_from_slice(all);
     Ok(vector)
 }
 
-/// A slice of zeros, in pages that the system zeroes only when they are first touched.
+/// Returns a slice of zeros, in pages that the system zeroes only when they are first touched.
 pub(crate) fn zeros<T: bytemuck::Zeroable>(count: usize) -> Result<Box<[T]>, NoMemory> {
     // `vec![0; n]` would abort if memory ran out.
     bytemuck::allocation::try_zeroed_slice_box(count).map_err(|()| NoMemory)

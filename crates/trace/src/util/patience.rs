@@ -1,4 +1,4 @@
-//! Exponential backoff for optimizations that may not pay.
+//! Exponential backoff for optimizations that may not pay off.
 
 /// Decides when to try again. The wait doubles with each consecutive failure.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,7 @@ impl Patience {
         self.wait = self.wait.saturating_sub(1);
     }
 
-    /// Records an attempt and whether it paid.
+    /// Records an attempt and whether it paid off.
     #[inline(always)]
     pub(crate) fn tried(&mut self, has_paid: bool) {
         let [least, most] = self.bounds;

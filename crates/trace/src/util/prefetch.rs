@@ -28,7 +28,7 @@ impl<'a> Prefetch<'a> {
     #[inline(always)]
     pub(crate) fn lines(&mut self, lines: usize) {
         for _ in 0..lines * self.times {
-            // Prefetch one cache line. A shorter rest at the end is not worth it.
+            // Prefetch one cache line. A partial line at the end is not worth prefetching.
             if let Some((line, rest)) = self.memory.split_at_checked(64) {
                 prefetch_early(line);
                 self.memory = rest;

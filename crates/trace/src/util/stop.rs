@@ -1,4 +1,4 @@
-//! Work that a caller can stop at any time: it checks a token occasionally, and unwinds if it
+//! Lets a caller stop work at any time: the work checks a token occasionally, and unwinds if it
 //! should stop.
 //!
 //! ```text
@@ -27,7 +27,7 @@ const EVERY: u32 = 32;
 #[derive(Debug)]
 pub struct Stopped;
 
-/// A token that can stop the work that runs under it. Without a function, it never does.
+/// A token that can stop the work that runs under it. A token without a function never stops it.
 #[derive(Clone, Default)]
 pub struct StopToken(Option<ShouldStop>);
 
@@ -38,7 +38,7 @@ impl StopToken {
         Self(Some(should_stop))
     }
 
-    /// The token under which this thread runs.
+    /// Returns the token under which this thread runs.
     pub fn current() -> Self {
         CURRENT.with_borrow(Clone::clone)
     }

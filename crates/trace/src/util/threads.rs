@@ -39,7 +39,7 @@ pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Calls a function for each index in `0..count`, on all threads.
+/// Calls a function for each index in `0..count`, using all threads.
 fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {
@@ -60,7 +60,7 @@ fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     });
 }
 
-/// Calls a function for each piece and its index, on all threads.
+/// Calls a function for each piece and its index, using all threads.
 pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usize, P) + Sync) {
     // Each piece is taken once, by the first thread that reaches it.
     let all: Vec<Mutex<Option<P>>> = pieces.map(|piece| Mutex::new(Some(piece))).collect();
@@ -72,12 +72,12 @@ pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usi
     });
 }
 
-/// The size of pieces, at least `least`, into which to split `count` items.
+/// Returns the size of pieces, at least `least`, into which to split `count` items.
 pub(crate) fn piece_of(count: usize, least: usize) -> usize {
     count.div_ceil(PIECES * self::count()).max(least)
 }
 
-/// Collects the results of a function for `0..count`, on all threads.
+/// Collects the results of a function for `0..count`, using all threads.
 pub(crate) fn each<T: Zeroable + Send>(
     count: usize,
     of: impl Fn(usize) -> T + Sync,
@@ -89,8 +89,8 @@ pub(crate) fn each<T: Zeroable + Send>(
     Ok(all)
 }
 
-/// Appends the results of a function for `0..count`, on all threads. Each piece computes at least
-/// `least` results.
+/// Appends the results of a function for `0..count`, using all threads. Each piece computes at
+/// least `least` results.
 pub(crate) fn extend<T: Zeroable + Clone + Send>(
     all: &mut Vec<T>,
     count: usize,
@@ -105,7 +105,7 @@ pub(crate) fn extend<T: Zeroable + Clone + Send>(
     Ok(())
 }
 
-/// Writes the results of a function to a slice, on all threads. Each piece computes at least
+/// Writes the results of a function to a slice, using all threads. Each piece computes at least
 /// `least` results.
 pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> T + Sync) {
     let size = piece_of(all.len(), least);
@@ -116,7 +116,7 @@ pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> 
     });
 }
 
-/// Modifies all items, on all threads, and returns the function's results.
+/// Modifies all items, using all threads, and returns the function's results.
 pub(crate) fn update<T: Send, R: Zeroable + Send>(
     all: &mut [T],
     change: impl Fn(&mut T) -> R + Sync,
@@ -131,7 +131,8 @@ pub(crate) fn update<T: Send, R: Zeroable + Send>(
     Ok(told)
 }
 
-/// Fills a slice piece by piece, on all threads. If several pieces fail, returns one of the errors.
+/// Fills a slice piece by piece, using all threads. If several pieces fail, returns one of the
+/// errors.
 #[cfg(unix)]
 pub(crate) fn fill<E: Send>(
     all: &mut [u8],
@@ -159,7 +160,7 @@ pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool 
     all.into_inner()
 }
 
-/// The number of threads.
+/// Returns the number of threads.
 pub(crate) fn count() -> usize {
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {

@@ -51,8 +51,8 @@ impl HitPairs {
         self.pairs.push((ray, slot));
     }
 
-    /// Adds a pair whose hit is known, and returns the place to write the hit to. Memory for it
-    /// must have been reserved.
+    /// Adds a pair whose hit is known, and returns a reference through which to write the hit.
+    /// Memory for it must have been reserved.
     #[inline(always)]
     pub(crate) fn push_hit(&mut self, ray: RayId, slot: LeafSlot) -> &mut Hit {
         self.push(ray, slot);
@@ -68,11 +68,11 @@ impl HitPairs {
     }
 }
 
-/// The nearest hits of a ray so far, up to the limit, each given by the largest t it can have.
-/// Nothing counts beyond the largest of these.
+/// The nearest hits of a ray so far, up to the limit, each given by the largest t it can have. Hits
+/// beyond the largest of these do not count.
 #[derive(Default)]
 pub(crate) struct NearestFew {
-    /// The t as bits, which sort like positive numbers.
+    /// The bits of each t. For positive numbers, bits sort in the same order as values.
     t_hi: BinaryHeap<u32>,
 }
 
@@ -82,7 +82,7 @@ impl NearestFew {
     }
 
     /// Adds a hit whose t is positive and at most `t_hi`. Returns the far end of the query, or
-    /// `None` if there is too little memory.
+    /// `None` if memory runs out.
     pub(crate) fn add(&mut self, t_hi: f32, most: usize, far: f32) -> Option<f32> {
         if self.t_hi.len() < most {
             self.t_hi.try_reserve(1).ok()?;

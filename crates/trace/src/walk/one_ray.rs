@@ -8,7 +8,7 @@ use super::single::{All, Closest, Hits, SingleRay};
 use crate::containment::Containment;
 use crate::tree::{MeshTriangle, Tree};
 
-/// The closest hit.
+/// Returns the closest hit.
 pub(crate) fn closest(single: SingleRay<'_>) -> Option<Hit> {
     let SingleRay { tree, filter, .. } = single;
     let mut hit = filter.level().run(Hits(single))?;
@@ -16,7 +16,7 @@ pub(crate) fn closest(single: SingleRay<'_>) -> Option<Hit> {
     Some(hit)
 }
 
-/// The triangle of the closest hit.
+/// Returns the triangle of the closest hit.
 pub(crate) fn closest_triangle(single: SingleRay<'_>) -> Option<MeshTriangle> {
     let geometries = &single.tree.geometries;
     // Run only the search. Computing t, u, and v would take exact divisions.
@@ -30,7 +30,7 @@ pub(crate) fn any(single: SingleRay<'_>) -> bool {
     search::<true>(single).is_hit()
 }
 
-/// All hits, sorted by t, then by index.
+/// Returns all hits, sorted by t, then by index.
 pub(crate) fn all(single: SingleRay<'_>) -> Vec<Hit> {
     let geometries = &single.tree.geometries;
     let mut hits: Vec<Hit> = in_order(single).into_iter().map(|(hit, _)| hit).collect();
@@ -39,43 +39,43 @@ pub(crate) fn all(single: SingleRay<'_>) -> Vec<Hit> {
     hits
 }
 
-/// All hits with their sides, sorted by t, then by index. These are the crossings if the filter's
-/// rule is *once*.
+/// Returns all hits with their sides, sorted by t, then by index. These are the crossings if the
+/// filter uses `Rule::Once`.
 pub(crate) fn crossings(single: SingleRay<'_>) -> Vec<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
     let hits = in_order(single).into_iter();
     hits.map(|(hit, slot)| crossing(tree, filter, ray, hit, slot)).collect()
 }
 
-/// The closest hit with its side. This is the next crossing if the filter's rule is *once*.
+/// Returns the closest hit with its side. This is the next crossing if the filter uses
+/// `Rule::Once`.
 pub(crate) fn next_crossing(single: SingleRay<'_>) -> Option<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
-    // The rule here is *once*, for which every hit is a crossing, so the closest hit is the next
-    // crossing.
+    // Under `Rule::Once`, every hit is a crossing, so the closest hit is the next crossing.
     let closest = search::<false>(single);
     let (_, slot) = closest.triangle()?;
     let hit = filter.hit(ray, &closest, |slot| tree.triangle_in(slot))?;
     Some(crossing(tree, filter, ray, hit, slot))
 }
 
-/// The containment of a ray's origin, which must not be on a triangle.
+/// Returns the containment of a ray's origin, which must not be on a triangle.
 pub(crate) fn winding(single: SingleRay<'_>) -> Containment {
     let SingleRay { tree, filter, ray, .. } = single;
     let slots = filter.level().run(All(single)).into_iter();
     let leaves = slots.map(|slot| leaves(tree, filter, ray, slot));
-    // Leaving counts 1 and entering counts -1. The sum is the winding number of the origin,
-    // whatever the direction.
+    // Leaving counts as 1 and entering as -1. The sum is the winding number of the origin, whatever
+    // the direction.
     leaves.fold(Containment::Outside, Containment::crossed)
 }
 
-/// The closest hit of a ray or, with `ANY`, any hit.
+/// Finds the closest hit of a ray or, with `ANY`, any hit.
 #[inline(always)]
 fn search<const ANY: bool>(single: SingleRay<'_>) -> ClosestHit {
     let (closest, _) = single.filter.level().run(Closest::<ANY>(single));
     closest
 }
 
-/// All hits with their slots, sorted by t, then by position.
+/// Returns all hits with their slots, sorted by t, then by position.
 fn in_order(single: SingleRay<'_>) -> Vec<(Hit, LeafSlot)> {
     let SingleRay { tree, filter, ray, id, .. } = single;
     let resolver = filter.resolver();
@@ -101,7 +101,7 @@ fn crossing(tree: &Tree, filter: &Filter<'_>, ray: &Ray, mut hit: Hit, slot: Lea
 
 /// Returns whether a ray runs in the direction of the normal of a triangle that it crosses.
 fn leaves(tree: &Tree, filter: &Filter<'_>, ray: &Ray, slot: LeafSlot) -> bool {
-    // A crossing is a hit by the rule *once*, so D is not 0 and its sign determines the side.
+    // A crossing is a hit under `Rule::Once`, so D is not 0 and its sign determines the side.
     let side = filter.resolver().facing(ray, &tree.triangle_in(slot), (RayId(0), slot));
     side == Some(Side::Leaves)
 }

@@ -28,7 +28,7 @@ pub enum BatchOutput<'a> {
 }
 
 impl BatchOutput<'_> {
-    /// Returns whether any hit will do.
+    /// Returns whether any hit suffices.
     #[inline(always)]
     pub(crate) fn any(&self) -> bool {
         matches!(self, Self::Any(_))
@@ -40,7 +40,7 @@ impl BatchOutput<'_> {
         matches!(self, Self::Pairs(_) | Self::Crossings(_) | Self::Containments(_))
     }
 
-    /// The output for a range of rays.
+    /// Returns the output for a range of rays.
     #[inline(always)]
     pub(crate) fn part(&mut self, from: usize, to: usize) -> BatchOutput<'_> {
         match self {
@@ -98,7 +98,7 @@ impl BatchOutput<'_> {
         true
     }
 
-    /// Renames triangles from their positions among all triangles to geometry and index.
+    /// Replaces the positions of triangles among all triangles with their geometries and indices.
     pub(crate) fn rename(self, tree: &Tree) {
         match self {
             Self::Hits(hits) => tree.geometries.rename(hits),

@@ -1,5 +1,5 @@
-//! Queries of an instanced scene must return the same results as the flattened `Bvh<f64>`, bit for
-//! bit.
+//! Tests that queries of an instanced scene return the same results as the flattened `Bvh<f64>`,
+//! bit for bit.
 //!
 //! `INTERTRI_INSTANCE_RAYS` sets the number of rays to compare; the default is 200,000.
 
@@ -22,7 +22,7 @@ struct Pair {
     placed: BTreeMap<InstanceId, (Mesh, Matrix, u32)>,
 }
 
-/// A flattened scene. `names` holds each geometry's instance and its index in that instance.
+/// A flattened scene. `names` maps each geometry to its instance and to its index there.
 struct Flat {
     solid: Solid<f64>,
     names: Vec<(InstanceId, u32)>,
@@ -96,8 +96,8 @@ fn bits(hit: &SceneHit) -> (InstanceId, [u64; 3], u32, u32) {
     (*instance, [hit.t, hit.u, hit.v].map(f64::to_bits), hit.geometry, hit.triangle)
 }
 
-/// A ray near a scene: arbitrary, aimed at a corner, an edge, or an interior point, or along an
-/// edge or a wall.
+/// Returns a random ray near a scene: aimed at a corner, an edge, or an interior point, running
+/// along an edge or a wall, or arbitrary.
 fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     let Triangle64([a, b, c]) = numbers.one_of(triangles);
     let Triangle64([d, ..]) = numbers.one_of(triangles);
@@ -135,8 +135,8 @@ fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     }
 }
 
-/// A point at or near a corner, an edge's midpoint, or an interior point of a triangle (up to
-/// rounding), or far from it.
+/// Returns a random point at or near a triangle's corner, the midpoint of an edge, or an interior
+/// point (up to rounding), or far from it.
 fn point(numbers: &mut Numbers, triangles: &[Triangle64]) -> [f64; 3] {
     let [Triangle64([a, b, c]), Triangle64([d, ..])] = [0; 2].map(|_| numbers.one_of(triangles));
     let size = (0..3).map(|k| (d[k] - a[k]).abs().max((b[k] - a[k]).abs())).fold(0.0, f64::max);
@@ -162,15 +162,15 @@ fn check(pair: &mut Pair, numbers: &mut Numbers, rays: usize, what: &str) -> usi
     compare(&snapshot, &flat, &some[..rays], what)
 }
 
-/// Adds 64 rays in roughly one direction, which are traced in packets. They are parallel, share an
-/// origin, or share an end point. Some are aimed at a corner or an edge, and a few have an empty
-/// interval or extreme coordinates.
+/// Adds 64 rays in roughly the same direction, which are traced in packets. They are parallel,
+/// share an origin, or share an end point. Some are aimed at a corner or an edge, and a few have an
+/// empty interval or extreme coordinates.
 fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray64>) {
     let first = ray(numbers, triangles);
     let length = first.dir.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let spread = length * numbers.one_of(&[1e-9, 1e-3, 0.02, 0.2]);
     let kind = numbers.below(3);
-    // The axis along which directions have a component of +0 or -0, if it is below 3.
+    // If `flat` is below 3, the directions' component along that axis is +0 or -0.
     let (flat, zero) = (numbers.below(9), numbers.one_of(&[0.0, -0.0]));
     for i in 0..64 {
         let off = if i == 0 { [0.0; 3] } else { numbers.point().map(|x| x * 0.5 * spread) };
@@ -196,7 +196,7 @@ fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray6
             2 => one.dir = numbers.one_of(&[[0.0; 3], [f64::NAN; 3]]),
             _ => {}
         }
-        // These are rare, because they need integer arithmetic, which takes a thousand times as
+        // These rays are rare because they need integer arithmetic, which takes a thousand times as
         // long.
         match numbers.below(5000) {
             0 => one.origin = [1e300; 3],
@@ -246,14 +246,14 @@ fn compare(snapshot: &SceneSnapshot, flat: &Flat, rays: &[Ray64], what: &str) ->
     hits
 }
 
-/// The total number of rays to compare.
+/// Returns the total number of rays to compare.
 fn rays() -> usize {
     let rays = std::env::var("INTERTRI_INSTANCE_RAYS").ok();
     rays.map_or(200_000, |rays| rays.parse().expect("INTERTRI_INSTANCE_RAYS is a number"))
 }
 
-/// Compares scenes with each kind of placement, and compares them again after some instances have
-/// been moved, hidden, or removed, and others added.
+/// Compares scenes with every kind of placement, and again after some instances have been moved,
+/// hidden, or removed and others added.
 #[test]
 fn answers_are_those_of_the_flattened_scene() {
     let mut numbers = Numbers(1);
@@ -293,7 +293,7 @@ fn answers_are_those_of_the_flattened_scene() {
     assert!(hits * 3 > done, "{hits} of {done}");
 }
 
-/// Results are the same at every SIMD level, and agree with a plain loop over the triangles.
+/// Results are the same at every SIMD level and agree with a plain loop over the triangles.
 #[test]
 fn answers_do_not_depend_on_the_level() {
     let mut numbers = Numbers(2);
@@ -318,7 +318,7 @@ fn answers_do_not_depend_on_the_level() {
     }
 }
 
-/// Triangles without area can be the closest to a point, but no ray hits them and they enclose
+/// Triangles without area can be closest to a point, but no ray hits them, and they enclose
 /// nothing.
 #[test]
 fn triangles_without_an_area_are_near_points_alone() {
@@ -365,7 +365,7 @@ fn a_snapshot_is_one_state() {
     let front = first.closest(&ray).unwrap().leaves;
     scene.place(ids[1], matrix(ONE, [-1.0, 1.0, 1.0], [0.0; 3])).unwrap();
     assert_eq!(scene.commit().unwrap().closest(&ray).unwrap().leaves, !front);
-    // The removed instance's number is used again.
+    // The removed instance's number is reused.
     assert_eq!(scene.add(mesh, at(0.0)), Ok(ids[2]));
 }
 

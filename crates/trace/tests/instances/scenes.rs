@@ -1,4 +1,4 @@
-//! Meshes and placements for the tests of instanced scenes; they are the same on every run.
+//! Generates meshes and placements for tests of instanced scenes. They are the same on every run.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use intertri_trace::{Bvh, SceneMesh};
 
 pub(crate) type Matrix = [f64; 12];
 
-/// A pseudo-random generator (SplitMix64), seeded with its field.
+/// A pseudo-random number generator (SplitMix64), seeded with its field.
 pub(crate) struct Numbers(pub(crate) u64);
 
 impl Numbers {
@@ -23,7 +23,7 @@ impl Numbers {
         (self.bits() % end as u64) as usize
     }
 
-    /// A number in -1..1.
+    /// Returns a number in -1..1.
     pub(crate) fn number(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
@@ -41,7 +41,7 @@ pub(crate) fn add(a: [f64; 3], b: [f64; 3], by: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| a[k] + by * b[k])
 }
 
-/// A sphere of `rings` rings. Seen from outside, the corners of each triangle run
+/// Returns a sphere of `rings` rings. Seen from outside, the corners of each triangle run
 /// counter-clockwise.
 pub(crate) fn globe(rings: usize) -> Vec<Triangle64> {
     let corner = |ring: usize, i: usize| {
@@ -59,7 +59,7 @@ pub(crate) fn globe(rings: usize) -> Vec<Triangle64> {
     halves.collect()
 }
 
-/// An axis-aligned cube, with `cells` by `cells` squares on each side.
+/// Returns an axis-aligned cube with `cells`×`cells` squares on each side.
 pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     let mut all = Vec::new();
     for side in 0..6 {
@@ -78,7 +78,7 @@ pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     all
 }
 
-/// Random triangles of all shapes and sizes, some of them with no area or with a NaN coordinate.
+/// Returns random triangles of all shapes and sizes, some without area or with a NaN coordinate.
 pub(crate) fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     let triangle = |numbers: &mut Numbers| {
         let (a, size) = (numbers.point(), 0.5 * numbers.number().abs().powi(3));
@@ -132,7 +132,7 @@ impl Mesh {
     }
 }
 
-/// One mask for each geometry. A mesh's only geometry is visible to all queries.
+/// Returns a mask for each geometry. A mesh's only geometry is visible to all queries.
 pub(crate) fn masks(count: usize) -> Vec<u32> {
     let of = |geometry: usize| if count == 1 { u32::MAX } else { [0b10, 0b11, 0b01][geometry % 3] };
     (0..count).map(of).collect()
@@ -156,7 +156,7 @@ pub(crate) fn meshes(numbers: &mut Numbers) -> Vec<Mesh> {
     ]
 }
 
-/// A random rotation.
+/// Returns a random rotation.
 pub(crate) fn rotation(numbers: &mut Numbers) -> [[f64; 3]; 3] {
     let mut q = [numbers.number(), numbers.number(), numbers.number(), numbers.number()];
     let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -169,7 +169,7 @@ pub(crate) fn rotation(numbers: &mut Numbers) -> [[f64; 3]; 3] {
     ]
 }
 
-/// The linear part `a · diagonal`, with the translation `at`.
+/// Returns the matrix with the linear part `a · diagonal` and the translation `at`.
 pub(crate) fn matrix(a: [[f64; 3]; 3], diagonal: [f64; 3], at: [f64; 3]) -> Matrix {
     let mut m = [0.0; 12];
     for i in 0..3 {
@@ -237,7 +237,8 @@ pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
     }
 }
 
-/// The position of a point in an instance, by definition: every operation is rounded, in this order.
+/// Returns the position of a point in an instance. This is the definition: every operation is
+/// rounded, in this order.
 pub(crate) fn placed(m: &Matrix, [x, y, z]: [f64; 3]) -> [f64; 3] {
     [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
 }

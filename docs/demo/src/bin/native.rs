@@ -1,10 +1,9 @@
-//! Computes the demo page's results natively, so that a test can compare them with those of the
-//! page.
+//! Computes the demo page's results natively, so that a test can compare them with the page's own.
 //!
-//!     native fan NUMBERS...          pixel counts of each method, one line per method
-//!     native model FILE NUMBERS...   the same for a model; - is the built-in scene
-//!     native golden                  the report of the golden results
-//!     native rate FILE NUMBERS...    the speed of exact in millions of rays per second, best run
+//!     native fan NUMBERS...          pixel counts, one line per method
+//!     native model FILE NUMBERS...   the same for a model; - means the built-in scene
+//!     native golden                  the golden report
+//!     native rate FILE NUMBERS...    the best speed of exact, in millions of rays per second
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -58,7 +57,7 @@ fn run(args: &[String]) -> Result<(), String> {
     }
 }
 
-/// Loads a model and sets its view. Returns the model and the picture's height in pixels.
+/// Loads a model and sets its view. Returns the model and the image's height in pixels.
 fn looked_at(file: &str, view: &[&str]) -> Result<(Model, usize), String> {
     let mut model = if file == "-" {
         Model::built_in()?

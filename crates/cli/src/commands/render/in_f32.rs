@@ -25,7 +25,7 @@ use crate::report::print::{print, tell};
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the picture, and checks it with `--check`.
+/// Draws the image, and checks it if `--check` is set.
 pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instant) -> Result<()> {
     let mut seconds = RenderSeconds::default();
     let (scene, triangles, bvh, (rounding, notes)) = timed(&mut seconds.load, || -> Result<_> {
@@ -44,7 +44,7 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
     (seconds.trace, seconds.shadow) = (frame.trace_seconds, frame.shadow_seconds);
 
-    // Shade and write the picture.
+    // Shade and write the image.
     let image = timed(&mut seconds.shade, || picture(options, &scene, &raster, &frame))?;
     timed(&mut seconds.write, || image.write_png(&options.output))?;
 
@@ -81,7 +81,7 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
-/// What reading changed in a model: the rounded numbers, and notes.
+/// What reading a model changed: the rounded numbers, and notes.
 type Changes = (Rounding, ModelNotes);
 
 /// Loads the model or the built-in scene, and applies the camera, light and texture options.
@@ -125,7 +125,7 @@ fn picture(options: &Options, scene: &Scene, raster: &Raster<'_>, frame: &Frame)
     Ok(image)
 }
 
-/// The shadow method of the second engine, which is its own, unless shadows are off.
+/// Returns the shadow method of the second engine, which is its own unless shadows are off.
 fn check_shadows(shadows: Shadows, check: EngineName) -> Shadows {
     match (shadows, check) {
         (Shadows::None, _) => Shadows::None,

@@ -22,7 +22,7 @@ use crate::report::print::print;
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the picture, and checks it with `--check`.
+/// Draws the image, and checks it if `--check` is set.
 pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
     check(options)?;
     let (size, mut seconds) = (options.size, RenderSeconds::default());
@@ -76,7 +76,7 @@ type Saved = Option<Arc<Bvh<f64>>>;
 fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved, ModelNotes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    // A model's other files are never pictures, so the output cannot overwrite one of them.
+    // A model's other files are never images, so the output cannot overwrite one of them.
     let load = |path| Model::load(path, options.reading)?.in_f64();
     let model = options.model.as_deref().map(load).transpose()?;
     let notes = model.as_ref().map(|model| model.notes.clone()).unwrap_or_default();

@@ -33,14 +33,14 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     pub(super) engine: EngineName,
 
-    /// The scalar to trace in; f64 works with the engines exact and oracle, which also applies to
-    /// --check. Without a model, f64 draws a house at UTM coordinates. f32 rounds coordinates,
-    /// which is hardly visible in a picture; the report counts the rounded numbers [default: that
-    /// of a saved hierarchy, otherwise f32]
+    /// The scalar to trace in; f64 works only with the exact and oracle engines, also for --check.
+    /// Without a model, f64 draws a house at UTM coordinates. f32 rounds coordinates, which is
+    /// hardly visible in a picture; the report counts the rounded numbers [default: that of a saved
+    /// hierarchy, otherwise f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 
-    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]
+    /// The number of bits per coordinate on the grid of the fixed engine, 1 to 20 [default: 20]
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
     pub(super) grid: Option<Bits>,
 
@@ -60,7 +60,7 @@ pub(crate) struct Options {
     /// Also draw with this engine, which finds shadows with its own method: raster with volumes,
     /// the others with rays. Write a picture of the differences next to the output (NAME.diff.png),
     /// and fail if a pixel differs that must not. In this picture, pixels that may differ are light
-    /// blue, and all other differing pixels are red. Certified and reference must agree in the
+    /// blue, and all other differing pixels are red. Certified and reference must agree on the
     /// triangle, the bits of t, u and v, and the shadow of every pixel, and so must exact and
     /// oracle. Between these two pairs, a pixel may show another triangle or shadow if exact
     /// arithmetic over all triangles confirms exact. If either engine uses raster or volumes, a
@@ -72,8 +72,7 @@ pub(crate) struct Options {
     pub(super) check: Option<EngineName>,
 
     /// The smallest |normal . direction| that does not count as parallel, and the largest t that
-    /// does not
-    /// count as a hit, for the engines certified, reference and raster [default: 1e-9]
+    /// does not count as a hit, for the certified, reference and raster engines [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     pub(super) threshold: Option<Threshold>,
 
@@ -91,7 +90,7 @@ pub(crate) struct Options {
     pub(super) light: LightOptions,
 }
 
-/// Whether an option or engine only supports f32 coordinates.
+/// Returns whether an option or engine only supports f32 coordinates.
 pub(super) fn takes_f32_alone(options: &Options) -> bool {
     let engines = [Some(options.engine), options.check];
     engines.into_iter().flatten().any(|engine| !engine.is_exact())

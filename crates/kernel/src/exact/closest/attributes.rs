@@ -1,5 +1,4 @@
-//! The distance and position of the closest point of a triangle. Each number is rounded from the
-//! exact one.
+//! The distance and position of the closest point of a triangle, each rounded from its exact value.
 
 use super::super::int::Int;
 use super::super::quotient::Quotient;
@@ -12,8 +11,8 @@ use super::order::square;
 use super::rounded;
 use crate::{Scalar, TriangleOf};
 
-/// The point of a finite triangle that is closest to a finite point. The computation starts at the
-/// given tier.
+/// Returns the point of a finite triangle that is closest to a finite point. The computation starts
+/// at the given tier.
 pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Closest {
     let feature = feature_from(from, point, triangle);
     if from == Tier::Float
@@ -70,7 +69,7 @@ fn exactly<
     Closest { distance, weights }
 }
 
-/// The correctly rounded magnitude of a quotient of two integers.
+/// Returns the correctly rounded magnitude of a quotient of two integers.
 #[inline(always)]
 fn share<const N: usize>(num: Int<N>, den: Int<N>) -> f64 {
     if num.sign().is_eq() { 0.0 } else { Quotient::new(&num.size(), &den.size(), 0).to_f64() }

@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
     /// The distance: the exact squared distance, rounded, then its square root, rounded again. The
-    /// error is at most 0.86 units in the last place, and the result is only 0 if the true distance
+    /// error is at most 0.86 units in the last place, and the result is 0 only if the true distance
     /// is 0.
     pub distance: f64,
     /// The weights of the second and third corners, each correctly rounded.

@@ -28,19 +28,19 @@ const SUM: f64 = 4.0 * f64::EPSILON;
 /// `2^-48`: the same for products of two dot products, relative to the products of their sums.
 const AREA: f64 = 16.0 * f64::EPSILON;
 
-/// Whether rounding is the only error of f64 arithmetic on these numbers.
+/// Returns whether rounding is the only error of f64 arithmetic on these numbers.
 #[inline(always)]
 pub(super) fn is_tame<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     is_plain(&RayOf::new(point, [S::ONE, S::ZERO, S::ZERO]), triangle)
 }
 
-/// The part of a finite triangle that contains the point closest to a finite point. The triangle
-/// may be a segment or a point; then the part is a corner, or an edge with a length.
+/// Returns the part of a finite triangle that contains the point closest to a finite point. If the
+/// triangle is a segment or a point, the part is a corner or an edge of nonzero length.
 pub fn feature<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     feature_from(Tier::Float, point, triangle)
 }
 
-/// The same as [`feature()`], but the computation starts at the given tier.
+/// Like [`feature()`], but the computation starts at the given tier.
 pub fn feature_from<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     if from == Tier::Float
         && is_tame(point, triangle)
@@ -80,7 +80,7 @@ fn exactly<
     found.unwrap_or(Feature::Face)
 }
 
-/// Finds the feature in f64, if all necessary numbers exceed their error bounds.
+/// Finds the feature in f64, if all necessary values exceed their error bounds.
 #[inline(always)]
 fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Feature> {
     let p = point.map(Into::into);
@@ -89,8 +89,8 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     let [a, b, c] = corners;
     let (ab, ac) = (minus(b, a), minus(c, a));
 
-    // Each number comes with the sum of the magnitudes of its products, which its error is relative
-    // to.
+    // Each value comes with the sum of the magnitudes of its products, to which its error is
+    // relative.
     let dot = |x: [f64; 3], y: [f64; 3]| {
         let [a, b, c] = [x[0] * y[0], x[1] * y[1], x[2] * y[2]];
         ((a + b) + c, (a.abs() + b.abs()) + c.abs())
@@ -98,7 +98,7 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     let offsets = corners.map(|corner| minus(corner, p));
     let [a, b, c] = offsets;
     let along = [dot(ab, a), dot(ac, a), dot(ab, b), dot(ac, b), dot(ab, c), dot(ac, c)];
-    // If all products are 0, so is the number.
+    // If all products are 0, so is the value.
     let sign = |x: f64, bound: f64| {
         let sure = x.abs() > bound || bound == 0.0;
         sure.then(|| x.partial_cmp(&0.0)).flatten()
@@ -121,8 +121,8 @@ fn find(
     minus: impl Fn(usize, usize) -> Option<Ordering>,
     area: impl Fn([usize; 4]) -> Option<Ordering>,
 ) -> Option<Feature> {
-    // The corners. A corner is the closest point if neither of its edges leads toward the query
-    // point, which is then in the cone of the corner's normals.
+    // Test the corners. A corner is the closest point if neither of its edges leads toward the
+    // query point, which is then in the cone of the corner's normals.
     let signs = [sign(0)?, sign(1)?, sign(2)?, sign(3)?, sign(4)?, sign(5)?];
     if signs[0].is_ge() && signs[1].is_ge() {
         return Some(Feature::Corner(0));
@@ -134,8 +134,8 @@ fn find(
         return Some(Feature::Corner(2));
     }
 
-    // The edges. The query point is outside the edge and strictly between its ends, so an edge
-    // without length is never chosen.
+    // Test the edges. The query point must be outside the edge and strictly between its ends, so an
+    // edge without length is never chosen.
     if signs[0].is_lt() && signs[2].is_gt() && area([0, 3, 2, 1])?.is_le() {
         return Some(Feature::Edge(0));
     }

@@ -26,7 +26,7 @@ const PLACE: f64 = SHARE * SHARE / 64.0;
 /// `2^-200`: a bound on the change of a square if the CPU reads subnormal numbers as 0.
 const TINY: f64 = f64::from_bits((1023 - 200) << 52);
 
-/// `2^-48`: the side of an edge is certain if its value exceeds this times the product of the
+/// `2^-48`: the side of an edge is certain if its value exceeds this fraction of the product of the
 /// lengths.
 const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
 
@@ -46,18 +46,18 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let edges = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
     let farthest = a.dot_fused(a).max(b.dot_fused(b)).max(c.dot_fused(c));
 
-    // The distances to the edges.
+    // Compute the distances to the edges.
     let [x, y, z] = [to_edge(a, edges[0]), to_edge(b, edges[1]), to_edge(c, edges[2])];
     let edge = x.min(y).min(z);
 
-    // The distance to the plane.
+    // Compute the distance to the plane.
     let normal = edges[0].cross_fused(edges[1]);
     let square = normal.dot_fused(normal);
     let volume = a.dot_fused(normal);
     let inverse = D::splat(1.0) / square;
     let plane = (volume * volume) * inverse;
 
-    // The side of each edge that the point is on.
+    // Find the side of each edge that the point is on.
     let length = edges[0].norm1().max(edges[1].norm1()).max(edges[2].norm1());
     let fourth = (length * length) * (length * length);
     let known = length.gt(D::splat(SHORTEST));
@@ -73,10 +73,10 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let plane_doubt = (farthest * D::splat(PLACE)).mul_add(fourth * inverse, D::splat(TINY));
     let none = D::splat(0.0);
     // If the projection of the point is certainly outside the face, or if the triangle is flat, the
-    // distance is that to the nearest edge. Otherwise, the plane gives a lower bound.
+    // distance equals the distance to the nearest edge. Otherwise, the plane gives a lower bound.
     let beside = outside | square.le(fourth * D::splat(FLAT));
     let least = D::select(beside, edge * less - edge_doubt, plane * less - plane_doubt);
-    // If a triangle is a point, its edges are as near as the triangle, too.
+    // If a triangle is a point, its edges are also as near as the triangle.
     let bounded = known | length.le(none);
     let least = D::select(bounded & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
@@ -86,12 +86,12 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     Squares { least, most }
 }
 
-/// The squared distance to an edge that starts at a corner.
+/// Returns the squared distance to an edge that starts at a corner.
 #[inline(always)]
 fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     let (none, all) = (D::splat(0.0), D::splat(1.0));
-    // The foot of the perpendicular on the edge's line, clamped to the edge. If the edge has no
-    // length, its position is NaN, which is replaced by 0: the corner itself.
+    // Find the foot of the perpendicular on the edge's line, clamped to the edge. If the edge has
+    // no length, the foot's position is NaN, which is replaced by 0: the corner itself.
     let share = -corner.dot_fused(edge) / edge.dot_fused(edge);
     // A comparison with NaN is false, so NaN becomes 0.
     let share = D::select(share.ge(none), share, none);
@@ -104,8 +104,8 @@ fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     to.dot_fused(to)
 }
 
-/// The lanes in which the point is certainly outside an edge that starts at a corner, and those in
-/// which it certainly is not, as seen along a normal.
+/// Returns the lanes in which the point is certainly outside an edge that starts at a corner, and
+/// those in which it certainly is not, as seen along a normal.
 #[inline(always)]
 fn side<D: Lanes<Scalar = f64>>(
     normal: Vec3<D>,

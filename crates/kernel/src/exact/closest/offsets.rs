@@ -29,13 +29,13 @@ pub(super) struct Offsets<const C: usize, const N: usize> {
     pub(super) sides: [[Int<C>; 3]; 2],
 }
 
-/// The scale that all coordinates are multiples of.
+/// Returns the scale that all coordinates are multiples of.
 #[inline(always)]
 pub(super) fn scale<S: Scalar>(point: [S; 3], [a, b, c]: [[S; 3]; 3]) -> Scale {
     Scale::of(&[point, a, b, c])
 }
 
-/// The first tier whose integers are wide enough for this scale.
+/// Returns the first tier whose integers are wide enough for this scale.
 #[inline(always)]
 pub(super) fn tier(scale: Scale) -> Tier {
     scale.tier(scale)
@@ -50,14 +50,15 @@ impl<const C: usize, const N: usize> Offsets<C, N> {
         Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }
     }
 
-    /// The products of both edges with all corners: `ab·A, ac·A, ab·B, ac·B, ab·C, ac·C`.
+    /// Returns the dot products of both edges with all corners: `ab·A, ac·A, ab·B, ac·B, ab·C,
+    /// ac·C`.
     #[inline(always)]
     pub(super) fn along(&self) -> [Int<N>; 6] {
         let ([a, b, c], [ab, ac]) = (&self.corners, &self.sides);
         [dot(ab, a), dot(ac, a), dot(ab, b), dot(ac, b), dot(ab, c), dot(ac, c)]
     }
 
-    /// The edge from a corner to the next.
+    /// Returns the edge from a corner to the next.
     #[inline(always)]
     pub(super) fn edge(&self, from: usize) -> [Int<C>; 3] {
         minus(&self.corners[(from + 1) % 3], &self.corners[from])

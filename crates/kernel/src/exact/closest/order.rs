@@ -14,7 +14,7 @@ pub fn closer<S: Scalar>(point: [S; 3], one: &TriangleOf<S>, other: &TriangleOf<
     closer_from(Tier::Float, point, one, other)
 }
 
-/// The same as [`closer()`], but the computation starts at the given tier.
+/// Like [`closer()`], but the computation starts at the given tier.
 pub fn closer_from<S: Scalar>(
     from: Tier,
     point: [S; 3],
@@ -23,8 +23,8 @@ pub fn closer_from<S: Scalar>(
 ) -> Ordering {
     let features = [one, other].map(|triangle| feature_from(from, point, triangle));
 
-    // Adjacent triangles share corners and edges. If both closest points are there, both squares
-    // are the same quotient, so integers are not necessary.
+    // Adjacent triangles share corners and edges. If both closest points lie there, both squared
+    // distances are the same quotient, so integers are not necessary.
     if from == Tier::Float && is_same(features, [one, other]) {
         return Ordering::Equal;
     }
@@ -33,7 +33,7 @@ pub fn closer_from<S: Scalar>(
     at_widths!(S, from.max(tier(scale)), exactly(scale, point, [one, other], features))
 }
 
-/// Whether both closest points are on the same corner or edge.
+/// Returns whether both closest points are on the same corner or edge.
 #[inline(always)]
 fn is_same<S: Scalar>(features: [Feature; 2], [one, other]: [&TriangleOf<S>; 2]) -> bool {
     let corner = |of: &TriangleOf<S>, i: usize| of.0[i % 3].map(S::key);
@@ -72,7 +72,7 @@ fn exactly<
     num.times::<Q, P>(&other_den).cmp(&other_num.times(&den))
 }
 
-/// The squared distance as a numerator and a positive denominator.
+/// Returns the squared distance as a numerator and a positive denominator.
 #[inline(always)]
 pub(super) fn square<
     const C: usize,

@@ -58,8 +58,8 @@ pub(super) fn closest<S: Scalar>(
             let a = seen(0)?;
             let ab = Offset::new(corners[1], corners[0])?;
             let ac = Offset::new(corners[2], corners[0])?;
-            // The distance from the plane is the volume a·n divided by |n|, which is squared here,
-            // too.
+            // The distance from the plane is the volume a·n divided by |n|, which is also squared
+            // here.
             let normal = ab.cross(&ac);
             let den = Den::new(normal.along(&normal))?;
             let square = den.under(&normal.volume_squared(&a))?;
@@ -74,8 +74,7 @@ pub(super) fn closest<S: Scalar>(
     }
 }
 
-/// The relative error of products, as a fraction of the multiplied magnitudes, is less than half of
-/// this.
+/// Returns twice a bound on the error of products, relative to the multiplied magnitudes.
 const fn doubt<S: Scalar>() -> f64 {
     if is_f64::<S>() { tails::DOUBT } else { rounded::DOUBT }
 }
@@ -95,7 +94,7 @@ struct Long<S> {
 }
 
 impl<S: Scalar> Offset<S> {
-    /// `a - b`
+    /// Computes `a - b`.
     #[inline(always)]
     fn new(a: Vec3<f64>, b: Vec3<f64>) -> Option<Self> {
         let parts = difference(a, b);
@@ -106,7 +105,7 @@ impl<S: Scalar> Offset<S> {
         (const { is_f64::<S>() } || is_exact).then_some(Self { parts, given: PhantomData })
     }
 
-    /// The cross product.
+    /// Returns the cross product.
     #[inline(always)]
     fn cross(&self, by: &Self) -> Long<S> {
         let (a, b) = (self.parts.first, by.parts.first);
@@ -115,7 +114,7 @@ impl<S: Scalar> Offset<S> {
         Long { parts, sizes: a.abs().permanents(b.abs()), given: PhantomData }
     }
 
-    /// The dot product.
+    /// Returns the dot product.
     #[inline(always)]
     fn along(&self, by: &Self) -> Volume<f64> {
         self.long().along(&by.long())
@@ -139,14 +138,14 @@ impl<S: Scalar> Offset<S> {
 }
 
 impl<S: Scalar> Long<S> {
-    /// The dot product. Its error is less than half of [`doubt`] times the sum of the products of
-    /// magnitudes.
+    /// Returns the dot product. Its error is less than half of [`doubt`] times the sum of the
+    /// products of magnitudes.
     #[inline(always)]
     fn along(&self, by: &Self) -> Volume<f64> {
         let (x, y) = (&self.parts, &by.parts);
         let part = |k: usize| {
             let high = product(x[k].high, y[k].high);
-            // The product low × low is of the order of w², and is included in the bound.
+            // The product low × low is of the order of w² and is included in the bound.
             let low = high.low + (x[k].high * y[k].low + x[k].low * y[k].high);
             Double { high: high.high, low }
         };
@@ -158,7 +157,7 @@ impl<S: Scalar> Long<S> {
         Volume { value: sum(three.high, low), err }
     }
 
-    /// The square of the volume that the vector spans with a corner.
+    /// Returns the square of the volume that the vector spans with a corner.
     #[inline(always)]
     fn volume_squared(&self, corner: &Offset<S>) -> Volume<f64> {
         let TwoParts { first, .. } = corner.parts;
@@ -190,7 +189,7 @@ impl Den {
         (high > SMALL && high < LARGE).then(|| Self { inverse: 1.0 / high, value })
     }
 
-    /// A positive quotient, if its correct rounding is proven.
+    /// Returns a positive quotient, if its correct rounding is proven.
     #[inline(always)]
     fn under(&self, num: &Volume<f64>) -> Option<f64> {
         let (q, sure) = quotient(num, &self.value, self.inverse);
@@ -199,7 +198,7 @@ impl Den {
     }
 }
 
-/// A positive number, if its correct rounding is proven.
+/// Returns a positive number, if its correct rounding is proven.
 #[inline(always)]
 fn proven(of: &Volume<f64>) -> Option<f64> {
     let Volume { value: Double { high, low }, err } = *of;
@@ -209,7 +208,7 @@ fn proven(of: &Volume<f64>) -> Option<f64> {
     (least == most && high > SMALL && high < LARGE).then_some(most)
 }
 
-/// The correctly rounded square root.
+/// Returns the correctly rounded square root.
 #[inline(always)]
 fn root(square: f64) -> Option<f64> {
     (square > 0.0).then(|| Lanes::sqrt(square))

@@ -1,5 +1,5 @@
-//! Tests the bounds for copies against the worst case of all roundings: the bounds hold, and half
-//! of any constant would be too small.
+//! Tests the bounds for copies against the worst case over all roundings: the bounds hold, but they
+//! would not if any constant were halved.
 
 use super::super::worst::{Search, Worst};
 use super::*;
@@ -17,10 +17,7 @@ struct Case {
 impl Case {
     /// Builds a case from fifteen numbers: an origin, the vector from there to a corner, the two
     /// edges from that corner, and a direction. The corner is the farthest point of the scene.
-    #[expect(
-        clippy::large_stack_arrays,
-        reason = "the arrays are of numbers with all their shares"
-    )]
+    #[expect(clippy::large_stack_arrays, reason = "each number carries all of its shares")]
     fn of(numbers: &[f64; 15], change: fn(&mut Room)) -> Option<Self> {
         Worst::begin(&[]);
         let v = |i: usize| [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]];
@@ -47,7 +44,7 @@ impl Case {
         })
     }
 
-    /// The worst-case errors, each as a share of its bound.
+    /// Returns the worst-case errors, each as a fraction of its bound.
     fn shares(&self) -> [f64; 9] {
         let Self { triangle, rays, room } = self;
         let edges = Edges::new(triangle, rays);
@@ -73,8 +70,8 @@ impl Case {
     }
 }
 
-/// Returns fifteen random numbers: near the centre of a scene, or far from it, where the copies'
-/// errors outweigh the others.
+/// Returns a generator of fifteen random numbers. The factor `far` moves the origin away from the
+/// centre of the scene, where the errors of the copies outweigh the others.
 fn start(far: f64) -> impl Fn(&mut Search) -> [f64; 15] {
     move |search| {
         let mut numbers = [0.0; 15].map(|_: f64| search.number());
@@ -83,7 +80,7 @@ fn start(far: f64) -> impl Fn(&mut Search) -> [f64; 15] {
     }
 }
 
-/// The largest share of a bound that a search finds.
+/// Returns the largest fraction of a bound that a search finds.
 fn most(bound: usize, far: f64, change: fn(&mut Room)) -> f64 {
     let share = |numbers: &[f64; 15]| {
         let shares = Case::of(numbers, change)?.shares();

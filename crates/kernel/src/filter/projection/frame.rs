@@ -4,7 +4,7 @@ use super::super::bound;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 
-/// An origin and three axes, orthonormal up to the rounding of f32.
+/// An origin and three axes, orthonormal up to f32 rounding.
 ///
 /// ```
 /// use intertri::internal::Frame;
@@ -92,10 +92,10 @@ impl Frame {
 
     /// Adapts the frame to rays that miss the origin by at most `off`. Each ray must be parallel to
     /// one that starts at the origin, and its point must be within ±`reach` of the projection's
-    /// centre in x and y. Such rays are reversed rays *toward* a point, which they miss only by
-    /// rounding, with t counted backward. For them, the test can only find whether they hit, not
-    /// which hit is nearest: do not query the resolver for t of such rays.
-    /// `docs/numerics/projection.md`, section 6, derives `off`.
+    /// centre in x and y. Such rays are rays *toward* a point, reversed so that t is counted
+    /// backward; they miss the point only by rounding. For them, the test can only determine
+    /// whether they hit, not which hit is nearest: do not query the resolver for the t of such
+    /// rays. `docs/numerics/projection.md`, section 6, derives `off`.
     ///
     /// ```
     /// use intertri::internal::Frame;
@@ -113,34 +113,34 @@ impl Frame {
         Self { shares: Shares::COPIES, ..self }
     }
 
-    /// The origin of the frame.
+    /// Returns the origin of the frame.
     pub fn origin(&self) -> [f32; 3] {
         self.origin
     }
 
-    /// The maximum distance by which rays miss the origin.
+    /// Returns the maximum distance by which rays miss the origin.
     pub fn off(&self) -> f32 {
         self.off
     }
 
-    /// The maximum distance by which rays miss the origin, relative to triangles at a distance of
-    /// `away`.
+    /// Returns the maximum distance by which rays miss the origin, relative to triangles at a
+    /// distance of `away`.
     #[inline(always)]
     pub(super) fn off_at<F: Lanes<Scalar = f32>>(&self, away: F) -> F {
         away.mul_add(F::splat(self.shares.copy), F::splat(self.off))
     }
 
-    /// The distance between the frame's origin and the world's origin, in the 1-norm.
+    /// Returns the distance between the frame's origin and the world's origin, in the 1-norm.
     pub(super) fn distance(&self) -> f32 {
         self.origin.iter().fold(0.0, |sum, x| sum + x.abs())
     }
 
-    /// The axis along which depth is measured.
+    /// Returns the axis along which depth is measured.
     pub fn depth(&self) -> [f32; 3] {
         self.depth
     }
 
-    /// The two axes perpendicular to the depth.
+    /// Returns the two axes perpendicular to the depth axis.
     pub fn across(&self) -> [[f32; 3]; 2] {
         [self.right, self.up]
     }
@@ -188,7 +188,7 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
             & self.z.le(F::splat(bound::LARGEST))
     }
 
-    /// Lower and upper bounds of `1 / (t z)`.
+    /// Returns lower and upper bounds on `1 / (t z)`.
     #[inline(always)]
     pub(super) fn inverse(&self, t: F) -> (F, F) {
         let least = F::splat(bound::SHORTEST_T);

@@ -97,19 +97,19 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         Self { s_lo, s_hi, triangle: F::splat(f32::from_bits(Self::NOTHING)), hits: 0 }
     }
 
-    /// The smallest inverse depth at which a hit still counts.
+    /// Returns the smallest inverse depth at which a hit still counts.
     #[inline(always)]
     pub fn least(&self) -> F {
         self.s_lo
     }
 
-    /// Bit i is set if lane i has a hit.
+    /// Returns a mask in which bit i is set if lane i has a hit.
     #[inline(always)]
     pub fn hits(&self) -> u32 {
         self.hits
     }
 
-    /// The caller's numbers for the nearest triangles; [`Nearest::NOTHING`] for a miss.
+    /// Returns the caller's numbers for the nearest triangles, or [`Nearest::NOTHING`] for a miss.
     #[inline(always)]
     pub fn triangles(&self) -> [u32; N] {
         // Avoid `map`, which would not be inlined.
@@ -143,8 +143,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         (found.hit | found.undecided) != 0
     }
 
-    /// Finds which of the live rays hit the triangle in a slot, at any distance, and stores
-    /// nothing. The rays must not be reversed. Otherwise, this is like [`Nearest::take`].
+    /// Finds which of the live rays hit the triangle in a slot, at any distance, without storing
+    /// anything. The rays must not be reversed. Otherwise, this is like [`Nearest::take`].
     #[inline(always)]
     pub fn hit_by<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &self,
@@ -158,7 +158,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
 
-        // A hit whose bounds reach the end of its ray may be beyond it, so it is settled as well.
+        // A hit whose bounds reach the end of its ray may be beyond that end, so it is settled as
+        // well.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
         for lane in lanes_of((found.hit & !hits) | found.undecided) {
             hits |= u32::from(settle.hit(slot, first + lane).is_some()) << lane;
@@ -166,8 +167,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         hits
     }
 
-    /// Whether a live ray may have a nearer hit on the triangle: a quick test without branches. If
-    /// so, call [`Nearest::take`].
+    /// Returns whether a live ray may have a nearer hit on the triangle, using a quick test without
+    /// branches. If so, call [`Nearest::take`].
     #[inline(always)]
     pub fn maybe(
         &self,
@@ -190,7 +191,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     ) -> InverseDepths<F> {
         let Sample { weight, s, s_lo, s_hi, sure, maybe } = self.sample(outline, points, ranges);
 
-        // A lane is a hit if nothing is in doubt.
+        // A lane is a hit if it certainly passes all tests.
         let inside = weight.gt(F::splat(1.0))
             & s.gt(F::splat(outline.parallel))
             & s_hi.lt(ranges.near_lo)
@@ -260,8 +261,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let mut kept = [None; 2];
         for lane in lanes_of(rest) {
             let ray = first + lane;
-            // For a ray without a hit, the far end may decide; a ray with a hit only has to
-            // compare.
+            // If the ray has no hit yet, the far end may decide. If it has one, only the order of
+            // the two hits matters.
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);

@@ -113,7 +113,8 @@ pub struct Outline {
 
 impl Outlines {
     /// Projects the triangles of one or two blocks. `parallel` is the document's threshold divided
-    /// by the smallest z of the rays, rounded up. If `exact` is set, hits are on their triangles.
+    /// by the smallest z of the rays, rounded up. If `exact` is set, all hits are on their
+    /// triangles.
     #[inline(always)]
     pub(in super::super) fn new<S: Simd>(
         first: &TriangleBlock<8>,
@@ -182,8 +183,9 @@ impl Outlines {
         (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits() & self.live
     }
 
-    /// The widths and heights of the bounding rectangles, and the lanes that contain triangles. A
-    /// size is 0 in lanes without a triangle, and infinite if the rectangle is not known.
+    /// Returns the widths and heights of the bounding rectangles and the lanes that contain
+    /// triangles. A size is 0 in lanes without a triangle, and infinite if the rectangle is
+    /// unknown.
     #[inline(always)]
     pub fn sizes<F: Lanes<Scalar = f32>>(&self) -> ([F; 2], u32) {
         let (live, none) = (F::Mask::from_bits(self.live), F::splat(0.0));
@@ -192,7 +194,7 @@ impl Outlines {
         ([F::select(live, x, none), F::select(live, y, none)], self.live)
     }
 
-    /// The outline in lane `i`.
+    /// Returns the outline in lane `i`.
     #[inline(always)]
     pub fn lane(&self, i: usize) -> Outline {
         Outline {
@@ -211,8 +213,8 @@ impl Outlines {
 }
 
 impl Outline {
-    /// Evaluates what the test computes at points: U, V, and W in units of their bound, the inverse
-    /// depth, and the error bound of the inverse depth. Used to test the bounds.
+    /// Evaluates the values that the test computes at points: U, V, and W in units of their bound,
+    /// the inverse depth, and the error bound of the inverse depth. Used to test the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
         let values = [self.u, self.v, self.w, self.s];
@@ -227,19 +229,19 @@ impl Outline {
         )
     }
 
-    /// Whether the origin is so close to the triangle's plane that its side of the plane is
+    /// Returns whether the origin is so close to the triangle's plane that its side of the plane is
     /// unknown.
     #[inline(always)]
     pub(super) fn is_edge_on(&self) -> bool {
         self.s[0].is_nan()
     }
 
-    /// The error bound of the edge forms, which is their unit.
+    /// Returns the error bound of the edge forms, which is their unit.
     pub fn unit(&self) -> f32 {
         self.unit
     }
 
-    /// The windows that the triangle's bounding rectangle reaches.
+    /// Finds the windows that the triangle's bounding rectangle reaches.
     #[inline(always)]
     pub fn near<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>) -> u32 {
         let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
@@ -247,8 +249,8 @@ impl Outline {
         windows.reached(lo, hi).bits()
     }
 
-    /// The windows through which a ray may hit the triangle, if the ray still looks for hits with
-    /// an inverse depth of at least the window's `nearest`.
+    /// Finds the windows through which a ray may hit the triangle, if the ray still looks for hits
+    /// with an inverse depth of at least the window's `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>, nearest: F) -> u32 {
         let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
@@ -286,22 +288,22 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
         Self { most: hi + (err + err), behind: hi.lt(-twice), plain: lo.gt(twice) }
     }
 
-    /// Lanes in which the plane is behind every ray or too far away.
+    /// Returns the lanes in which the plane is behind every ray or too far away.
     #[inline(always)]
     fn missed(&self, nearest: F) -> F::Mask {
         self.behind | self.most.lt(nearest)
     }
 }
 
-/// Lanes in which the whole window is outside some edge, if D is certain and positive.
+/// Returns the lanes in which the whole window is outside some edge, if D is certain and positive.
 #[inline(always)]
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
     highest.lt(F::splat(-2.0))
 }
 
-/// Lanes in which the whole window is on one side of one edge and on the other side of another,
-/// whichever side is the inner one.
+/// Returns the lanes in which the whole window is on the negative side of one edge and on the
+/// positive side of another, whichever side is the inner one.
 #[inline(always)]
 fn apart<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let lowest = windows.range(u).0.max(windows.range(v).0).max(windows.range(w).0);
@@ -351,8 +353,8 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
         Self { s: load(&s), q: F::load(&q), turn: F::load(&normal) }
     }
 
-    /// Lanes in which the sign of T is known, for triangles at a distance of `away` from the
-    /// origin.
+    /// Returns the lanes in which the sign of T is known, for triangles at a distance of `away`
+    /// from the origin.
     #[inline(always)]
     fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
         // For rays that miss the origin, T changes by `|s|₁ off` relative to itself; for rays
@@ -432,8 +434,8 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         Self { a, b: a + h4, c: a + h5, h4, h5, h6, h }
     }
 
-    /// The bounding rectangle of a triangle in front of the origin, widened by the errors of the
-    /// corners and of the reference.
+    /// Returns the bounding rectangles of triangles in front of the origin, widened by the errors
+    /// of the corners and of the reference.
     #[inline(always)]
     fn rectangle(&self, turn: F, frame: &Frame, exact: bool) -> [(F, F); 2] {
         let (splat, &Self { a, b, c, h, .. }) = (F::splat, self);
@@ -447,8 +449,8 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         let apart = splat(frame.distance() * bound::ROOM_AWAY);
         let apart = frame.off_at(away).mul_add(splat(bound::OFF_ROOM), apart);
         let room = h.mul_add(splat(bound::ROOM), away.mul_add(splat(bound::CORNER), apart));
-        // A corner that is behind the origin or almost so may project to any point. Such a triangle
-        // has no bounding rectangle and is tested with every packet.
+        // A corner that is behind the origin, or nearly so, may project to any point. Such a
+        // triangle has no bounding rectangle and is tested against every packet.
         let mut known = nearest.gt(room * splat(8.0))
             & nearest.gt(splat(bound::SHORTEST_DIR))
             & away.lt(splat(bound::LARGEST));
@@ -463,12 +465,12 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         [around(x, room, known), around(y, room, known)]
     }
 
-    /// The edges as forms, and their error bound.
+    /// Returns the edges as forms, and the error bound of these forms.
     #[inline(always)]
     fn edges(&self, frame: &Frame) -> ([Vec3<F>; 3], F) {
         let (splat, &Self { a, b, h4, h5, h6, h, .. }) = (F::splat, self);
         // Each form is the normal of the plane through the origin and an edge. Its sign shows on
-        // which side a ray passes the edge.
+        // which side of the edge a ray passes.
         let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
         let form = u.norm1().max(v.norm1()).max(w.norm1());
         let (away, apart) = (a.norm1(), splat(frame.distance() * bound::ORIGIN * bound::LEAN));

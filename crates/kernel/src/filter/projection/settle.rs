@@ -28,7 +28,7 @@ pub struct Settle<'a, T, I> {
     /// Returns the index of the triangle in a slot.
     pub index: I,
     /// Whether the bundle contains the rays in reverse, starting at their common end. In that case,
-    /// only whether they hit is known, and every t is 0.
+    /// the test only determines whether they hit, and every t is 0.
     pub reversed: bool,
 }
 
@@ -38,7 +38,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         RayId(self.first.0 + ray as u32)
     }
 
-    /// The t of a ray if it hits the triangle within its interval.
+    /// Returns the t of a ray if it hits the triangle within its interval.
     #[inline(always)]
     pub fn hit(&self, slot: LeafSlot, ray: usize) -> Option<f64> {
         let ids = (self.id(ray), slot);
@@ -46,15 +46,15 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         if self.reversed { t.map(|_| 0.0) } else { t }
     }
 
-    /// Whether a ray that hits two triangles meets them where they touch.
+    /// Returns whether a ray that hits two triangles meets them where they touch.
     #[inline(always)]
     pub(super) fn touch(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> bool {
         let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);
         self.resolver.touch(pair, (self.id(ray), [one, other]))
     }
 
-    /// Whether a ray hits one triangle before another. It must be known to hit both. The
-    /// coefficients of both triangles are cached for other rays.
+    /// Returns whether a ray hits one triangle before another. The ray must be known to hit both.
+    /// The coefficients of both triangles are cached for other rays.
     #[inline(always)]
     pub(super) fn is_before(
         &self,
@@ -73,7 +73,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
     }
 
-    /// The coefficients of a triangle relative to the origin of the rays.
+    /// Returns the coefficients of a triangle relative to the origin of the rays.
     #[inline(always)]
     fn seen<'k>(&self, slot: LeafSlot, kept: &'k mut LastTriangle<'a>) -> &'k SharedOrigin<'a> {
         if kept.is_none_or(|(kept, _)| kept != slot) {

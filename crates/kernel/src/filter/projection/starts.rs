@@ -24,7 +24,7 @@ pub struct Starts<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Starts<F> {
-    /// The starts of an empty set of rays.
+    /// Returns the starts of an empty set of rays.
     #[inline(always)]
     pub fn none() -> Self {
         Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
@@ -56,7 +56,7 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
     #[inline(always)]
     pub fn ranges(&self) -> Ranges<F> {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        // If a ray looks for hits from its origin on, `first` is 0, and no inverse depth is too
+        // If a ray looks for hits starting at its origin, `first` is 0, and no inverse depth is too
         // large.
         let near_hi = one / self.first * F::splat(1.0 + bound::INVERSE);
         Ranges {

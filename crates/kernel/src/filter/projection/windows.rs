@@ -30,7 +30,7 @@ impl<F: Lanes<Scalar = f32>> Windows<F> {
         }
     }
 
-    /// The minimum and maximum of a linear form in each window.
+    /// Returns the minimum and maximum of a linear form in each window.
     #[inline(always)]
     pub(super) fn range(&self, form: [F; 3]) -> (F, F) {
         let [one, x, y] = form;

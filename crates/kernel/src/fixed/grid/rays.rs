@@ -1,4 +1,5 @@
-//! Snaps many rays to a grid. For rays that hit nothing, this is most of the work of `fixed`.
+//! Snaps many rays to a grid. For rays that hit nothing, this is most of the work in the `fixed`
+//! mode.
 //!
 //! ```text
 //!   x, y, z, t_max in memory ──► * 2^k, 2^k, 2^k, 2^(scale - k) ──► x, y, z rounded
@@ -16,7 +17,8 @@ impl Grid {
     /// interval does not change.
     ///
     /// # Errors
-    /// The same errors as [`Grid::snap`]. Also fails if the direction is zero or not finite.
+    /// Returns the same errors as [`Grid::snap`], and also an error if the direction is zero or not
+    /// finite.
     #[inline]
     pub fn ray(&self, ray: &crate::Ray) -> Result<Ray, GridError> {
         let nothing = Ray::new([0; 3], [0; 3]);
@@ -28,9 +30,9 @@ impl Grid {
         failed.map_or(Ok(snapped[0]), Err)
     }
 
-    /// [`Grid::ray`] for many rays. `snapped[i]` becomes the snapped `rays[i]` or, if that fails,
-    /// the result of `otherwise` for the index and the error. An origin that consecutive rays share
-    /// is snapped only once.
+    /// Like [`Grid::ray`], but for many rays. `snapped[i]` becomes the snapped `rays[i]` or, if
+    /// that fails, the result of `otherwise` for the index and the error. An origin that
+    /// consecutive rays share is snapped only once.
     ///
     /// ```
     /// use intertri::Ray;
@@ -61,7 +63,7 @@ impl Grid {
     }
 
     /// Snaps the direction and the interval of a ray whose origin is already on the grid. This
-    /// works for any magnitude because it uses two factors, as `2^k` may not be representable in
+    /// works for any magnitude: it scales by two factors, because `2^k` may not be representable in
     /// f32.
     fn aim(&self, [x, y, z, _]: [f32; 4], ray: &crate::Ray) -> Result<Ray, GridError> {
         let longest = ray.dir.iter().fold(0.0, |far: f32, x| x.abs().max(far));
@@ -71,8 +73,8 @@ impl Grid {
         let q = self.bits.q as i32;
         let k = q - 1 - exponent(f64::from(longest) + pow2(exponent(longest.into()) - q));
 
-        // Underflow and overflow only affect negligible components here, or ends at which no
-        // crossing is possible.
+        // Here, underflow and overflow affect only negligible components, or interval ends at which
+        // no crossing is possible.
         let (up, back) = (halves(k), halves((self.scale - k).clamp(-252, 252)));
         let component = |x: f32| round((x * up[0] * up[1]).into()) as f32;
         let end = |t: f32| t * back[0] * back[1];
@@ -86,9 +88,9 @@ impl Grid {
     }
 }
 
-/// Snaps four rays at once, if their longest components are between `2^-EVEN` and `2^EVEN`.
+/// Snaps four rays at once if their longest components are between `2^-EVEN` and `2^EVEN`.
 struct Four<S: Simd> {
-    /// Half a unit in the last of q bits, for a longest component in `1..2`.
+    /// Half a unit in the last place of q bits, for a longest component in `1..2`.
     half: S::F32x4,
     /// `2^(q - 1)`
     unit: S::F32x4,
@@ -104,12 +106,12 @@ struct Four<S: Simd> {
 const EVEN: i32 = 60;
 
 impl<S: Simd> Four<S> {
-    /// Returns `None` if the grid's numbers are too large or too small for this method.
+    /// Returns `None` if the grid's scale or direction width is beyond the limits of this method.
     #[inline(always)]
     fn new(Grid { bits, scale, .. }: &Grid) -> Option<Self> {
         let (splat, one) = (S::F32x4::splat, bits.q as i32 - 1);
-        // From 2^23 to 2^24, all f32 are integers. Directions reach at most 2^22 from the centre of
-        // that range.
+        // From 2^23 to 2^24, all f32 values are integers. Directions reach at most 2^22 from the
+        // centre of that range.
         let whole = 1.5 * (1 << 23) as f32;
         (bits.q <= 22 && (scale - one).abs() <= EVEN).then_some(Self {
             half: splat(pow2(-one - 1) as f32),
@@ -140,7 +142,7 @@ impl<S: Simd> Four<S> {
         let mut ups = [0.0; 4];
         up.store(&mut ups);
 
-        // Use a sum for the upper limit: it keeps a NaN that a maximum may lose.
+        // Use a sum for the upper limit: it preserves a NaN that a maximum may lose.
         let (least, most) = (splat(pow2(-EVEN) as f32), splat(pow2(EVEN) as f32));
         let even = (longest.ge(least) & (x + y + z).le(most)).bits();
 
@@ -204,7 +206,7 @@ impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
         }
     }
 
-    /// The snapped origin of a ray.
+    /// Returns the snapped origin of a ray.
     fn origin(&mut self, ray: &crate::Ray) -> Result<[f32; 4], GridError> {
         let bits = origin_bits(ray);
         if bits != self.last {
@@ -215,14 +217,14 @@ impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
     }
 }
 
-/// The bits of a ray's origin, packed into two integers.
+/// Returns the bits of a ray's origin, packed into two integers.
 #[inline(always)]
 fn origin_bits(ray: &crate::Ray) -> (u64, u32) {
     let [xy, zw, ..]: [u64; 4] = bytemuck::cast(*ray);
     (xy, zw as u32)
 }
 
-/// Snaps many rays, at a given instruction level.
+/// Snaps many rays at a given instruction level.
 pub(super) struct Snap<'a, F> {
     pub(super) grid: &'a Grid,
     pub(super) rays: &'a [crate::Ray],
@@ -245,7 +247,7 @@ impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {
             by.snap(4 * k, from, to);
         }
 
-        // Pad fewer than four rays to four.
+        // Pad a remainder of fewer than four rays to four.
         if let ([.., ray], [.., to]) = (rest, &mut *to_rest) {
             let (mut four, mut to_four) = ([*ray; 4], [*to; 4]);
             four[..rest.len()].copy_from_slice(rest);
@@ -255,7 +257,7 @@ impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {
     }
 }
 
-/// Two factors whose product is `2^e`, for `-252 <= e <= 254`.
+/// Returns two factors whose product is `2^e`, for `-252 <= e <= 254`.
 #[inline(always)]
 fn halves(e: i32) -> [f32; 2] {
     let half = e >> 1;

@@ -1,4 +1,4 @@
-//! Tests of the grid at its limits.
+//! Tests the grid at its limits.
 
 use super::rays::Snap;
 use super::{Bits, Grid, GridError};
@@ -17,7 +17,7 @@ fn the_budgets_are_kept() {
     assert_eq!(Bits::of_grid(u32::MAX), Err(GridError::Bits { b: u32::MAX, q: 1 }));
 }
 
-/// A small random number generator, for numbers of all magnitudes.
+/// Returns a small random number generator for numbers of all magnitudes.
 fn numbers() -> impl FnMut() -> u64 {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     move || {
@@ -51,7 +51,7 @@ fn snapping_rounds_once_and_a_second_time_changes_nothing() {
             assert_eq!(f.map(f64::from), back, "a snapped f32 is an f32");
             assert_eq!(grid.snap(f).unwrap(), i, "{p:?} moved twice");
         }
-        // Test a direction, too.
+        // Also test a direction.
         let dir = [(); 3].map(|()| f32::from_bits(next() as u32));
         if let Ok(ray) = grid.ray(&Ray::new(points[0], dir)) {
             let q = grid.bits().q();
@@ -113,7 +113,7 @@ fn what_does_not_fit_is_an_error_by_value() {
     assert!(grid.triangle_of([[0; 3], [0; 3], [0, 0, 65537]]).is_err());
     assert!(Grid::at(Bits::FINE, 150, [0; 3]).is_err());
     assert!(Grid::at(Bits::FINE, 0, [0, i64::MIN, 0]).is_err());
-    // No points, or only zeros.
+    // Test a grid around no points, then one around the origin alone.
     assert!(Grid::around([], Bits::FINE).is_ok());
     assert!(Grid::around([[-0.0; 3]], Bits::FINE).unwrap().snap([0.0; 3]).is_ok());
 }

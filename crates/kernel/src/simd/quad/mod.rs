@@ -1,6 +1,6 @@
 //! The level with 128-bit registers: NEON and WebAssembly's simd128.
 //!
-//! This level has instructions for operations that the crate `wide` performs lane by lane:
+//! This level has instructions for operations that the `wide` crate performs lane by lane:
 //! conversions, masks from bits, permutations, and integer products. Wider lanes are pairs of
 //! registers. `neon` and `wasm` provide the instructions under common names; everything else is
 //! shared and defined here.
@@ -20,13 +20,13 @@ use super::level::Level;
 use super::level_lanes::Simd;
 use super::pair::Pair;
 
-/// A register of f32 or f64, and its mask.
+/// Implements the lanes of an f32 or f64 register, and its mask.
 macro_rules! lanes {
     ($name:ident, $mask:ident, $cpu:ident) => {
         #[derive(Clone, Copy)]
         pub(super) struct $name(cpu::$cpu::Reg);
 
-        /// A mask. In each lane, either all bits are set or none.
+        /// A mask. In each lane, either all bits are set or none are.
         #[derive(Clone, Copy)]
         pub(super) struct $mask(cpu::$cpu::Mask);
 
@@ -280,8 +280,8 @@ impl Simd for Baseline {
     type F64x8 = Pair<Pair<Doubles>>;
     type I64x4 = Integers;
     type I64x8 = Pair<Integers>;
-    // A 128-bit register holds four f32 but only two f64. `F64s` is a pair, so both types have one
-    // lane for each of four triangles.
+    // A 128-bit register holds four f32 values but only two f64 values. `F64s` is a pair, so both
+    // types have one lane for each of four triangles.
     type F32s = Self::F32x4;
     type F64s = Self::F64x4;
     const LEVEL: Level = Level::PORTABLE;
@@ -330,7 +330,7 @@ impl Simd for Baseline {
     }
     #[inline(always)]
     fn transpose_f64([a, b, c, d]: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
-        // Use four registers of two lanes: `zip` transposes 2×2 blocks, which are then arranged.
+        // Use four two-lane registers: `zip` transposes 2×2 blocks, which are then arranged.
         let zip = |x: Doubles, y: Doubles| cpu::doubles::zip(x.0, y.0).map(Doubles);
         let ([a0, a1], [a2, a3]) = (zip(a.0, b.0), zip(a.1, b.1));
         let ([c0, c1], [c2, c3]) = (zip(c.0, d.0), zip(c.1, d.1));

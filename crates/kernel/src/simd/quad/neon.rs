@@ -1,8 +1,8 @@
 //! NEON registers, under the names that [`super`] uses. Every 64-bit ARM CPU has NEON.
 //!
 //! This file is compiled only if the target has NEON, so every CPU that runs it has the
-//! instructions. This is the `SAFETY` argument for every call below. Loads and stores also access
-//! only the N numbers of an array, and work with any alignment.
+//! instructions. This is the `SAFETY` argument for every call below. Loads and stores also stay
+//! within an array of N elements and work with any alignment.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::aarch64::*;
@@ -10,7 +10,7 @@ use core::arch::aarch64::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = true;
 
-/// The operations that f32 and f64 registers have in common.
+/// Defines the operations that f32 and f64 registers have in common.
 macro_rules! float {
     (
         $scalar:ty, $n:literal, $reg:ty, $mask:ty,
@@ -158,12 +158,12 @@ pub(super) mod singles {
             vaddvq_u32(vandq_u32(mask, lane))
         })
     }
-    /// The bits of two masks at once, with each lane narrowed to 16 bits.
+    /// Returns the bits of two masks at once, with each lane narrowed to 16 bits.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(bits_of_eight(vuzp1q_u16(vreinterpretq_u16_u32(first), vreinterpretq_u16_u32(last))))
     }
-    /// The bits of a mask with eight 16-bit lanes.
+    /// Returns the bits of a mask with eight 16-bit lanes.
     #[inline(always)]
     pub(crate) fn bits_of_eight(mask: uint16x8_t) -> u32 {
         cpu!({
@@ -212,7 +212,7 @@ pub(super) mod singles {
             [of(vzip1q_u8(pairs, pairs)), of(vzip2q_u8(pairs, pairs))]
         })
     }
-    /// Returns the index of the smallest number among the lanes in the masks.
+    /// Returns the index of the smallest value among the lanes in the masks.
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         cpu!({
@@ -220,7 +220,7 @@ pub(super) mod singles {
                 (vld1q_u32([0, 1, 2, 3].as_ptr()), vld1q_u32([4, 5, 6, 7].as_ptr()));
             let high = vdupq_n_u32(!7);
             // Each key is the f32's bits with the lane number in place of the last three. Positive
-            // floats sort like their bits, so one minimum finds both the number and its lane. Lanes
+            // floats sort like their bits, so one minimum finds both the value and its lane. Lanes
             // outside the mask become all ones, the largest key.
             let key =
                 |x, lane, mask| vornq_u32(vbslq_u32(high, vreinterpretq_u32_f32(x), lane), mask);
@@ -263,7 +263,7 @@ pub(super) mod doubles {
             vaddvq_u64(vandq_u64(mask, lane)) as u32
         })
     }
-    /// The bits of two masks at once, with each lane narrowed to 32 bits.
+    /// Returns the bits of two masks at once, with each lane narrowed to 32 bits.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(singles::bits(vuzp1q_u32(vreinterpretq_u32_u64(first), vreinterpretq_u32_u64(last))))
@@ -280,7 +280,7 @@ pub(super) mod doubles {
     pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
         cpu!([vzip1q_f64(a, b), vzip2q_f64(a, b)])
     }
-    /// The first lane of `a` and the last lane of `b`.
+    /// Returns the first lane of `a` and the last lane of `b`.
     #[inline(always)]
     pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
         cpu!(vcopyq_laneq_f64::<1, 1>(a, b))
@@ -328,13 +328,13 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
     }
-    /// The low halves. This truncates instead of shuffling, because truncating a number that was
-    /// just widened costs nothing.
+    /// Returns the low halves. This truncates instead of shuffling, because truncating a number
+    /// that was just widened costs nothing.
     #[inline(always)]
     fn low(x: Regs) -> int32x4_t {
         cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))
     }
-    /// The high halves.
+    /// Returns the high halves.
     #[inline(always)]
     fn high(x: Regs) -> int32x4_t {
         cpu!(vuzp2q_s32(vreinterpretq_s32_s64(x[0]), vreinterpretq_s32_s64(x[1])))
@@ -373,7 +373,8 @@ pub(super) mod integers {
             add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
         })
     }
-    /// The high half that goes with a signed low half: one more if the low half is negative.
+    /// Returns the high half that pairs with a signed low half: one more if the low half is
+    /// negative.
     #[inline(always)]
     fn above(low: int32x4_t, high: int32x4_t) -> int32x4_t {
         cpu!(vreinterpretq_s32_u32(vsraq_n_u32::<31>(
@@ -395,7 +396,7 @@ pub(super) mod integers {
             singles::bits_of_eight(signs)
         })
     }
-    /// A mask with 32 bits per lane, set where the lane is 0.
+    /// Returns a mask with 32 bits per lane, set where the lane is 0.
     #[inline(always)]
     fn zeros(x: Regs) -> uint32x4_t {
         cpu!({

@@ -10,7 +10,7 @@ use core::arch::wasm32::*;
 /// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
 pub(super) const FUSED: bool = false;
 
-/// The operations that f32 and f64 registers have in common.
+/// Defines the operations that f32 and f64 registers have in common.
 macro_rules! float {
     (
         $scalar:ty, $n:literal,
@@ -62,7 +62,7 @@ macro_rules! float {
         pub(crate) fn mul_add(a: Reg, b: Reg, c: Reg) -> Reg {
             $add($mul(a, b), c)
         }
-        /// The CPU's own minimum, without the IEEE rules for NaN.
+        /// Uses the CPU's own minimum, which does not follow the IEEE rules for NaN.
         #[inline(always)]
         pub(crate) fn min(a: Reg, b: Reg) -> Reg {
             $pmin(a, b)
@@ -189,7 +189,7 @@ pub(super) mod singles {
             )),
         ]
     }
-    /// Returns the index of the smallest number among the lanes in the masks.
+    /// Returns the index of the smallest value among the lanes in the masks.
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         let high = u32x4_splat(!7);
@@ -234,7 +234,7 @@ pub(super) mod doubles {
     pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
         [u64x2_shuffle::<0, 2>(a, b), u64x2_shuffle::<1, 3>(a, b)]
     }
-    /// The first lane of `a` and the last lane of `b`.
+    /// Returns the first lane of `a` and the last lane of `b`.
     #[inline(always)]
     pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
         u64x2_shuffle::<0, 3>(a, b)
@@ -284,12 +284,12 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         [i64x2_sub(a[0], b[0]), i64x2_sub(a[1], b[1])]
     }
-    /// The low halves.
+    /// Returns the low halves.
     #[inline(always)]
     fn low(x: Regs) -> v128 {
         i32x4_shuffle::<0, 2, 4, 6>(x[0], x[1])
     }
-    /// The high halves.
+    /// Returns the high halves.
     #[inline(always)]
     fn high(x: Regs) -> v128 {
         i32x4_shuffle::<1, 3, 5, 7>(x[0], x[1])
@@ -322,7 +322,8 @@ pub(super) mod integers {
             [i32x4_shuffle::<0, 4, 1, 5>(none, high), i32x4_shuffle::<0, 6, 1, 7>(none, high)];
         add(sum, above)
     }
-    /// The high half that goes with a signed low half: one more if the low half is negative.
+    /// Returns the high half that pairs with a signed low half: one more if the low half is
+    /// negative.
     #[inline(always)]
     fn above(low: v128, high: v128) -> v128 {
         // The arithmetic shift turns a negative low half into -1, and subtracting that adds the

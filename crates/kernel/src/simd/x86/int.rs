@@ -1,4 +1,4 @@
-//! Integer lanes for AVX2 and AVX-512. `pmuldq` multiplies signed 32-bit numbers to 64-bit
+//! Integer lanes for AVX2 and AVX-512. `pmuldq` multiplies signed 32-bit integers into 64-bit
 //! products.
 //!
 //! The comment on registers in [`super::reg`] applies here too, including its `SAFETY` argument.

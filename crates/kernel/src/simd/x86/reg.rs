@@ -2,9 +2,9 @@
 //!
 //! `wide` chooses its instructions at compile time. These types use the CPU's instructions even in
 //! a build for a generic target. They are private to `simd`: a value exists only inside
-//! [`Level::run`](crate::simd::Level::run), which has detected the instructions on this CPU. This
-//! is the `SAFETY` argument for every call below. Loads and stores also access only N numbers of a
-//! slice that was just cut to N.
+//! [`Level::run`](crate::simd::Level::run), which has verified that the CPU supports them. This is
+//! the `SAFETY` argument for every call below. Loads and stores also stay in bounds: each accesses
+//! the N elements of a slice just cut to length N.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -12,7 +12,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::super::lanes::{Lanes, Mask};
 
-/// A register of numbers.
+/// A register of values.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Reg<T>(pub(super) T);
 
@@ -20,7 +20,7 @@ pub(in crate::simd) struct Reg<T>(pub(super) T);
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Ones<T>(pub(super) T);
 
-/// A mask register of AVX-512.
+/// An AVX-512 mask register.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Bits<T>(T);
 
@@ -36,8 +36,8 @@ macro_rules! operator {
     };
 }
 
-/// The operations that AVX2 and AVX-512 registers share. Comparison, selection, and loads are
-/// parameters.
+/// Implements the operations that AVX2 and AVX-512 registers share. Comparison, selection, and
+/// loads are parameters.
 macro_rules! lanes {
     (
         $reg:ty, $scalar:ty, $n:literal, mask $mask:ty,
@@ -94,8 +94,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // The multiply-add rounds once, and the error of a product fits the same format, so
-                // this is exact.
+                // The multiply-add rounds once, and the error of a product fits in the same format,
+                // so this is exact.
                 self.mul_add(b, -product)
             }
             #[inline(always)]
@@ -149,7 +149,7 @@ macro_rules! lanes {
     };
 }
 
-/// A mask that is as wide as the register of numbers.
+/// Implements masks that are as wide as the registers of values.
 macro_rules! ones {
     ($reg:ty, $n:literal, $and:ident $or:ident $xor:ident $movemask:ident, $all:expr, $spread:expr) => {
         operator!(Ones<$reg>, BitAnd bitand $and);
@@ -192,8 +192,8 @@ _mm256_castsi256_ps(_mm256_set1_epi32(-1)), spread_8);
 ones!(__m256d, 4, _mm256_and_pd _mm256_or_pd _mm256_xor_pd _mm256_movemask_pd,
 _mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
 
-// These functions convert bits to masks. Closures might be compiled without the level's
-// instructions.
+// These convert bits to masks. They are functions because closures might be compiled without the
+// level's instructions.
 
 #[inline]
 #[target_feature(enable = "avx2")]
@@ -219,7 +219,7 @@ fn spread_4_wide(bits: i32) -> __m256d {
     _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(bits, bit), bit))
 }
 
-// AVX blends and `movemask` use only the sign bits, so `negative` is the number itself.
+// AVX blends and `movemask` use only the sign bits, so `negative` returns its operand unchanged.
 lanes!(__m128, f32, 4, mask Ones<__m128>,
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_fmadd_ps _mm_min_ps _mm_max_ps _mm_sqrt_ps
     _mm_xor_ps _mm_or_ps _mm_and_ps _mm_andnot_ps _mm_set1_ps _mm_loadu_ps _mm_storeu_ps,
@@ -249,7 +249,7 @@ lanes!(__m512d, f64, 8, mask Bits<__mmask8>,
     load_f32 |from| _mm512_cvtps_pd(_mm256_loadu_ps(from)), store_f32 |to, x| _mm256_storeu_ps(to, _mm512_cvtpd_ps(x)), compare _mm512_cmp_pd_mask, negative |x| cpu!(_mm512_movepi64_mask(_mm512_castpd_si512(x))),
     blend |m, yes, no| _mm512_mask_blend_pd(m, no, yes));
 
-/// A mask with one bit per lane.
+/// Implements masks with one bit per lane.
 macro_rules! bits {
     ($bits:ty, $n:literal) => {
         impl BitAnd for Bits<$bits> {

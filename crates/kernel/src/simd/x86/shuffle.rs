@@ -15,8 +15,8 @@ pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
     _mm256_permutevar8x32_ps(lanes, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
 }
 
-/// Returns the index of the smallest number among the lanes in the mask. Replaces the last three
-/// bits of each number with its lane index and takes the minimum.
+/// Returns the index of the smallest value among the lanes in the mask. Replaces the last three
+/// bits of each value with its lane index and takes the minimum.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
@@ -32,7 +32,7 @@ pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
     (_mm_cvtsi128_si32(one) & 7) as usize
 }
 
-/// Transposes four rows of four within each 128-bit part of a register of any width.
+/// Transposes four rows of four values within each 128-bit part of a register, whatever its width.
 macro_rules! columns {
     ($low:ident $high:ident, $a:expr, $b:expr, $c:expr, $d:expr) => {{
         let (a, b, c, d) = ($a, $b, $c, $d);
@@ -48,7 +48,7 @@ pub(super) fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
     cpu!(columns!(_mm_unpacklo_ps _mm_unpackhi_ps, a.0, b.0, c.0, d.0))
 }
 
-/// Transposes eight rows of four. Row i is loaded next to row i + 4, so that no number has to move
+/// Transposes eight rows of four. Row i is loaded next to row i + 4, so that no value has to move
 /// between 128-bit halves.
 #[inline(always)]
 pub(super) fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
@@ -89,7 +89,7 @@ pub(super) fn transpose_f64([a, b, c, d]: [Reg<__m256d>; 4]) -> [Reg<__m256d>; 4
     [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
 }
 
-/// The first of four lanes, then three copies of the last.
+/// Returns the first of four lanes, followed by three copies of the last.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn first_and_last(lanes: __m256d) -> __m256d {

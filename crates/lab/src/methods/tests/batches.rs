@@ -1,5 +1,5 @@
-//! Tests of batches, in which all rays are tested against all triangles, on closed meshes and in
-//! every layout.
+//! Tests the methods on batches, in which every ray is tested against every triangle, on closed
+//! meshes and in every layout.
 
 use intertri::Ray;
 use intertri::simd::Level;
@@ -46,8 +46,8 @@ fn watertight_methods_hold_water_and_others_leak() {
     }
 }
 
-/// Batches of every workload, some of which have a number of rays or triangles that does not fill a
-/// register.
+/// Returns batches of every workload. Half of them have a number of rays and triangles that does
+/// not fill a register.
 fn batches() -> Vec<TestBatch> {
     let (mut rng, model) = (Rng::new(5), Model::built_in());
     let mut all = Vec::new();
@@ -116,8 +116,8 @@ fn fixed_on_its_grid_agrees_with_the_oracle() {
             let batches = std::slice::from_ref(&batch);
             assert!(fixed.closest(Level::best(), batches, layout, &mut nearest).is_some());
             for (ray, nearest) in batch.rays.iter().zip(nearest) {
-                // No triangle that is hit in its interior is nearer, and the reported triangle is
-                // hit.
+                // No triangle that is hit in its interior is nearer than the reported triangle,
+                // which must itself be hit.
                 for triangle in &batch.triangles {
                     let exact = oracle::answer(triangle, ray);
                     if exact.is_hit() && exact.place == LinePosition::Inside {

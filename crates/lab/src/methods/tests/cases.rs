@@ -1,4 +1,4 @@
-//! Tests of one ray and one triangle at a time, from the families.
+//! Tests the methods on the families, one ray and one triangle at a time.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -10,7 +10,7 @@ use crate::oracle::{self, exact_t};
 use crate::rng::Rng;
 use crate::test_batch::Answer;
 
-/// A method's answers for the cases of a family.
+/// Returns a method's answers for a list of cases.
 fn answers(method: &Method, level: Level, cases: &[Case]) -> Vec<Answer> {
     let triangles: Vec<_> = cases.iter().map(|case| case.triangle).collect();
     let rays: Vec<_> = cases.iter().map(|case| case.ray).collect();
@@ -85,8 +85,8 @@ fn inter_tri_in_f64_is_the_reference() {
 
 #[test]
 fn methods_fail_where_they_are_known_to() {
-    // Measures the share of false misses among exact hits, to detect a method that is not what it
-    // claims to be.
+    // Measures the share of false misses among exact hits, to detect an implementation that is not
+    // the method that it claims to be.
     let misses = |name: &str, triangle_of: &dyn Fn(&mut Rng) -> Case| {
         let method = METHODS.iter().find(|s| s.name == name).unwrap();
         let mut rng = Rng::new(43);
@@ -103,7 +103,7 @@ fn methods_fail_where_they_are_known_to() {
     // An epsilon on the determinant fails at a small scale. The same test without it does not.
     assert!(misses("Möller–Trumbore ε f32", &at("scale", 1e-6)) > 0.99);
     assert!(misses("Möller–Trumbore f32", &at("scale", 1e-6)) < 0.35);
-    // A threshold fails if the direction is short. Other methods do not.
+    // A threshold fails if the direction is short. Methods without a threshold do not.
     assert!(misses("InterTri f64", &at("direction", 1e-12)) > 0.99);
     assert!(misses("signed volume f64", &at("direction", 1e-12)) < 0.01);
     // Methods that do not translate to the ray's origin fail far from the coordinate origin.

@@ -1,4 +1,4 @@
-//! Tests of the methods' known properties and known failures.
+//! Tests the methods' known properties and known failures.
 
 mod batches;
 mod by_hand;

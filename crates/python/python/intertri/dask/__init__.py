@@ -1,4 +1,4 @@
-"""intertri on a cluster: rays in dask arrays, answers in dask arrays.
+"""Runs intertri on a cluster, with rays and answers in dask arrays.
 
 >>> import numpy as np, dask.array, intertri, intertri.dask
 >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -60,7 +60,8 @@ def share(mesh: Mesh, client: Any = None) -> SharedMesh:
 
 
 def closest(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", threads: int = 1) -> da.Array:
-    """The closest hits of rays (n, 6) or (n, 8): an array (n,) of `intertri.HIT`, in the blocks of the rays.
+    """Finds the closest hits of rays (n, 6) or (n, 8). Returns an array (n,) of `intertri.HIT` with
+    the same blocks as the rays.
 
     ``threads`` is the number of threads for each block. A worker runs as many blocks at a time as
     it has threads, so 1 is right unless workers have a single thread but many cores.
@@ -74,7 +75,8 @@ def any(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", thread
 
 
 def count_crossings(mesh: Mesh | SharedMesh, rays: da.Array, *, threads: int = 1) -> da.Array:
-    """How often rays (n, 6) or (n, 8) cross the mesh: an array (n,) of `intertri.CROSSINGS`."""
+    """Counts how often rays (n, 6) or (n, 8) cross the mesh: an array (n,) of
+    `intertri.CROSSINGS`."""
     return _blocks("count_crossings", mesh, rays, CROSSINGS, threads=threads)
 
 
@@ -108,7 +110,7 @@ def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
     ``create_array``."""
     import zarr
 
-    # No block of hits is empty, so zarr need not check.
+    # No block of hits contains only fill values, so zarr need not check for that.
     options.setdefault("config", {"write_empty_chunks": True})
 
     size = max(hits.chunks[0], default=1) or 1
@@ -123,9 +125,9 @@ def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
 
 
 def digest(hits: da.Array | NDArray[np.void]) -> str:
-    """The SHA-256 hash of closest hits, in order. It does not depend on the chunks or the number of
-    workers, and equals the hash of what ``intertri trace --raw`` writes. Blocks are fetched one at
-    a time.
+    """Returns the SHA-256 hash of closest hits, in order. It does not depend on the chunks or the
+    number of workers, and is the same as the hash of the output of ``intertri trace --raw``. Blocks
+    are fetched one at a time.
 
     >>> import numpy as np, intertri, intertri.dask
     >>> intertri.dask.digest(np.zeros(0, intertri.HIT))[:8]
@@ -151,7 +153,7 @@ def _program_bytes(hits: NDArray[np.void]) -> bytes:
 
 
 class _Payload:
-    """A mesh in transit: its arrays, and the hash under which workers keep it."""
+    """A mesh in transit: its arrays and the hash under which workers keep it."""
 
     def __init__(self, digest: str, vertices: NDArray[Any], faces: NDArray[np.uint32]) -> None:
         self.digest, self.vertices, self.faces = digest, vertices, faces
@@ -163,7 +165,8 @@ _lock = threading.Lock()
 
 
 def _mesh_of(payload: Mesh | _Payload) -> Mesh:
-    """The mesh in this process, built by the first task that needs it. The last few meshes are kept."""
+    """Returns the mesh in this process, built by the first task that needs it. The last few meshes
+    are kept."""
     if isinstance(payload, Mesh):
         return payload
     with _lock:
@@ -219,7 +222,7 @@ def _blocks(
 
 
 def _client() -> Any:
-    """The current client, if there is one."""
+    """Returns the current client, if there is one."""
     try:
         from distributed import get_client
 

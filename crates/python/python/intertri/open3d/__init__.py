@@ -33,39 +33,39 @@ class Tensor(np.ndarray[Any, Any]):
     """A numpy array with the methods of Open3D's tensors that scripts call on results."""
 
     def numpy(self) -> NDArray[Any]:
-        """The same memory as a plain array."""
+        """Returns the same memory as a plain array."""
         return self.view(np.ndarray)
 
     def cpu(self) -> Tensor:
-        """The tensor itself, which is already in CPU memory."""
+        """Returns the tensor itself, which is already in CPU memory."""
         return self
 
     def clone(self) -> Tensor:
-        """A copy."""
+        """Returns a copy."""
         return self.copy()
 
     def contiguous(self) -> Tensor:
-        """The tensor itself, or a copy whose memory is contiguous."""
+        """Returns the tensor itself, or a copy whose memory is contiguous."""
         return _tensor(np.ascontiguousarray(self))
 
     def num_elements(self) -> int:
-        """The number of elements."""
+        """Returns the number of elements."""
         return self.size
 
     def isfinite(self) -> Tensor:
-        """Whether each number is finite. A miss has an infinite ``t_hit``."""
+        """Whether each element is finite. A miss has an infinite ``t_hit``."""
         return _tensor(np.isfinite(self))
 
     def isinf(self) -> Tensor:
-        """Whether each number is infinite."""
+        """Whether each element is infinite."""
         return _tensor(np.isinf(self))
 
     def isnan(self) -> Tensor:
-        """Whether each number is NaN."""
+        """Whether each element is NaN."""
         return _tensor(np.isnan(self))
 
     def to(self, *args: Any, dtype: Any = None, device: Any = None, copy: bool = False) -> Tensor:
-        """The same numbers in a numpy or Open3D dtype, or on a device, which must be the CPU."""
+        """Converts to a numpy or Open3D dtype, or moves to a device, which must be the CPU."""
         for value in args:
             if isinstance(value, bool):
                 copy = value
@@ -77,7 +77,7 @@ class Tensor(np.ndarray[Any, Any]):
         return _tensor(self.astype(self.dtype if dtype is None else _numpy_dtype(dtype), copy=copy))
 
     def __getitem__(self, key: Any) -> Any:
-        # A single number stays a tensor, as in Open3D.
+        # A single element stays a tensor, as in Open3D.
         return _tensor(super().__getitem__(key))
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
@@ -108,8 +108,8 @@ def _numpy_dtype(dtype: Any) -> np.dtype[Any]:
 
 
 def _wrap_like(asked: Any) -> Callable[[NDArray[Any]], Any]:
-    """The function that converts an array to a result: an Open3D tensor if the query was one,
-    otherwise a `Tensor`."""
+    """Returns the function that converts an array to a result: an Open3D tensor if the query was
+    one, otherwise a `Tensor`."""
     if type(asked).__module__.startswith("open3d"):
         return lambda array: type(asked).from_numpy(np.ascontiguousarray(array))
     return _tensor
@@ -160,7 +160,7 @@ class RaycastingScene:
     """
 
     INVALID_ID = 4294967295
-    """The geometry and primitive of a miss."""
+    """The geometry ID and primitive ID of a miss."""
 
     def __init__(self, nthreads: int = 0, device: Any = None) -> None:
         _check_device(device)
@@ -174,12 +174,12 @@ class RaycastingScene:
         return F64 if any(vertices.dtype == F64 for vertices in self._vertices) else F32
 
     def _query(self, value: Any, last: int, name: str) -> tuple[NDArray[Any], Callable[[NDArray[Any]], Any]]:
-        """Rays or points in a dtype that the scene accepts, and the function that wraps their
-        results."""
+        """Returns rays or points in a dtype that the scene accepts, and the function that wraps
+        their results."""
         return _array(value, (F32,) if self._dtype == F32 else (F32, F64), last, name), _wrap_like(value)
 
     def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
-        """Adds a mesh, and returns its geometry ID. Pass vertices (n, 3) float32 or float64 and
+        """Adds a mesh and returns its geometry ID. Pass vertices (n, 3) float32 or float64 and
         triangles (m, 3) uint32, or a single mesh from Open3D or any package that `intertri.Mesh`
         accepts."""
         if triangle_indices is None:
@@ -198,7 +198,7 @@ class RaycastingScene:
         return len(self._faces) - 1
 
     def _scene(self) -> _Built:
-        """All meshes as a single mesh."""
+        """Returns all meshes as a single mesh, which is built on first use."""
         if self._built is None:
             bases = np.cumsum([0] + [len(vertices) for vertices in self._vertices])
             starts = np.cumsum([0] + [len(faces) for faces in self._faces])
@@ -215,8 +215,8 @@ class RaycastingScene:
         return self._built
 
     def _ids(self, triangles: NDArray[np.int32]) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
-        """The geometry and primitive for triangles of the single mesh. A miss, -1, becomes
-        `INVALID_ID`."""
+        """Returns the geometry and primitive IDs for triangles of the single mesh. A miss, -1,
+        becomes `INVALID_ID`."""
         starts = self._scene().starts
         if len(starts) == 2:
             miss = (triangles < 0).astype(np.uint32)
@@ -226,11 +226,11 @@ class RaycastingScene:
         return geometry.astype(np.uint32), primitive.astype(np.uint32)
 
     def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """The first hits of rays (..., 6), origin and direction.
+        """Finds the first hits of rays (..., 6), each an origin and a direction.
 
         Returns t_hit (...), infinite for a miss; geometry_ids and primitive_ids (...) uint32,
-        `INVALID_ID` for a miss; primitive_uvs (..., 2); and primitive_normals (..., 3). Numbers are
-        in the dtype of the scene.
+        `INVALID_ID` for a miss; primitive_uvs (..., 2); and primitive_normals (..., 3).
+        Floating-point results are in the dtype of the scene.
         """
         rays, wrap = self._query(rays, 6, "rays")
         mesh, _, normals = self._scene()
@@ -252,14 +252,15 @@ class RaycastingScene:
         return wrap(self._scene().mesh.any(rays, t_min=tnear, t_max=tfar, threads=_threads(nthreads)))
 
     def count_intersections(self, rays: Any, nthreads: int = 0) -> Any:
-        """The number of surfaces that rays (..., 6) cross: (...) int32. An edge or corner counts
+        """Counts the surfaces that rays (..., 6) cross: (...) int32. An edge or corner counts
         once."""
         rays, wrap = self._query(rays, 6, "rays")
         counts = self._scene().mesh.count_crossings(rays, threads=_threads(nthreads))
         return wrap(counts["unsigned"].astype(np.int32))
 
     def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
-        """All crossings of rays (..., 6), in order along each ray. An edge or corner counts once.
+        """Finds all crossings of rays (..., 6), in order along each ray. An edge or corner counts
+        once.
 
         Returns ray_splits (n + 1,) and ray_ids (m,) uint32, t_hit (m,), geometry_ids and
         primitive_ids (m,) uint32, and primitive_uvs (m, 2). The crossings of ray i are those from
@@ -282,7 +283,7 @@ class RaycastingScene:
     # ---- Points ----
 
     def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
-        """The closest points on the scene to points (..., 3).
+        """Finds the points of the scene that are closest to points (..., 3).
 
         Returns geometry_ids and primitive_ids (...) uint32, points and primitive_normals (..., 3),
         and primitive_uvs (..., 2).
@@ -300,13 +301,13 @@ class RaycastingScene:
         }
 
     def compute_distance(self, query_points: Any, nthreads: int = 0) -> Any:
-        """The distances of points (..., 3) to the scene: (...)."""
+        """Returns the distances of points (..., 3) to the scene: (...)."""
         points, wrap = self._query(query_points, 3, "query_points")
         mesh = self._scene().mesh
         return wrap(mesh.closest_point(points, threads=_threads(nthreads))["distance"].astype(mesh.dtype))
 
     def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
-        """The distances of points (..., 3) to the scene, negative inside: (...).
+        """Returns the distances of points (..., 3) to the scene, negative inside: (...).
 
         `compute_occupancy` determines what is inside. ``nsamples`` must be odd but has no effect,
         because one exact ray decides.
@@ -319,12 +320,12 @@ class RaycastingScene:
         return wrap(np.where(inside, -distance, distance).astype(mesh.dtype))
 
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
-        """1 for points (..., 3) inside the scene or on it, otherwise 0: (...).
+        """Returns 1 for points (..., 3) inside the scene or on it, otherwise 0: (...).
 
-        If the meshes together are closed and their faces consistently oriented, a point is inside
-        if they wind around it. Parts may therefore overlap, whereas Open3D counts a point inside an
-        even number of parts as outside. In any other scene, a point is inside if a ray from it
-        crosses an odd number of faces, as in Open3D.
+        If the meshes together are closed and consistently oriented, a point is inside if they wind
+        around it. Parts may therefore overlap, whereas Open3D counts a point inside an even number
+        of parts as outside. In any other scene, a point is inside if a ray from it crosses an odd
+        number of faces, as in Open3D.
         """
         _odd(nsamples)
         points, wrap = self._query(query_points, 3, "query_points")
@@ -335,7 +336,7 @@ class RaycastingScene:
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **named: Any) -> Any:
-        """The rays of a picture, (height, width, 6) float32.
+        """Creates the rays of a pinhole camera's image, (height, width, 6) float32.
 
         Pass either ``intrinsic_matrix`` (3, 3), ``extrinsic_matrix`` (4, 4) from world to camera,
         ``width_px``, and ``height_px``; or ``fov_deg`` (horizontal), ``center``, ``eye``, ``up``,

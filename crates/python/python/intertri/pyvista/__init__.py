@@ -1,4 +1,4 @@
-"""intertri in pyvista: exact ray traces and interior points of `pyvista.PolyData`.
+"""Exact ray traces and interior points for `pyvista.PolyData`.
 
 The functions have the same parameters and results as pyvista's methods of the same names:
 
@@ -53,7 +53,7 @@ def ray_trace(
     Returns
     -------
     (n, 3) float64, (n,) int64
-        The points in order along the segment, and the cell of each. If several cells share a point,
+        The points in order along the segment and the cell of each. If several cells share a point,
         the lowest cell is returned. With ``first_point``, only the first point is returned, (3,),
         if there is one.
     """
@@ -161,7 +161,7 @@ def select_interior_points(
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """Vertices and faces, which compare equal if their checksums do."""
+    """Vertices and faces that compare equal if their checksums match."""
 
     digest: tuple[Any, ...]
     vertices: NDArray[Any] = field(compare=False)
@@ -170,7 +170,7 @@ class _Key:
 
 @dataclass(frozen=True, slots=True)
 class _Surface:
-    """The hierarchy over a surface, and the cell of each triangle."""
+    """The hierarchy over a surface and the cell of each triangle."""
 
     mesh: Mesh
     cells: Ints
@@ -182,7 +182,7 @@ def _hierarchy(key: _Key) -> Mesh:
 
 
 def _surface(mesh: Any, name: str) -> _Surface:
-    """The triangles of a pyvista mesh, with a hierarchy that may come from the cache."""
+    """Returns the triangles of a pyvista mesh, with a hierarchy that may come from the cache."""
     if not isinstance(mesh, pyvista.PolyData):
         hint = "; pass mesh.extract_surface()" if hasattr(mesh, "extract_surface") else ""
         raise TypeError(f"{name} takes a surface, pyvista.PolyData, not a {type(mesh).__name__}{hint}")

@@ -1,5 +1,4 @@
-"""intertri in trimesh: trimesh's ray interface, `contains`, and signed distance, exact and in
-float64.
+"""Exact versions of trimesh's ray interface, `contains`, and signed distance, in float64.
 
 >>> import trimesh, intertri.trimesh
 >>> mesh = intertri.trimesh.install(trimesh.creation.box())
@@ -85,7 +84,8 @@ _MAKERS = (
 
 @functools.cache
 def _installed(base: type) -> type:
-    """A subclass of a mesh class. Its instances query intertri, and so do the meshes that their methods return."""
+    """Returns a subclass of a mesh class. Its instances query intertri, as do the meshes that their
+    methods return."""
 
     def initialize(self: Any, *args: Any, **options: Any) -> None:
         base.__init__(self, *args, **options)  # type: ignore[misc]
@@ -114,7 +114,7 @@ def _installing(method: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _empty(base: type) -> Any:
-    """An empty mesh for a pickle to fill."""
+    """Creates an empty mesh for a pickle to fill."""
     return object.__new__(_installed(base))
 
 
@@ -156,7 +156,8 @@ class RayMeshIntersector:
     def intersects_location(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, **options: Any
     ) -> tuple[Floats, Ints, Ints]:
-        """Where rays meet the mesh: locations (m, 3), and the ray (m,) and the face (m,) of each."""
+        """Finds where rays meet the mesh: locations (m, 3), and the ray (m,) and face (m,) of
+        each."""
         triangles, rays, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits, return_locations=True, **options
         )
@@ -170,14 +171,14 @@ class RayMeshIntersector:
         max_hits: int = 100,
         return_locations: bool = False,
     ) -> tuple[Any, ...]:
-        """The faces that rays meet (m,), the ray of each (m,), and, with ``return_locations``, the
-        locations (m, 3).
+        """Returns the faces that rays meet (m,), the ray of each (m,), and, with
+        ``return_locations``, the locations (m, 3).
 
         Parameters
         ----------
         ray_origins, ray_directions : (n, 3) float
         multiple_hits : bool
-            Whether to return all crossings, or only the closest hit.
+            Whether to return all crossings or only the closest hit.
         max_hits : int
             The maximum number of hits per ray. The nearest hits are kept, and a warning reports if
             others are dropped.
@@ -194,7 +195,7 @@ class RayMeshIntersector:
         return triangles.astype(np.int64), rays, origins[rays] + t[:, None] * directions[rays]
 
     def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> Ints:
-        """The face that each ray meets first, or -1 for none: (n,)."""
+        """Returns the face that each ray meets first, or -1 for none: (n,)."""
         return self.intertri.closest_triangle(*_rays(ray_origins, ray_directions)).astype(np.int64)
 
     def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
@@ -215,7 +216,7 @@ class RayMeshIntersector:
     def _crossings(
         self, origins: Floats, directions: Floats, max_hits: int
     ) -> tuple[Ints, NDArray[np.int32], Floats]:
-        """Crossings in order along each ray: ray, triangle, and t."""
+        """Returns the crossings in order along each ray: ray, triangle, and t."""
         mesh = self.intertri
         lists = mesh.crossings(origins, directions)
         hits, rays = lists.hits, lists.rays
@@ -244,7 +245,8 @@ class RayMeshIntersector:
     def _entered_at_start(
         self, origins: Floats, directions: Floats, offsets: Ints, leaves: NDArray[np.bool_]
     ) -> tuple[Ints, NDArray[np.int32]] | None:
-        """The rays that start on the mesh and go in, and a face on which each of them starts."""
+        """Returns the rays that start on the mesh and go in, and a face on which each of them
+        starts."""
         mesh = self.intertri
         if not len(origins) or not len(mesh):
             return None
@@ -298,7 +300,7 @@ def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def _asked(mesh: Any) -> RayMeshIntersector:
-    """The intersector that answers for a mesh: the installed one, or a new one."""
+    """Returns the intersector for a mesh: the installed one, or a new one."""
     ray = getattr(mesh, "ray", None)
     return ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)
 
@@ -308,9 +310,9 @@ _MANY = 1 << 20
 
 
 def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
-    """The closest points, distances, and faces. If faces share the edge or corner where the closest
-    point is, the face most turned toward the query point is chosen, as in trimesh: its normal shows
-    on which side of the surface the query point is."""
+    """Returns the closest points, distances, and faces. If faces share the edge or corner where the
+    closest point is, the face most turned toward the query point is chosen, as in trimesh: its
+    normal shows on which side of the surface the query point is."""
     at = np.asarray(points, np.float64)
     if at.ndim != 2 or at.shape[1] != 3:
         raise ValueError(f"points have shape {at.shape}; it must be (n, 3)")
@@ -330,7 +332,7 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
         first, last = (corners[faces[rows], end] for end in ends)
         others = around[first]
         facing = np.einsum("ijk,ik->ij", normals[others], at[rows] - near[rows])
-        # A face without an area has no normal.
+        # A face without area has no normal.
         fits = (others >= 0) & (corners[others] == last[:, None, None]).any(axis=-1) & normals[others].any(axis=-1)
         facing[~fits] = -np.inf
         best = facing.argmax(axis=1)[:, None]
@@ -350,7 +352,7 @@ def closest_point(mesh: Any, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
 def signed_distance(mesh: Any, points: ArrayLike) -> Floats:
     """Like ``trimesh.proximity.signed_distance``: distances to the mesh (n,), **positive inside**, 0 on it.
 
-    `RayMeshIntersector.contains_points` determines the sign, not a normal.
+    The sign comes from `RayMeshIntersector.contains_points`, not from a normal.
     """
     return ProximityQuery(mesh).signed_distance(points)
 
@@ -375,6 +377,7 @@ class ProximityQuery:
         return signed
 
     def vertex(self, points: ArrayLike) -> tuple[Floats, Ints]:
-        """The closest vertex of the mesh, found by trimesh's own tree: distances (n,) and vertices (n,)."""
+        """Finds the closest vertex of the mesh with trimesh's own tree: distances (n,) and vertices
+        (n,)."""
         found: tuple[Floats, Ints] = self._mesh.kdtree.query(points)
         return found

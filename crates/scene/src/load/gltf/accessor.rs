@@ -26,7 +26,7 @@ pub(super) struct Accessor<'a> {
 struct Replaced<'a> {
     /// The rows' indices, in ascending order.
     rows: Vec<u32>,
-    /// The new numbers, row by row.
+    /// The new values, row by row.
     bytes: &'a [u8],
 }
 
@@ -38,8 +38,8 @@ pub(super) struct Tables<'a> {
 }
 
 impl<'a> Tables<'a> {
-    /// The table with this index, whose rows must have the type `wanted`. Error messages call it
-    /// `what`.
+    /// Returns the table with this index, whose rows must have the type `wanted`. Error messages
+    /// call it `what`.
     pub(super) fn get(
         self,
         index: Index<accessor::Accessor>,
@@ -89,7 +89,7 @@ impl<'a> Tables<'a> {
         Ok(Accessor { bytes, stride, count, component, normalized, replaced })
     }
 
-    /// The bytes of `count` rows with the given size and stride.
+    /// Returns the bytes of `count` rows with the given size and stride.
     fn rows(
         self,
         view: Index<buffer::View>,
@@ -110,7 +110,7 @@ impl<'a> Tables<'a> {
         Ok(&bytes[from as usize..to as usize])
     }
 
-    /// The rows that a sparse table of `count` rows replaces.
+    /// Returns the rows that a sparse table of `count` rows replaces.
     fn replaced(self, sparse: &SparseJson, row: usize, count: u64) -> Result<Replaced<'a>, Fault> {
         let Checked::Valid(kind) = sparse.indices.component_type else {
             return fault("has sparse indices of a type that glTF does not know");
@@ -135,7 +135,8 @@ impl<'a> Tables<'a> {
 }
 
 impl Accessor<'_> {
-    /// The numbers in one row. Normalized integers are mapped to 0 to 1, or to -1 to 1.
+    /// Returns the values in one row. Normalized integers are mapped to the range 0 to 1, or -1 to
+    /// 1 if they are signed.
     pub(super) fn row<const N: usize>(&self, row: usize) -> [f64; N] {
         let size = self.component.size();
         let bytes = match self.replaced.rows.binary_search(&(row as u32)) {
@@ -146,12 +147,12 @@ impl Accessor<'_> {
         std::array::from_fn(|i| self.number(&bytes[i * size..][..size]))
     }
 
-    /// All rows.
+    /// Iterates over all rows.
     pub(super) fn rows<const N: usize>(&self) -> impl Iterator<Item = [f64; N]> {
         (0..self.count).map(|row| self.row(row))
     }
 
-    /// All rows of a table of indices, which must be unsigned.
+    /// Returns all rows of an index table, whose components must be unsigned integers.
     pub(super) fn indices(&self) -> Result<Vec<u32>, Fault> {
         match self.component {
             ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => {

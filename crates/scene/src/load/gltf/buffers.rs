@@ -1,4 +1,4 @@
-//! The bytes of a glTF's buffers: inside the file, in data URIs, or in other files.
+//! The bytes of a glTF file's buffers: inside the file, in data URIs, or in other files.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -72,7 +72,7 @@ impl<'a> Buffers<'a> {
         Ok(Self { all, files })
     }
 
-    /// The bytes of a buffer.
+    /// Returns the bytes of a buffer.
     fn bytes(&self, index: usize) -> Option<&[u8]> {
         Some(match self.all.get(index)? {
             Bytes::Chunk(bytes) => bytes,
@@ -85,7 +85,7 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// The bytes of a buffer view.
+    /// Returns the bytes of a buffer view.
     pub(super) fn view(&self, root: &Root, index: usize) -> Result<&[u8], Fault> {
         let Some(view) = root.buffer_views.get(index) else {
             return fault(format!("there is no buffer view {index}"));
@@ -111,7 +111,7 @@ impl<'a> Buffers<'a> {
         )
     }
 
-    /// The total number of bytes.
+    /// Returns the total number of bytes.
     pub(super) fn size(&self) -> usize {
         let own = self.all.iter().map(|bytes| match bytes {
             Bytes::Chunk(bytes) => bytes.len(),
@@ -122,7 +122,7 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// The bytes of a data URI.
+/// Decodes the bytes of a data URI.
 fn inline<'a>(i: usize, uri: &str) -> Result<Bytes<'a>, Fault> {
     let bytes = DataUrl::process(uri).ok().and_then(|url| url.decode_to_vec().ok());
     match bytes {
@@ -131,12 +131,12 @@ fn inline<'a>(i: usize, uri: &str) -> Result<Bytes<'a>, Fault> {
     }
 }
 
-/// Whether a URI contains its data. The case of a scheme does not matter.
+/// Returns whether a URI contains its data. The case of a scheme does not matter.
 fn is_data(uri: &str) -> bool {
     uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
-/// The file that a buffer refers to, which must be in the model's folder or below it.
+/// Returns the file that a buffer refers to, which must be in the model's folder or below it.
 fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf, Fault> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let Some(beside) = beside else {
@@ -149,7 +149,7 @@ fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf,
     path.map_or_else(|| fault(wrong(i, &name, "only files in the model's own folder are read")), Ok)
 }
 
-/// The path without `.` and `..`, or `None` if it leaves the folder in which it starts.
+/// Returns the path without `.` and `..`, or `None` if it leaves the folder in which it starts.
 fn within(path: &Path) -> Option<PathBuf> {
     let mut within = PathBuf::new();
     for part in path.components() {
@@ -163,7 +163,8 @@ fn within(path: &Path) -> Option<PathBuf> {
     Some(within).filter(|path| !path.as_os_str().is_empty())
 }
 
-/// Whether a symbolic link leads out of the folder. A missing file fails later, when it is opened.
+/// Returns whether a symbolic link leads out of the folder. A missing file is an error later, when
+/// it is opened.
 fn leaves(folder: &Path, path: &Path) -> bool {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     match (folder.canonicalize(), path.canonicalize()) {
@@ -176,7 +177,7 @@ fn wrong(i: usize, name: &str, cause: &str) -> String {
     format!("buffer {i} is in the file {}: {cause}", quote(name))
 }
 
-/// The first `length` bytes of a file.
+/// Reads the first `length` bytes of a file.
 fn start_of(path: &Path, length: u64) -> Result<Vec<u8>, Fault> {
     let mut bytes = Vec::new();
     open(path)?.take(length).read_to_end(&mut bytes)?;

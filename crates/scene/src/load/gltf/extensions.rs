@@ -1,4 +1,4 @@
-//! The extensions of a glTF that affect triangles.
+//! The glTF extensions that affect triangles.
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -81,17 +81,18 @@ pub(super) fn check(root: &Root, notes: &mut Notes) -> Result<(), Fault> {
     Ok(())
 }
 
-/// A node's data for an extension.
+/// Returns a node's data for an extension.
 fn of<'a>(node: &'a scene::Node, name: &str) -> Option<&'a Value> {
     node.extensions.as_ref()?.others.get(name)
 }
 
-/// Whether a node is hidden, along with everything below it.
+/// Returns whether a node is hidden, along with everything below it.
 pub(super) fn is_hidden(node: &scene::Node) -> bool {
     of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
 }
 
-/// The transforms of the copies of a node's mesh, in the node's space; `None` for a single copy.
+/// Returns the transforms of the copies of a node's mesh, in the node's space, or `None` if there
+/// is a single copy.
 pub(super) fn instances(
     tables: Tables<'_>,
     node: &scene::Node,

@@ -29,7 +29,7 @@ const MAGIC: &[u8] = b"glTF";
 /// The length of a GLB's header.
 const HEADER: usize = 12;
 
-/// Whether a file with these first bytes is a glTF.
+/// Returns whether a file with these first bytes is in glTF format.
 pub(super) fn looks_like(start: &[u8]) -> bool {
     start.starts_with(MAGIC) || start.trim_ascii_start().starts_with(b"{")
 }
@@ -62,7 +62,7 @@ pub(super) fn read<S: Coordinate>(
     primitives.builder.finish()
 }
 
-/// The JSON of a file, and the binary chunk of a GLB.
+/// Splits a file into its JSON and, in a GLB, the binary chunk.
 fn split(bytes: &[u8]) -> Result<(Chunk<'_>, Option<Chunk<'_>>), Fault> {
     if !bytes.starts_with(MAGIC) {
         return Ok((bytes.into(), None));

@@ -1,4 +1,4 @@
-//! The tree of nodes, which places the meshes.
+//! Walks the tree of nodes, which place the meshes.
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -29,7 +29,7 @@ pub(super) fn walk<S: Coordinate>(primitives: &mut Primitives<'_, S>) -> Result<
         }
         let transform = above * transform(node);
         add(primitives, node, transform, &joints).map_err(|fault| match node.skin {
-            // Errors about a mesh already contain its number.
+            // Errors about a mesh already contain its index.
             None => fault,
             Some(skin) => Fault { cause: format!("skin {skin}: {}", fault.cause), ..fault },
         })?;
@@ -51,8 +51,8 @@ fn add<S: Coordinate>(
     let weights = node.weights.as_deref();
     let copies = instances(tables, node, |count| primitives.spend(count))?;
     if let Some(skin) = node.skin {
-        // Only the joints place a skinned mesh. The transform of its node does not matter, and the
-        // mesh is read once.
+        // A skinned mesh is placed only by its joints. The transform of its node does not matter,
+        // and the mesh is read once.
         if copies.is_some_and(|copies| copies.len() != 1) {
             primitives.builder.notes.add("skinned meshes with instances, read once", 1, None);
         }
@@ -66,7 +66,7 @@ fn add<S: Coordinate>(
     Ok(())
 }
 
-/// The matrices with which the joints of a skin place vertices. They map the mesh's bind pose to
+/// Returns the matrices with which a skin's joints place vertices. They map the mesh's bind pose to
 /// the joints' current pose.
 fn skin_of<S: Coordinate>(
     primitives: &mut Primitives<'_, S>,
@@ -93,7 +93,7 @@ fn skin_of<S: Coordinate>(
     skin.joints.iter().enumerate().map(joint).collect()
 }
 
-/// The transform from each node's space to the scene's. For nodes in a cycle, it is NaN.
+/// Returns the transform from each node's space to the scene's. For nodes in a cycle, it is NaN.
 fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     let mut transforms = vec![DMat4::NAN; root.nodes.len()];
     let mut reached = vec![false; root.nodes.len()];
@@ -112,7 +112,7 @@ fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     Ok(transforms)
 }
 
-/// The root nodes of the scene; without a scene, all nodes without a parent.
+/// Returns the root nodes of the scene or, if there is no scene, all nodes without a parent.
 fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     let index = root.scene.map_or(0, |scene| scene.value());
     match root.scenes.get(index) {
@@ -124,7 +124,7 @@ fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     }
 }
 
-/// The nodes without a parent.
+/// Returns the nodes without a parent.
 fn tops(root: &Root) -> Vec<usize> {
     let mut top = vec![true; root.nodes.len()];
     for child in root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten() {

@@ -1,4 +1,4 @@
-//! Primitives: the parts of a glTF's meshes.
+//! Reads primitives, which are the parts of glTF meshes.
 
 use glam::{DMat4, DVec3};
 use gltf::json::accessor::Type;
@@ -34,7 +34,7 @@ pub(super) struct Placement {
 }
 
 impl<'a, S: Coordinate> Primitives<'a, S> {
-    /// An empty collection for a file of `size` bytes.
+    /// Creates an empty collection for a file of `size` bytes.
     pub(super) fn new(tables: Tables<'a>, size: usize, builder: MeshBuilder<S>) -> Self {
         let left = REPEATS + size as u64 + tables.buffers.size() as u64;
         Self { tables, left, builder }
@@ -120,7 +120,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         let all_mirrored = mirrors(&placement.transform);
         let first_uv = self.builder.uvs() as u32;
         let uv_count = uvs.as_ref().map_or(0, |uvs| uvs.count.min(count)) as u32;
-        // The first row of an image is at v = 0 in glTF, and at 1 here.
+        // The first row of an image is at v = 0 in glTF, but at v = 1 here.
         for [u, v] in uvs.iter().flat_map(Accessor::rows).take(uv_count as usize) {
             self.builder.uv([u as f32, (1.0 - v) as f32])?;
         }
@@ -148,7 +148,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
     }
 }
 
-/// Calls a function for each triangle of a primitive, and returns how many corners are left over.
+/// Calls a function for each triangle of a primitive and returns how many corners are left over.
 fn each_triangle(
     mode: Mode,
     indices: &[u32],
@@ -227,7 +227,7 @@ impl<'a> Vertices<'a> {
         self.morphs.len() + self.skin.len()
     }
 
-    /// The position of a vertex in the scene, and its transform.
+    /// Returns the position of a vertex in the scene, and its transform.
     fn place(&self, vertex: usize) -> Result<(DVec3, DMat4), Fault> {
         let mut position = DVec3::from_array(self.positions.row(vertex));
         for (weight, ways) in &self.morphs {
@@ -238,7 +238,7 @@ impl<'a> Vertices<'a> {
         Ok((transform.transform_point3(position), transform))
     }
 
-    /// The average of the joints' transforms, weighted by the weights of a vertex.
+    /// Returns the average of the joints' transforms, weighted by the vertex's weights.
     fn blend(&self, vertex: usize) -> Result<DMat4, Fault> {
         let (mut sum, mut all) = (DMat4::ZERO, 0.0);
         for (joints, shares) in &self.skin {
@@ -261,7 +261,7 @@ impl<'a> Vertices<'a> {
     }
 }
 
-/// The accessor of an attribute.
+/// Returns the accessor of an attribute.
 fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<Index<accessor::Accessor>> {
     primitive.attributes.get(&Checked::Valid(semantic)).copied()
 }

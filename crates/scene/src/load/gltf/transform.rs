@@ -3,7 +3,7 @@
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::scene;
 
-/// The transform from a node's space to its parent's.
+/// Returns the transform from a node's space to its parent's.
 pub(super) fn transform(node: &scene::Node) -> DMat4 {
     if let Some(matrix) = &node.matrix {
         return DMat4::from_cols_array(&matrix.map(f64::from));
@@ -13,7 +13,7 @@ pub(super) fn transform(node: &scene::Node) -> DMat4 {
     of_parts(vector(node.scale, 1.0), rotation, vector(node.translation, 0.0))
 }
 
-/// The transform that scales, then rotates, then translates.
+/// Returns the transform that scales, then rotates, then translates.
 pub(super) fn of_parts(scale: [f64; 3], rotation: [f64; 4], translation: [f64; 3]) -> DMat4 {
     let rotation = DQuat::from_array(rotation);
     // The rotation should have unit length, but f32 rounding may change its length slightly.
@@ -22,7 +22,7 @@ pub(super) fn of_parts(scale: [f64; 3], rotation: [f64; 4], translation: [f64; 3
     DMat4::from_scale_rotation_translation(DVec3::from(scale), rotation, DVec3::from(translation))
 }
 
-/// Whether a transform mirrors, so that counter-clockwise becomes clockwise.
+/// Returns whether a transform mirrors, so that counter-clockwise becomes clockwise.
 pub(super) fn mirrors(transform: &DMat4) -> bool {
     let axes = [transform.x_axis, transform.y_axis, transform.z_axis];
     let [x, y, z] = axes.map(|axis| axis.truncate().normalize_or_zero());

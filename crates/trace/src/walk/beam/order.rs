@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   ╷ │ ╵ │      strips of the plane perpendicular to the direction, alternately up and down,
-//!   │ │ │ │      each as wide as sixteen of its points are long
+//!   │ │ │ │      each as wide as the length that sixteen of its points take up
 //!   ╵ │ ╷ │
 //! ```
 
@@ -70,8 +70,8 @@ impl Strips {
             }
         }
         let [width, height] = [0, 1].map(|k| (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
-        // Points may be so far apart that a width is infinite and the ratio NaN. Then use the
-        // maximum.
+        // Points may be so far apart that a width is infinite and the ratio NaN. In that case, use
+        // the maximum.
         let some = |count: f64, most: f64| count.ceil().min(most).max(1.0);
         let count = points.len() as f64;
         let strips = some((count / 16.0 * (width / height)).sqrt(), 4096.0);
@@ -84,7 +84,7 @@ impl Strips {
         (self.last[0] as usize + 1) * (self.last[1] as usize + 1)
     }
 
-    /// The cell of a point.
+    /// Returns the cell of a point.
     #[inline(always)]
     fn cell<P: Copy + Into<f64>>(&self, point: [P; 3]) -> u32 {
         let at = self.across.place(point.map(Into::into));

@@ -10,7 +10,7 @@ use crate::scalar::BvhScalar;
 use crate::solid::classify;
 use crate::util::test_numbers::random;
 
-/// Closed shapes around the points of a grid: octahedra, with each face divided into nine.
+/// Returns closed shapes around the points of a grid: octahedra, with each face divided into nine.
 fn balls() -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for i in 0..512 {
@@ -35,7 +35,7 @@ fn balls() -> Vec<Triangle> {
     triangles
 }
 
-/// Points among the shapes, corners, and points next to corners.
+/// Returns points among the shapes, corners, and points next to corners.
 fn points(triangles: &[Triangle], count: usize) -> Vec<[f32; 3]> {
     let mut random = random();
     let mut points: Vec<[f32; 3]> =
@@ -47,8 +47,8 @@ fn points(triangles: &[Triangle], count: usize) -> Vec<[f32; 3]> {
 
 const DIRS: [[f32; 3]; 3] = [[0.5, 0.3, 0.8], [-0.7, 0.2, 0.1], [0.0, -1.0, 0.0]];
 
-/// Counts the rays that beams leave untraced, in several directions at every level. Checks that the
-/// results for the other rays are correct.
+/// Counts the rays that beams leave untraced, in several directions and at every level. Checks that
+/// the results for the other rays are correct.
 fn left<S: BvhScalar>(triangles: &[TriangleOf<S>], points: &[[S; 3]]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let expected: Vec<Containment> = points.iter().map(|&point| classify(&bvh, point)).collect();
@@ -60,7 +60,7 @@ fn left<S: BvhScalar>(triangles: &[TriangleOf<S>], points: &[[S; 3]]) -> usize {
     DIRS.map(|dir| left_of(&bvh, points, &expected, dir)).iter().sum()
 }
 
-/// Counts and checks for one direction.
+/// Like [`left`], but for one direction and given results.
 fn left_of<S: BvhScalar>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
@@ -91,8 +91,8 @@ fn left_of<S: BvhScalar>(
     left
 }
 
-/// Points far back on the lines through corners and edges of triangles near the origin. Here, the
-/// positions of rays are least accurate, but decisions must still be right.
+/// Returns points far back on the lines through corners and edges of triangles near the origin.
+/// There, the positions of rays are least accurate, but decisions must still be right.
 fn far_back(triangles: &[Triangle], dir: [f32; 3], count: usize) -> Vec<[f32; 3]> {
     let mut random = random();
     let back = |i: usize| {

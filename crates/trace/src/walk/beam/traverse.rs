@@ -11,7 +11,7 @@ use crate::tree::Tree;
 use crate::util::stop;
 use crate::walk::single::{SlabLanes, TraversalScratch, Walk, octant};
 
-/// After a beam that took too much work, this many beams are skipped.
+/// After a beam that took too much work, skip this many beams.
 const PATIENCE: usize = 32;
 
 /// Classifies the origins of rays. Rays with the same direction are traced as beams.

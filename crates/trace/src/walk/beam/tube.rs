@@ -20,7 +20,7 @@ pub(super) const RAYS: usize = 16;
 /// The error of points on the plane, as a fraction of the origins' coordinates: 8u.
 const OFF: f32 = 1.0 / (1 << 21) as f32;
 
-/// The maximum sum of coordinates: 2^100.
+/// The maximum sum of an origin's coordinate magnitudes: 2^100.
 const FAR_OUT: f32 = f32::from_bits((127 + 100) << 23);
 
 /// A plane through 0, perpendicular to a coordinate axis, onto which points are projected along a
@@ -47,7 +47,7 @@ impl Across {
         Self { axes, slope: [dir[a] / dir[along], dir[b] / dir[along]] }
     }
 
-    /// The intersection of the plane with the line through a point.
+    /// Returns the intersection of the plane with the line through a point.
     #[inline(always)]
     pub(super) fn place(&self, point: [f64; 3]) -> [f64; 2] {
         let ([along, a, b], [to_a, to_b]) = (self.axes, self.slope);
@@ -76,7 +76,7 @@ impl<S: Simd> Tube<S> {
         let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));
         let dir = packet.ray(0).dir;
         let norm = Vec3::<S::F32x16>::load(&packet.origin).norm1();
-        // Tests all lanes for equality by two comparisons, which are false for NaN.
+        // Test all lanes for equality with two comparisons, which are false for NaN.
         let is = |row: &[f32; RAYS], x: f32| load(row).le(splat(x)) & load(row).ge(splat(x));
         let alike = is(&packet.dir[0], dir[0])
             & is(&packet.dir[1], dir[1])
@@ -120,8 +120,8 @@ mod tests {
     use intertri::simd::{Lanes, Level, Simd, WithSimd};
     use intertri::{Ray, RayPacket};
 
-    /// The errors of positions, in multiples of an origin's rounding error: along both axes
-    /// together and along a single axis.
+    /// Computes the errors of positions, in multiples of an origin's rounding error: along both
+    /// axes together and along a single axis.
     struct Off<'a>(&'a [Ray], Margin);
     impl WithSimd for Off<'_> {
         type Output = [f64; 2];
@@ -158,8 +158,8 @@ mod tests {
         let margin = Margin::new(1.0, None);
         let (mut random, mut most) = (random(), [0.0_f64; 2]);
         for _ in 0..100_000 {
-            // The whole error is proportional to one coordinate, and most numbers have a last digit
-            // that is relatively large.
+            // The whole error is proportional to one coordinate, and most values have a relatively
+            // large unit in the last place.
             let dir = [0.9999 - 1e-3 * random(), 0.9999 - 1e-3 * random(), 1.0];
             let ray = |_| {
                 let origin = [1e-3 * random(), 1e-3 * random(), 1.0 + 1e-2 * random()];

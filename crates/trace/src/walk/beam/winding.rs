@@ -1,4 +1,4 @@
-//! The containment of the origins of a beam's rays, computed by counting crossings at the leaves.
+//! Computes the containment of the origins of a beam's rays by counting crossings at the leaves.
 
 use intertri::internal::exact::Side;
 use intertri::internal::{AlongAxis, Axis};
@@ -11,7 +11,7 @@ use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 use crate::walk::single::Visit;
 
-/// If a beam takes more work than this, tracing its rays one by one is faster. Measured in
+/// If a beam takes more work than this, tracing its rays one by one is faster. Work is measured in
 /// triangles that the tube reaches.
 const BUDGET: usize = 256;
 
@@ -28,7 +28,7 @@ pub(super) struct Winding<'a, 'b, S: Simd> {
     axis: Axis,
     beside: Vec3<S::F32x16>,
     along: &'b mut AlongAxis,
-    /// The rays whose origins have not turned out to be on a triangle.
+    /// The rays whose origins have not been found to be on a triangle.
     live: u32,
     /// The crossings that the filter is certain of, and those that the resolver decides.
     sure: S::F32x16,
@@ -84,7 +84,7 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
         self.work > BUDGET
     }
 
-    /// Decides the rays that the filter leaves undecided for the triangle in a slot.
+    /// Decides, for the triangle in a slot, the rays that the filter leaves undecided.
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, slot: LeafSlot) {

@@ -21,8 +21,8 @@ pub(super) struct Culling<'a> {
 }
 
 impl Culling<'_> {
-    /// Finds the next leaves that a ray may reach before the depth `far`, as many as fit. Returns
-    /// their number.
+    /// Fills `leaves` with the next leaves that a ray may reach before the depth `far`. Returns
+    /// their number, which is smaller than the slice only if there are no more.
     #[inline(always)]
     pub(super) fn next_leaves<S: Simd>(
         &self,
@@ -79,8 +79,8 @@ impl Culling<'_> {
 }
 
 /// Sorts slots by their centres, farthest first. A long box, such as that of a wall, begins near,
-/// so neither its near depth nor its slot says much. Since most slots are already in order, this is
-/// an insertion sort.
+/// so neither its near depth nor its slot is a good guide. Since most slots are already in order,
+/// this is an insertion sort.
 #[inline(always)]
 fn by_middle(slots: &mut [u8], middles: &[f32; 8]) {
     let middle = |slot: u8| middles[usize::from(slot % 8)];

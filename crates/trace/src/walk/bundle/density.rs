@@ -25,15 +25,16 @@ const TOO_MANY: f32 = 56.0;
 /// The limit for closest-hit queries.
 const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
 
-/// Returns the packets of those groups that would reach too many triangles of this size.
+/// Returns the packets of all groups that would reach too many triangles of the average size in
+/// these leaves.
 #[inline(always)]
 pub(crate) fn too_dense<S: Simd>(
     projection: &Projection<S>,
     leaves: &[Outlines],
     closest: bool,
 ) -> u64 {
-    // Compute the average size of the triangles. If one extends to infinity, they do not count as
-    // small.
+    // Compute the average size of the triangles. If a triangle extends to infinity, the average is
+    // infinite and does not count as small.
     let (mut sum, mut triangles) = ([0.0; 2], 0);
     for outlines in leaves {
         let ([widths, heights], live) = outlines.sizes::<S::F32x16>();
@@ -67,7 +68,7 @@ mod tests {
     use crate::Bvh;
     use crate::walk::bundle::{Bundle, BundleRays, Outcome, Projection, Results, Scratch};
 
-    /// The packets of a bundle that are left untraced, for a closest-hit or any-hit query.
+    /// Finds the packets of a bundle that are left untraced, for a closest-hit or any-hit query.
     struct Left<'a>(&'a Bvh, &'a [Ray], bool);
 
     impl WithSimd for Left<'_> {
@@ -90,8 +91,8 @@ mod tests {
 
     #[test]
     fn groups_are_left_where_triangles_are_small_beside_packets() {
-        // A sheet of squares of a given size; two groups of rays that are close together, and two
-        // that are not.
+        // Use sheets of squares of a given size, and four groups of rays. The rays of the first two
+        // groups are closer together than those of the others.
         let sheet = |size: f32| {
             let count = (8.0 / size) as usize;
             let at = |x: usize, y: usize| [x as f32 * size - 4.0, y as f32 * size - 4.0, 0.0];

@@ -49,21 +49,21 @@ impl EndPlane {
         Self { plane: plane.for_places_within(distance) }
     }
 
-    /// A mask of a node's boxes that are not beyond the plane.
+    /// Returns a mask of a node's boxes that are not beyond the plane.
     #[inline(always)]
     pub(crate) fn may_meet<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F::Mask {
         self.plane.of_boxes::<F>(node, true).le(F::splat(1.0 + self.plane.pad))
     }
 }
 
-/// The normal of the plane with a given linear form on a frame's projection.
+/// Returns the normal of the plane with a given linear form on a frame's projection.
 fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
     let (depth, [right, up]) = (frame.depth(), frame.across());
     [0, 1, 2].map(|k| one * depth[k] + x * right[k] + y * up[k])
 }
 
 /// Computes a linear form on the projection that is below the inverse depths at which all live rays
-/// end, and close to them if the rays end near a plane. If numbers are too large, the form is 0,
+/// end, and close to them if the rays end near a plane. If the values are too large, the form is 0,
 /// which is below all of them. Also returns the smallest of those inverse depths.
 #[inline(always)]
 fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
@@ -87,8 +87,8 @@ fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     (form, ends)
 }
 
-/// The slopes of the rays' inverse end depths along x and y, by least squares; 0 if they cannot be
-/// determined.
+/// Returns the slopes of the rays' inverse end depths along x and y, by least squares; 0 if they
+/// cannot be determined.
 #[inline(always)]
 fn slopes<S: Simd>(projection: &Projection<S>) -> [f32; 2] {
     let (zero, one) = (S::F32x16::splat(0.0), S::F32x16::splat(1.0));
@@ -132,7 +132,7 @@ mod tests {
     use crate::walk::bundle::projection::Projection;
     use crate::walk::bundle::rays::BundleRays;
 
-    /// The form for rays from one origin, and the axes of the frame: depth, right, and up.
+    /// Computes the form for rays from one origin, and the axes of the frame: depth, right, and up.
     struct Form<'a>(&'a [Ray]);
 
     impl WithSimd for Form<'_> {
@@ -150,7 +150,7 @@ mod tests {
         }
     }
 
-    /// A ray that ends before a slanted wall, by a fraction `off` of its length.
+    /// Creates a ray that ends before a slanted wall, by a fraction `off` of its length.
     fn to_wall(i: usize, off: f32) -> Ray {
         let (packet, lane) = (i / 16, i % 16);
         let [x, y] = [4 * (packet % 8) + lane % 4, 4 * (packet / 8) + lane / 4];
@@ -159,13 +159,13 @@ mod tests {
         Ray::new([1.0, 2.0, 3.0], dir).between(0.0, 1.0 - off)
     }
 
-    /// The extent of a ray along an axis.
+    /// Returns the extent of a ray along an axis.
     fn along(axis: [f32; 3], ray: &Ray) -> f64 {
         (0..3).map(|k| f64::from(axis[k]) * f64::from(ray.dir[k])).sum()
     }
 
-    /// The difference between the inverse depth at which a ray ends and the form, relative to the
-    /// former.
+    /// Returns the difference between the inverse depth at which a ray ends and the form, relative
+    /// to the former.
     fn room(ray: &Ray, (form, axes): ([f32; 3], [[f32; 3]; 3])) -> f64 {
         let [z, x, y] = axes.map(|axis| along(axis, ray));
         let form = form.map(f64::from);
@@ -194,8 +194,8 @@ mod tests {
         }
     }
 
-    /// The fraction of the rounding margin that is used where it matters: between the plane's own
-    /// normal and the computed end of a ray.
+    /// Computes the fraction of the rounding margin that is used where it matters: between the
+    /// plane's own normal and the computed end of a ray.
     struct Used<'a>(&'a [Ray]);
 
     impl WithSimd for Used<'_> {

@@ -75,7 +75,7 @@ impl Frustum {
         (met.bits(), near)
     }
 
-    /// The far depths of a node's boxes.
+    /// Returns the far depths of a node's boxes.
     #[inline(always)]
     pub(crate) fn far<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F {
         self.axis.of_boxes::<F>(node, false)
@@ -124,7 +124,7 @@ mod tests {
         }
     }
 
-    /// All points are exact: integers times a power of two.
+    /// Uses points that have no rounding error: integers times a power of two.
     #[test]
     fn a_frustum_holds_the_points_of_its_rays() {
         let mut random = random();

@@ -48,7 +48,7 @@ pub(crate) struct Leaves {
     pub(crate) blocks: [u32; AT_ONCE],
     /// The outlines of the triangles in two blocks each.
     outlines: [Outlines; AT_ONCE / 2],
-    /// For each pair, the triangle's position in all blocks.
+    /// For each pair, the triangle's position among all blocks.
     places: [u8; PAIRS],
     /// For each test, the packet and the index of the pair. A write of eight entries may extend
     /// beyond the last test.
@@ -125,8 +125,8 @@ impl Leaves {
                     let slots =
                         far_to_near(half, 0) + 0x0101_0101_0101_0101 * (16 * number + first) as u64;
                     let at = listed.tests;
-                    // Always write eight numbers, of which only those set in the mask count: the
-                    // next write starts after these.
+                    // Always write eight entries. Only those set in the mask count, because the
+                    // next write starts right after these.
                     packets[at..at + 8].copy_from_slice(&slots.to_le_bytes());
                     numbers[at..at + 8].fill(pair as u8);
                     listed.tests += half.count_ones() as usize;
@@ -137,19 +137,19 @@ impl Leaves {
         listed
     }
 
-    /// The outlines of the triangles in the first `used` blocks of the last list.
+    /// Returns the outlines of the triangles in the first `used` blocks of the last list.
     pub(crate) fn outlines(&self, used: usize) -> &[Outlines] {
         &self.outlines[..used.div_ceil(2)]
     }
 
-    /// The i-th test.
+    /// Returns the i-th test.
     #[inline(always)]
     pub(crate) fn test(&self, i: usize) -> PacketTest {
         let i = i % TESTS;
         PacketTest { packet: self.packets[i] as usize % PACKETS, number: self.numbers[i] as usize }
     }
 
-    /// The outline of a pair's triangle.
+    /// Returns the outline of a pair's triangle.
     #[inline(always)]
     pub(crate) fn outline(&self, number: usize) -> Outline {
         let place = self.places[number % PAIRS] as usize % TRIANGLES;

@@ -35,7 +35,8 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     Some(Frame::new(origin, depth, across[0], across[1]))
 }
 
-/// Two orthogonal axes perpendicular to `depth`, the first as parallel to `step` as possible.
+/// Returns two orthogonal axes perpendicular to `depth`, the first as parallel to `step` as
+/// possible.
 fn across(depth: [f32; 3], step: [f32; 3]) -> Option<[[f32; 3]; 2]> {
     let along = dot(step, depth);
     let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
@@ -55,7 +56,7 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The normalized vector, or `None` if its length is almost zero or not finite.
+/// Returns the normalized vector, or `None` if its length is almost zero or not finite.
 fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let square = dot(v, v);
     let sane = square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX;

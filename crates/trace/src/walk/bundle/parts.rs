@@ -10,11 +10,11 @@ pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 const SPLIT: usize = 8;
 
 /// One of the smallest parts is given up after this much work per ray, because its rays have too
-/// little in common. For any-hit queries, a quarter of this applies, since single rays also find
-/// any hit sooner.
+/// little in common. For any-hit queries, a quarter of this applies, since single-ray traversal
+/// also finds any hit sooner.
 const PATIENCE: usize = 32;
 
-/// The maximum amount of work for a part at a level.
+/// Returns the maximum amount of work for a part at a level.
 #[inline(always)]
 pub(super) fn budget(level: usize, any: bool) -> usize {
     let patience = if any { PATIENCE / 4 } else { PATIENCE };
@@ -31,10 +31,10 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
-    /// Splits a part into smaller ones and adds these.
+    /// Splits a part into smaller ones and adds them.
     pub(super) fn add(&mut self, part: u64, level: usize) {
         let width = WIDTHS[level];
-        // Add them in reverse, because the part added last is next.
+        // Add them in reverse, because the part added last is taken first.
         for first in (0..PACKETS).step_by(width).rev() {
             let smaller = part & (u64::MAX >> (PACKETS - width)) << first;
             if smaller != 0 {
@@ -44,7 +44,7 @@ impl Waiting {
         }
     }
 
-    /// The next part with live packets: a mask of these packets, and the part's level.
+    /// Returns the next part with live packets: a mask of these packets, and the part's level.
     pub(super) fn next(&mut self, alive: u64) -> Option<(u64, usize)> {
         loop {
             self.len = self.len.checked_sub(1)?;

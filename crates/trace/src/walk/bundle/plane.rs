@@ -9,7 +9,7 @@ use crate::tree::{Margin, Node};
 /// errors are proportional to the distance, and callers account for them.
 const PAD: f32 = 10.0 / (1 << 24) as f32;
 
-/// A plane through the origin, facing along its normal.
+/// A plane through the origin of a bundle, given by its normal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CullingPlane {
     normal: [f32; 3],
@@ -39,8 +39,8 @@ impl CullingPlane {
         Self { pad, ..self }
     }
 
-    /// For each of eight boxes, the signed distance of the corner farthest along the normal or,
-    /// with `low`, of the opposite corner.
+    /// Returns, for each of eight boxes, the signed distance of the corner farthest along the
+    /// normal or, if `low` is set, of the opposite corner.
     #[inline(always)]
     pub(crate) fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
@@ -55,7 +55,7 @@ impl CullingPlane {
     }
 }
 
-/// The sum of the magnitudes of a vector's components.
+/// Returns the sum of the magnitudes of a vector's components.
 fn size(v: [f32; 3]) -> f32 {
     v[0].abs() + v[1].abs() + v[2].abs()
 }

@@ -48,8 +48,8 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     }
 
     /// Returns the axis perpendicular to the view along which directions spread at least twice as
-    /// far as at right angles to it. Returns `None` if there is no such axis, or if it is `right`
-    /// or `up`.
+    /// far as at right angles to it. Returns `None` if there is no such axis, or if it nearly
+    /// coincides with `right` or `up`.
     #[inline(always)]
     pub(crate) fn principal_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
         // The sums of x x, x y, and y y relative to the mean, where x and y are the components
@@ -97,7 +97,7 @@ mod tests {
         let line =
             |x: f32, y: f32| (0..9).map(|i| [i as f32 * x, i as f32 * y, 5.0]).collect::<Vec<_>>();
 
-        // The slope is 2, wherever the rays are and however long they are.
+        // The slope is 2, regardless of where the rays are and how long they are.
         let [x, y, z] = axis(&line(0.1, 0.2)).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-4 * y.abs() && z == 0.0, "{x} {y} {z}");
         let far: Vec<_> =

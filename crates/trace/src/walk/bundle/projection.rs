@@ -36,11 +36,11 @@ const SAMPLE: usize = 64;
 /// At most one ray in this many may be an outlier of a bundle.
 const OUTLIERS: usize = 2;
 
-/// Triangles larger than this fraction of a group's window, along x or y, are tested against the
-/// windows of packets with their edges, too.
+/// If a triangle is larger than this fraction of a group's window along x or y, its edges are also
+/// tested against the windows of packets.
 const LARGE: f32 = 0.5;
 
-/// The origin and `t_min` of a ray, or its direction and `t_max`.
+/// Returns the origin and `t_min` of a ray, or its direction and `t_max`.
 #[inline(always)]
 fn half(ray: &Ray, half: usize) -> &[f32; 4] {
     let halves: &[[f32; 4]; 2] = bytemuck::cast_ref(ray);
@@ -61,7 +61,7 @@ pub(crate) struct Projection<S: Simd> {
     pub(crate) slowest: f32,
     /// The near ends of the rays of all packets.
     pub(crate) ranges: Ranges<S::F32x16>,
-    /// Bit i of `live[p]` is set if ray `16 p + i` still looks for a hit.
+    /// Bit i of `live[p]` is set if ray `16 p + i` is still searching for a hit.
     pub(crate) live: [u32; PACKETS],
     /// Bit i of `outliers[p]` is set if ray `16 p + i` misses the projection and is not traced
     /// here.
@@ -129,8 +129,8 @@ impl<S: Simd> Projection<S> {
     }
 
     /// Projects rays and marks all of them as live, while prefetching some of the next rays.
-    /// Returns the window around them, or `None` if too many of them diverge too much, or if
-    /// numbers are too large or too small.
+    /// Returns the window around them, or `None` if too many of them diverge too much, or if values
+    /// are too large or too small.
     #[inline(always)]
     pub(crate) fn project(
         &mut self,
@@ -150,7 +150,7 @@ impl<S: Simd> Projection<S> {
             starts_by = Filter::certified(Threshold::ZERO, S::LEVEL);
         }
 
-        // Fill the last packet up with copies of the last ray.
+        // Pad the last packet with copies of the last ray.
         let (full, rest) = rays.rays.as_chunks::<16>();
         let mut filled = [rays.rays[count - 1]; 16];
         filled[..rest.len()].copy_from_slice(rest);
@@ -238,7 +238,8 @@ impl<S: Simd> Projection<S> {
         (met, on_screen)
     }
 
-    /// The bounding rectangles of packets, by group: the smallest x and y of each, and the largest.
+    /// Returns the bounding rectangles of packets, by group: the smallest x and y of each, and the
+    /// largest.
     pub(crate) fn rectangles(&self) -> impl Iterator<Item = (&[[f32; 16]; 2], &[[f32; 16]; 2])> {
         self.rows.lo.iter().zip(&self.rows.hi)
     }
@@ -278,13 +279,13 @@ impl<S: Simd> Projection<S> {
         self.groups[group].large = [0, 1].map(|k| LARGE * (hi[k] - lo[k]));
     }
 
-    /// A mask of all packets.
+    /// Returns a mask of all packets.
     #[inline(always)]
     pub(crate) fn all(&self) -> u64 {
         u64::MAX >> (PACKETS - self.used)
     }
 
-    /// Makes only these packets current. Returns the window around them.
+    /// Makes the given packets the current ones. Returns the window around them.
     #[inline(always)]
     pub(crate) fn ask(&mut self, packets: u64) -> Rectangle {
         let (mut lo, mut hi) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
@@ -302,7 +303,7 @@ impl<S: Simd> Projection<S> {
         (lo, hi)
     }
 
-    /// The smallest inverse depth at which a hit of the current packets still counts.
+    /// Returns the smallest inverse depth at which a hit of the current packets still counts.
     #[inline(always)]
     pub(crate) fn least(&mut self) -> f32 {
         let mut of_all = f32::INFINITY;
@@ -316,7 +317,7 @@ impl<S: Simd> Projection<S> {
         of_all
     }
 
-    /// The smallest and largest x and y of the given packets of a group.
+    /// Returns the smallest and largest x and y of the given packets of a group.
     #[inline(always)]
     fn window(&self, group: usize, packets: u32) -> Rectangle {
         let ([x_lo, y_lo], [x_hi, y_hi]) = (&self.rows.lo[group], &self.rows.hi[group]);
@@ -329,7 +330,7 @@ impl<S: Simd> Projection<S> {
     }
 }
 
-/// The smallest inverse depth at which a hit of any live ray still counts.
+/// Returns the smallest inverse depth at which a hit of any live ray still counts.
 #[inline(always)]
 pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32 {
     let none = S::F32x16::splat(f32::INFINITY);
@@ -339,14 +340,14 @@ pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32
 /// The smallest and the largest x and y.
 pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
 
-/// The same window sixteen times, to test triangles in lanes.
+/// Returns the same window sixteen times, to test triangles in lanes.
 #[inline(always)]
 fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x16> {
     let splat = S::F32x16::splat;
     Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
 }
 
-/// Sixteen numbers, replaced by `none` where the bit is not set.
+/// Returns sixteen values, replaced with `none` where the bit is not set.
 #[inline(always)]
 fn chosen<S: Simd>(bits: u32, numbers: &[f32; 16], none: f32) -> S::F32x16 {
     S::F32x16::select(sixteen_bits::<S>(bits), Lanes::load(numbers), S::F32x16::splat(none))
@@ -384,8 +385,8 @@ fn side_by_side<S: Simd>(rays: &[Ray; 16]) -> [[S::F32x16; 4]; 2] {
     [S::columns(|i| half(&rays[i], 0)), S::columns(|i| half(&rays[i], 1))]
 }
 
-/// Replaces points that miss the projection by the first one that does not, or by its centre if all
-/// miss.
+/// Replaces points that miss the projection with the first one that does not, or with its centre if
+/// all miss.
 #[inline(always)]
 fn instead<S: Simd>(
     mut met: Points<S::F32x16>,
@@ -402,7 +403,7 @@ fn instead<S: Simd>(
     met
 }
 
-/// The smallest x and y, and the smallest -x and -y.
+/// Returns the smallest x and y, and the smallest -x and -y.
 #[inline(always)]
 fn extremes<S: Simd>(x: S::F32x16, y: S::F32x16) -> [f32; 4] {
     let ([a, b, c, d], [e, f, g, h]) = (fours::<S>(x), fours::<S>(y));

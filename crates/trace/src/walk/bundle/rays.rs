@@ -17,7 +17,7 @@ pub(crate) struct BundleRays<'a> {
 }
 
 impl BundleRays<'_> {
-    /// The point that all rays have in common.
+    /// Returns the point that all rays have in common.
     #[inline(always)]
     pub(crate) fn origin(&self) -> [f32; 3] {
         self.reversed.map_or(self.rays[0].origin, |end| end.point)
@@ -40,13 +40,13 @@ pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
     other[..3] == [0; 3]
 }
 
-/// The numbers of a ray as bits.
+/// Returns the components of a ray as bits.
 #[inline(always)]
 fn bits(ray: &Ray) -> &[u32; 8] {
     bytemuck::cast_ref(ray)
 }
 
-/// Records the bits in which the first four numbers of two rays differ.
+/// Records the bits in which the first four components of two rays differ.
 #[inline(always)]
 fn differ(a: &[u32; 8], b: &[u32; 8], other: &mut [u32; 4]) {
     for k in 0..4 {

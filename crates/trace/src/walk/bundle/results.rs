@@ -136,7 +136,7 @@ impl Results {
         }
     }
 
-    /// Lists all hits with their positions, using values of the triangle and the shared origin that
+    /// Lists all hits with their positions, using per-triangle values for the shared origin that
     /// are computed only once.
     #[inline(always)]
     fn list_met<S: Simd, C: SharedOriginHit>(
@@ -210,7 +210,7 @@ impl Results {
         }
     }
 
-    /// Writes the positions of the hits.
+    /// Writes the hits, including t, u, and v.
     #[inline(always)]
     fn write_hits<S: Simd>(
         &mut self,
@@ -277,7 +277,8 @@ impl Results {
         }
     }
 
-    /// Writes the triangle that each ray hits, given by its position, or none.
+    /// Writes the triangle that each ray hits, or none. Triangles are given by their positions
+    /// among all triangles.
     #[inline(always)]
     fn triangles(&mut self, tree: &Tree, triangles: &mut [MeshTriangle]) {
         // Avoid a branch, which would be mispredicted: the last entry stands for no triangle.
@@ -315,8 +316,8 @@ impl Results {
         hit.truncate(count);
     }
 
-    /// Computes the positions of the hits, using values of the triangle and the shared origin that
-    /// are computed only once.
+    /// Computes the hits, using per-triangle values for the shared origin that are computed only
+    /// once.
     #[inline(always)]
     fn hits<S: Simd, C: SharedOriginHit<H>, H: HitRecord>(
         &self,
@@ -365,7 +366,7 @@ fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     eights.as_flattened()
 }
 
-/// The corners of up to eight triangles in lanes, and their indices.
+/// Returns the corners of up to eight triangles in lanes, and their indices.
 #[inline(always)]
 fn eight(tree: &Tree, slots: &[LeafSlot]) -> ([[[f32; 8]; 3]; 3], [u32; 8]) {
     let (mut corners, mut indices) = ([[[0.0; 8]; 3]; 3], [0; 8]);

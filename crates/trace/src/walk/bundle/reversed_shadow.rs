@@ -30,7 +30,7 @@ const ENDS: f32 = 4.0 / (1 << 24) as f32;
 /// rounding its start hardly changes the rest (f64.md, section 6).
 const BEGINS: f32 = 1.0 / 8.0;
 
-/// The limits for the length of a ray and for its ends: 2^-30 and 2^30.
+/// The limits for the length of a ray and the coordinates of its ends: 2^-30 and 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
 /// The point at which rays end.
@@ -44,7 +44,7 @@ pub(crate) struct CommonEnd {
 }
 
 impl CommonEnd {
-    /// Estimates the point at which rays appear to end from three of them.
+    /// Estimates, from three rays, the point at which rays appear to end.
     #[inline(always)]
     pub(crate) fn of(rays: &[Ray], threshold: Threshold) -> Option<Self> {
         let [first, second, .., last] = rays else { return None };
@@ -67,12 +67,12 @@ impl CommonEnd {
     }
 }
 
-/// The largest magnitude of a coordinate.
+/// Returns the largest magnitude of a coordinate.
 fn largest([x, y, z]: [f32; 3]) -> f32 {
     x.abs().max(y.abs()).max(z.abs())
 }
 
-/// The largest distance between two points along an axis.
+/// Returns the largest distance between two points along an axis.
 fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
     largest([a[0] - b[0], a[1] - b[1], a[2] - b[2]])
 }
@@ -83,7 +83,7 @@ const ALL: u32 = 0xffff;
 /// Rays being reversed, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
-    /// The distances from the point at which rays start and end: the largest along each axis, and
+    /// The distances from the point to where rays start and end: the largest along each axis, and
     /// the sum of the latter.
     way: [F; 3],
     off: [F; 3],
@@ -120,7 +120,8 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         }
         self.shortest = self.shortest.min(tau);
 
-        // Hits within the threshold are now beyond the far end. No interval may become empty.
+        // Hits within the threshold are now beyond the far end. Reversing must not make any
+        // interval empty.
         let start = F::select(t_min.lt(F::splat(threshold)), F::splat(threshold), t_min);
         let (near, far) = (tau - t_max, tau - start);
         let (before, after) = (t_min.lt(t_max), near.lt(far));
@@ -133,8 +134,8 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         ([[origin[0], origin[1], origin[2], near], [-x, -y, -z, far]], sure)
     }
 
-    /// The largest distance by which a ray misses the point. Returns `None` if a ray goes elsewhere
-    /// or extends beyond the point, or if numbers are too large or too small.
+    /// Returns the largest distance by which a ray misses the point, or `None` if a ray goes
+    /// elsewhere or extends beyond the point, or if values are too large or too small.
     #[inline(always)]
     pub(crate) fn off(&self) -> Option<f32> {
         let Self { end: CommonEnd { point, threshold, .. }, way, off, sum, shortest, sane, .. } =
@@ -152,7 +153,7 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
     }
 }
 
-/// The length of the vector formed by the largest lane along each axis.
+/// Returns the length of the vector formed by the largest lane along each axis.
 #[inline(always)]
 fn length<F: Lanes<Scalar = f32>>(v: &[F; 3]) -> f32 {
     let mut sum = 0.0;

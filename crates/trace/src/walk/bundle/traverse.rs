@@ -42,7 +42,7 @@ pub(crate) struct Bundle<'a> {
 pub(crate) enum Outcome {
     /// The rays do not form a bundle.
     NotCoherent,
-    /// The rays diverge too much to form a bundle, or their numbers are too large or too small.
+    /// The rays diverge too much to form a bundle, or their values are too large or too small.
     TooWide,
     /// The rays were traced in packets. Bit p of `left` is set if packet p was left untraced.
     InPackets { left: u64 },
@@ -57,7 +57,7 @@ pub(crate) enum Outcome {
 pub(crate) struct Scratch {
     stack: Pending,
     leaves: Leaves,
-    /// The rest of the stack when a bundle was split, and when a part of it was.
+    /// The rest of the stack from when a bundle was split, and from when a part of it was split.
     split: [Pending; 2],
 }
 
@@ -138,8 +138,8 @@ struct Tracing<'a, S: Simd, T, I> {
 }
 
 impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S, T, I> {
-    /// Traces all rays, in parts if that takes too much work. The first `count` leaves are already
-    /// listed. Returns the packets that are left untraced, and the work.
+    /// Traces all rays, splitting them into parts if they take too much work together. The first
+    /// `count` leaves are already listed. Returns the packets that are left untraced, and the work.
     #[inline(always)]
     fn parts(
         &mut self,
@@ -183,7 +183,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         }
     }
 
-    /// Visits the leaves that every ray may hit, whatever their boxes.
+    /// Visits the leaves that every ray may hit, regardless of their boxes.
     #[inline(always)]
     fn visit_unboxed(&mut self, leaves: &mut Leaves, counts: &mut Counts) {
         let tree = self.bundle.tree;
@@ -241,7 +241,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         (dense, false)
     }
 
-    /// Makes only these packets current.
+    /// Makes the given packets the current ones.
     #[inline(always)]
     fn ask(&mut self, packets: u64, culling: &mut Culling<'_>) {
         let window = self.projection.ask(packets);
@@ -341,17 +341,17 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         seen.truncate(stay);
     }
 
-    /// Bit p is set if a ray of packet p still looks for a hit.
+    /// Returns a mask of the packets with a ray that is still searching for a hit.
     fn alive(&self) -> u64 {
         let is_alive = |packet: usize| u64::from(self.projection.live[packet] != 0) << packet;
         (0..self.projection.used).map(is_alive).sum()
     }
 
-    /// The depth beyond which no hit of the current packets can count.
+    /// Returns the depth beyond which no hit of the current packets can count.
     #[inline(always)]
     fn far(&mut self) -> f32 {
-        // The farthest depth at which any ray still looks for a hit, with a margin for the rounding
-        // of the inverse.
+        // The farthest depth at which any ray is still searching for a hit, with a margin for the
+        // rounding of the inverse.
         let depth = 1.0 / self.projection.least();
         depth + depth * (1.0 / (1 << 18) as f32)
     }
@@ -361,7 +361,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
 /// far end came nearer.
 #[inline(always)]
 fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) -> bool {
-    // The far end of a packet stays as long as one of its rays has no hit.
+    // The far end of a packet does not move as long as one of its rays has no hit.
     let mut known = false;
     while changed != 0 {
         let packet = changed.trailing_zeros() as usize % PACKETS;

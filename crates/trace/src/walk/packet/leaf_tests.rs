@@ -17,7 +17,7 @@ pub(super) struct LeafTests<'a, 'b, S: Simd, const ANY: bool> {
     /// The rays, and the id of the first.
     rays: (&'b [Ray], RayId),
     packet: PreparedPacket<'b, S, RAYS>,
-    /// The rays that still look for a hit.
+    /// The rays that are still searching for a hit.
     live: u32,
     pub(super) closest: ClosestHits<S::F32x16, RAYS>,
     /// With `ANY`, the rays that hit something.
@@ -40,7 +40,7 @@ impl<S: Simd, const ANY: bool> VisitTogether<S::F32x16> for LeafTests<'_, '_, S,
     #[inline(always)]
     fn visit(&mut self, leaf: usize, reaching: <S::F32x16 as Lanes>::Mask) {
         let (reaching, triangles) = (reaching.bits(), self.tree.leaves[leaf].block.live());
-        // Fill the lanes with either the triangles or the rays, whichever are more.
+        // Fill the lanes with either the triangles or the rays, whichever are more numerous.
         if reaching.count_ones() < triangles.count_ones() {
             for lane in lanes_of(reaching) {
                 self.test_ray(leaf, lane);
@@ -71,8 +71,8 @@ impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
         self.live = rays;
     }
 
-    /// Tests the ray in a lane against the triangles of a leaf. Returns the t beyond which the ray
-    /// needs no hit.
+    /// Tests the ray in a lane against the triangles of a leaf. Returns the t beyond which hits of
+    /// the ray no longer count.
     #[inline(always)]
     fn test_ray(&mut self, leaf: usize, lane: usize) -> f32 {
         let Self { tree, ref filter, rays: (rays, first), .. } = *self;

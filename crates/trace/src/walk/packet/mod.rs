@@ -33,11 +33,11 @@ const SPREAD: f64 = 0.25;
 /// faster.
 const TOGETHER: usize = 6;
 
-/// After a packet whose rays diverge, this many packets are skipped. The number doubles after each
-/// further failure, up to the second value.
+/// After a packet whose rays diverge, skip this many packets: at first the first value, then twice
+/// as many after each further failure, up to the second value.
 const PATIENCE: [usize; 2] = [4, 1024];
 
-/// Traces packets to find closest hits, or whether rays hit anything.
+/// Traces packets to find closest hits or whether rays hit anything.
 pub(crate) struct Packets<'a> {
     tree: &'a Tree,
     filter: Filter<'a>,
@@ -56,7 +56,7 @@ impl<'a> Packets<'a> {
         Self { tree, filter, margin, is_used, stack, patience: Patience::new(PATIENCE) }
     }
 
-    /// Traces up to 1024 rays, except for packets that are not coherent. `first` is the number of
+    /// Traces up to 1024 rays, except for packets that are not coherent. `first` is the index of
     /// the first ray in its chunk.
     #[inline(always)]
     pub(crate) fn trace<S: Simd>(
@@ -103,7 +103,8 @@ impl<'a> Packets<'a> {
             return false;
         }
         let packet = RayPacket::new(rays);
-        // Rays without an interval hit nothing. Rays with extreme numbers are traced alone.
+        // Rays without an interval hit nothing. If a ray has extreme values, the packet is not
+        // traced.
         let t_min = S::F32x16::load(&packet.t_min);
         let live = packet.live() & t_min.lt(S::F32x16::load(&packet.t_max)).bits();
         let prepared = filter.prepare_packet_in::<S, RAYS>(&packet);
@@ -139,8 +140,8 @@ impl<'a> Packets<'a> {
     }
 }
 
-/// For each axis, a mask of the rays whose directions are negative. -0 counts as negative, as in
-/// the slab test.
+/// Returns, for each axis, a mask of the rays whose directions are negative. -0 counts as negative,
+/// as in the slab test.
 #[inline(always)]
 pub(crate) fn negative<S: Simd>(dir: &[[f32; RAYS]; 3]) -> [u32; 3] {
     let mut negative = [0; 3];
@@ -172,8 +173,8 @@ pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item =
     })
 }
 
-/// Returns whether at least two rays can hit anything, and all rays that can have similar
-/// directions.
+/// Returns whether at least two rays can hit anything, and whether all rays that can hit anything
+/// have similar directions.
 pub(crate) fn is_coherent<S: Scalar + Into<f64>>(rays: &[RayOf<S>]) -> bool {
     let mut live = rays.iter().filter(|ray| ray.t_min.into() < ray.t_max.into());
     let Some(first) = live.next() else { return false };

@@ -1,5 +1,5 @@
-//! Packets must test no more pairs than their rays need. Their results are tested with every order
-//! of rays in `tests/orders.rs`.
+//! Tests that packets test no more pairs than their rays need. `tests/orders.rs` tests their
+//! results with rays in every order.
 
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Counts, Hit32, Mode, Ray, Triangle};
@@ -9,8 +9,8 @@ use crate::Bvh;
 use crate::walk::BatchOutput;
 use crate::walk::bundle::Outcome;
 
-/// A packet's hits, if it was traced, and the number of pairs of a ray and a triangle that it
-/// tested.
+/// Traces a packet. Returns its hits, if it was traced, and the number of ray-triangle pairs that
+/// it tested.
 struct Trace<'a>(&'a Bvh, &'a [Ray]);
 
 impl WithSimd for Trace<'_> {
@@ -27,8 +27,8 @@ impl WithSimd for Trace<'_> {
     }
 }
 
-/// Two distant groups of eight triangles, with a row of rays toward each. No ray visits the other
-/// group's leaf.
+/// Traces a row of rays toward each of two distant groups of eight triangles. No ray may visit the
+/// other group's leaf.
 #[test]
 fn rays_visit_only_the_boxes_that_they_meet() {
     let place = |i: usize| (i % 8) as f32 + 100.0 * (i / 8) as f32;
@@ -49,8 +49,8 @@ fn rays_visit_only_the_boxes_that_they_meet() {
     }
 }
 
-/// Rays with empty intervals and NaN, infinite, or huge numbers, among coherent rays. Their lanes
-/// must not visit anything, not even the empty slots of a node.
+/// Mixes rays with empty intervals and NaN, infinite, or huge values into coherent rays. Their
+/// lanes must not visit anything, not even the empty slots of a node.
 #[test]
 fn rays_without_an_interval_do_not_disturb_the_others() {
     let (inf, nan) = (f32::INFINITY, f32::NAN);

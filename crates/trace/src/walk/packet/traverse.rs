@@ -1,4 +1,4 @@
-//! The traversal of a packet, with one stack for all its rays.
+//! Traverses a tree with a packet, using one stack for all its rays.
 
 use intertri::internal::prefetch;
 use intertri::simd::{Lanes, Mask, Simd};
@@ -32,7 +32,8 @@ pub(crate) struct Boxes<'a> {
 }
 
 impl<'a> Boxes<'a> {
-    /// The boxes of a tree. The second root, that of the thin triangles, is visited last.
+    /// Returns the boxes of a tree. The root of the second tree, which holds thin triangles, is
+    /// visited last.
     #[inline(always)]
     pub(crate) fn of(tree: &'a Tree) -> Self {
         let root = if tree.leaves.is_empty() { EMPTY } else { 0 };
@@ -40,10 +41,10 @@ impl<'a> Boxes<'a> {
     }
 }
 
-/// The action of a packet at leaves.
+/// Defines what a packet does at leaves.
 pub(crate) trait VisitTogether<F: Lanes<Scalar = f32>> {
-    /// The t beyond which each ray needs no hit; NaN for rays that are done, so that no comparison
-    /// holds.
+    /// Returns the t beyond which hits of each ray no longer count; NaN for rays that are done, so
+    /// that no comparison holds.
     fn far(&self) -> F;
     /// Tests a leaf against the rays that reach it.
     fn visit(&mut self, leaf: usize, reaching: F::Mask);
@@ -99,8 +100,8 @@ impl PacketStack {
                     t_min,
                     far,
                 );
-                // Rays not reaching the node may seem to meet anything, even empty slots, because
-                // their numbers may be NaN or infinite.
+                // Rays that do not reach the node may seem to meet any box, even that of an empty
+                // slot, because their values may be NaN or infinite.
                 let met = met & reaching;
                 // Avoid a branch: whether any ray meets a box is hard to predict.
                 S::F32x16::select(met, near, none).store(&mut nears[top].0);

@@ -1,4 +1,4 @@
-//! Child prediction: the child that the last ray visited from a node is the guess for the next ray.
+//! Child prediction: guesses that a ray visits the same child of a node as the last ray did.
 //!
 //! ```text
 //!   node ──► its eight boxes tested ──► the nearest one hit           about 40 cycles per node
@@ -9,7 +9,7 @@
 //! A guess never decides anything: the child returned is always the one that the box tests chose.
 //! Ray streams need no guesses, because other rays are tested while one waits.
 
-/// The number of guesses kept. Nodes with the same remainder share an entry.
+/// The number of guesses kept. Nodes whose indices are equal modulo this number share an entry.
 const NODES: usize = 1024;
 
 /// Guesses for one hierarchy at a time.

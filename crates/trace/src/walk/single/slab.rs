@@ -49,25 +49,25 @@ const PLAIN: f32 = power_of_two(50);
 /// The maximum coordinate: 2^124.
 const LARGEST: f32 = power_of_two(124);
 
-/// `2^e`, which must be a normal number.
+/// Returns `2^e`, which must be a normal number.
 const fn power_of_two(e: i32) -> f32 {
     f32::from_bits(((127 + e) as u32) << 23)
 }
 
-/// Bit k of the result is set if the direction is negative along axis k.
+/// Returns the octant of a ray: bit k is set if the direction is negative along axis k.
 #[inline(always)]
 pub(crate) fn octant(ray: &Ray) -> usize {
     let [x, y, z] = ray.dir.map(|d| usize::from(d.is_sign_negative()));
     x | y << 1 | z << 2
 }
 
-/// The largest magnitude of a coordinate.
+/// Returns the largest magnitude of a coordinate.
 #[inline(always)]
 fn largest([x, y, z]: [f32; 3]) -> f32 {
     larger(larger(x.abs(), y.abs()), z.abs())
 }
 
-/// The larger of two numbers, in a single instruction, unlike [`f32::max`].
+/// Returns the larger of two numbers. Unlike [`f32::max`], this takes a single instruction.
 #[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -103,8 +103,8 @@ struct Lines {
 }
 
 impl Slabs {
-    /// Prepares a ray. Returns `None` if numbers are so large or so small that it must be scaled;
-    /// see [`Slabs::scaled`].
+    /// Prepares a ray. Returns `None` if its values are so large or so small that it must be
+    /// scaled; see [`Slabs::scaled`].
     #[inline(always)]
     pub(crate) fn new<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
         Self::around::<S>([ray.origin, ray.origin], ray.dir, 0.0, margin)
@@ -139,7 +139,7 @@ impl Slabs {
         if !(away + margin.reach < LARGEST && length > 0.0 && length < f32::INFINITY) {
             return None;
         }
-        // Scale in two steps, because the power of two may not be representable in f32. Numbers
+        // Scale in two steps, because the power of two may not be representable in f32. Components
         // that become 0 are negligible.
         let by = -f64::from(length).log2().floor() as i32;
         let half = |e: i32| power_of_two(e.clamp(-126, 127));
@@ -185,7 +185,8 @@ impl Slabs {
     }
 }
 
-/// The amounts by which a ray's slabs are widened, apart from its own numbers along an axis.
+/// The amounts by which a ray's slabs are widened, apart from those that depend on its coordinates
+/// along an axis.
 struct Room<F> {
     /// The minimum magnitude of a direction component.
     least: F,
@@ -222,8 +223,8 @@ fn planes<F: Lanes<Scalar = f32>>(
         // plane changes by less than this.
         pad = pad + F::select(level, last(), splat(0.0));
     }
-    // `side * rd + minus` is then a single multiply-add per plane of a node. For a beam, which
-    // starts in a box, the start with the nearest or farthest plane counts.
+    // `side * rd + minus` is then a single multiply-add per plane of a node. A beam starts in a
+    // box, so use the start with the nearest near plane and the start with the farthest far plane.
     let minus_near = -((lo * near_rd).max(hi * near_rd) + pad);
     [near_rd, far_rd, minus_near, pad - (lo * far_rd).min(hi * far_rd)]
 }
@@ -369,8 +370,8 @@ mod tests {
         }
     }
 
-    /// A 24-bit integer, often slightly above a power of two, where relative rounding errors are
-    /// largest, or slightly below, where those of the inverse are.
+    /// Returns a 24-bit integer, often slightly above a power of two, where relative rounding
+    /// errors are largest, or slightly below one, where those of the inverse are.
     fn digits(random: &mut impl FnMut() -> f32) -> f32 {
         let size = (23.0 * random()).floor().exp2();
         let off = (size * random()).floor();
@@ -378,7 +379,7 @@ mod tests {
         if random() < 0.5 { power + off } else { 2.0 * power - 1.0 - off }
     }
 
-    /// An origin, a direction component, and a plane that is reached at a positive t.
+    /// Returns an origin, a direction component, and a plane that is reached at a positive t.
     fn origin_direction_plane(random: &mut impl FnMut() -> f32) -> [f32; 3] {
         loop {
             let (dir, mut origin) = (digits(random), digits(random));

@@ -17,10 +17,10 @@ use intertri::simd::{Lanes, Mask, Simd};
 use super::child_predictor::ChildPredictor;
 use crate::tree::{Node, Tree, far_to_near, first_slot};
 
-/// The entry at the bottom of a stack: nothing is left to visit.
+/// The entry at the bottom of a stack, which means that nothing is left to visit.
 pub(crate) const BOTTOM: u32 = u32::MAX;
 
-/// The number of entries at the bottom, which is the number of entries that one pop compares.
+/// The number of entries at the bottom, which is also the number that one pop compares.
 const LOOK: usize = 8;
 
 /// The stacks of one or several rays.
@@ -94,9 +94,9 @@ impl Drop for LentScratch {
 }
 
 impl Stack {
-    /// The capacity for a ray's children. A push always writes eight entries, however many are
-    /// valid. An odd number of cache lines per ray keeps the tops of the stacks from competing for
-    /// the same cache sets.
+    /// Returns the capacity for a ray's children. A push always writes eight entries, however many
+    /// are valid. An odd number of cache lines per ray keeps the tops of the stacks from competing
+    /// for the same cache sets.
     fn room(size: usize) -> usize {
         // Sixteen floats fill a cache line.
         (LOOK + size + 8).next_multiple_of(16) | 16
@@ -120,13 +120,13 @@ impl Stack {
         Self::new(rays, tree.stack)
     }
 
-    /// The top of a ray's empty stack.
+    /// Returns the top of a ray's empty stack.
     #[inline(always)]
     pub(crate) fn bottom(&self, ray: usize) -> u32 {
         (ray * self.each + LOOK) as u32
     }
 
-    /// Accesses the contents of the stacks.
+    /// Returns the contents of the stacks.
     #[inline(always)]
     pub(crate) fn entries(&mut self) -> Entries<'_> {
         // Slice both to the same length, so that one bounds check covers both.
@@ -162,7 +162,7 @@ impl Entries<'_> {
     }
 
     /// Like [`Entries::pop`], but for a ray that waits for the result: reading one entry at a time
-    /// need not wait for recent writes to reach memory.
+    /// does not have to wait for recent writes to reach memory.
     #[inline(always)]
     pub(crate) fn pop_at_once(&self, top: &mut u32, far: f32) -> u32 {
         loop {

@@ -9,10 +9,10 @@ use super::slab::{SlabLanes, Slabs, octant};
 use super::stack::{BOTTOM, TraversalScratch};
 use crate::tree::{EMPTY, LEAF, Node, Tree};
 
-/// The action of a query at the leaves that a ray reaches.
+/// What a query does at each leaf that a ray reaches.
 ///
-/// This is a trait and not a closure, because the method must be inlined into the traversal.
-/// Otherwise, it would be compiled without the level's instructions.
+/// This is a trait rather than a closure because the method must be inlined into the traversal;
+/// otherwise, it would be compiled without the SIMD level's instructions.
 pub(crate) trait Visit {
     /// Tests the triangles of a leaf. Returns the new far end of the query, or `None` to stop.
     fn visit(&mut self, leaf: usize) -> Option<f32>;
@@ -21,9 +21,10 @@ pub(crate) trait Visit {
 /// The lanes of a ray that hold its origin and direction.
 const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
-/// Visits the leaves whose triangles a ray may hit, roughly front to back. For `closest` queries,
-/// the nearest box of a node always comes first, so that fewer leaves are visited before the hit.
-/// Other queries must not bring the far end nearer, because they drop nothing from the stack.
+/// Visits the leaves whose triangles a ray may hit, roughly front to back. If `closest` is true,
+/// the nearest box of each node is visited first, so that fewer leaves are visited before the hit
+/// is found. Otherwise, the visitor must not move the far end nearer, because no entries are
+/// dropped from the stack.
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
     tree: &Tree,
@@ -32,8 +33,8 @@ pub(super) fn traverse<S: Simd>(
     closest: bool,
     visitor: &mut impl Visit,
 ) {
-    // A ray that is not finite hits nothing, nor does a ray with an empty interval. A ray is eight
-    // floats, so one comparison covers them all.
+    // A ray with a non-finite origin or direction hits nothing, and neither does a ray with an
+    // empty interval. A ray is eight floats, so a single comparison covers them all.
     let numbers = S::F32x8::load(bytemuck::cast_ref::<Ray, [f32; 8]>(ray));
     let finite = numbers.abs().le(S::F32x8::splat(f32::MAX)).bits();
     let can_hit = finite & ORIGIN_AND_DIR == ORIGIN_AND_DIR && ray.t_min < ray.t_max;
@@ -47,13 +48,13 @@ pub(super) fn traverse<S: Simd>(
     let mut walk = Walk { shortens: true, closest, ..Walk::new(tree, octant, interval, unboxed) };
     let slabs = match Slabs::new::<S>(ray, &margin) {
         Some(slabs) => slabs,
-        // A ray without a direction hits nothing.
+        // A ray whose direction is zero hits nothing.
         None if ray.dir == [0.0; 3] => return,
         None => {
-            // A ray with extreme numbers is scaled for traversal, and hits do not shorten it. If
-            // scaling is impossible, every triangle is tested.
+            // A ray with extreme coordinates is scaled for traversal, and hits do not shorten it.
+            // If scaling is impossible, every triangle is tested.
             let scaled = Slabs::scaled::<S>(ray, &margin);
-            // After scaling, t is unrelated to the ray's own, so the interval is open.
+            // The scaled ray's t is unrelated to the original t, so its interval is unbounded.
             let unboxed = if scaled.is_some() { unboxed } else { 0 };
             let walk_all = Walk::new(tree, octant, [0.0, f32::INFINITY], unboxed);
             walk = Walk { closest, ..walk_all };
@@ -63,27 +64,27 @@ pub(super) fn traverse<S: Simd>(
     walk.run::<S>(&SlabLanes::splat(&slabs, octant), kept, visitor);
 }
 
-/// A traversal along slabs: what it visits, and how.
+/// The parameters of a traversal.
 #[derive(Clone, Copy)]
 pub(crate) struct Walk<'a> {
     pub(crate) nodes: &'a [Node],
-    /// The number of leaves. Leaves from `unboxed` on are visited whatever their boxes.
+    /// The number of leaves. Leaves from `unboxed` on are visited regardless of their boxes.
     pub(crate) leaves: usize,
     pub(crate) unboxed: usize,
     /// The root of a second tree, or [`EMPTY`].
     pub(crate) thin_root: u32,
     pub(crate) octant: usize,
-    /// The interval, and whether visitors may bring its far end nearer.
+    /// The ray's interval, and whether visitors may move its far end nearer.
     pub(crate) t_min: f32,
     pub(crate) far: f32,
     pub(crate) shortens: bool,
-    /// Whether the nearest of a node's boxes comes first.
+    /// Whether the nearest box of each node is visited first.
     pub(crate) closest: bool,
 }
 
 impl<'a> Walk<'a> {
-    /// A traversal of a tree in which leaves from `unboxed` on are visited whatever their boxes.
-    /// Its interval does not become shorter.
+    /// Creates a traversal that visits leaves from `unboxed` on regardless of their boxes. Visitors
+    /// cannot shorten its interval.
     #[inline(always)]
     pub(crate) fn new(
         tree: &'a Tree,
@@ -138,7 +139,7 @@ impl Walk<'_> {
                         break (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
                     }
 
-                    // At a node, continue with one of the boxes that the ray meets.
+                    // At an inner node, continue with one of the children whose boxes the ray hits.
                     let node = &nodes[next as usize];
                     let (met, near) = lanes.meet(node, t_min, far);
                     let bits = met.bits();
@@ -149,14 +150,14 @@ impl Walk<'_> {
                     let first = if closest {
                         stack.push_nearest_first::<S>(&mut top, node, octant, met, near)
                     } else if bits.is_power_of_two() {
-                        // Often, only one box is met. For closest-hit queries, this branch is too
-                        // hard to predict.
+                        // Often, only one box is hit. Closest-hit queries avoid this branch,
+                        // because it is too hard to predict for them.
                         node.child_or_none(bits.trailing_zeros() as u8)
                     } else {
                         stack.push_children::<S>(&mut top, node, octant, met)
                     };
-                    // This equals `first`. But if the guess is right, the CPU can fetch that node
-                    // before the box tests are done.
+                    // `follow` always returns `first`, but if its guess is right, the CPU can fetch
+                    // that node before the box tests are done.
                     next = predictor.follow(next, first);
                 }
             };

@@ -1,4 +1,4 @@
-//! The active rays of a stream: sixty-four rays that take turns.
+//! The active rays of a stream: 64 rays that take turns.
 
 use intertri::{ClosestHit, PreparedRay};
 
@@ -13,7 +13,7 @@ pub(super) const ACTIVE: usize = 64;
 pub(super) struct RayState {
     pub(super) slabs: PackedSlabs,
     pub(super) t_min: f32,
-    /// Hits beyond this t do not count.
+    /// Hits beyond this t are ignored.
     pub(super) far: f32,
     /// The node or leaf to visit next.
     pub(super) next: u32,
@@ -30,7 +30,7 @@ pub(super) struct AtLeaves {
     pub(super) closest: ClosestHit,
 }
 
-/// A set of active slots whose rays take the same kind of step next, one bit each.
+/// A set of slots whose rays take the same kind of step next, with one bit per slot.
 #[derive(Clone, Copy)]
 pub(super) struct Set(pub(super) u64);
 
@@ -46,17 +46,18 @@ impl Set {
     /// Adds a slot if `put` is true.
     #[inline(always)]
     pub(super) fn put(&mut self, place: usize, put: bool) {
-        // Avoid a branch: which ray goes where is practically random and would be mispredicted.
+        // Avoid a branch: which ray goes where is practically random, so it would often be
+        // mispredicted.
         self.0 |= u64::from(put) << (place % ACTIVE);
     }
 
-    /// The slots that are in neither of two other sets.
+    /// Returns the slots of this set that are in neither `a` nor `b`.
     #[inline(always)]
     pub(super) fn without(self, a: Self, b: Self) -> Self {
         Self(self.0 & !(a.0 | b.0))
     }
 
-    /// The slots that are in either set.
+    /// Returns the slots that are in either set.
     #[inline(always)]
     pub(super) fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)

@@ -1,5 +1,5 @@
-//! Collects all hits of rays at leaves: as pairs, as crossings, or as the winding number of the
-//! origins.
+//! Collects all hits of rays at leaves: as hit pairs, as crossing counts, or as winding numbers of
+//! the rays' origins.
 
 use intertri::internal::BlockHits;
 use intertri::internal::exact::Side;
@@ -12,13 +12,13 @@ use crate::walk::BatchOutput;
 use crate::walk::single::is_held;
 use crate::walk::{HitPairs, NearestFew};
 
-/// A ray of a stream that collects all hits, and how far it looks for them.
+/// Collects all hits of one ray in a stream.
 pub(super) struct HitCollector<'a> {
     pub(super) tree: &'a Tree,
     pub(super) filter: Filter<'a>,
     pub(super) id: RayId,
     pub(super) ray: &'a Ray,
-    /// The ray's nearest hits, if their number is limited.
+    /// The ray's nearest hits, if the number of hits is limited.
     pub(super) few: Option<&'a mut NearestFew>,
     pub(super) far: f32,
 }
@@ -48,11 +48,11 @@ impl HitCollector<'_> {
         }
     }
 
-    /// Lists the hits.
+    /// Adds the hits to `pairs`. Returns whether the ray is done.
     #[inline(always)]
     fn pairs(&mut self, hits: &BlockHits, leaf: usize, pairs: &mut HitPairs) -> bool {
-        // A leaf has at most eight lanes. Reserve memory for all of them first, so that `push`
-        // cannot fail halfway.
+        // A leaf has at most eight hits. Reserve memory for all of them first, so that `push`
+        // cannot fail halfway through.
         if !pairs.reserve(8) {
             return true;
         }
@@ -65,7 +65,7 @@ impl HitCollector<'_> {
             || is_limited && self.shorten(hits, pairs)
     }
 
-    /// Lists the undecided lanes that the resolver confirms as hits.
+    /// Adds the undecided lanes that the resolver confirms as hits.
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, first: usize, pairs: &mut HitPairs) -> bool {
@@ -86,13 +86,13 @@ impl HitCollector<'_> {
         pairs.is_full
     }
 
-    /// Shortens the ray to the last hit that still counts, if the number of hits is limited.
+    /// If the number of hits is limited, shortens the ray to the last hit that can still count.
     #[inline(never)]
     fn shorten(&mut self, hits: &BlockHits, pairs: &mut HitPairs) -> bool {
         if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
             for lane in lanes_of(hits.sure) {
                 // Use the largest t that this hit can have, because only hits that are certainly
-                // behind all those kept may be cut off.
+                // behind all kept hits may be cut off.
                 match few.add(hits.t_hi[lane % 8], most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
@@ -102,8 +102,8 @@ impl HitCollector<'_> {
         pairs.is_full
     }
 
-    /// Counts the crossings. A ray that is certainly inside all edges crosses the triangle; on an
-    /// edge, the exact rule decides.
+    /// Counts the crossings. A ray that certainly passes inside all edges crosses the triangle;
+    /// near an edge, the exact rule decides.
     #[inline(always)]
     fn crossings(&self, hits: &BlockHits, leaf: usize, crossings: &mut Crossings) {
         for lane in lanes_of(hits.sure) {
@@ -118,9 +118,9 @@ impl HitCollector<'_> {
         }
     }
 
-    /// Adds to the winding number of the ray's origin. Returns whether the origin is on a triangle.
-    /// The filter never decides such a triangle: T is 0, and no two edges have certain signs that
-    /// differ.
+    /// Updates the winding number of the ray's origin. Returns whether the origin is on a triangle.
+    /// The filter always leaves such a triangle undecided: T is 0, and no two edges have certain
+    /// signs that differ.
     #[inline(always)]
     fn winding(&self, hits: &BlockHits, leaf: usize, containment: &mut Containment) -> bool {
         for lane in lanes_of(hits.sure) {
@@ -139,7 +139,7 @@ impl HitCollector<'_> {
         *containment == Containment::Surface
     }
 
-    /// The side on which the ray crosses the triangle in a slot, if it does.
+    /// Returns the side from which the ray crosses the triangle in a slot, if it does.
     #[inline(always)]
     fn crossed(&self, slot: LeafSlot) -> Option<Side> {
         let triangle = self.tree.triangle_in(slot);
@@ -153,7 +153,8 @@ impl HitCollector<'_> {
         self.filter.resolver().starts_on(self.ray, &triangle, (self.id, slot))
     }
 
-    /// Collects all hits of a ray that was traced alone, given the slots of the triangles.
+    /// Collects all hits of a ray that was traced alone, given the slots of the triangles that it
+    /// hits.
     pub(super) fn take_alone(&mut self, slots: &[LeafSlot], output: &mut BatchOutput<'_>) {
         let number = self.id.0 as usize;
         let crossed = |slot: &LeafSlot| self.crossed(*slot);

@@ -1,5 +1,5 @@
-//! The node step of a stream: tests the child boxes of each active ray's node and picks what the
-//! ray visits next.
+//! The node step of a stream: tests the child boxes of each active ray's node and picks the node or
+//! leaf that the ray visits next.
 
 use intertri::internal::prefetch;
 use intertri::simd::{Level, Simd, WithSimd};
@@ -53,7 +53,7 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
             let node = &tree.nodes[state.next as usize];
             let lanes = SlabLanes::<S::F32x8>::unpack(&state.slabs, OCTANT);
             let (met, near) = lanes.meet(node, state.t_min, state.far);
-            // The ray visits the nearest child that it hits next; the others go onto its stack.
+            // Next, the ray visits the nearest child that it hits; the others go onto its stack.
             let next = stacks.push::<S>(&mut state.top, node, OCTANT, met, near);
             state.next = next;
             at_node.put(place, next & LEAF == 0);

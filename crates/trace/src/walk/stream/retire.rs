@@ -1,4 +1,4 @@
-//! Finished rays of a stream. Their hits are collected until t, u, and v can be computed for eight
+//! Collects the hits of a stream's finished rays until t, u, and v can be computed for eight hits
 //! at once.
 
 use intertri::internal::{Pairs, Resolver};
@@ -69,7 +69,7 @@ impl<'a> Retired<'a> {
     }
 }
 
-/// Writes each hit to the position of its ray.
+/// Writes each hit to its ray's position.
 #[inline(always)]
 fn write<H: Copy>(to: &mut [H], ids: &[(RayId, LeafSlot)], hits: &[H]) {
     for (hit, &(id, _)) in hits.iter().zip(ids) {

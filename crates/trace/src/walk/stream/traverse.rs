@@ -1,23 +1,23 @@
 //! The traversal of a ray stream.
 //!
-//! Each step of a single ray depends on the step before it. Here 64 rays take turns, so while one
+//! Each step of a single ray depends on the previous one. Here, 64 rays take turns, so while one
 //! ray waits for memory or arithmetic, the CPU executes steps of the others.
 //!
 //! ```text
 //!   rays of an octant ──► start ◄────────── retire
 //!                           │                  ▲
-//!                           ▼                  │ nothing left, or any hit will do
+//!                           ▼                  │ stack empty, or any hit found
 //!                    ┌──► leaves ──────► next from the stack
 //!                    │      │                  ▲       │
 //!                    │      ▼                  │       │
 //!                    │    nodes ───────────────┘       │
-//!                    │      │ at a child   nothing met │
+//!                    │      │ at a child        no hit │
 //!                    └──────┴──────────────────────────┘
 //! ```
 //!
 //! If the hierarchy is larger than the caches, the node or leaf that a ray visits next is
-//! prefetched at the end of its turn. The sets of rays at nodes, at leaves, and done are updated
-//! without branches, because those branches would often be mispredicted.
+//! prefetched at the end of its turn. The sets of rays that are at nodes, at leaves, or done are
+//! updated without branches, because branches would often be mispredicted here.
 
 use intertri::simd::{Simd, WithSimd};
 use intertri::{ClosestHit, Counts, Filter, Ray, RayId};
@@ -36,8 +36,8 @@ use crate::walk::single::{
     All, BOTTOM, Closest, SingleRay, Slabs, Stack, TraversalScratch, octant,
 };
 
-/// A hierarchy larger than this many bytes is not expected to fit in the caches. In unit tests the
-/// limit is small, so that prefetching is tested too.
+/// A hierarchy larger than this many bytes is not expected to fit in the caches. In unit tests, the
+/// limit is small so that prefetching is tested too.
 const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
 
 /// Traces the rays with these ids and writes their results to `output`.
@@ -47,7 +47,7 @@ pub(crate) struct Stream<'a, 'b> {
     pub(crate) rays: &'a [Ray],
     pub(crate) ids: &'a [RayId],
     pub(crate) output: &'a mut BatchOutput<'b>,
-    /// The triangles that may be hit: masks, skip lists, and predicates.
+    /// The masks, skip lists, and predicates that determine which triangles may be hit.
     pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) counts: &'a mut Counts,
 }
@@ -62,7 +62,7 @@ impl WithSimd for Stream<'_, '_> {
         let Some(first) = rays.first() else { return };
         // Slots that have not held a ray yet need a placeholder, which is never read.
         let idle = AtLeaves { ray: filter.prepare_ray(first), closest: ClosestHit::new(0.0) };
-        // While this stream is traced, the rays after its last one are prefetched.
+        // While this stream is traced, the rays that follow its last one are prefetched.
         let next = ids.last().map_or(0, |&last| last.0 as usize + 1);
         let after = (ids.first().copied().unwrap_or_default(), ids.len());
         let memory = filter.resolver().memory_after(after, &rays[next..]);
@@ -93,14 +93,15 @@ impl WithSimd for Stream<'_, '_> {
     }
 }
 
-/// One list of nearest hits for each active ray, or no lists if the number of hits is not limited.
+/// Creates one list of nearest hits for each active ray, or none if the number of hits is not
+/// limited.
 fn nearest_few(output: &BatchOutput<'_>) -> Vec<NearestFew> {
     let is_limited = matches!(output, BatchOutput::Pairs(pairs) if pairs.limit.is_some());
     let few = if is_limited { ACTIVE } else { 0 };
     (0..few).map(|_| NearestFew::default()).collect()
 }
 
-/// The ids of the rays, grouped by octant.
+/// Groups ray ids by octant.
 fn by_octant(rays: &[Ray], ids: &[RayId]) -> [Vec<RayId>; 8] {
     let mut octants = [const { Vec::new() }; 8];
     for &id in ids {
@@ -141,8 +142,8 @@ impl Active<'_, '_> {
         // Initially, all slots are free.
         let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
         loop {
-            // Each round advances every active ray by one node or one leaf. A slot is in at most one
-            // of the three sets.
+            // Each round advances every active ray by one node or one leaf. A slot is in at most
+            // one of the three sets.
             stop::heed();
             nodes = nodes.union(self.start::<S>(free, &mut waiting));
             // No ray is active, and `start` found no waiting ray.
@@ -157,8 +158,8 @@ impl Active<'_, '_> {
                 visit_nodes(filter.level(), octant, tree, states, stacks, nodes);
             let at_leaf = nodes.without(at_node, met_nothing);
 
-            // Rays that hit no child pop from their stacks, and so do rays that have tested a leaf and
-            // are not done.
+            // Rays that hit no child pop from their stacks, and so do rays that have tested a leaf
+            // and are not done.
             let popping = met_nothing.union(leaves.without(free, Set::EMPTY));
             let (popped_node, done) = self.pop::<S>(popping);
             free = free.union(done);

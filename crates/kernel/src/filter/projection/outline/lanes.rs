@@ -18,7 +18,8 @@ pub(super) fn into<L: Lanes>(v: Vec3<L>, [a, b, c]: &[[L::Scalar; 3]; 3]) -> Vec
     }
 }
 
-/// The minimum and maximum of three numbers, widened by `room`; unbounded if they are not known.
+/// Returns the minimum and maximum of three values, widened by `room`. In lanes that are not
+/// `known`, the interval is unbounded.
 #[inline(always)]
 pub(super) fn around<F: Lanes<Scalar = f32>>([a, b, c]: [F; 3], room: F, known: F::Mask) -> (F, F) {
     let everywhere = F::splat(f32::INFINITY);
@@ -38,7 +39,7 @@ pub(super) fn three<F: Lanes<Scalar = f32>>(v: Vec3<F>) -> [[f32; 16]; 3] {
     [sixteen(v.x), sixteen(v.y), sixteen(v.z)]
 }
 
-/// Loads a corner of the triangles of two blocks.
+/// Loads one corner of every triangle in two blocks.
 #[inline(always)]
 pub(super) fn halves<S: Simd>(first: &[[f32; 8]; 3], last: &[[f32; 8]; 3]) -> Vec3<S::F32x16> {
     let ([x, y, z], [u, v, w]) = (first, last);

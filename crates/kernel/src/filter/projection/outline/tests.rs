@@ -1,5 +1,5 @@
-//! Tests the bounds for projected copies against the worst case of all roundings: the bounds hold,
-//! and half of any constant would be too small.
+//! Tests the bounds for projected copies against the worst case over all roundings: the bounds
+//! hold, but they would not if any constant were halved.
 
 use super::super::super::room::Room;
 use super::super::super::worst::{Search, Worst, Worsts};
@@ -63,8 +63,8 @@ impl Case {
         Some(Self { frame, dir, block: TriangleBlock::of_copies(&[copy]), off, a, edges })
     }
 
-    /// The worst-case errors, each as a share of its bound; `None` if the projection decides
-    /// nothing.
+    /// Returns the worst-case errors, each as a fraction of its bound, or `None` if the projection
+    /// decides nothing.
     fn shares(&self) -> Option<[f64; 5]> {
         let Self { frame, dir, block, off, .. } = self;
         Worst::begin(off);
@@ -89,8 +89,8 @@ impl Case {
         Some([edges[0], edges[1], edges[2], depth / sizes.err.value, sign])
     }
 
-    /// The largest error of the inverse depth, and the error of T relative to the quarter of T that
-    /// the proof allows.
+    /// Returns the largest error of the inverse depth, and the error of T relative to the quarter
+    /// of T that the proof allows.
     fn plane(&self) -> (f64, f64) {
         let Self { frame, dir, off, a, edges: [h4, h5], .. } = self;
         Worst::begin(&[]);
@@ -135,7 +135,7 @@ impl Free {
     }
 }
 
-/// Orthogonal axes: the depth and the two axes perpendicular to it, rotated about it.
+/// Returns orthogonal axes: the depth axis and the two axes perpendicular to it, rotated about it.
 fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
@@ -154,8 +154,8 @@ fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     Some([depth, right, cross(depth, right)])
 }
 
-/// Returns nineteen random numbers, with the ray near the triangle, so that most of the projection
-/// is relevant.
+/// Returns a generator of nineteen random numbers. The ray is near the triangle, so that most of
+/// the projection is relevant.
 fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     move |search| {
         let mut numbers = [0.0; 19].map(|_: f64| search.number());
@@ -170,9 +170,9 @@ fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     }
 }
 
-/// A sliver seen from the centre of its scene. Its corner is at `away`; the edges from there run
-/// nearly along `along` and differ by `thin`. The ray is tilted from the depth axis, which is
-/// perpendicular to `right`.
+/// Returns a sliver seen from the centre of its scene. Its corner is at `away`; the edges from
+/// there run nearly along `along` and differ by `thin`. The ray is tilted from the depth axis,
+/// which is perpendicular to `right`.
 fn sliver(
     [away, along, thin]: [[f64; 3]; 3],
     [depth, right]: [[f64; 3]; 2],
@@ -195,9 +195,9 @@ const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
 const DIAGONAL: [f64; 3] = [1.0, 1.0, 0.0];
 const OTHER: [f64; 3] = [1.0, -1.0, 0.0];
 
-/// The input that comes closest to the bound `COPY_DEPTH`: the ray is in the plane and
-/// perpendicular to the edges, so all products of D are large and cancel. T is accurate, because
-/// the corner is straight above.
+/// Returns the input that comes closest to the bound `COPY_DEPTH`: the ray is in the plane and
+/// perpendicular to the edges, so all products of D are large and cancel. T is accurate because the
+/// corner is directly above.
 fn grazing(search: &mut Search) -> [f64; 19] {
     let thin = AXIS.map(|x| 1e-4 * (1.5 + search.number()) * x);
     // The ray is tilted upward from the depth axis. The more it is tilted, the longer it is.
@@ -205,22 +205,23 @@ fn grazing(search: &mut Search) -> [f64; 19] {
     sliver([OTHER, DIAGONAL, thin], [[-slope, -slope, 1.0], OTHER], [0.0, 0.49])
 }
 
-/// The input that comes closest to the bound `COPY_SLANT`: the vector to the corner is nearly in
-/// the plane, and the tilted ray meets the plane long before. Here T is nearly 0.
+/// Returns the input that comes closest to the bound `COPY_SLANT`: the vector to the corner is
+/// nearly in the plane, and the tilted ray meets the plane long before the corner. Here, T is
+/// nearly 0.
 fn slanting(search: &mut Search) -> [f64; 19] {
     let [thin, slope] = [1e-3, 0.02].map(|size| size * (1.5 + search.number()));
     let thin = [0, 1, 2].map(|k| thin * (AXIS[k] - slope * OTHER[k]));
     sliver([AXIS, DIAGONAL, thin], [AXIS, OTHER], [0.49, 0.0])
 }
 
-/// The input that comes closest to the bound `COPY_PLANE`: edges between two axes, below the ray's
-/// start, as thin as possible without losing the sign of T.
+/// Returns the input that comes closest to the bound `COPY_PLANE`: edges between two axes, below
+/// the ray's start, as thin as possible without losing the sign of T.
 fn thin(search: &mut Search) -> [f64; 19] {
     let thin = f64::from(bound::U) * (10.0 + 8.0 * search.number());
     sliver([AXIS, DIAGONAL, OTHER.map(|x| thin * x)], [AXIS, OTHER], [0.0; 2])
 }
 
-/// The largest share of a bound that a search finds.
+/// Returns the largest fraction of a bound that a search finds.
 fn most(
     bound: usize,
     [climbs, steps]: [usize; 2],
@@ -273,8 +274,9 @@ fn half_of_a_constant_of_projected_copies_would_not_do() {
     }
 }
 
-/// The errors of the ends of an interval, as inverse depths, relative to their margin. Takes a
-/// direction, rotated axes, and an end t, whose copy is rounded up or down.
+/// Returns the errors of the far and near ends of an interval, as inverse depths, relative to their
+/// margin. `numbers` holds a direction, the depth axis, and the t of the end, whose copy is rounded
+/// up or down.
 fn ends(numbers: &[f64; 7]) -> Option<[f64; 2]> {
     let [a, b, c, p, q, r, t] = *numbers;
     let [depth, right, up] = axes([p, q, r], 0.0)?.map(|axis| axis.map(|x| x as f32));
