@@ -1,9 +1,11 @@
 //! Compares pairs with rational arithmetic: both rules at every tier, the ends of the interval, the
 //! order of hits, and the rounding of t, u and v.
 
+use core::cmp::Ordering;
+
 use intertri::internal::exact::{
-    self, Side, Tier, attributes, attributes_from, attributes32, crossing_from, order, order_from,
-    t, t_from,
+    self, Side, Tier, attributes, attributes_from, attributes32, crossing_from, order,
+    order_across_axis, order_from, t, t_from,
 };
 use intertri::{RayOf, Rule, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
@@ -41,6 +43,7 @@ struct Counts {
     rounded: usize,
     equal: usize,
     ordered: usize,
+    walls: usize,
 }
 
 impl Counts {
@@ -52,6 +55,7 @@ impl Counts {
         self.rounded += more.rounded;
         self.equal += more.equal;
         self.ordered += more.ordered;
+        self.walls += more.walls;
     }
 }
 
@@ -150,6 +154,26 @@ fn check_order<S: Float>(
         }
         *if want.is_eq() { &mut counts.equal } else { &mut counts.ordered } += 1;
     }
+
+    // Walls across an axis: the same one twice, and the next position.
+    for axis in 0..3 {
+        let wall = |at: S| {
+            TriangleOf(triangle.0.map(|mut corner| {
+                corner[axis] = at;
+                corner
+            }))
+        };
+        let (here, next) = (wall(c1[axis]), wall(c1[axis].above()));
+        let (Some(truth), Some(of_next)) = (oracle::truth(ray, &here), oracle::truth(ray, &next))
+        else {
+            continue;
+        };
+        let want = truth.order(&of_next);
+        assert_eq!(order_across_axis(ray, &here, &next), Some(want), "{ray:?} {here:?} {next:?}");
+        assert_eq!(order_across_axis(ray, &next, &here), Some(want.reverse()));
+        assert_eq!(order_across_axis(ray, &here, &here), Some(Ordering::Equal));
+        counts.walls += 1;
+    }
 }
 
 /// A function that generates a pair of a given kind.
@@ -208,8 +232,9 @@ impl<S: Float> Cases<S> {
         let all = self.run_on_all(pairs, 1, 1);
         println!("{all:#?}");
         for kinds in all {
-            let Counts { hits, crossings, ends, rounded, equal, ordered, .. } = sum(&kinds);
-            let least = hits.min(crossings).min(ends).min(rounded).min(equal).min(ordered);
+            let Counts { hits, crossings, ends, rounded, equal, ordered, walls, .. } = sum(&kinds);
+            let least =
+                hits.min(crossings).min(ends).min(rounded).min(equal).min(ordered).min(walls);
             assert!(least > 100);
         }
     }

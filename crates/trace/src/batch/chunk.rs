@@ -18,9 +18,10 @@ use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
 
 /// Rays outside any bundle are traced as a stream once there are this many; more would not fit in
-/// the cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs
-/// lower their clock rate for a while after a bundle.
+/// the cache. Directly after a bundle, more rays may wait, because some CPUs lower their clock rate
+/// for a while.
 const STREAM: usize = 4096;
+const STREAM_AFTER_BUNDLE: usize = 4 * STREAM;
 
 /// After a reversed bundle that was not worth its cost, the next bundles are not reversed, and
 /// their rays are traced in packets. The first number is how many bundles this applies to. It
@@ -173,7 +174,7 @@ impl WithSimd for TraceChunk<'_, '_> {
             at = end;
             size = next_size(size, at, work > BUSY * rays.len());
 
-            let enough = if is_bundle { usize::MAX } else { STREAM };
+            let enough = if is_bundle { STREAM_AFTER_BUNDLE } else { STREAM };
             if others.len() >= enough || at == all.len() && !others.is_empty() {
                 trace_stream(&chunk, &others, &mut output, &mut counts);
                 others.clear();

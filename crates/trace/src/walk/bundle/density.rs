@@ -122,4 +122,50 @@ mod tests {
             assert_eq!(level.run(Left(&smaller, &rays[..512], true)), Some(0));
         }
     }
+
+    /// Rays toward the same points are traced in the order of tiles, but left to a stream in random
+    /// order, where no packet is narrower than the bundle.
+    #[test]
+    fn bundles_in_random_order_are_not_split() {
+        let at = |i: usize| [(i % 64) as f32 / 8.0 - 4.0, (i / 64) as f32 / 8.0 - 4.0];
+        let triangles: Vec<Triangle> = (0..4096)
+            .map(|i| {
+                let ([x, y], z) = (at(i), (i * 37 % 64) as f32 / 64.0);
+                Triangle([[x, y, z], [x + 0.3, y, z], [x, y + 0.3, z]])
+            })
+            .collect();
+        let bvh = Bvh::new(&triangles).unwrap();
+        let even = |i: usize| (0..5).map(|bit| (i >> (2 * bit) & 1) << bit).sum::<usize>();
+        let ray = |i: usize| {
+            let [x, y] = [even(i), even(i >> 1)].map(|k| k as f32 / 4.0 - 4.0);
+            Ray::new([0.0, 0.0, 20.0], [x, y, -20.0])
+        };
+        let tiles: Vec<Ray> = (0..1024).map(ray).collect();
+        let random: Vec<Ray> = (0..1024).map(|i| ray(i * 389 % 1024)).collect();
+        for level in Level::all() {
+            let work = |rays: &[Ray]| level.run(Work(&bvh, rays));
+            let ([left, _], [all_left, work]) = (work(&tiles), work(&random));
+            assert!(left < 64 && all_left == 64 && work < 16 * 1024, "{left} {all_left} {work}");
+        }
+    }
+
+    /// The number of packets that a bundle leaves, and its work.
+    struct Work<'a>(&'a Bvh, &'a [Ray]);
+
+    impl WithSimd for Work<'_> {
+        type Output = [usize; 2];
+        #[inline(always)]
+        fn run<S: Simd>(self) -> [usize; 2] {
+            let Self(bvh, rays) = self;
+            let rays = BundleRays { rays, first: intertri::RayId(0), next: &[], reversed: None };
+            let projection = &mut Projection::<S>::empty();
+            let scratch = (projection, &mut Scratch::default(), &mut Results::default());
+            let (tree, filter) = (&bvh.tree, Mode::certified().filter());
+            let bundle = Bundle { tree, filter, any: false, every: false };
+            match bundle.trace::<S>(&rays, scratch, &mut Counts::default()) {
+                Outcome::Traced { left, work } => [left.count_ones() as usize, work],
+                _ => [usize::MAX; 2],
+            }
+        }
+    }
 }
