@@ -83,10 +83,17 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Returns whether a ray that hits two triangles is certain to hit both at the same t because it
-/// passes through a shared edge or corner. The result is meaningless unless the ray hits both.
-pub fn touch<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
-    shared_edge::is_met(ray, one, other)
+/// Returns the order in which a ray meets two triangles, if it takes no quotient: they are
+/// perpendicular to the same axis, or the ray passes through a corner or edge that they share. The
+/// result is meaningless unless the ray hits both.
+pub fn known_order<S: Scalar>(
+    ray: &RayOf<S>,
+    one: &TriangleOf<S>,
+    other: &TriangleOf<S>,
+) -> Option<Ordering> {
+    // Coplanar walls and floors are common, and a ray often meets two neighbours at a shared edge.
+    order_across_axis(ray, one, other)
+        .or_else(|| shared_edge::is_met(ray, one, other).then_some(Ordering::Equal))
 }
 
 /// Returns the correctly rounded t of a triangle whose plane the ray's line meets in exactly one
@@ -115,12 +122,8 @@ pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, 
 /// Returns the exact order in which a ray meets two triangles. Its line must meet each plane in
 /// exactly one point.
 pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
-    if let Some(order) = order_across_axis(ray, one, other) {
+    if let Some(order) = known_order(ray, one, other) {
         return order;
-    }
-    // A ray often meets two neighbours at a shared edge.
-    if shared_edge::is_met(ray, one, other) {
-        return Ordering::Equal;
     }
     // If the rounded values of t differ, their order is the exact one. For f32, integers are nearly
     // as fast, so the rounded values are not tried.

@@ -136,15 +136,7 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) {
         let (triangle, slot) = new;
-        let order = if !self.is_hit() {
-            None
-        } else if let Some(order) = pairs.order_across_axis(lane, self.slot) {
-            Some(order)
-        } else {
-            // If the triangle touches the closest one where the ray meets them, both have the same
-            // t.
-            pairs.touch(lane, self.slot).then_some(Ordering::Equal)
-        };
+        let order = if self.is_hit() { pairs.known_order(lane, self.slot) } else { None };
         match order {
             // Whether it is a hit makes no difference.
             Some(Ordering::Greater) => {}
@@ -357,8 +349,8 @@ mod tests {
         fn order_across_axis(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
             None
         }
-        fn touch(&self, _: usize, _: LeafSlot) -> bool {
-            false
+        fn known_order(&self, _: usize, _: LeafSlot) -> Option<Ordering> {
+            None
         }
     }
 

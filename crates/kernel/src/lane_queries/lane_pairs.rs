@@ -59,19 +59,19 @@ pub(crate) trait LanePairs {
     /// slot, if both are perpendicular to the same axis. The ray must hit both.
     #[inline(always)]
     fn order_across_axis(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
+        // Pass a closure, because most resolvers decide without loading the triangles.
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
         let (ray, here) = self.ids(lane);
         self.resolver().order_across_axis(pair, (ray, [here, slot]))
     }
 
-    /// Returns whether the lane's triangle and the triangle in a slot touch where the lane's ray
-    /// meets them. The ray must hit both.
+    /// Returns which of two triangles comes first on the lane's ray, the lane's own or the one in a
+    /// slot, if that is known without computing t. The ray must hit both.
     #[inline(always)]
-    fn touch(&self, lane: usize, slot: LeafSlot) -> bool {
-        // Pass a closure, because most resolvers decide without loading the triangles.
+    fn known_order(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
         let (ray, here) = self.ids(lane);
-        self.resolver().touch(pair, (ray, [here, slot]))
+        self.resolver().known_order(pair, (ray, [here, slot]))
     }
 }
 

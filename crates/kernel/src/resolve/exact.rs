@@ -26,11 +26,11 @@ pub(super) fn order_across_axis(ray: &Ray, a: &Triangle, b: &Triangle) -> Option
     exact::order_across_axis(ray, a, b)
 }
 
-/// See [`Resolver::touch`](super::Resolver::touch).
+/// See [`Resolver::known_order`](super::Resolver::known_order).
 #[cold]
 #[inline(never)]
-pub(super) fn touch(ray: &Ray, a: &Triangle, b: &Triangle) -> bool {
-    exact::touch(ray, a, b)
+pub(super) fn known_order(ray: &Ray, a: &Triangle, b: &Triangle) -> Option<Ordering> {
+    exact::known_order(ray, a, b)
 }
 
 /// See [`Resolver::hit_attributes`](super::Resolver::hit_attributes).

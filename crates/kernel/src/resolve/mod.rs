@@ -178,23 +178,23 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns whether a ray that hits two triangles is certain to hit both at the same t, because
-    /// it meets them where they touch. If the ray misses one of them, the result is meaningless. A
-    /// resolver that cannot decide this returns false without calling `pair`.
+    /// Returns which of two triangles the ray hits first, if that is known without computing t:
+    /// they are perpendicular to the same axis, or the ray meets them where they touch. If the ray
+    /// misses one of the triangles, the result is meaningless.
     #[inline(always)]
-    pub fn touch(
+    pub fn known_order(
         self,
         pair: impl FnOnce() -> (Ray, [Triangle; 2]),
         (id, [one, other]): (RayId, [LeafSlot; 2]),
-    ) -> bool {
+    ) -> Option<Ordering> {
         match self {
             Self::Exact(_) => {
                 // Only this resolver needs the triangles themselves; the others never load them.
                 let (ray, [a, b]) = pair();
-                exact::touch(&ray, &a, &b)
+                exact::known_order(&ray, &a, &b)
             }
-            Self::Originals(originals) => originals.touch(id, one, other),
-            Self::Document(_) => false,
+            Self::Originals(originals) => originals.known_order(id, one, other),
+            Self::Document(_) => None,
         }
     }
 

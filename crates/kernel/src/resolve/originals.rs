@@ -34,8 +34,9 @@ pub trait Originals: fmt::Debug + Sync {
     /// Returns the triangle's plane relative to the ray's origin.
     fn plane(&self, ray: RayId, slot: LeafSlot) -> SeenPlane<f64>;
 
-    /// Returns whether a ray that hits two triangles is certain to meet them where they touch.
-    fn touch(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> bool;
+    /// Returns which of two triangles the ray hits first, if that is known without computing t. The
+    /// ray must be known to hit both.
+    fn known_order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering>;
 
     /// Returns the side from which the ray crosses the triangle within its interval, if it does.
     fn crossing(&self, ray: RayId, slot: LeafSlot) -> Option<Side>;

@@ -31,7 +31,7 @@ const PATIENCE: [usize; 2] = [4, 64];
 
 /// The same for bundles that are not reversed. For example, rays from one camera in random order
 /// share an origin, but each packet of them covers the whole image.
-const BUNDLE_PATIENCE: [usize; 2] = [8, 64];
+const BUNDLE_PATIENCE: [usize; 2] = [2, 64];
 
 /// A bundle was not worth its cost if it took more packet tests per ray than this. One by one,
 /// these rays would have been faster.

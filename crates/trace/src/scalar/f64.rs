@@ -382,9 +382,9 @@ impl Originals for CopiedRays<'_> {
         SeenPlane::new(triangle, ray.origin)
     }
 
-    fn touch(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> bool {
+    fn known_order(&self, ray: RayId, one: LeafSlot, other: LeafSlot) -> Option<Ordering> {
         let ((ray, one), (_, other)) = (self.pair(ray, one), self.pair(ray, other));
-        exact::touch(ray, one, other)
+        exact::known_order(ray, one, other)
     }
 
     fn starts_on(&self, ray: RayId, slot: LeafSlot) -> bool {

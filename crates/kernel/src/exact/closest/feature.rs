@@ -113,8 +113,8 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     )
 }
 
-/// Finds the feature from the signs of the six products `along`, of differences of two, and of `xy
-/// - zw` for four of them. Returns `None` if a necessary sign is unknown.
+/// Finds the feature from the signs of the six products `along`, of differences of two, and of
+/// `xy - zw` for four of them. Returns `None` if a necessary sign is unknown.
 #[inline(always)]
 fn find(
     sign: impl Fn(usize) -> Option<Ordering>,

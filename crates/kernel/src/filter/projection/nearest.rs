@@ -266,14 +266,15 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
-            // If the ray meets an edge or corner that both triangles share, both have the same t,
-            // and the lower index wins.
+            // An undecided triangle behind the other makes no difference. If both have the same t,
+            // for example at an edge that they share, the lower index wins.
             if let Some(other) = other
                 && !sure
-                && settle.touch(ray, slot, other)
+                && let Some(order) = settle.known_order(ray, slot, other)
+                && order.is_ge()
             {
                 let is_lower = (settle.index)(slot) < (settle.index)(other);
-                if is_lower && settle.hit(slot, ray).is_some() {
+                if order.is_eq() && is_lower && settle.hit(slot, ray).is_some() {
                     numbers[lane] = bits;
                 }
                 continue;

@@ -1,5 +1,7 @@
 //! Settles the undecided pairs of a bundle.
 
+use core::cmp::Ordering;
+
 use crate::resolve::{Resolver, SharedOrigin};
 use crate::{LeafSlot, Ray, RayId, Triangle};
 
@@ -46,11 +48,16 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         if self.reversed { t.map(|_| 0.0) } else { t }
     }
 
-    /// Returns whether a ray that hits two triangles meets them where they touch.
+    /// Returns which of two triangles a ray hits first, if that is known without computing t.
     #[inline(always)]
-    pub(super) fn touch(&self, ray: usize, one: LeafSlot, other: LeafSlot) -> bool {
+    pub(super) fn known_order(
+        &self,
+        ray: usize,
+        one: LeafSlot,
+        other: LeafSlot,
+    ) -> Option<Ordering> {
         let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);
-        self.resolver.touch(pair, (self.id(ray), [one, other]))
+        self.resolver.known_order(pair, (self.id(ray), [one, other]))
     }
 
     /// Returns whether a ray hits one triangle before another. The ray must be known to hit both.
