@@ -67,13 +67,27 @@ impl InstancedMesh {
         Triangle64(corners.map(|corner| placed(matrix, corner)))
     }
 
-    /// The corners of all triangles of all instances, where they are placed. Positions that no triangle uses are left
-    /// out; others are repeated.
+    /// The points that triangles of instances use, where they are placed.
     pub fn points(&self) -> impl Iterator<Item = [f64; 3]> {
-        self.instances.iter().flat_map(|Instance { mesh, matrix }| {
-            self.meshes[*mesh as usize].points().map(|point| placed(matrix, point))
+        let used: Vec<Vec<[f64; 3]>> = self.meshes.iter().map(used_positions).collect();
+        (0..self.instances.len()).flat_map(move |instance| {
+            let Instance { mesh, matrix } = self.instances[instance];
+            let count = used[mesh as usize].len();
+            let points: Vec<_> =
+                (0..count).map(|i| placed(&matrix, used[mesh as usize][i])).collect();
+            points
         })
     }
+}
+
+/// The positions that triangles of a mesh use, each once.
+fn used_positions(mesh: &Mesh<f64>) -> Vec<[f64; 3]> {
+    let mut is_used = vec![false; mesh.positions.len()];
+    for &corner in mesh.triangles.as_flattened() {
+        is_used[corner as usize] = true;
+    }
+    let all = mesh.positions.iter().zip(is_used);
+    all.filter(|(_, is_used)| *is_used).map(|(position, _)| *position).collect()
 }
 
 /// A point of a mesh, where an instance places it.

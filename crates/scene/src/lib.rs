@@ -35,6 +35,7 @@
 mod builtin;
 mod camera;
 mod coordinate;
+mod geometry;
 mod image;
 mod instances;
 mod light;
@@ -51,6 +52,7 @@ mod texture;
 
 pub use crate::camera::{Camera, CameraError};
 pub use crate::coordinate::Coordinate;
+pub use crate::geometry::SceneGeometry;
 pub use crate::image::{Image, ImageError, MAX_PIXELS, check_output, check_size, difference};
 pub use crate::instances::{Instance, InstancedMesh};
 pub use crate::light::{Light, hit_point};

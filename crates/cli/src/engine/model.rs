@@ -4,6 +4,7 @@
 //! ```text
 //!   OBJ, PLY, STL, glTF ──► f64 ──┬──► f32, rounded and counted
 //!   saved in f32 or f64 ──────────┴──► f64
+//!   glTF whose meshes are shared ────► instances, in f64, if asked for
 //! ```
 
 use std::fs::File;
@@ -12,7 +13,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use intertri_scene::{Coordinate, Mesh, Note, Notes, Rounding, load_model};
+use intertri_scene::{
+    Coordinate, InstancedMesh, Mesh, Note, Notes, Rounding, load_instances, load_model,
+};
 use intertri_trace::{Bvh, BvhScalar, LoadError, SAVED_MAGIC};
 use serde::Serialize;
 
@@ -46,6 +49,12 @@ pub(crate) struct ModelIn<S: BvhScalar> {
     pub(crate) rounding: Rounding,
     /// Things that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
+}
+
+/// A model as [`Model::load_shared`] reads it.
+pub(crate) enum LoadedModel {
+    Model(Box<Model>),
+    Instances(InstancedMesh, ModelNotes),
 }
 
 /// How to read a model.
@@ -105,6 +114,19 @@ impl Model {
             Some(ScalarName::F64) => Content::SavedF64(saved(path)?),
         };
         Ok(Self { path: path.into(), content, files, notes })
+    }
+
+    /// Reads a model of any format but a saved hierarchy: as instances if meshes in it are used several times, otherwise
+    /// as [`Model::load`] does.
+    pub(crate) fn load_shared(path: &Path, options: ModelOptions) -> Result<LoadedModel> {
+        let loaded = load_instances(path)?;
+        let notes = options.report(path, &loaded.notes)?;
+        if loaded.model.is_shared() {
+            return Ok(LoadedModel::Instances(loaded.model, notes));
+        }
+        let model = loaded.flatten()?;
+        let (content, files) = (Content::Mesh(model.mesh), model.files);
+        Ok(LoadedModel::Model(Box::new(Self { path: path.into(), content, files, notes })))
     }
 
     /// Whether all of its numbers are exact in f32. A hierarchy saved in f64 counts as f64 in any case.

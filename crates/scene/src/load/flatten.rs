@@ -18,8 +18,7 @@ pub(super) const REPEATED: &str =
 pub(super) fn flatten<S: Coordinate>(model: InstancedMesh, most: u64) -> Result<Mesh<S>, Fault> {
     let InstancedMesh { meshes, instances } = model;
     check_size(&meshes, &instances, most)?;
-    let has_uvs =
-        instances.iter().any(|instance| meshes[instance.mesh as usize].corner_uvs.is_some());
+    let has_uvs = meshes.iter().any(|mesh| mesh.corner_uvs.is_some());
     let mut left = vec![0_usize; meshes.len()];
     for instance in &instances {
         left[instance.mesh as usize] += 1;
@@ -71,11 +70,9 @@ fn append<S: Coordinate>(
     all.triangles.try_reserve(mesh.triangles.len())?;
     let triangles = mesh.triangles.iter();
     all.triangles.extend(triangles.map(|corners| corners.map(|corner| first + corner)));
-    // If only some meshes have texture coordinates, the others have zeros.
-    if let Some(uvs) = &mut all.corner_uvs {
-        uvs.try_reserve(mesh.triangles.len())?;
-        uvs.extend(mesh.corner_uvs.iter().flatten());
-        uvs.resize(all.triangles.len(), [[0.0; 2]; 3]);
+    if let (Some(all), Some(uvs)) = (&mut all.corner_uvs, &mesh.corner_uvs) {
+        all.try_reserve(uvs.len())?;
+        all.extend(uvs);
     }
     Ok(())
 }

@@ -109,8 +109,8 @@ pub struct LoadedInstances {
     /// Things that were left out, repaired or guessed; empty for most models.
     pub notes: Notes,
     path: PathBuf,
-    /// How many vertices and triangles one mesh of it may have.
-    most: u64,
+    /// How many vertices and triangles one mesh of it may have; `None` if it is one mesh in its own place.
+    most: Option<u64>,
 }
 
 /// Reads a model like [`load_model`] in f64, but keeps meshes that are used several times apart from their
@@ -128,10 +128,12 @@ pub fn load_instances(path: &Path) -> Result<LoadedInstances, LoadError> {
     let read = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
     let read = read.and_then(|(content, notes)| {
         let (model, most) = match content {
-            Content::Mesh(mesh) => (InstancedMesh::of(mesh), u64::MAX),
-            Content::Instanced { model, most } => (model, most),
+            Content::Mesh(mesh) => (InstancedMesh::of(mesh), None),
+            Content::Instanced { model, most } => (model, Some(most)),
         };
-        flatten::check(&model)?;
+        if most.is_some() {
+            flatten::check(&model)?;
+        }
         Ok((model, most, notes))
     });
     let (model, most, notes) = read.map_err(|fault| fault.of(path))?;
@@ -144,8 +146,11 @@ impl LoadedInstances {
     /// # Errors
     /// Fails if the instances have more triangles than one mesh may have.
     pub fn flatten(self) -> Result<LoadedModel<f64>, LoadError> {
-        let Self { model, files, notes, path, most } = self;
-        let mesh = flatten(model, most).map_err(|fault| fault.of(&path))?;
+        let Self { mut model, files, notes, path, most } = self;
+        let mesh = match most {
+            None => model.meshes.pop().unwrap_or_default(),
+            Some(most) => flatten(model, most).map_err(|fault| fault.of(&path))?,
+        };
         Ok(LoadedModel { mesh, files, notes })
     }
 }

@@ -26,10 +26,16 @@ use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
 /// Draws the picture, and checks it with `--check`.
-pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instant) -> Result<()> {
-    let mut seconds = RenderSeconds::default();
+/// A model that was loaded before took `load` seconds.
+pub(super) fn run(
+    options: &Options,
+    threshold: Option<Threshold>,
+    (loaded, load): (Option<Model>, f64),
+    start: Instant,
+) -> Result<()> {
+    let mut seconds = RenderSeconds { load, ..RenderSeconds::default() };
     let (scene, triangles, bvh, (rounding, notes)) = timed(&mut seconds.load, || -> Result<_> {
-        let (scene, bvh, changes) = load_scene(options)?;
+        let (scene, bvh, changes) = load_scene(options, loaded)?;
         let triangles = triangles(&scene.mesh)?;
         Ok((scene, triangles, bvh, changes))
     })?;
@@ -85,11 +91,16 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
 type Changes = (Rounding, ModelNotes);
 
 /// The model or the built-in scene, with its camera and texture.
-fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
+fn load_scene(
+    options: &Options,
+    loaded: Option<Model>,
+) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    let load = |path| Model::load(path, options.reading)?.in_f32();
-    let model = options.model.as_deref().map(load).transpose()?;
+    let load = |path| Model::load(path, options.reading);
+    let loaded =
+        loaded.map_or_else(|| options.model.as_deref().map(load).transpose(), |m| Ok(Some(m)));
+    let model = loaded?.map(Model::in_f32).transpose()?;
     let changes = model.as_ref().map(|model| (model.rounding, model.notes.clone()));
     let changes = changes.unwrap_or_default();
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());

@@ -22,10 +22,15 @@ use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
 /// Draws the picture, and checks it with `--check`.
-pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
+/// A model that was loaded before took `load` seconds.
+pub(super) fn run(
+    options: &Options,
+    (loaded, load): (Option<Model>, f64),
+    start: Instant,
+) -> Result<()> {
     check(options)?;
-    let (size, mut seconds) = (options.size, RenderSeconds::default());
-    let (scene, bvh, notes) = timed(&mut seconds.load, || load_scene(options))?;
+    let (size, mut seconds) = (options.size, RenderSeconds { load, ..RenderSeconds::default() });
+    let (scene, bvh, notes) = timed(&mut seconds.load, || load_scene(options, loaded))?;
     let engine = |name| Engine64::new(name, triangles(&scene.mesh)?, bvh.clone());
     let draw =
         |engine: &Engine64| Frame::traced(&scene, size, engine, options.shadows == Shadows::Rays);
@@ -72,12 +77,14 @@ fn check(options: &Options) -> Result<()> {
 type Saved = Option<Arc<Bvh<f64>>>;
 
 /// The model or the built-in house, with its camera, light and texture.
-fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved, ModelNotes)> {
+fn load_scene(options: &Options, loaded: Option<Model>) -> Result<(Scene<f64>, Saved, ModelNotes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
     // A model's other files are never pictures, so the output cannot be one of them.
-    let load = |path| Model::load(path, options.reading)?.in_f64();
-    let model = options.model.as_deref().map(load).transpose()?;
+    let load = |path| Model::load(path, options.reading);
+    let loaded =
+        loaded.map_or_else(|| options.model.as_deref().map(load).transpose(), |m| Ok(Some(m)));
+    let model = loaded?.map(Model::in_f64).transpose()?;
     let notes = model.as_ref().map(|model| model.notes.clone()).unwrap_or_default();
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let aspect = f64::from(width) / f64::from(height);

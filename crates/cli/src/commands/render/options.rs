@@ -35,7 +35,8 @@ pub(crate) struct Options {
 
     /// The scalar to trace in; f64 works with the engines exact and oracle, including for --check. Without a
     /// model, f64 draws a house at UTM coordinates. f32 rounds coordinates, which hardly shows in a picture;
-    /// the report counts them [default: that of a saved hierarchy, else f32]
+    /// the report counts them [default: that of a saved hierarchy, f64 for a glTF whose nodes share meshes, which are
+    /// then traced as instances, else f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 
@@ -93,6 +94,14 @@ pub(super) fn takes_f32_alone(options: &Options) -> bool {
     engines.into_iter().flatten().any(|engine| !engine.is_exact())
         || options.wire.is_some()
         || options.shadows == Shadows::Volumes
+}
+
+/// Whether a model whose meshes are shared is traced as instances: in f64, by the engine `exact` alone.
+pub(super) fn takes_instances(options: &Options) -> bool {
+    options.engine == EngineName::Exact
+        && options.check.is_none()
+        && options.scalar != Some(ScalarName::F32)
+        && !takes_f32_alone(options)
 }
 
 /// A grid that no engine would use is an error.

@@ -65,7 +65,7 @@ pub(super) fn read(mut input: impl Read, beside: Option<&mut Beside<'_>>) -> Res
     let most = Primitives::most(tables, bytes.len());
     let mut shared = SharedMeshes::new(Primitives::new(tables, most, notes));
     nodes::walk(&mut shared)?;
-    let (model, notes) = shared.finish();
+    let (model, notes) = shared.finish()?;
     Ok(Gltf { model, notes, most })
 }
 

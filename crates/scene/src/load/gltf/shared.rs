@@ -88,7 +88,17 @@ impl<'a> SharedMeshes<'a> {
         push(&mut self.model.instances, Instance { mesh, matrix })
     }
 
-    pub(super) fn finish(self) -> (InstancedMesh, Notes) {
-        (self.model, self.primitives.notes)
+    /// The meshes and instances, after the whole file has been read.
+    pub(super) fn finish(mut self) -> Result<(InstancedMesh, Notes), Fault> {
+        // If only some meshes have texture coordinates, the others have zeros.
+        let meshes = &mut self.model.meshes;
+        if meshes.iter().any(|mesh| mesh.corner_uvs.is_some()) {
+            for mesh in meshes {
+                let uvs = mesh.corner_uvs.get_or_insert_with(Vec::new);
+                uvs.try_reserve(mesh.triangles.len() - uvs.len())?;
+                uvs.resize(mesh.triangles.len(), [[0.0; 2]; 3]);
+            }
+        }
+        Ok((self.model, self.primitives.notes))
     }
 }
