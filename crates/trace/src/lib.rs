@@ -70,7 +70,8 @@
 //!
 //! **Input.** [`Bvh::new`] takes a slice of triangles, [`Bvh::from_indexed`] vertices and indices,
 //! [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] several meshes, each of which becomes a geometry
-//! with a mask. [`Bvh::refit`] follows moving vertices, and [`Bvh::load`] reads what [`Bvh::write_to`] saved.
+//! with a mask. [`Bvh::refit`] follows moving vertices, and [`Bvh::load`] reads what [`Bvh::write_to`] saved, as
+//! [`Scene::load`] does for scenes.
 //!
 //! # Features
 //!
@@ -123,7 +124,7 @@ pub use media::{Media, MediaError, MediumCrossing, Segment};
 pub use nearest::ClosestPoint;
 pub use query::Query;
 pub use refit::{Refit, RefitError};
-pub use save::{LoadError, SAVED_MAGIC};
+pub use save::{LoadError, SAVED_MAGIC, SAVED_SCENE_MAGIC, SceneLoadError};
 pub use scalar::BvhScalar;
 pub use selection::Faces;
 pub use solid::{DefectiveEdge, DuplicateTriangle, MeshReport, Orientation, Solid, SolidError};
@@ -134,7 +135,7 @@ pub use util::memory::OutOfMemory;
 #[doc(hidden)]
 pub mod internal {
     pub use crate::batch::tiles::{Band, Block, LOWEST, TILE};
-    pub use crate::save::{checksum, seal};
+    pub use crate::save::{checksum, seal, seal_scene};
     pub use crate::solid::WINDING_DIR;
     pub use crate::util::stop::{StopToken, Stopped};
     pub use crate::util::threads::on_this_thread;

@@ -252,13 +252,13 @@ fn read_leaves64(
 }
 
 /// Reserves memory for all records of a section, if they are certain to follow.
-fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
+pub(super) fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
     let there = input.known() as u64 >= entry.size;
     crate::util::memory::room(if there { entry.count() } else { 0 })
 }
 
 /// Passes on a section in batches of blocks, and verifies its checksum.
-fn in_batches(
+pub(super) fn in_batches(
     input: &mut dyn Input,
     entry: &Entry,
     mut each: impl FnMut(&[u8]) -> Result<(), LoadError>,

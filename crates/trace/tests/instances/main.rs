@@ -2,6 +2,7 @@
 //!
 //! `INTERTRI_INSTANCE_RAYS` sets how many rays are compared; the default is 200,000.
 
+mod saved;
 mod scenes;
 
 use std::collections::BTreeMap;
