@@ -2,6 +2,7 @@
 //!
 //! `INTERTRI_INSTANCE_RAYS` sets how many rays are compared; the default is 200,000.
 
+mod points;
 mod saved;
 mod scenes;
 
