@@ -76,7 +76,8 @@ from!(
     intertri_raster::LightError,
     intertri_raster::ViewError,
     intertri_trace::BuildError,
-    intertri_trace::OutOfMemory
+    intertri_trace::OutOfMemory,
+    intertri_trace::SceneError
 );
 
 /// Prints a command-line error, or the requested help.

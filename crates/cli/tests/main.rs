@@ -12,6 +12,7 @@ mod files;
 mod fixed;
 mod formats;
 mod inspect;
+mod instances;
 mod interrupts;
 mod light;
 mod memory;

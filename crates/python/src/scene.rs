@@ -6,11 +6,12 @@ use bytemuck::{Pod, Zeroable};
 use intertri::{Hit, Ray64};
 use intertri_trace::{
     ClosestPoint, InstanceId, Scene, SceneClosestPoint, SceneError, SceneHit, SceneMesh,
-    SceneSnapshot,
+    SceneLoadError, SceneSnapshot,
 };
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 use crate::batch::answers;
 use crate::lists::{Lists, lists};
@@ -153,6 +154,33 @@ impl NativeScene {
         let snapshot = run(py, &workers, |_| scene.commit())?.map_err(refused)?;
         self.state().snapshot = snapshot;
         Ok(())
+    }
+
+    /// The scene as bytes, with the changes since the last commit.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let scene = self.state().scene.clone();
+        let workers = Workers::new(None, scene.len() <= 4096)?;
+        let bytes = run(py, &workers, |_| {
+            let mut bytes = Vec::new();
+            scene.write_to(&mut bytes).map(|()| bytes)
+        })?;
+        let bytes = bytes.map_err(no_memory)?;
+        PyBytes::new_with(py, bytes.len(), |to| {
+            to.copy_from_slice(&bytes);
+            Ok(())
+        })
+    }
+
+    /// A committed scene from saved bytes.
+    #[staticmethod]
+    fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let scene = run(py, &Workers::new(None, false)?, |_| Scene::from_bytes(bytes))?;
+        let scene = scene.map_err(|error| match error {
+            SceneLoadError::OutOfMemory => no_memory(error),
+            error => PyValueError::new_err(error.to_string()),
+        })?;
+        let snapshot = scene.commit().map_err(refused)?;
+        Ok(Self { state: Mutex::new(State { scene, snapshot }) })
     }
 
     /// Fills `out` with the closest hits.

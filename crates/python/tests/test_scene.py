@@ -1,5 +1,8 @@
 """Tests that a scene of instances returns the same results as a single mesh of all its triangles."""
 
+import copy
+import pickle
+
 import intertri
 import numpy as np
 import pytest
@@ -169,3 +172,90 @@ def test_nodes_of_trimesh_become_instances(rng):
     nodes = [theirs.graph[node] for node in theirs.graph.nodes_geometry]
     meshes = {name: intertri.Mesh(theirs.geometry[name]) for _, name in nodes}
     check(scene, {i: (meshes[name], matrix) for i, (matrix, name) in enumerate(nodes)}, rng)
+
+
+def saved_scene(rng):
+    """A scene of two meshes whose numbers have a gap, and its instances."""
+    meshes = [intertri.Mesh(*box()), intertri.Mesh(box()[0].astype(np.float32) * np.float32(0.7), box()[1])]
+    scene, instances = intertri.Scene(), {}
+    for i, matrix in enumerate(matrices(rng, 10)):
+        instances[scene.add(meshes[i % 2], matrix)] = meshes[i % 2], matrix
+    scene.remove(3)
+    del instances[3]
+    scene.set_mask(5, 0b10)
+    return scene, instances
+
+
+def test_saved_scenes_come_back(rng, tmp_path):
+    scene, instances = saved_scene(rng)
+    # With changes that were not committed.
+    scene.save(tmp_path / "a.scene")
+    loaded = intertri.Scene.load(tmp_path / "a.scene")
+    scene.commit()
+    assert len(loaded) == 9
+    for other in (loaded, pickle.loads(pickle.dumps(scene)), copy.copy(scene), copy.deepcopy(scene)):
+        assert type(other) is intertri.Scene
+        check(other, instances, np.random.default_rng(1))
+        assert other.any([0, 0, -9], [0, 0, 1], mask=0b01) == scene.any([0, 0, -9], [0, 0, 1], mask=0b01)
+        # The free number, and the mesh, go on.
+        assert other.add(intertri.Mesh(*box())) == 3
+        assert len(scene) == 9
+    again = tmp_path / "b.scene"
+    scene.save(again)
+    assert again.read_bytes() == (tmp_path / "a.scene").read_bytes()
+
+
+def test_instances_share_their_mesh_in_a_file(tmp_path):
+    mesh, scene = intertri.Mesh(*icosphere(3)), intertri.Scene()
+    sizes = []
+    for count in (1, 101):
+        while len(scene) < count:
+            scene.add(mesh)
+        scene.save(tmp_path / "a.scene")
+        sizes.append((tmp_path / "a.scene").stat().st_size)
+    assert 100 * 104 <= sizes[1] - sizes[0] < 100 * 104 + 128
+
+
+def test_damaged_scenes_are_value_errors(rng, tmp_path):
+    scene, _ = saved_scene(rng)
+    path = tmp_path / "a.scene"
+    scene.save(path)
+    good = path.read_bytes()
+    for place in range(0, len(good), 37):
+        for bytes in (good[:place], good[:place] + b"%c" % (good[place] ^ 4) + good[place + 1 :]):
+            path.write_bytes(bytes)
+            with pytest.raises(ValueError, match="a.scene: ") as error:
+                intertri.Scene.load(path)
+            assert "\n" not in str(error.value)
+    path.write_bytes(good + b"x")
+    with pytest.raises(ValueError, match="followed by more bytes"):
+        intertri.Scene.load(path)
+    with pytest.raises(FileNotFoundError):
+        intertri.Scene.load(tmp_path / "b.scene")
+
+
+def test_several_meshes_become_instances(rng):
+    a, b = intertri.Mesh(*icosphere(2)), intertri.Mesh(box()[0] + [0.5, 0, 2], box()[1])
+    scene = intertri.Scene([a, b, a])
+    check(scene, dict(enumerate([(a, np.eye(4)), (b, np.eye(4)), (a, np.eye(4))])), rng)
+    assert len(intertri.Scene([])) == 0
+    for wrong in (a, 5, "a"):
+        with pytest.raises(TypeError, match="must be a trimesh.Scene or a list of meshes"):
+            intertri.Scene(wrong)
+
+
+def test_meshes_of_other_packages_become_instances(rng):
+    trimesh = pytest.importorskip("trimesh")
+    ball, cube = trimesh.creation.icosphere(2), trimesh.creation.box()
+    cube.apply_translation([0.5, 0, 2])
+    scene = intertri.Scene([ball, cube, ball])
+    meshes = [intertri.Mesh(ball), intertri.Mesh(cube)]
+    check(scene, {0: (meshes[0], np.eye(4)), 1: (meshes[1], np.eye(4)), 2: (meshes[0], np.eye(4))}, rng)
+
+
+def test_geometries_of_open3d_become_instances(rng):
+    o3d = pytest.importorskip("open3d")
+    ball, cube = o3d.geometry.TriangleMesh.create_sphere(1.0, 10), o3d.geometry.TriangleMesh.create_box()
+    cube.translate([0.5, 0, 2])
+    scene = intertri.Scene([ball, cube])
+    check(scene, {0: (intertri.Mesh(ball), np.eye(4)), 1: (intertri.Mesh(cube), np.eye(4))}, rng)

@@ -35,7 +35,9 @@
 mod builtin;
 mod camera;
 mod coordinate;
+mod geometry;
 mod image;
+mod instances;
 mod light;
 mod line_end;
 mod load;
@@ -50,9 +52,13 @@ mod texture;
 
 pub use crate::camera::{Camera, CameraError};
 pub use crate::coordinate::Coordinate;
+pub use crate::geometry::SceneGeometry;
 pub use crate::image::{Image, ImageError, MAX_PIXELS, check_output, check_size, difference};
+pub use crate::instances::{Instance, InstancedMesh};
 pub use crate::light::{Light, hit_point};
-pub use crate::load::{LoadError, LoadedModel, Note, Notes, load, load_model, read};
+pub use crate::load::{
+    LoadError, LoadedInstances, LoadedModel, Note, Notes, load, load_instances, load_model, read,
+};
 pub use crate::mesh::{Bounds, Mesh, Part};
 pub use crate::partial_file::PartialFile;
 pub use crate::rays::{Rays, RaysFormat};

@@ -73,21 +73,7 @@ impl<S: Coordinate> Mesh<S> {
 
     /// Returns the bounding box of all triangles, or `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds<S>> {
-        let first = self.points().next()?;
-        let mut bounds = Bounds { min: first, max: first };
-        for p in self.points() {
-            for (axis, x) in p.into_iter().enumerate() {
-                let x: f64 = x.into();
-                bounds.min[axis] = S::nearest(x.min(bounds.min[axis].into()));
-                bounds.max[axis] = S::nearest(x.max(bounds.max[axis].into()));
-            }
-        }
-        Some(bounds)
-    }
-
-    /// Returns the bounding box of all triangles, or the origin if there are none.
-    pub(crate) fn bounds_or_point(&self) -> Bounds<S> {
-        self.bounds().unwrap_or(Bounds { min: [S::ZERO; 3], max: [S::ZERO; 3] })
+        Bounds::around(self.points())
     }
 }
 
@@ -101,7 +87,26 @@ pub struct Bounds<S = f32> {
 }
 
 impl<S: Scalar> Bounds<S> {
-    /// Returns the centre of the box.
+    /// The box around points, or `None` if there are none.
+    pub(crate) fn around(mut points: impl Iterator<Item = [S; 3]>) -> Option<Self> {
+        let first = points.next()?;
+        let mut bounds = Self { min: first, max: first };
+        for p in points {
+            for (axis, x) in p.into_iter().enumerate() {
+                let x: f64 = x.into();
+                bounds.min[axis] = S::nearest(x.min(bounds.min[axis].into()));
+                bounds.max[axis] = S::nearest(x.max(bounds.max[axis].into()));
+            }
+        }
+        Some(bounds)
+    }
+
+    /// The origin.
+    pub(crate) fn point() -> Self {
+        Self { min: [S::ZERO; 3], max: [S::ZERO; 3] }
+    }
+
+    /// The centre.
     pub(crate) fn centre(&self) -> DVec3 {
         // Halve first, so that the sum of the largest values does not overflow.
         double(self.min) * 0.5 + double(self.max) * 0.5

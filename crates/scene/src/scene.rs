@@ -2,15 +2,16 @@
 
 use crate::camera::{Camera, CameraError};
 use crate::coordinate::Coordinate;
+use crate::geometry::SceneGeometry;
 use crate::light::Light;
-use crate::mesh::{Mesh, double};
+use crate::mesh::{Bounds, Mesh, double};
 use crate::texture::Texture;
 
 /// Everything needed to render an image.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scene<S = f32> {
-    /// The triangles.
-    pub mesh: Mesh<S>,
+pub struct Scene<S = f32, M = Mesh<S>> {
+    /// The triangles: a [`Mesh`], or an [`InstancedMesh`](crate::InstancedMesh).
+    pub mesh: M,
     /// The camera.
     pub camera: Camera<S>,
     /// The light.
@@ -34,17 +35,20 @@ impl<S: Coordinate> Scene<S> {
     /// Returns points whose bounds contain all ray origins: the eye and the light or, if the light
     /// has no position, the box in which its shadow rays start.
     pub fn ray_origins(&self) -> Vec<[S; 3]> {
-        let bounds = self.mesh.bounds_or_point();
-        // Leave a margin for points that rounding moves out of the box.
+        let bounds = self.mesh.bounds().unwrap_or_else(Bounds::point);
+        // With room for points that are a rounding out of the box.
         let beyond = |corner| bounds.centre() + (double(corner) - bounds.centre()) * 1.01;
         let corners = [bounds.min, bounds.max].map(|corner| beyond(corner).to_array());
         let light = corners.map(|corner| self.light.origin(corner));
         [vec![self.camera.eye()], light.to_vec()].concat()
     }
+}
 
-    /// Creates a scene with a mesh seen by `camera` and lit by [`Light::over_the_shoulder`].
-    pub fn seen_by(mesh: Mesh<S>, camera: Camera<S>) -> Self {
-        let light = Light::over_the_shoulder(&mesh.bounds_or_point(), &camera);
+impl<S: Coordinate, M: SceneGeometry<S>> Scene<S, M> {
+    /// A mesh, or instances, as `camera` sees it, lit by [`Light::over_the_shoulder`].
+    pub fn seen_by(mesh: M, camera: Camera<S>) -> Self {
+        let bounds = mesh.bounding_box().unwrap_or_else(Bounds::point);
+        let light = Light::over_the_shoulder(&bounds, &camera);
         Self { mesh, camera, light, texture: None }
     }
 }

@@ -5,6 +5,7 @@ use intertri::Hit;
 use rayon::prelude::*;
 
 use crate::coordinate::Coordinate;
+use crate::geometry::SceneGeometry;
 use crate::image::{Image, ImageError};
 use crate::mesh::{Mesh, double};
 use crate::scene::Scene;
@@ -31,9 +32,9 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// Returns an error under the same conditions as [`Image::new`].
 ///
 /// # Panics
-/// Panics if a buffer does not have one entry per pixel, or if a hit refers to a missing triangle.
-pub fn shade<S: Coordinate>(
-    scene: &Scene<S>,
+/// If a buffer does not have one entry per pixel, or a hit names a triangle that the mesh lacks.
+pub fn shade<S: Coordinate, M: SceneGeometry<S>>(
+    scene: &Scene<S, M>,
     width: u32,
     height: u32,
     hits: &[Hit],
@@ -63,7 +64,8 @@ pub fn shade<S: Coordinate>(
 
 /// The values that all hits of a triangle share. Neighbouring pixels mostly show the same triangle.
 struct Face<'a> {
-    triangle: u32,
+    /// The triangle and its geometry.
+    triangle: [u32; 2],
     /// The first corner, and the vectors from there to the other two.
     corner: DVec3,
     sides: [DVec3; 2],
@@ -77,20 +79,20 @@ struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    /// Returns the face of a hit, reusing the last one if it is the same.
-    fn at<'b, S: Coordinate>(
-        scene: &'a Scene<S>,
+    /// The face of a hit; reuses the last one if it is the same.
+    fn at<'b, S: Coordinate, M: SceneGeometry<S>>(
+        scene: &'a Scene<S, M>,
         hit: &Hit,
         last: &'b mut Option<Self>,
     ) -> &'b Self {
-        if last.as_ref().is_none_or(|face| face.triangle != hit.triangle) {
-            *last = Some(Self::new(scene, hit.triangle));
+        if last.as_ref().is_none_or(|face| face.triangle != [hit.triangle, hit.geometry]) {
+            *last = Some(Self::new(scene, hit));
         }
         last.as_ref().expect("it was just put there")
     }
 
-    fn new<S: Coordinate>(scene: &'a Scene<S>, triangle: u32) -> Self {
-        let [a, b, c] = scene.mesh.corners(triangle as usize).map(double);
+    fn new<S: Coordinate, M: SceneGeometry<S>>(scene: &'a Scene<S, M>, hit: &Hit) -> Self {
+        let [a, b, c] = scene.mesh.triangle_of(hit).0.map(double);
         let sides = [b - a, c - a];
         // The sides are normalized first, so that the normal neither underflows nor overflows.
         let [p, q] = sides.map(DVec3::normalize_or_zero);
@@ -99,29 +101,30 @@ impl<'a> Face<'a> {
         let normal = if away { -normal } else { normal };
         let above = (normal.y as f32).mul_add(0.5, 0.5);
         let ambient = AMBIENT[0] + (AMBIENT[1] - AMBIENT[0]) * above;
-        let (tint, cover) = Self::albedo(scene, triangle);
+        let (tint, cover) = Self::albedo(scene, hit);
+        let triangle = [hit.triangle, hit.geometry];
         Self { triangle, corner: a, sides, normal, ambient, tint, cover }
     }
 
-    /// Returns the parts of the albedo that all hits of a triangle share: the part's tint and, if
-    /// there is one, the texture. A mesh without parts has only the texture, or else clay.
-    fn albedo<S: Coordinate>(
-        scene: &'a Scene<S>,
-        triangle: u32,
+    /// The part of the albedo that all hits share: the part's tint, and the texture if there is one. A mesh
+    /// without parts has only the texture, or clay.
+    fn albedo<S: Coordinate, M: SceneGeometry<S>>(
+        scene: &'a Scene<S, M>,
+        hit: &Hit,
     ) -> (Vec3, Option<(&'a Texture, [DVec2; 3])>) {
         let Scene { mesh, texture, .. } = scene;
-        let part = mesh.part(triangle as usize);
+        let part = mesh.part_of(hit);
         let covered = part.is_none_or(|part| part.textured);
-        let texture = texture.as_ref().filter(|_| covered).zip(mesh.corner_uvs.as_ref());
-        let cover = texture.map(|(texture, uvs)| (texture, ways(&uvs[triangle as usize])));
+        let texture = texture.as_ref().filter(|_| covered).zip(mesh.uvs_of(hit));
+        let cover = texture.map(|(texture, uvs)| (texture, ways(uvs)));
         let bare = if cover.is_some() { Vec3::ONE } else { Vec3::from(Mesh::CLAY) };
         (part.map_or(bare, |part| Vec3::from(part.tint)), cover)
     }
 
     /// Returns the linear radiance that a hit reflects toward the eye.
     #[inline]
-    fn radiance<S: Coordinate>(&self, scene: &Scene<S>, hit: &Hit, lit: bool) -> Vec3 {
-        // A light behind the surface, as seen by the camera, contributes nothing, hence the `max`.
+    fn radiance<S: Coordinate, M>(&self, scene: &Scene<S, M>, hit: &Hit, lit: bool) -> Vec3 {
+        // A light behind the surface, as seen by the camera, contributes nothing: hence the `max`.
         let direct = if lit {
             let point = self.corner + self.sides[0] * hit.u + self.sides[1] * hit.v;
             self.normal.dot(scene.light.direction(point)).max(0.0) as f32

@@ -11,15 +11,14 @@ use tempfile::TempDir;
 /// The corners of a triangle.
 type Triangle = [[f32; 3]; 3];
 
-/// A glTF file, initially with a single triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes of its
-/// buffer. Tests may add to both.
-struct File {
-    json: Value,
+/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes that tests add to.
+pub(crate) struct File {
+    pub(crate) json: Value,
     bytes: Vec<u8>,
 }
 
 impl File {
-    fn new(nodes: &Value) -> Self {
+    pub(crate) fn new(nodes: &Value) -> Self {
         let mut file = Self {
             json: json!({"asset": {"version": "2.0"}, "nodes": nodes, "accessors": [], "bufferViews": []}),
             bytes: vec![],
@@ -41,8 +40,8 @@ impl File {
         self.add("bufferViews", view)
     }
 
-    /// Adds a table of floats and returns its index.
-    fn floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
+    /// Adds a table of floats, and returns its index.
+    pub(crate) fn floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
         let view = self.view(numbers.iter().flat_map(|x| x.to_le_bytes()));
         let count = numbers.len()
             / match kind {
@@ -57,18 +56,18 @@ impl File {
         )
     }
 
-    fn add(&mut self, table: &str, entry: Value) -> usize {
+    pub(crate) fn add(&mut self, table: &str, entry: Value) -> usize {
         let table = self.json.as_object_mut().unwrap().entry(table).or_insert_with(|| json!([]));
         let table = table.as_array_mut().unwrap();
         table.push(entry);
         table.len() - 1
     }
 
-    fn attribute(&mut self, name: &str, table: usize) {
+    pub(crate) fn attribute(&mut self, name: &str, table: usize) {
         self.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(table);
     }
 
-    fn write(&self, folder: &Path) {
+    pub(crate) fn write(&self, folder: &Path) {
         let mut json = self.json.clone();
         json["buffers"] = json!([{"byteLength": self.bytes.len(), "uri": "a.bin"}]);
         fs::write(folder.join("a.bin"), &self.bytes).unwrap();
@@ -189,9 +188,8 @@ fn hidden_nodes_and_all_below_them_are_left_out() {
     assert_eq!(file.triangles(), [moved([5.0, 0.0, 0.0])]);
 }
 
-/// Returns a file with a skin. Its two joints, at x = 10 and x = 20, are both bound at 0, and the
-/// mesh's node is elsewhere.
-fn skinned(shares: &[f32]) -> File {
+/// A skin with two joints, at x = 10 and x = 20, both bound at 0; the mesh's node is elsewhere.
+pub(crate) fn skinned(shares: &[f32]) -> File {
     let mut file = File::new(&json!([
         {"mesh": 0, "skin": 0, "translation": [0, 0, 99]},
         {"children": [2], "translation": [10, 0, 0]},

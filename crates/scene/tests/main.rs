@@ -3,6 +3,7 @@
 mod bad_files;
 mod formats;
 mod gltf;
+mod gltf_instances;
 mod gltf_scenes;
 mod images;
 mod models;

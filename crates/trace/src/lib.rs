@@ -71,10 +71,10 @@
 //! [`Triangle64`](type@intertri::Triangle64): `Bvh<f64>` has the same methods and is exact for the
 //! f64 coordinates you pass. It takes more memory and time; see [`Bvh`].
 //!
-//! **Input.** [`Bvh::new`] takes a slice of triangles, and [`Bvh::from_indexed`] takes vertices and
-//! indices. [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] take several meshes, each of
-//! which becomes a geometry with its own mask. [`Bvh::refit`] updates the hierarchy after vertices
-//! have moved, and [`Bvh::load`] reads a file written by [`Bvh::write_to`].
+//! **Input.** [`Bvh::new`] takes a slice of triangles, [`Bvh::from_indexed`] vertices and indices,
+//! [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] several meshes, each of which becomes a geometry
+//! with a mask. [`Bvh::refit`] follows moving vertices, and [`Bvh::load`] reads what [`Bvh::write_to`] saved, as
+//! [`Scene::load`] does for scenes.
 //!
 //! # Features
 //!
@@ -129,7 +129,7 @@ pub use media::{Media, MediaError, MediumCrossing, Segment};
 pub use nearest::ClosestPoint;
 pub use query::Query;
 pub use refit::{Refit, RefitError};
-pub use save::{LoadError, SAVED_MAGIC};
+pub use save::{LoadError, SAVED_MAGIC, SAVED_SCENE_MAGIC, SceneLoadError};
 pub use scalar::BvhScalar;
 pub use selection::Faces;
 pub use solid::{DefectiveEdge, DuplicateTriangle, MeshReport, Orientation, Solid, SolidError};
@@ -141,7 +141,7 @@ pub use util::memory::OutOfMemory;
 pub mod internal {
     pub use crate::batch::rows::{Run, runs};
     pub use crate::batch::tiles::{Band, Block, LOWEST, TILE};
-    pub use crate::save::{checksum, seal};
+    pub use crate::save::{checksum, seal, seal_scene};
     pub use crate::solid::WINDING_DIR;
     pub use crate::util::stop::{StopToken, Stopped};
     pub use crate::util::threads::on_this_thread;

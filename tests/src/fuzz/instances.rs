@@ -47,6 +47,15 @@ pub fn instances(bytes: &[u8]) {
         scene.remove(id).expect("it is there");
     }
     check(&mut input, &scene.commit().expect("few instances"), &placed);
+
+    // One instance that queries do not see, and the scene as it comes back from a file.
+    if let Some((_, id, _)) = placed.pop() {
+        scene.set_mask(id, 0b10).expect("it is there");
+    }
+    let saved = scene.to_bytes();
+    let loaded = Scene::from_bytes(&saved).expect("it was just saved");
+    assert!(loaded.to_bytes() == saved);
+    check(&mut input, &loaded.commit().expect("few instances").mask(0b01), &placed);
 }
 
 /// Generates a matrix whose elements are of the input's kind, some with any bits. It is often only
@@ -98,6 +107,7 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
     let found = |SceneHit { hit, instance, .. }: SceneHit| {
         (instance, hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
     };
+    let mut many = Vec::new();
     for _ in 0..4 {
         let Ray { origin, t_min, dir, t_max } = input.ray(&rounded);
         let ray = Ray64::new(origin.map(f64::from), dir.map(f64::from));
@@ -106,6 +116,12 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
         let closest = exact.closest(&all, &ray).map(named);
         assert_eq!(snapshot.closest(&ray).map(found), closest, "{ray:?} {placed:?}");
         assert_eq!(snapshot.any(&ray), closest.is_some(), "{ray:?} {placed:?}");
+        // With neighbours, which packets trace together.
+        let step = f64::from(input.number()) / 1024.0;
+        many.extend((0..20).map(|i| {
+            let [x, y, z] = ray.origin;
+            Ray64 { origin: [x + f64::from(i % 4) * step, y + f64::from(i / 4) * step, z], ..ray }
+        }));
         let expected: Vec<_> = exact.all(&all, &ray).into_iter().map(named).collect();
         let hits: Vec<_> = snapshot.all(&ray).into_iter().map(found).collect();
         assert_eq!(hits, expected, "{ray:?} {placed:?}");
@@ -129,5 +145,11 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
                 assert_eq!(found, expected, "{point:?} {radius} {placed:?}");
             }
         }
+    }
+    let (hits, any) = (snapshot.closest_batch(&many), snapshot.any_batch(&many));
+    for ((ray, hit), any) in many.iter().zip(hits).zip(any) {
+        let alone = snapshot.closest(ray);
+        assert_eq!(hit.is_hit().then(|| found(hit)), alone.map(found), "{ray:?} {placed:?}");
+        assert_eq!(any, alone.is_some(), "{ray:?} {placed:?}");
     }
 }

@@ -7,7 +7,9 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use intertri::Threshold;
 use intertri::fixed::Bits;
-use intertri_scene::{Camera, CameraError, Coordinate, Light, Mesh, RaysFormat, Scene};
+use intertri_scene::{
+    Camera, CameraError, Coordinate, Light, Mesh, RaysFormat, Scene, SceneGeometry,
+};
 
 use crate::engine::name::EngineName;
 use crate::error::{Error, Result};
@@ -55,8 +57,7 @@ impl CameraOptions {
         aspect: f64,
     ) -> Result<Scene<S>> {
         if let Some(mesh) = model {
-            let camera = self.camera(&mesh, aspect)?;
-            return Ok(Scene::seen_by(mesh, camera));
+            return self.scene_of(mesh, aspect);
         }
         let mut scene = other();
         let Self { eye, target, view, up, fov } = self;
@@ -67,12 +68,25 @@ impl CameraOptions {
         Ok(scene)
     }
 
-    fn camera<S: Coordinate>(&self, mesh: &Mesh<S>, aspect: f64) -> Result<Camera<S>> {
+    /// The scene of a model.
+    pub(crate) fn scene_of<S: Coordinate, M: SceneGeometry<S>>(
+        &self,
+        model: M,
+        aspect: f64,
+    ) -> Result<Scene<S, M>> {
+        let camera = self.camera(&model, aspect)?;
+        Ok(Scene::seen_by(model, camera))
+    }
+
+    fn camera<S: Coordinate>(
+        &self,
+        mesh: &impl SceneGeometry<S>,
+        aspect: f64,
+    ) -> Result<Camera<S>> {
         let fov = self.fov.unwrap_or(Camera::FOV);
         let camera = if let Some(eye) = self.eye.map(WrittenPoint::of::<S>) {
-            let middle = mesh.bounds().map_or([S::ZERO; 3], |bounds| {
-                // Halve the coordinates before adding them, so that the largest ones do not
-                // overflow.
+            let middle = mesh.bounding_box().map_or([S::ZERO; 3], |bounds| {
+                // Halved before they are added, so that the largest numbers do not overflow.
                 let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|p| p.map(Into::into));
                 [0, 1, 2].map(|axis| S::nearest(min[axis] * 0.5 + max[axis] * 0.5))
             });
@@ -83,7 +97,7 @@ impl CameraOptions {
         } else {
             let view = self.view.unwrap_or_else(|| Camera::view_for(self.up.unwrap_or(Camera::UP)));
             let up = self.up.unwrap_or_else(|| Camera::up_for(view));
-            Camera::framing_from(mesh.points(), view, up, fov, aspect)
+            Camera::framing_from(mesh.corner_points(), view, up, fov, aspect)
         };
         camera.map_err(|error| match error {
             CameraError::Up => Error::new(
@@ -142,13 +156,16 @@ pub(crate) struct LightOptions {
 }
 
 impl LightOptions {
-    /// Sets the light of a scene, if the user chose one.
-    pub(crate) fn shine_on<S: Coordinate>(&self, scene: &mut Scene<S>) -> Result<()> {
+    /// Sets the light of a scene if the user chose one.
+    pub(crate) fn shine_on<S: Coordinate, M: SceneGeometry<S>>(
+        &self,
+        scene: &mut Scene<S, M>,
+    ) -> Result<()> {
         if let Some(position) = self.light {
             scene.light = Light::Point { position: position.of() };
         }
         if let Some(toward) = self.sun {
-            let bounds = scene.mesh.bounds();
+            let bounds = scene.mesh.bounding_box();
             let sun = bounds.and_then(|bounds| Light::sun(toward, &bounds));
             scene.light =
                 sun.ok_or_else(|| Error::new("--sun: the model is too large; scale it down"))?;

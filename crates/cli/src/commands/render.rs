@@ -2,12 +2,14 @@
 //!
 //! ```text
 //!   options ──► in_f32 ──► any engine ───────► cover ──► outcome
-//!          └──► in_f64 ──► exact, oracle ──┘
+//!          ├──► in_f64 ──► exact, oracle ──┤
+//!          └──► in_instances ──► exact ────┘
 //! ```
 
 mod cover;
 mod in_f32;
 mod in_f64;
+mod in_instances;
 mod options;
 mod outcome;
 
@@ -17,11 +19,12 @@ use std::time::Instant;
 use intertri_scene::check_output;
 
 pub(crate) use self::options::Options;
-use self::options::{refuse_unused_grid, takes_f32_alone};
+use self::options::{refuse_unused_grid, takes_f32_alone, takes_instances};
 use crate::commands::options::threshold_of;
-use crate::engine::model::saved_in;
+use crate::engine::model::{LoadedModel, Model, saved_in};
 use crate::engine::scalar_name::ScalarName;
 use crate::error::Result;
+use crate::io::progress::{Progress, timed};
 use crate::io::same_file::refuse_same_file;
 
 /// Draws the image, and checks it if `--check` is set.
@@ -39,8 +42,18 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         None if takes_f32_alone(options) => ScalarName::F32,
         None => saved.unwrap_or(ScalarName::F32),
     };
+    let (mut model, mut load) = (None, 0.0);
+    if let (Some(path), None, true) = (&options.model, saved, takes_instances(options)) {
+        let _bar = Progress::new("load", None);
+        match timed(&mut load, || Model::load_shared(path, options.reading))? {
+            LoadedModel::Model(one) => model = Some(*one),
+            LoadedModel::Instances(instanced, notes) => {
+                return in_instances::run(options, (instanced, notes), load, start);
+            }
+        }
+    }
     match scalar {
-        ScalarName::F32 => in_f32::run(options, threshold, start),
-        ScalarName::F64 => in_f64::run(options, start),
+        ScalarName::F32 => in_f32::run(options, threshold, (model, load), start),
+        ScalarName::F64 => in_f64::run(options, (model, load), start),
     }
 }

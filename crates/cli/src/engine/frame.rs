@@ -1,8 +1,8 @@
 //! A frame: the visibility buffer and the shadow mask of one image, drawn by any engine.
 
 use clap::ValueEnum;
-use intertri::{Counts, Hit, RayOf, Scalar, TriangleOf};
-use intertri_scene::{Coordinate, Light, Scene, check_size, hit_point};
+use intertri::{Counts, Hit, RayOf, Scalar};
+use intertri_scene::{Coordinate, Light, Scene, SceneGeometry, check_size, hit_point};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -88,9 +88,9 @@ impl Frame {
         Ok(Self { trace_seconds, shadow_seconds, ..frame })
     }
 
-    /// Draws `scene`, in either scalar, with an engine that traces rays.
-    pub(crate) fn traced<T: Tracer>(
-        scene: &Scene<T::Scalar>,
+    /// Draws `scene`, in any scalar, with an engine that traces rays.
+    pub(crate) fn traced<T: Tracer, M: SceneGeometry<T::Scalar>>(
+        scene: &Scene<T::Scalar, M>,
         size: (u32, u32),
         engine: &T,
         shadows: bool,
@@ -107,9 +107,9 @@ impl Frame {
     }
 
     /// Traces a camera ray through each pixel.
-    fn trace<T: Tracer>(
+    fn trace<T: Tracer, M: SceneGeometry<T::Scalar>>(
         &mut self,
-        scene: &Scene<T::Scalar>,
+        scene: &Scene<T::Scalar, M>,
         size: (u32, u32),
         engine: &T,
     ) -> Result<()> {
@@ -141,12 +141,11 @@ impl Frame {
         Ok(())
     }
 
-    /// Traces a shadow ray between the light and each visible point. If the engine is exact, the
-    /// ray starts at the point, so that no part of the segment is omitted; otherwise it starts at
-    /// the light.
-    fn trace_shadows<T: Tracer>(
+    /// Traces a shadow ray between the light and each visible point. If answers are exact it starts at the
+    /// point, so that no part of the segment is left out; otherwise it starts at the light.
+    fn trace_shadows<T: Tracer, M: SceneGeometry<T::Scalar>>(
         &mut self,
-        scene: &Scene<T::Scalar>,
+        scene: &Scene<T::Scalar, M>,
         size: (u32, u32),
         engine: &T,
     ) -> Result<()> {
@@ -165,8 +164,7 @@ impl Frame {
             let ray = |&(x, y): &(u32, u32)| {
                 let hit = &hits[index((x, y))];
                 if engine.is_exact() {
-                    let triangle = TriangleOf(scene.mesh.corners(hit.triangle as usize));
-                    return scene.light.shadow_ray_of(hit, &triangle);
+                    return scene.light.shadow_ray_of(hit, &scene.mesh.triangle_of(hit));
                 }
                 let ray = scene.camera.ray(x, y, width, height);
                 let ray = RayOf { origin: engine.place(ray.origin), ..ray };

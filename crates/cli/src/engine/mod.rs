@@ -5,6 +5,7 @@ pub(crate) mod engine64;
 pub(crate) mod engines;
 pub(crate) mod fixed;
 pub(crate) mod frame;
+pub(crate) mod instances;
 pub(crate) mod memory;
 pub(crate) mod model;
 pub(crate) mod name;

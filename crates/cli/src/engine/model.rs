@@ -4,6 +4,7 @@
 //! ```text
 //!   OBJ, PLY, STL, glTF ──► f64 ──┬──► f32, rounded and counted
 //!   saved in f32 or f64 ──────────┴──► f64
+//!   glTF whose meshes are shared ────► instances, in f64, if asked for
 //! ```
 
 use std::fs::File;
@@ -12,7 +13,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use intertri_scene::{Coordinate, Mesh, Note, Notes, Rounding, load_model};
+use intertri_scene::{
+    Coordinate, InstancedMesh, Mesh, Note, Notes, Rounding, load_instances, load_model,
+};
 use intertri_trace::{Bvh, BvhScalar, LoadError, SAVED_MAGIC};
 use serde::Serialize;
 
@@ -49,7 +52,13 @@ pub(crate) struct ModelIn<S: BvhScalar> {
     pub(crate) notes: ModelNotes,
 }
 
-/// Options for reading a model.
+/// A model as [`Model::load_shared`] reads it.
+pub(crate) enum LoadedModel {
+    Model(Box<Model>),
+    Instances(InstancedMesh, ModelNotes),
+}
+
+/// How to read a model.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct ModelOptions {
     /// Refuse a model if something in it would be omitted, repaired or guessed, instead of only
@@ -110,8 +119,20 @@ impl Model {
         Ok(Self { path: path.into(), content, files, notes })
     }
 
-    /// Returns whether all of its numbers are exact in f32. A hierarchy saved in f64 always counts
-    /// as f64.
+    /// Reads a model of any format but a saved hierarchy: as instances if meshes in it are used several times, otherwise
+    /// as [`Model::load`] does.
+    pub(crate) fn load_shared(path: &Path, options: ModelOptions) -> Result<LoadedModel> {
+        let loaded = load_instances(path)?;
+        let notes = options.report(path, &loaded.notes)?;
+        if loaded.model.is_shared() {
+            return Ok(LoadedModel::Instances(loaded.model, notes));
+        }
+        let model = loaded.flatten()?;
+        let (content, files) = (Content::Mesh(model.mesh), model.files);
+        Ok(LoadedModel::Model(Box::new(Self { path: path.into(), content, files, notes })))
+    }
+
+    /// Whether all of its numbers are exact in f32. A hierarchy saved in f64 counts as f64 in any case.
     pub(crate) fn is_f32(&self) -> bool {
         match &self.content {
             Content::Mesh(mesh) => {

@@ -21,8 +21,10 @@ pub(crate) struct RenderReport {
     /// Null for the built-in scene.
     pub(crate) model: Option<PathBuf>,
     pub(crate) output: PathBuf,
-    pub(crate) triangles: usize,
-    /// Everything in the model that was omitted, repaired or guessed.
+    pub(crate) triangles: u64,
+    /// The meshes that were traced as instances; null if all triangles were traced as one mesh.
+    pub(crate) instances: Option<InstanceCounts>,
+    /// Things in the model that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,
@@ -53,7 +55,16 @@ pub(crate) struct RenderReport {
     pub(crate) check: Option<CheckReport>,
 }
 
-/// The time of each step, in seconds.
+/// How many instances share how many meshes.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct InstanceCounts {
+    pub(crate) instances: usize,
+    pub(crate) meshes: usize,
+    /// The triangles of the meshes, each counted once.
+    pub(crate) mesh_triangles: u64,
+}
+
+/// The time of each step.
 #[derive(Default, Serialize)]
 pub(crate) struct RenderSeconds {
     pub(crate) load: f64,
@@ -125,7 +136,12 @@ impl fmt::Display for RenderReport {
         let [width, height] = self.size;
         writeln!(f, "{}: {width}x{height} pixels", self.output.display())?;
         let model = model(self.model.as_deref());
-        writeln!(f, "{:>12} triangles of {model}", grouped(self.triangles as u64))?;
+        writeln!(f, "{:>12} triangles of {model}", grouped(self.triangles))?;
+        if let Some(InstanceCounts { instances, meshes, mesh_triangles }) = self.instances {
+            let [instances, meshes] = [instances, meshes].map(|count| grouped(count as u64));
+            let triangles = grouped(mesh_triangles);
+            writeln!(f, "{instances:>12} instances; meshes: {meshes}, with {triangles} triangles")?;
+        }
         if self.model.is_some() && !self.up_given {
             let up = self.up.map(|x| x.to_string()).join(",");
             writeln!(f, "{up:>12} is up; for a model whose z is up, add --up 0,0,1")?;

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+import os
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,8 +32,11 @@ class Scene:
 
     Parameters
     ----------
-    scene : trimesh.Scene, optional
-        A scene whose nodes become committed instances. Nodes that share a geometry share its hierarchy.
+    scene : trimesh.Scene or sequence of meshes, optional
+        What becomes committed instances: the nodes of a scene of trimesh, where those that share a geometry share its
+        hierarchy; or several meshes where they are, each a `Mesh` or one of any package that `Mesh` takes, such as the
+        geometries of an Open3D scene. Instances have the numbers of the meshes, from 0, and a mesh that occurs twice is
+        shared.
 
     Examples
     --------
@@ -51,14 +55,22 @@ class Scene:
 
     def __init__(self, scene: Any = None) -> None:
         self._native = NativeScene()
-        if scene is not None:
+        if scene is None:
+            return
+        if hasattr(scene, "graph"):
             meshes: dict[str, Mesh] = {}
             for node in scene.graph.nodes_geometry:
                 matrix, name = scene.graph[node]
                 if hasattr(scene.geometry[name], "faces"):
                     mesh = meshes.get(name) or meshes.setdefault(name, Mesh(scene.geometry[name]))
                     self.add(mesh, matrix)
-            self.commit()
+        elif isinstance(scene, (list, tuple)):
+            made: dict[int, Mesh] = {}
+            for mesh in scene:
+                self.add(made.get(id(mesh)) or made.setdefault(id(mesh), _mesh(mesh)))
+        else:
+            raise TypeError(f"scene must be a trimesh.Scene or a list of meshes, not {type(scene).__name__}")
+        self.commit()
 
     def __len__(self) -> int:
         return len(self._native)
@@ -133,6 +145,43 @@ class Scene:
     def commit(self, *, threads: int | None = None) -> None:
         """Makes all changes take effect for queries that start from now on."""
         self._native.commit(_arrays.threads_of(threads))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the scene, with changes that were not committed yet, to a file for `Scene.load`.
+
+        The file has each mesh once, and the numbers, placements and masks of all instances. It is the same on every
+        machine, and Rust's ``Scene::load`` reads it.
+
+        >>> import intertri, tempfile, os
+        >>> scene = intertri.Scene([intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])])
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     scene.save(os.path.join(folder, "a.scene"))
+        ...     intertri.Scene.load(os.path.join(folder, "a.scene"))
+        Scene(1 instance)
+        """
+        saved = self._native.to_bytes()
+        with open(path, "wb") as file:
+            file.write(saved)
+
+    @classmethod
+    def load(cls: type[AnyScene], path: str | os.PathLike[str]) -> AnyScene:
+        """A scene that `Scene.save` wrote, committed.
+
+        Raises
+        ------
+        ValueError
+            If the file is not a saved scene, is damaged, or was written by a later version. Nothing in a file is run as
+            code. A checksum is not a signature: sign the file if you need authenticity.
+        """
+        with open(path, "rb") as file:
+            saved = file.read()
+        try:
+            return _revive(cls, saved)
+        except ValueError as error:
+            raise ValueError(f"{os.fspath(path)}: {error}") from None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _revive, (type(self), self._native.to_bytes()), getattr(self, "__dict__", None)
 
     def closest(
         self,
@@ -278,6 +327,21 @@ class Scene:
         threads = _arrays.threads_of(threads)
         self._native.winding(_arrays.flat(at, F64), _mask(mask), threads, _arrays.as_bytes(numbers))
         return numbers
+
+
+AnyScene = TypeVar("AnyScene", bound=Scene)
+
+
+def _revive(cls: type[AnyScene], saved: bytes) -> AnyScene:
+    """A scene from its saved state."""
+    scene = cls.__new__(cls)
+    scene._native = NativeScene.from_bytes(saved)
+    return scene
+
+
+def _mesh(mesh: Any) -> Mesh:
+    """A mesh of any package."""
+    return mesh if isinstance(mesh, Mesh) else Mesh(mesh)
 
 
 def _mask(mask: int) -> int:

@@ -229,15 +229,17 @@ impl<S: Coordinate> MeshBuilder<S> {
             return Ok(());
         };
         let UnusableVertex { line, ref mut cause, .. } = unusable[place];
-        let [x, y, z] = positions[first as usize];
-        let cause = cause.take().unwrap_or_else(|| {
-            format!(
-                "the vertex ({x}, {y}, {z}) is not finite in {}; repair the model or scale it down",
-                S::NAME
-            )
-        });
+        let cause = cause.take().unwrap_or_else(|| not_finite(positions[first as usize]));
         Err(Fault { line, cause })
     }
+}
+
+/// Why a vertex cannot be used.
+pub(super) fn not_finite<S: Coordinate>([x, y, z]: [S; 3]) -> String {
+    format!(
+        "the vertex ({x}, {y}, {z}) is not finite in {}; repair the model or scale it down",
+        S::NAME
+    )
 }
 
 impl Cut<'_> {

@@ -4,6 +4,7 @@ mod builder;
 mod cut;
 mod error;
 mod file;
+mod flatten;
 mod gltf;
 mod gzip;
 mod lines;
@@ -19,10 +20,14 @@ use std::path::{Path, PathBuf};
 pub use self::error::LoadError;
 use self::error::{Fault, fault};
 use self::file::{Beside, open};
+use self::flatten::flatten;
 pub use self::notes::{Note, Notes};
 use self::text::{skip_mark, without_mark};
 use crate::coordinate::Coordinate;
+use crate::instances::InstancedMesh;
 use crate::mesh::Mesh;
+
+const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 
 /// Reads a model.
 ///
@@ -94,11 +99,68 @@ pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadErro
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut beside = Beside { folder, read: vec![] };
     let read = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
+    let read = read.and_then(|(content, notes)| Ok((content.mesh()?, notes)));
     let (mesh, notes) = read.map_err(|fault| fault.of(path))?;
     Ok(LoadedModel { mesh, files: beside.read, notes })
 }
 
-/// Reads a model from bytes in memory, as [`load`] would from a file with that name.
+/// A model as [`load_instances`] returns it.
+#[derive(Clone, Debug)]
+pub struct LoadedInstances {
+    /// Its meshes and where they are.
+    pub model: InstancedMesh,
+    /// Other files that were read for the model: the buffers of a glTF.
+    pub files: Vec<PathBuf>,
+    /// Things that were left out, repaired or guessed; empty for most models.
+    pub notes: Notes,
+    path: PathBuf,
+    /// How many vertices and triangles one mesh of it may have; `None` if it is one mesh in its own place.
+    most: Option<u64>,
+}
+
+/// Reads a model like [`load_model`] in f64, but keeps meshes that are used several times apart from their
+/// placements: those of glTF nodes that share a mesh, and of the extension `EXT_mesh_gpu_instancing`. Any other model
+/// is one mesh in its own place.
+///
+/// A mirroring transform flips triangles, so a mesh that is used both with and without one becomes two meshes. A mesh
+/// is read again for other weights of its morph targets, and for each skin.
+///
+/// # Errors
+/// As for [`load`], in f64.
+pub fn load_instances(path: &Path) -> Result<LoadedInstances, LoadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut beside = Beside { folder, read: vec![] };
+    let read = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
+    let read = read.and_then(|(content, notes)| {
+        let (model, most) = match content {
+            Content::Mesh(mesh) => (InstancedMesh::of(mesh), None),
+            Content::Instanced { model, most } => (model, Some(most)),
+        };
+        if most.is_some() {
+            flatten::check(&model)?;
+        }
+        Ok((model, most, notes))
+    });
+    let (model, most, notes) = read.map_err(|fault| fault.of(path))?;
+    Ok(LoadedInstances { model, files: beside.read, notes, path: path.into(), most })
+}
+
+impl LoadedInstances {
+    /// The model that [`load_model`] returns: all instances as one mesh.
+    ///
+    /// # Errors
+    /// Fails if the instances have more triangles than one mesh may have.
+    pub fn flatten(self) -> Result<LoadedModel<f64>, LoadError> {
+        let Self { mut model, files, notes, path, most } = self;
+        let mesh = match most {
+            None => model.meshes.pop().unwrap_or_default(),
+            Some(most) => flatten(model, most).map_err(|fault| fault.of(&path))?,
+        };
+        Ok(LoadedModel { mesh, files, notes })
+    }
+}
+
+/// Reads a model like [`load`] from bytes in memory, as if they were a file with that name.
 ///
 /// # Errors
 /// Returns an error under the same conditions as [`load`], and also if a glTF model has buffers in
@@ -110,7 +172,28 @@ pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadErro
 /// # Ok::<_, intertri_scene::LoadError>(())
 /// ```
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
-    unpacked(path, Cursor::new(bytes), None).map(|(mesh, _)| mesh).map_err(|fault| fault.of(path))
+    let read = unpacked(path, Cursor::new(bytes), None).and_then(|(content, _)| content.mesh());
+    read.map_err(|fault| fault.of(path))
+}
+
+/// The triangles of a file.
+enum Content<S> {
+    Mesh(Mesh<S>),
+    /// Meshes and instances, which may become one mesh of at most this many vertices and triangles.
+    Instanced {
+        model: InstancedMesh,
+        most: u64,
+    },
+}
+
+impl<S: Coordinate> Content<S> {
+    /// All of them as one mesh.
+    fn mesh(self) -> Result<Mesh<S>, Fault> {
+        match self {
+            Self::Mesh(mesh) => Ok(mesh),
+            Self::Instanced { model, most } => flatten(model, most),
+        }
+    }
 }
 
 /// Reads a model from a file that may be compressed with gzip.
@@ -118,7 +201,7 @@ fn unpacked<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
     beside: Option<&mut Beside<'_>>,
-) -> Result<(Mesh<S>, Notes), Fault> {
+) -> Result<(Content<S>, Notes), Fault> {
     let size = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
     if input.fill_buf()?.starts_with(gzip::MAGIC) {
@@ -128,9 +211,9 @@ fn unpacked<S: Coordinate>(
             return fault("is a gzip in a gzip; unpack it first (gunzip)");
         }
         let size = bytes.len() as u64;
-        let (mesh, more) = model(&gzip::inner(path), Cursor::new(bytes), size, beside)?;
+        let (content, more) = model(&gzip::inner(path), Cursor::new(bytes), size, beside)?;
         notes.extend(more);
-        return Ok((mesh, notes));
+        return Ok((content, notes));
     }
     model(path, input, size, beside)
 }
@@ -141,7 +224,7 @@ fn model<S: Coordinate>(
     mut input: impl BufRead + Seek,
     size: u64,
     beside: Option<&mut Beside<'_>>,
-) -> Result<(Mesh<S>, Notes), Fault> {
+) -> Result<(Content<S>, Notes), Fault> {
     if size == 0 {
         return fault("the file is empty");
     }
@@ -153,12 +236,18 @@ fn model<S: Coordinate>(
         Format::Obj => obj::read(input)?,
         Format::Ply => ply::read(input)?,
         Format::Stl => stl::read(input, size)?,
-        Format::Gltf => gltf::read(input, beside)?,
+        Format::Gltf => {
+            let gltf::Gltf { model, notes, most } = gltf::read(input, beside)?;
+            if model.instances.is_empty() {
+                return fault(NO_TRIANGLE);
+            }
+            return Ok((Content::Instanced { model, most }, notes));
+        }
     };
     if mesh.triangles.is_empty() {
-        return fault("it has no triangle; is it a model?");
+        return fault(NO_TRIANGLE);
     }
-    Ok((mesh, notes))
+    Ok((Content::Mesh(mesh), notes))
 }
 
 enum Format {

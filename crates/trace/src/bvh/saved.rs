@@ -7,7 +7,7 @@ use std::path::Path;
 use super::Bvh;
 #[cfg(unix)]
 use crate::save::Pieces;
-use crate::save::{LoadError, Slice, Stream};
+use crate::save::{Input, LoadError, Slice, Stream};
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
@@ -63,8 +63,14 @@ impl<S: BvhScalar> Bvh<S> {
     /// coordinates of the other scalar type ([`LoadError::Scalar`]).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
-        let (tree, originals) = S::read(&mut input)?;
+        let bvh = Self::read(&mut input)?;
         input.end()?;
+        Ok(bvh)
+    }
+
+    /// Reads a hierarchy, and nothing after it.
+    pub(crate) fn read(input: &mut dyn Input) -> Result<Self, LoadError> {
+        let (tree, originals) = S::read(input)?;
         Ok(Self::of_parts(tree, originals))
     }
 

@@ -20,6 +20,7 @@ mod mesh;
 mod nearest;
 mod packet;
 mod points;
+mod saved;
 mod scene;
 mod snapshot;
 mod top;

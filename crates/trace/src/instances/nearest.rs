@@ -6,7 +6,7 @@
 
 use std::ops::ControlFlow;
 
-use intertri::internal::exact::{Tier, closer, closest, has_area};
+use intertri::internal::exact::{Tier, closer, closest};
 use intertri::{LeafSlot, Triangle64};
 
 use super::collect::Candidate;
@@ -70,11 +70,10 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Returns whether any nearby triangle that has an area satisfies a predicate.
+    /// Whether any triangle that may be near satisfies a predicate.
     pub(super) fn any(&mut self, is: impl Fn(&Triangle64) -> bool) -> bool {
         let found = self.walk(&mut |_, Candidate { triangle, .. }| {
-            let is_it = is(&triangle) && has_area(&triangle);
-            if is_it { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if is(&triangle) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         found.is_break()
     }

@@ -44,17 +44,16 @@ use crate::tree::LEAF;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Indexed by instance number; removed instances have no mesh. Shared with the last snapshot
-    /// until the scene changes.
-    placed: Arc<Vec<Placed>>,
-    /// Instance numbers free for reuse.
-    free: Vec<u32>,
-    /// Indexed by mesh number; meshes without instances are dropped.
-    meshes: Vec<Option<MeshEntry>>,
+    /// By number; removed instances have no mesh. Shared with the last snapshot until the scene is changed.
+    pub(super) placed: Arc<Vec<Placed>>,
+    /// The free numbers.
+    pub(super) free: Vec<u32>,
+    /// By number; meshes without instances are dropped.
+    pub(super) meshes: Vec<Option<MeshEntry>>,
     /// The number of instances of each mesh.
-    uses: Vec<usize>,
+    pub(super) uses: Vec<usize>,
     /// Maps a mesh's address to its number.
-    numbers: HashMap<usize, u32>,
+    pub(super) numbers: HashMap<usize, u32>,
 }
 
 impl Scene {
@@ -153,8 +152,29 @@ impl Scene {
         self.placed.get(id.index()).is_some_and(|placed| placed.mesh != NO_MESH)
     }
 
-    /// Commits the current scene for queries. This rebuilds the tree of instances, using all
-    /// threads.
+    /// The instances, by ascending number, including hidden ones.
+    pub fn instances(&self) -> impl Iterator<Item = InstanceId> + '_ {
+        let ids = (0..self.placed.len() as u32).map(InstanceId);
+        ids.filter(|&id| self.contains(id))
+    }
+
+    /// The mesh of an instance; `None` if there is no such instance.
+    pub fn mesh(&self, id: InstanceId) -> Option<&SceneMesh> {
+        let mesh = self.placed.get(id.index())?.mesh;
+        self.meshes.get(mesh as usize)?.as_ref().map(|entry| &entry.mesh)
+    }
+
+    /// The placement of an instance; `None` if there is no such instance.
+    pub fn matrix(&self, id: InstanceId) -> Option<[f64; 12]> {
+        self.contains(id).then(|| self.placed[id.index()].matrix)
+    }
+
+    /// The mask of an instance; `None` if there is no such instance.
+    pub fn mask(&self, id: InstanceId) -> Option<u32> {
+        self.contains(id).then(|| self.placed[id.index()].mask)
+    }
+
+    /// The current scene, for queries. Rebuilds the tree of instances, on all threads.
     ///
     /// # Errors
     /// Returns an error if memory runs out.

@@ -40,7 +40,7 @@ pub(super) const ENTRY: usize = 32;
 pub(super) const ALIGN: usize = 64;
 
 /// The maximum number of sections in a file.
-const SECTIONS: u32 = 64;
+pub(super) const SECTIONS: u32 = 64;
 
 /// The number of records that share a checksum.
 pub(super) const BLOCK: usize = 1024;
@@ -69,7 +69,7 @@ pub(super) const LEAVES64: u32 = 6;
 pub(super) const LEAF64_SIZE: usize = 608;
 
 /// The offset of the header's checksum.
-const SUM: usize = HEADER - 8;
+pub(super) const SUM: usize = HEADER - 8;
 
 /// The fields of the header.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,14 +99,21 @@ impl Entry {
 
 /// Serializes the header and the table.
 pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
-    let mut bytes = Vec::from(SAVED_MAGIC);
-    bytes.extend(VERSION.to_le_bytes());
+    let numbers = [header.triangles, header.boxed, header.cost.to_bits(), header.size];
+    front_of((SAVED_MAGIC, VERSION), numbers, entries)
+}
+
+/// A header with these numbers, and the table.
+pub(super) fn front_of(
+    (magic, version): ([u8; 8], u32),
+    numbers: [u64; 4],
+    entries: &[Entry],
+) -> Vec<u8> {
+    let mut bytes = Vec::from(magic);
+    bytes.extend(version.to_le_bytes());
     bytes.extend((entries.len() as u32).to_le_bytes());
-    bytes.extend(header.triangles.to_le_bytes());
-    bytes.extend(header.boxed.to_le_bytes());
-    bytes.extend(header.cost.to_bits().to_le_bytes());
-    bytes.extend(header.size.to_le_bytes());
-    // Reserve space for the checksum, which is written last and does not cover itself.
+    bytes.extend(numbers.map(u64::to_le_bytes).concat());
+    // Space for the checksum, which is written last and does not cover itself.
     bytes.resize(HEADER, 0);
     for entry in entries {
         bytes.extend(entry.kind.to_le_bytes());
@@ -143,17 +150,47 @@ pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     Ok(sections as usize * ENTRY)
 }
 
-/// Parses the header and the table, and checks that they are valid.
-pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
-    if u64_at(front, SUM) != sum_of(front) {
-        return LoadError::damaged("the checksum of its header does not match");
+/// Verifies the checksum of header and table.
+pub(super) fn check_sum(front: &[u8]) -> Result<(), LoadError> {
+    if u64_at(front, SUM) == sum_of(front) {
+        Ok(())
+    } else {
+        LoadError::damaged("the checksum of its header does not match")
     }
+}
+
+/// Parses header and table, if they are valid.
+pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
+    check_sum(front)?;
     let header = Header {
         triangles: u64_at(front, 16),
         boxed: u64_at(front, 24),
         cost: f64::from_bits(u64_at(front, 32)),
         size: u64_at(front, 40),
     };
+    let (entries, end) = entries(front, |kind, record, size| {
+        Some(match kind {
+            NODES => record == NODE as u32,
+            LEAVES => record == LEAF_SIZE as u32,
+            LEFT_OUT => record == NUMBER as u32,
+            GEOMETRIES => record == GEOMETRY as u32,
+            FRAME => record == FRAME_SIZE as u32 && size == u64::from(record),
+            LEAVES64 => record == LEAF64_SIZE as u32,
+            _ => return None,
+        })
+    })?;
+    if end != header.size || header.triangles >= u64::from(LEAF) {
+        return LoadError::damaged("the header is invalid");
+    }
+    Ok((header, entries))
+}
+
+/// The entries of a table, and where the last section ends. `fits` says whether a record and the size of a section are
+/// those of its kind, if the kind is known.
+pub(super) fn entries(
+    front: &[u8],
+    fits: impl Fn(u32, u32, u64) -> Option<bool>,
+) -> Result<(Vec<Entry>, u64), LoadError> {
     let entries: Vec<Entry> = front[HEADER..].chunks_exact(ENTRY).map(entry).collect();
 
     // Sections must be contiguous except for alignment.
@@ -165,16 +202,11 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
         if !sane || *place != end.next_multiple_of(ALIGN as u64) || *size > u64::MAX / 4 {
             return LoadError::damaged("its table of sections is invalid");
         }
-        let known = match *kind {
-            NODES => *record == NODE as u32,
-            LEAVES => *record == LEAF_SIZE as u32,
-            LEFT_OUT => *record == NUMBER as u32,
-            GEOMETRIES => *record == GEOMETRY as u32,
-            FRAME => *record == FRAME_SIZE as u32 && *size == u64::from(*record),
-            LEAVES64 => *record == LEAF64_SIZE as u32,
-            // A later version may add optional sections; this version can still read the rest.
-            _ if kind & OPTIONAL != 0 => true,
-            _ => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
+        let known = match fits(*kind, *record, *size) {
+            Some(fits) => fits,
+            // A later version may add optional sections without preventing this one from reading the rest.
+            None if kind & OPTIONAL != 0 => true,
+            None => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
         };
         // Record indices are 31-bit.
         if !known || u64::from(*record) * u64::from(LEAF) < *size {
@@ -182,10 +214,7 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
         }
         end = place + size;
     }
-    if end != header.size || header.triangles >= u64::from(LEAF) {
-        return LoadError::damaged("the header is invalid");
-    }
-    Ok((header, entries))
+    Ok((entries, end))
 }
 
 fn entry(bytes: &[u8]) -> Entry {
@@ -204,7 +233,7 @@ pub(super) fn u32_at(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(number)
 }
 
-fn u64_at(bytes: &[u8], at: usize) -> u64 {
+pub(super) fn u64_at(bytes: &[u8], at: usize) -> u64 {
     u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
 }
 

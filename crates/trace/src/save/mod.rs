@@ -6,10 +6,13 @@
 //!   sections  nodes; leaves; omitted triangles        each aligned to 64 bytes
 //! ```
 //!
-//! [`format`] documents every field, and `docs/saved.md` specifies the format for other programs. A
-//! section is copied once, from the read buffer to where traversal needs it, and every value is
-//! checked along the way ([`records`], [`check`]). A hierarchy that passes these checks returns
-//! correct results for the triangles it contains, even if an attacker wrote it.
+//! A saved scene ([`scene`]) has such a header and table, the sections of its instances, and then its meshes, each of
+//! them a saved hierarchy.
+//!
+//! [`format`] has every field, and `docs/saved.md` specifies them for other programs. A section is copied
+//! once, from the read buffer to where traversal needs it, and every number is checked on the way
+//! ([`records`], [`check`]). So a hierarchy that passes answers correctly for the triangles that it contains,
+//! even if an attacker wrote it.
 
 mod arriving;
 mod check;
@@ -21,6 +24,8 @@ mod input;
 mod load;
 mod records;
 mod records64;
+mod scene;
+mod scene_error;
 mod store;
 #[cfg(test)]
 mod tests;
@@ -34,6 +39,9 @@ pub(crate) use input::Pieces;
 pub(crate) use input::{Input, Slice, Stream};
 pub(crate) use load::read;
 pub(crate) use records64::EightTriangles;
+pub use scene::SAVED_SCENE_MAGIC;
+pub(crate) use scene::{InstanceRecord, SavedMesh, SceneFront, SceneReader, write_scene};
+pub use scene_error::SceneLoadError;
 pub(crate) use store::write;
 
 /// Recomputes all checksums of a saved hierarchy if it is intact enough to locate them. This allows
@@ -41,4 +49,10 @@ pub(crate) use store::write;
 #[doc(hidden)]
 pub fn seal(bytes: &mut [u8]) {
     format::seal(bytes);
+}
+
+/// Recomputes the checksums of a saved scene, but not those of its meshes, likewise.
+#[doc(hidden)]
+pub fn seal_scene(bytes: &mut [u8]) {
+    scene::seal(bytes);
 }

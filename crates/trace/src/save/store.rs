@@ -89,14 +89,26 @@ pub(super) fn write_with(
         sections.push(Section { kind: GEOMETRIES, record: GEOMETRY, count, write: &geometry });
     }
 
-    // Compute the offsets and checksums of all sections. The table comes first and the output
-    // cannot seek, so all checksums must be known before anything is written.
+    let (entries, end) = entries_of(&sections).map_err(no_memory)?;
+    let header = Header {
+        triangles: bvh.triangles as u64,
+        boxed: bvh.boxed as u64,
+        cost: bvh.cost_as_built.unwrap_or(NO_COST),
+        size: end as u64,
+    };
+    write_sections(front(&header, &entries), &sections, &entries, output)
+}
+
+/// The offsets and checksums of all sections, and where the last one ends.
+pub(super) fn entries_of(sections: &[Section<'_>]) -> Result<(Vec<Entry>, usize), NoMemory> {
+    // The table comes first and the output cannot seek, so all checksums are computed before anything is
+    // written.
     let mut end = HEADER + sections.len() * ENTRY;
     let mut entries = Vec::new();
-    for section in &sections {
+    for section in sections {
         let place = end.next_multiple_of(ALIGN);
         let size = section.count * section.record;
-        let sums = section.sums().map_err(no_memory)?;
+        let sums = section.sums()?;
         entries.push(Entry {
             kind: section.kind,
             record: section.record as u32,
@@ -106,17 +118,20 @@ pub(super) fn write_with(
         });
         end = place + size;
     }
+    Ok((entries, end))
+}
 
-    let header = Header {
-        triangles: bvh.triangles as u64,
-        boxed: bvh.boxed as u64,
-        cost: bvh.cost_as_built.unwrap_or(NO_COST),
-        size: end as u64,
-    };
-    let mut written = front(&header, &entries);
+/// Writes header and table, and the sections.
+pub(super) fn write_sections(
+    front: Vec<u8>,
+    sections: &[Section<'_>],
+    entries: &[Entry],
+    output: &mut dyn Write,
+) -> io::Result<()> {
+    let mut written = front;
     output.write_all(&written)?;
     let mut end = written.len();
-    for (section, entry) in sections.iter().zip(&entries) {
+    for (section, entry) in sections.iter().zip(entries) {
         let place = entry.place as usize;
         written.clear();
         written.resize(place - end, 0);
@@ -130,6 +145,6 @@ pub(super) fn write_with(
     Ok(())
 }
 
-fn no_memory(_: NoMemory) -> io::Error {
+pub(super) fn no_memory(_: NoMemory) -> io::Error {
     io::ErrorKind::OutOfMemory.into()
 }

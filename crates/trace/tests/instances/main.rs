@@ -3,6 +3,8 @@
 //!
 //! `INTERTRI_INSTANCE_RAYS` sets the number of rays to compare; the default is 200,000.
 
+mod points;
+mod saved;
 mod scenes;
 
 use std::collections::BTreeMap;

@@ -2,17 +2,20 @@
 
 use std::path::Path;
 
-use intertri_scene::{Coordinate, Scene, Texture};
+use intertri_scene::{Coordinate, Scene, SceneGeometry, Texture};
 
 use super::options::Options;
 use crate::error::{Error, Result};
 
 /// Sets the light and puts the texture onto the model, if the user chose them.
-pub(super) fn cover<S: Coordinate>(options: &Options, scene: &mut Scene<S>) -> Result<()> {
+pub(super) fn cover<S: Coordinate, M: SceneGeometry<S>>(
+    options: &Options,
+    scene: &mut Scene<S, M>,
+) -> Result<()> {
     options.light.shine_on(scene)?;
     if let Some(path) = &options.texture {
         scene.texture = Some(texture(path)?);
-        if scene.mesh.corner_uvs.is_none() {
+        if !scene.mesh.has_uvs() {
             let model = options.model.as_deref().unwrap_or(Path::new("")).display();
             return Err(Error::at(model, "has no texture coordinates; omit --texture"));
         }

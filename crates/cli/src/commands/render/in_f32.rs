@@ -25,11 +25,17 @@ use crate::report::print::{print, tell};
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the image, and checks it if `--check` is set.
-pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instant) -> Result<()> {
-    let mut seconds = RenderSeconds::default();
+/// Draws the picture, and checks it with `--check`.
+/// A model that was loaded before took `load` seconds.
+pub(super) fn run(
+    options: &Options,
+    threshold: Option<Threshold>,
+    (loaded, load): (Option<Model>, f64),
+    start: Instant,
+) -> Result<()> {
+    let mut seconds = RenderSeconds { load, ..RenderSeconds::default() };
     let (scene, triangles, bvh, (rounding, notes)) = timed(&mut seconds.load, || -> Result<_> {
-        let (scene, bvh, changes) = load_scene(options)?;
+        let (scene, bvh, changes) = load_scene(options, loaded)?;
         let triangles = triangles(&scene.mesh)?;
         Ok((scene, triangles, bvh, changes))
     })?;
@@ -84,12 +90,17 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
 /// What reading a model changed: the rounded numbers, and notes.
 type Changes = (Rounding, ModelNotes);
 
-/// Loads the model or the built-in scene, and applies the camera, light and texture options.
-fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
+/// The model or the built-in scene, with its camera and texture.
+fn load_scene(
+    options: &Options,
+    loaded: Option<Model>,
+) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    let load = |path| Model::load(path, options.reading)?.in_f32();
-    let model = options.model.as_deref().map(load).transpose()?;
+    let load = |path| Model::load(path, options.reading);
+    let loaded =
+        loaded.map_or_else(|| options.model.as_deref().map(load).transpose(), |m| Ok(Some(m)));
+    let model = loaded?.map(Model::in_f32).transpose()?;
     let changes = model.as_ref().map(|model| (model.rounding, model.notes.clone()));
     let changes = changes.unwrap_or_default();
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());

@@ -22,11 +22,16 @@ use crate::report::print::print;
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the image, and checks it if `--check` is set.
-pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
+/// Draws the picture, and checks it with `--check`.
+/// A model that was loaded before took `load` seconds.
+pub(super) fn run(
+    options: &Options,
+    (loaded, load): (Option<Model>, f64),
+    start: Instant,
+) -> Result<()> {
     check(options)?;
-    let (size, mut seconds) = (options.size, RenderSeconds::default());
-    let (scene, bvh, notes) = timed(&mut seconds.load, || load_scene(options))?;
+    let (size, mut seconds) = (options.size, RenderSeconds { load, ..RenderSeconds::default() });
+    let (scene, bvh, notes) = timed(&mut seconds.load, || load_scene(options, loaded))?;
     let engine = |name| Engine64::new(name, triangles(&scene.mesh)?, bvh.clone());
     let draw =
         |engine: &Engine64| Frame::traced(&scene, size, engine, options.shadows == Shadows::Rays);
@@ -72,13 +77,15 @@ fn check(options: &Options) -> Result<()> {
 /// The hierarchy of a model, if the file contains one.
 type Saved = Option<Arc<Bvh<f64>>>;
 
-/// Loads the model or the built-in house, and applies the camera, light and texture options.
-fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved, ModelNotes)> {
+/// The model or the built-in house, with its camera, light and texture.
+fn load_scene(options: &Options, loaded: Option<Model>) -> Result<(Scene<f64>, Saved, ModelNotes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    // A model's other files are never images, so the output cannot overwrite one of them.
-    let load = |path| Model::load(path, options.reading)?.in_f64();
-    let model = options.model.as_deref().map(load).transpose()?;
+    // A model's other files are never pictures, so the output cannot be one of them.
+    let load = |path| Model::load(path, options.reading);
+    let loaded =
+        loaded.map_or_else(|| options.model.as_deref().map(load).transpose(), |m| Ok(Some(m)));
+    let model = loaded?.map(Model::in_f64).transpose()?;
     let notes = model.as_ref().map(|model| model.notes.clone()).unwrap_or_default();
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let aspect = f64::from(width) / f64::from(height);

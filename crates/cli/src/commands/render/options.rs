@@ -33,10 +33,10 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     pub(super) engine: EngineName,
 
-    /// The scalar to trace in; f64 works only with the exact and oracle engines, also for --check.
-    /// Without a model, f64 draws a house at UTM coordinates. f32 rounds coordinates, which is
-    /// hardly visible in a picture; the report counts the rounded numbers [default: that of a saved
-    /// hierarchy, otherwise f32]
+    /// The scalar to trace in; f64 works with the engines exact and oracle, including for --check. Without a
+    /// model, f64 draws a house at UTM coordinates. f32 rounds coordinates, which hardly shows in a picture;
+    /// the report counts them [default: that of a saved hierarchy, f64 for a glTF whose nodes share meshes, which are
+    /// then traced as instances, else f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 
@@ -98,7 +98,15 @@ pub(super) fn takes_f32_alone(options: &Options) -> bool {
         || options.shadows == Shadows::Volumes
 }
 
-/// Refuses a grid option that no engine would use.
+/// Whether a model whose meshes are shared is traced as instances: in f64, by the engine `exact` alone.
+pub(super) fn takes_instances(options: &Options) -> bool {
+    options.engine == EngineName::Exact
+        && options.check.is_none()
+        && options.scalar != Some(ScalarName::F32)
+        && !takes_f32_alone(options)
+}
+
+/// A grid that no engine would use is an error.
 pub(super) fn refuse_unused_grid(options: &Options) -> Result<()> {
     let is_fixed = |name| name == EngineName::Fixed;
     if options.grid.is_some() && !is_fixed(options.engine) && !options.check.is_some_and(is_fixed) {

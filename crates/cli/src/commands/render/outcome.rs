@@ -1,7 +1,7 @@
 //! The report of `intertri render`, and the error if its check failed.
 
 use intertri::Threshold;
-use intertri_scene::{Coordinate, Scene};
+use intertri_scene::{Coordinate, Scene, SceneGeometry};
 
 use super::options::Options;
 use crate::engine::fixed::GridReport;
@@ -12,10 +12,10 @@ use crate::error::{Error, Result};
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Creates the report.
-pub(super) fn report<S: Coordinate>(
+/// The outcome.
+pub(super) fn report<S: Coordinate, M: SceneGeometry<S>>(
     options: &Options,
-    (scene, notes): (&Scene<S>, ModelNotes),
+    (scene, notes): (&Scene<S, M>, ModelNotes),
     frame: &Frame,
     rounded: Rounded,
     grid: Option<GridReport>,
@@ -27,7 +27,8 @@ pub(super) fn report<S: Coordinate>(
     RenderReport {
         model: options.model.clone(),
         output: options.output.clone(),
-        triangles: scene.mesh.triangles.len(),
+        triangles: scene.mesh.triangle_count(),
+        instances: None,
         notes,
         size: options.size.into(),
         engine: options.engine,

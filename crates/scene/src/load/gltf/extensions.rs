@@ -91,13 +91,30 @@ pub(super) fn is_hidden(node: &scene::Node) -> bool {
     of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
 }
 
-/// Returns the transforms of the copies of a node's mesh, in the node's space, or `None` if there
-/// is a single copy.
-pub(super) fn instances(
-    tables: Tables<'_>,
+/// The copies of a node's mesh.
+pub(super) struct Copies<'a> {
+    pub(super) count: usize,
+    places: Option<Accessor<'a>>,
+    turns: Option<Accessor<'a>>,
+    sizes: Option<Accessor<'a>>,
+}
+
+impl Copies<'_> {
+    /// The transform of a copy, in the node's space.
+    pub(super) fn transform(&self, i: usize) -> DMat4 {
+        let row = |table: &Option<Accessor<'_>>, or: f64| {
+            table.as_ref().map_or([or; 3], |table| table.row(i))
+        };
+        let turn = self.turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |turns| turns.row(i));
+        of_parts(row(&self.sizes, 1.0), turn, row(&self.places, 0.0))
+    }
+}
+
+/// The copies of a node's mesh; `None` for a single one where the node is.
+pub(super) fn copies<'a>(
+    tables: Tables<'a>,
     node: &scene::Node,
-    mut spend: impl FnMut(usize) -> Result<(), Fault>,
-) -> Result<Option<Vec<DMat4>>, Fault> {
+) -> Result<Option<Copies<'a>>, Fault> {
     let Some(attributes) = of(node, INSTANCES) else { return Ok(None) };
     let Some(attributes) = attributes.get("attributes").and_then(Value::as_object) else {
         return fault(format!("{INSTANCES} has no attributes"));
@@ -119,15 +136,5 @@ pub(super) fn instances(
     if counts.any(|other| other != count) {
         return fault(format!("{INSTANCES} has attributes of different lengths"));
     }
-    spend(count)?;
-    let mut copies = Vec::new();
-    copies.try_reserve(count)?;
-    copies.extend((0..count).map(|i| {
-        let row = |table: &Option<Accessor<'_>>, or: f64| {
-            table.as_ref().map_or([or; 3], |table| table.row(i))
-        };
-        let turn = turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |turns| turns.row(i));
-        of_parts(row(&sizes, 1.0), turn, row(&places, 0.0))
-    }));
-    Ok(Some(copies))
+    Ok(Some(Copies { count, places, turns, sizes }))
 }

@@ -8,6 +8,7 @@ mod buffers;
 mod extensions;
 mod nodes;
 mod primitive;
+mod shared;
 mod transform;
 
 use std::io::Read;
@@ -17,12 +18,11 @@ use gltf::json::Root;
 use self::accessor::Tables;
 use self::buffers::Buffers;
 use self::primitive::Primitives;
-use super::builder::MeshBuilder;
+use self::shared::SharedMeshes;
 use super::error::{Fault, fault, quote};
 use super::file::Beside;
 use super::notes::Notes;
-use crate::coordinate::Coordinate;
-use crate::mesh::Mesh;
+use crate::instances::InstancedMesh;
 
 /// The first bytes of a GLB.
 const MAGIC: &[u8] = b"glTF";
@@ -34,11 +34,16 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
     start.starts_with(MAGIC) || start.trim_ascii_start().starts_with(b"{")
 }
 
-/// Reads the default scene into one mesh. Paths of other files are relative to the model's folder.
-pub(super) fn read<S: Coordinate>(
-    mut input: impl Read,
-    beside: Option<&mut Beside<'_>>,
-) -> Result<(Mesh<S>, Notes), Fault> {
+/// The default scene of a file.
+pub(super) struct Gltf {
+    pub(super) model: InstancedMesh,
+    pub(super) notes: Notes,
+    /// How many vertices and triangles its instances may expand to.
+    pub(super) most: u64,
+}
+
+/// Reads the default scene. Paths of other files are relative to the model's folder.
+pub(super) fn read(mut input: impl Read, beside: Option<&mut Beside<'_>>) -> Result<Gltf, Fault> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
     let (json, blob) = split(&bytes)?;
@@ -53,13 +58,15 @@ pub(super) fn read<S: Coordinate>(
     if !version.starts_with("2.") {
         return fault(format!("is glTF {}; only version 2 is read", quote(version)));
     }
-    let mut builder = MeshBuilder::numbered_from(0);
-    extensions::check(&root, &mut builder.notes)?;
+    let mut notes = Notes::default();
+    extensions::check(&root, &mut notes)?;
     let buffers = Buffers::read(&root, blob.as_deref(), beside)?;
     let tables = Tables { root: &root, buffers: &buffers };
-    let mut primitives = Primitives::new(tables, bytes.len(), builder);
-    nodes::walk(&mut primitives)?;
-    primitives.builder.finish()
+    let most = Primitives::most(tables, bytes.len());
+    let mut shared = SharedMeshes::new(Primitives::new(tables, most, notes));
+    nodes::walk(&mut shared)?;
+    let (model, notes) = shared.finish()?;
+    Ok(Gltf { model, notes, most })
 }
 
 /// Splits a file into its JSON and, in a GLB, the binary chunk.

@@ -4,15 +4,15 @@ use glam::DMat4;
 use gltf::json::accessor::Type;
 use gltf::json::{Index, Root, scene, skin};
 
-use super::extensions::{instances, is_hidden};
-use super::primitive::{Placement, Primitives};
+use super::extensions::{copies, is_hidden};
+use super::primitive::Primitives;
+use super::shared::SharedMeshes;
 use super::transform::transform;
-use crate::coordinate::Coordinate;
 use crate::load::error::{Fault, fault};
 
 /// Adds the meshes of all nodes, each before its children.
-pub(super) fn walk<S: Coordinate>(primitives: &mut Primitives<'_, S>) -> Result<(), Fault> {
-    let root = primitives.tables.root;
+pub(super) fn walk(shared: &mut SharedMeshes<'_>) -> Result<(), Fault> {
+    let root = shared.primitives.tables.root;
     let joints = if root.skins.is_empty() { vec![] } else { all_transforms(root)? };
     let mut reached = vec![false; root.nodes.len()];
     let mut next: Vec<(usize, DMat4)> = Vec::new();
@@ -28,8 +28,8 @@ pub(super) fn walk<S: Coordinate>(primitives: &mut Primitives<'_, S>) -> Result<
             continue;
         }
         let transform = above * transform(node);
-        add(primitives, node, transform, &joints).map_err(|fault| match node.skin {
-            // Errors about a mesh already contain its index.
+        add(shared, node, transform, &joints).map_err(|fault| match node.skin {
+            // A mesh names itself in its errors.
             None => fault,
             Some(skin) => Fault { cause: format!("skin {skin}: {}", fault.cause), ..fault },
         })?;
@@ -40,36 +40,35 @@ pub(super) fn walk<S: Coordinate>(primitives: &mut Primitives<'_, S>) -> Result<
 }
 
 /// Adds the mesh of a node, if it has one.
-fn add<S: Coordinate>(
-    primitives: &mut Primitives<'_, S>,
-    node: &scene::Node,
+fn add<'a>(
+    shared: &mut SharedMeshes<'a>,
+    node: &'a scene::Node,
     transform: DMat4,
     joints: &[DMat4],
 ) -> Result<(), Fault> {
     let Some(mesh) = node.mesh else { return Ok(()) };
-    let tables = primitives.tables;
-    let weights = node.weights.as_deref();
-    let copies = instances(tables, node, |count| primitives.spend(count))?;
+    let primitives = &mut shared.primitives;
+    let weights = primitives.weights(mesh.value(), node.weights.as_deref())?;
+    let copies = copies(primitives.tables, node)?;
+    // Counted here, because a table of zeros can have any number of rows and take no bytes.
+    primitives.spend(copies.as_ref().map_or(0, |copies| copies.count))?;
     if let Some(skin) = node.skin {
-        // A skinned mesh is placed only by its joints. The transform of its node does not matter,
-        // and the mesh is read once.
-        if copies.is_some_and(|copies| copies.len() != 1) {
-            primitives.builder.notes.add("skinned meshes with instances, read once", 1, None);
+        // Only the joints place a skinned mesh, so its node does not matter, and there is one copy of it.
+        if copies.is_some_and(|copies| copies.count != 1) {
+            primitives.notes.add("skinned meshes with instances, read once", 1, None);
         }
         let joints = skin_of(primitives, skin, joints)?;
-        return primitives.add(mesh.value(), weights, &Placement { transform, joints });
+        return shared.add_skinned(mesh.value(), weights, &joints, transform);
     }
-    for copy in copies.unwrap_or_else(|| vec![DMat4::IDENTITY]) {
-        let placement = Placement { transform: transform * copy, joints: vec![] };
-        primitives.add(mesh.value(), weights, &placement)?;
-    }
-    Ok(())
+    let Some(copies) = copies else { return shared.add(mesh.value(), weights, transform) };
+    (0..copies.count)
+        .try_for_each(|i| shared.add(mesh.value(), weights, transform * copies.transform(i)))
 }
 
 /// Returns the matrices with which a skin's joints place vertices. They map the mesh's bind pose to
 /// the joints' current pose.
-fn skin_of<S: Coordinate>(
-    primitives: &mut Primitives<'_, S>,
+fn skin_of(
+    primitives: &mut Primitives<'_>,
     index: Index<skin::Skin>,
     transforms: &[DMat4],
 ) -> Result<Vec<DMat4>, Fault> {

@@ -8,71 +8,81 @@ use gltf::json::{Index, accessor};
 
 use super::accessor::{Accessor, Tables};
 use super::transform::mirrors;
-use crate::coordinate::Coordinate;
 use crate::load::builder::{MeshBuilder, NO_UV, push, strip};
 use crate::load::error::{Fault, fault};
-use crate::mesh::rounded;
+use crate::load::flatten::{REPEATED, REPEATS};
+use crate::load::notes::Notes;
+use crate::mesh::{self, rounded};
 
-/// The number of vertices and triangles that a file may expand to, in addition to its size. Without
-/// a limit, nodes could repeat a mesh, and accessors the same bytes, any number of times.
-const REPEATS: u64 = 1 << 24;
-
-/// Collects the primitives of all meshes.
-pub(super) struct Primitives<'a, S> {
+/// Reads the primitives of meshes.
+pub(super) struct Primitives<'a> {
     pub(super) tables: Tables<'a>,
     /// How many more vertices and triangles the file may have.
     left: u64,
-    pub(super) builder: MeshBuilder<S>,
+    /// The mesh that is being read.
+    builder: MeshBuilder<f64>,
+    pub(super) notes: Notes,
 }
 
 /// How a mesh is placed.
-pub(super) struct Placement {
-    /// The transform from the mesh's space to the scene's.
-    pub(super) transform: DMat4,
-    /// The transforms of the skin's joints. Each joint moves a vertex in proportion to its weight.
-    pub(super) joints: Vec<DMat4>,
+#[derive(Clone, Copy)]
+pub(super) enum Placement<'a> {
+    /// It stays in its own space, from which instances place it; and whether they mirror it.
+    ByInstances { are_mirrored: bool },
+    /// Joints place it in the scene: their transforms, each of which moves its share of a vertex, and that of the node
+    /// for primitives without joints.
+    BySkin { joints: &'a [DMat4], transform: DMat4 },
 }
 
-impl<'a, S: Coordinate> Primitives<'a, S> {
-    /// Creates an empty collection for a file of `size` bytes.
-    pub(super) fn new(tables: Tables<'a>, size: usize, builder: MeshBuilder<S>) -> Self {
-        let left = REPEATS + size as u64 + tables.buffers.size() as u64;
-        Self { tables, left, builder }
+impl<'a> Primitives<'a> {
+    /// For a file that may have `most` vertices and triangles in all.
+    pub(super) fn new(tables: Tables<'a>, most: u64, notes: Notes) -> Self {
+        Self { tables, left: most, builder: MeshBuilder::numbered_from(0), notes }
     }
 
-    /// Adds a placed mesh. Its morph targets use `weights` or, if there are none, the mesh's own
-    /// weights.
-    pub(super) fn add(
-        &mut self,
+    /// How many vertices and triangles a file of `size` bytes may have, also after its instances are expanded.
+    pub(super) fn most(tables: Tables<'_>, size: usize) -> u64 {
+        REPEATS + size as u64 + tables.buffers.size() as u64
+    }
+
+    /// The weights of a mesh's morph targets: those of the node or, if it has none, the mesh's own.
+    pub(super) fn weights(
+        &self,
         index: usize,
-        weights: Option<&[f32]>,
-        placement: &Placement,
-    ) -> Result<(), Fault> {
+        weights: Option<&'a [f32]>,
+    ) -> Result<&'a [f32], Fault> {
         let meshes = &self.tables.root.meshes;
         let Some(mesh) = meshes.get(index) else {
             return fault(format!("mesh {index} does not exist; there are {}", meshes.len()));
         };
-        let Mesh { primitives, weights: own, .. } = mesh;
-        let weights = weights.or(own.as_deref()).unwrap_or_default();
+        Ok(weights.or(mesh.weights.as_deref()).unwrap_or_default())
+    }
+
+    /// Reads a mesh, with its morph targets by `weights`.
+    pub(super) fn mesh(
+        &mut self,
+        index: usize,
+        weights: &[f32],
+        placement: Placement<'_>,
+    ) -> Result<mesh::Mesh<f64>, Fault> {
+        let Mesh { primitives, .. } = &self.tables.root.meshes[index];
         for (i, primitive) in primitives.iter().enumerate() {
             self.primitive(primitive, weights, placement).map_err(|fault| Fault {
                 cause: format!("mesh {index}, primitive {i}: {}", fault.cause),
                 ..fault
             })?;
         }
-        Ok(())
+        let builder = std::mem::replace(&mut self.builder, MeshBuilder::numbered_from(0));
+        let (mesh, notes) = builder.finish()?;
+        self.notes.extend(notes);
+        Ok(mesh)
     }
 
-    /// Counts vertices or triangles against the limit before they are read.
+    /// Counts vertices, triangles or instances against the limit before they are read.
     pub(super) fn spend(&mut self, count: usize) -> Result<(), Fault> {
         match self.left.checked_sub(count as u64) {
             Some(left) => self.left = left,
-            None => {
-                return fault(format!(
-                    "the file repeats its meshes to more than {REPEATS} vertices and triangles; \
-                     export fewer copies"
-                ));
-            }
+            None => return fault(REPEATED),
         }
         Ok(())
     }
@@ -81,7 +91,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         &mut self,
         primitive: &Primitive,
         weights: &[f32],
-        placement: &Placement,
+        placement: Placement<'_>,
     ) -> Result<(), Fault> {
         self.spend(1)?;
         let mode = match primitive.mode {
@@ -117,7 +127,10 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
                 push(&mut mirrored, mirrors(&transform))?;
             }
         }
-        let all_mirrored = mirrors(&placement.transform);
+        let all_mirrored = match placement {
+            Placement::ByInstances { are_mirrored } => are_mirrored,
+            Placement::BySkin { transform, .. } => mirrors(&transform),
+        };
         let first_uv = self.builder.uvs() as u32;
         let uv_count = uvs.as_ref().map_or(0, |uvs| uvs.count.min(count)) as u32;
         // The first row of an image is at v = 0 in glTF, but at v = 1 here.
@@ -180,7 +193,7 @@ struct Vertices<'a> {
     /// For each set, the tables of every vertex's four joints and their weights.
     skin: Vec<(Accessor<'a>, Accessor<'a>)>,
     lacks_joints: bool,
-    placement: &'a Placement,
+    placement: Placement<'a>,
 }
 
 impl<'a> Vertices<'a> {
@@ -188,7 +201,7 @@ impl<'a> Vertices<'a> {
         tables: Tables<'a>,
         primitive: &Primitive,
         weights: &[f32],
-        placement: &'a Placement,
+        placement: Placement<'a>,
     ) -> Result<Self, Fault> {
         let Some(positions) = attribute(primitive, Semantic::Positions) else {
             return fault("it has no POSITION");
@@ -201,7 +214,8 @@ impl<'a> Vertices<'a> {
             }
         }
         let mut skin = vec![];
-        if !placement.joints.is_empty() {
+        let has_joints = matches!(placement, Placement::BySkin { joints: [_, ..], .. });
+        if has_joints {
             let set = |i| {
                 attribute(primitive, Semantic::Joints(i))
                     .zip(attribute(primitive, Semantic::Weights(i)))
@@ -211,7 +225,7 @@ impl<'a> Vertices<'a> {
                 skin.push((joints, tables.get(shares, ("weights", Type::Vec4))?));
             }
         }
-        let lacks_joints = !placement.joints.is_empty() && skin.is_empty();
+        let lacks_joints = has_joints && skin.is_empty();
         let all = morphs.iter().map(|(_, table)| table);
         if all
             .chain(skin.iter().flat_map(|(a, b)| [a, b]))
@@ -227,26 +241,28 @@ impl<'a> Vertices<'a> {
         self.morphs.len() + self.skin.len()
     }
 
-    /// Returns the position of a vertex in the scene, and its transform.
+    /// The position of a vertex, and the transform by which joints place it.
     fn place(&self, vertex: usize) -> Result<(DVec3, DMat4), Fault> {
         let mut position = DVec3::from_array(self.positions.row(vertex));
         for (weight, ways) in &self.morphs {
             position += DVec3::from_array(ways.row(vertex)) * *weight;
         }
-        let transform =
-            if self.skin.is_empty() { self.placement.transform } else { self.blend(vertex)? };
+        let Placement::BySkin { joints, transform } = self.placement else {
+            return Ok((position, DMat4::IDENTITY));
+        };
+        let transform = if self.skin.is_empty() { transform } else { self.blend(joints, vertex)? };
         Ok((transform.transform_point3(position), transform))
     }
 
-    /// Returns the average of the joints' transforms, weighted by the vertex's weights.
-    fn blend(&self, vertex: usize) -> Result<DMat4, Fault> {
+    /// The joints' transforms, averaged with a vertex's weights.
+    fn blend(&self, all_joints: &[DMat4], vertex: usize) -> Result<DMat4, Fault> {
         let (mut sum, mut all) = (DMat4::ZERO, 0.0);
         for (joints, shares) in &self.skin {
             for (joint, share) in joints.row::<4>(vertex).into_iter().zip(shares.row::<4>(vertex)) {
                 if share == 0.0 {
                     continue;
                 }
-                let Some(transform) = self.placement.joints.get(joint as usize) else {
+                let Some(transform) = all_joints.get(joint as usize) else {
                     return fault(format!(
                         "vertex {vertex} refers to joint {joint}, which its skin lacks"
                     ));

@@ -1,0 +1,104 @@
+//! The meshes of a file, each read once, and their instances.
+
+use std::collections::HashMap;
+
+use glam::DMat4;
+
+use super::primitive::{Placement, Primitives};
+use super::transform::mirrors;
+use crate::instances::{Instance, InstancedMesh};
+use crate::load::builder::push;
+use crate::load::error::{Fault, fault};
+use crate::load::notes::Notes;
+use crate::mesh::Mesh;
+
+/// What an instance counts against the limit of vertices and triangles: it takes about as much memory as this many.
+const INSTANCE: usize = 7;
+
+/// Collects meshes and instances.
+pub(super) struct SharedMeshes<'a> {
+    pub(super) primitives: Primitives<'a>,
+    model: InstancedMesh,
+    /// The meshes that were read; `None` for those without a triangle.
+    known: HashMap<Key, Option<u32>>,
+}
+
+/// What makes two uses of a mesh the same: its index, the bits of its morph weights, and whether its triangles are
+/// flipped because the transform mirrors.
+type Key = (usize, Vec<u32>, bool);
+
+impl<'a> SharedMeshes<'a> {
+    pub(super) fn new(primitives: Primitives<'a>) -> Self {
+        Self { primitives, model: InstancedMesh::default(), known: HashMap::new() }
+    }
+
+    /// Adds an instance of a mesh.
+    pub(super) fn add(
+        &mut self,
+        index: usize,
+        weights: &[f32],
+        transform: DMat4,
+    ) -> Result<(), Fault> {
+        self.primitives.spend(INSTANCE)?;
+        if !transform.is_finite() {
+            return fault(format!(
+                "a node or an instance places mesh {index} by numbers that are not finite; repair the model"
+            ));
+        }
+        let are_mirrored = mirrors(&transform);
+        let key = (index, weights.iter().map(|weight| weight.to_bits()).collect(), are_mirrored);
+        let mesh = if let Some(&mesh) = self.known.get(&key) {
+            mesh
+        } else {
+            let placement = Placement::ByInstances { are_mirrored };
+            let mesh = self.primitives.mesh(index, weights, placement)?;
+            let mesh = self.push_mesh(mesh)?;
+            self.known.insert(key, mesh);
+            mesh
+        };
+        self.push_instance(mesh, transform)
+    }
+
+    /// Adds a mesh that joints place.
+    pub(super) fn add_skinned(
+        &mut self,
+        index: usize,
+        weights: &[f32],
+        joints: &[DMat4],
+        transform: DMat4,
+    ) -> Result<(), Fault> {
+        let mesh = self.primitives.mesh(index, weights, Placement::BySkin { joints, transform })?;
+        let mesh = self.push_mesh(mesh)?;
+        self.push_instance(mesh, DMat4::IDENTITY)
+    }
+
+    fn push_mesh(&mut self, mesh: Mesh<f64>) -> Result<Option<u32>, Fault> {
+        if mesh.triangles.is_empty() {
+            return Ok(None);
+        }
+        let number = self.model.meshes.len() as u32;
+        push(&mut self.model.meshes, mesh)?;
+        Ok(Some(number))
+    }
+
+    fn push_instance(&mut self, mesh: Option<u32>, transform: DMat4) -> Result<(), Fault> {
+        let Some(mesh) = mesh else { return Ok(()) };
+        let columns = transform.to_cols_array_2d();
+        let matrix = std::array::from_fn(|i| columns[i % 4][i / 4]);
+        push(&mut self.model.instances, Instance { mesh, matrix })
+    }
+
+    /// The meshes and instances, after the whole file has been read.
+    pub(super) fn finish(mut self) -> Result<(InstancedMesh, Notes), Fault> {
+        // If only some meshes have texture coordinates, the others have zeros.
+        let meshes = &mut self.model.meshes;
+        if meshes.iter().any(|mesh| mesh.corner_uvs.is_some()) {
+            for mesh in meshes {
+                let uvs = mesh.corner_uvs.get_or_insert_with(Vec::new);
+                uvs.try_reserve(mesh.triangles.len() - uvs.len())?;
+                uvs.resize(mesh.triangles.len(), [[0.0; 2]; 3]);
+            }
+        }
+        Ok((self.model, self.primitives.notes))
+    }
+}

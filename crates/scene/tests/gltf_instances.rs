@@ -1,0 +1,193 @@
+//! glTF: nodes that share a mesh, and `EXT_mesh_gpu_instancing`, are instances; flattened, they are the model as one
+//! mesh.
+
+use intertri_scene::{
+    InstancedMesh, LoadedInstances, LoadedModel, SceneGeometry, load_instances, load_model,
+};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use crate::gltf_scenes::{File, skinned};
+
+/// The instances of a file, after a comparison with its triangles in f64, bit for bit.
+#[track_caller]
+fn instances(file: &File) -> InstancedMesh {
+    let folder = TempDir::new().unwrap();
+    file.write(folder.path());
+    let path = folder.path().join("a.gltf");
+    let loaded = load_instances(&path).unwrap();
+    let flat: LoadedModel<f64> = load_model(&path).unwrap();
+    assert_eq!((&loaded.notes, &loaded.files), (&flat.notes, &flat.files));
+    assert_eq!(loaded.clone().flatten().unwrap().mesh, flat.mesh);
+
+    let LoadedInstances { model, .. } = loaded;
+    let bits = |corners: [[f64; 3]; 3]| corners.map(|corner| corner.map(f64::to_bits));
+    let mut expected = (0..flat.mesh.triangles.len()).map(|i| bits(flat.mesh.corners(i)));
+    for (i, instance) in model.instances.iter().enumerate() {
+        for triangle in 0..model.meshes[instance.mesh as usize].triangles.len() {
+            assert_eq!(Some(bits(model.triangle(i, triangle).0)), expected.next());
+        }
+    }
+    assert!(expected.next().is_none() && model.triangles() == flat.mesh.triangles.len() as u64);
+    assert_eq!(model.bounding_box(), flat.mesh.bounds());
+    model
+}
+
+#[track_caller]
+fn refused(file: &File, words: &str) {
+    let folder = TempDir::new().unwrap();
+    file.write(folder.path());
+    let error = load_instances(&folder.path().join("a.gltf")).unwrap_err().to_string();
+    assert!(error.contains(words) && !error.contains('\n'), "{error} / {words}");
+}
+
+/// A node with copies, whose own matrix is any.
+fn copies(attributes: &Value) -> Value {
+    json!([{"mesh": 0, "rotation": [0.6, 0, 0, 0.8], "translation": [0.1, 7, 1], "scale": [1, 3, 0.3],
+        "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}}])
+}
+
+#[test]
+fn nodes_that_share_a_mesh_are_instances() {
+    let mut file = File::new(&json!([
+        {"mesh": 0, "translation": [0.1, 0.2, 0.3], "children": [1]},
+        {"mesh": 0, "rotation": [0.6, 0, 0, 0.8], "scale": [0.1, 0.7, 3]},
+        {"mesh": 0, "scale": [1, 1, -1]},
+        {"mesh": 0}
+    ]));
+    let model = instances(&file);
+    // The mirrored one is flipped.
+    let meshes: Vec<u32> = model.instances.iter().map(|instance| instance.mesh).collect();
+    assert_eq!((meshes, model.meshes.len()), (vec![0, 0, 1, 0], 2));
+    assert!(model.is_shared());
+    assert_eq!(model.meshes[1].triangles, [[0, 2, 1]]);
+    assert_eq!(model.instances[3].matrix, InstancedMesh::IDENTITY);
+    let [.., x] = [0.1_f32, 0.2, 0.3].map(f64::from);
+    assert_eq!(model.instances[0].matrix[11], x);
+
+    // Other weights of morph targets make another mesh, the same weights do not.
+    let up = file.floats("VEC3", &[0.0, 0.0, 2.0].repeat(3));
+    file.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": up}]);
+    for node in [0, 3] {
+        file.json["nodes"][node]["weights"] = json!([0.3]);
+    }
+    let meshes: Vec<u32> = instances(&file).instances.iter().map(|i| i.mesh).collect();
+    assert_eq!(meshes, [0, 1, 2, 0]);
+}
+
+#[test]
+fn copies_are_instances() {
+    let mut file = File::new(&copies(&json!({"TRANSLATION": 1, "SCALE": 2, "ROTATION": 3})));
+    file.floats("VEC3", &[0.0, 0.3, 0.0, 10.0, 0.1, 0.0, 0.0, 20.0, 0.7]);
+    file.floats("VEC3", &[1.0, 0.1, 1.0, 2.0, 2.0, 2.0, 1.0, 1.0, -1.0]);
+    file.floats("VEC4", &[0.1, 0.7, 0.0, 0.7, 0.0, 0.0, 0.0, 1.0, 0.0, 0.5, 0.1, 1.0]);
+    let model = instances(&file);
+    assert_eq!((model.meshes.len(), model.instances.len()), (2, 3));
+    for attribute in ["TRANSLATION", "SCALE"] {
+        file.json["nodes"] = copies(&json!({attribute: 1}));
+        assert_eq!(instances(&file).instances.len(), 3);
+    }
+    // The second of two meshes without texture coordinates, which are then zeros.
+    let uvs = file.floats("VEC3", &[0.5; 6]);
+    file.json["accessors"][uvs]["type"] = json!("VEC2");
+    file.json["accessors"][uvs]["count"] = json!(3);
+    let with_uvs = json!({"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": uvs}}]});
+    file.add("meshes", with_uvs);
+    file.add("nodes", json!({"mesh": 1}));
+    assert_eq!(instances(&file).meshes.len(), 2);
+}
+
+#[test]
+fn skinned_meshes_are_instances_of_their_own() {
+    let mut file = skinned(&[0.3, 0.7, 0.0, 0.0].repeat(3));
+    file.json["nodes"].as_array_mut().unwrap().push(json!({"mesh": 0, "skin": 0}));
+    let model = instances(&file);
+    assert_eq!((model.meshes.len(), model.instances.len()), (2, 2));
+    assert!(!model.is_shared());
+}
+
+#[test]
+fn meshes_without_triangles_are_no_instances() {
+    let mut file = File::new(&json!([{"mesh": 0}, {"mesh": 1}, {"mesh": 1}]));
+    let points = json!({"primitives": [{"attributes": {"POSITION": 0}, "mode": 0}]});
+    file.add("meshes", points);
+    assert_eq!(instances(&file).instances.len(), 1);
+    file.json["nodes"] = json!([{"mesh": 1}]);
+    refused(&file, "it has no triangle");
+}
+
+/// Instances need no memory for their triangles, so more of them can be read than one mesh can have.
+#[test]
+fn only_flattening_repeats_triangles() {
+    let mut file = File::new(&json!([]));
+    let many = 3000;
+    file.json["meshes"][0]["primitives"] =
+        json!(vec![json!({"attributes": {"POSITION": 0}}); many]);
+    file.json["nodes"] = json!(vec![json!({"mesh": 0}); 2 * many]);
+    let folder = TempDir::new().unwrap();
+    file.write(folder.path());
+    let loaded = load_instances(&folder.path().join("a.gltf")).unwrap();
+    assert_eq!(loaded.model.triangles(), 2 * (many * many) as u64);
+    let error = loaded.flatten().unwrap_err().to_string();
+    assert!(error.ends_with(
+        "the file repeats its meshes to more than 16777216 vertices and triangles; export fewer copies"
+    ), "{error}");
+}
+
+#[test]
+fn hostile_instances_are_errors() {
+    // A table of zeros takes no bytes, and no count in it sizes an allocation.
+    let mut file = File::new(&json!([]));
+    for (count, words) in [
+        (1_u64 << 60, "repeats its meshes"),
+        (u64::MAX, "repeats its meshes"),
+        (1 << 23, "repeats its meshes"),
+        (5_000_000, "repeats its meshes"),
+    ] {
+        let sparse = json!({"componentType": 5126, "count": count, "type": "VEC3", "sparse": {"count": 0,
+            "indices": {"bufferView": 0, "componentType": 5125}, "values": {"bufferView": 0}}});
+        let table = file.add("accessors", sparse);
+        file.json["nodes"] = copies(&json!({"TRANSLATION": table}));
+        refused(&file, words);
+    }
+    // Numbers that overflow on the way down, and corners that do.
+    let nested = |depth: usize| {
+        let mut nodes: Vec<Value> =
+            (1..depth).map(|i| json!({"children": [i], "scale": [1e38, 1e38, 1e38]})).collect();
+        nodes.push(json!({"mesh": 0}));
+        File::new(&json!(nodes))
+    };
+    refused(&nested(12), "places mesh 0 by numbers that are not finite; repair the model");
+    let mut file = nested(9);
+    instances(&file);
+    let far = file.floats("VEC3", &[3e38; 9]);
+    file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(far);
+    refused(&file, "the vertex (inf, inf, inf) is not finite in f64");
+    // NaN in a table.
+    let mut file = File::new(&copies(&json!({"TRANSLATION": 1})));
+    file.floats("VEC3", &[f32::NAN, 0.0, 0.0]);
+    refused(&file, "not finite");
+}
+
+/// Any change of a byte is a model or a one-line error.
+#[test]
+fn damage_is_an_error() {
+    let mut file = File::new(&copies(&json!({"TRANSLATION": 1, "ROTATION": 2})));
+    file.floats("VEC3", &[0.0, 0.3, 0.0, 10.0, 0.1, 0.0]);
+    file.floats("VEC4", &[0.1, 0.7, 0.0, 0.7, 0.0, 0.0, 0.0, 1.0]);
+    let folder = TempDir::new().unwrap();
+    file.write(folder.path());
+    let path = folder.path().join("a.gltf");
+    let good = std::fs::read(&path).unwrap();
+    for place in 0..good.len() {
+        for byte in *b"\0 -9\"]" {
+            let mut bytes = good.clone();
+            bytes[place] = byte;
+            std::fs::write(&path, &bytes).unwrap();
+            match load_instances(&path) {
+                Ok(loaded) => assert!(loaded.model.triangles() > 0),
+                Err(error) => assert!(!error.to_string().contains(char::is_control), "{error}"),
+            }
+        }
+    }
+}
