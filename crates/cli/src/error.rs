@@ -23,7 +23,7 @@ impl Error {
         Self { what: what.into(), code: 1 }
     }
 
-    /// Creates an error in the command line, with exit code 2.
+    /// Creates a command-line error, with exit code 2.
     pub(crate) fn usage(what: impl Into<String>) -> Self {
         Self { what: what.into(), code: 2 }
     }
@@ -50,14 +50,14 @@ impl Error {
         ))
     }
 
-    /// Prints the error, and returns its exit code.
+    /// Prints the error and returns its exit code.
     pub(crate) fn tell(&self) -> ExitCode {
         note(&self.what);
         ExitCode::from(self.code)
     }
 }
 
-// Errors of the other crates already say what failed, where, and what to do.
+// Errors from the other crates already say what failed, where, and what to do.
 macro_rules! from {
     ($($error:ty),*) => {$(
         impl From<$error> for Error {

@@ -1,11 +1,12 @@
-//! Pictures of glTF files whose meshes are shared: instances draw what the flattened model draws.
+//! Tests that `render` traces glTF files with shared meshes as instances, and that the image is the
+//! same as for the flattened model.
 
 use serde_json::Value;
 
 use crate::common::TestFolder;
 
-/// A GLB with two nodes that share a bumpy sheet, one of them mirrored; copies of it, half of them mirrored; and a floor
-/// without texture coordinates.
+/// Returns a GLB file with a bumpy sheet and a floor without texture coordinates. Two nodes place
+/// the sheet, one of them mirrored; another places `copies` more instances, half of them mirrored.
 fn glb(copies: usize) -> Vec<u8> {
     let (mut bytes, mut views, mut accessors) = (vec![], vec![], vec![]);
     let mut add = |rows: &[f32], kind: &str, width: usize| {
@@ -18,7 +19,7 @@ fn glb(copies: usize) -> Vec<u8> {
             r#"{{"bufferView":{view},"componentType":5126,"count":{count},"type":"{kind}"}}"#
         ));
     };
-    // A strip of triangles.
+    // A triangle strip.
     let sheet = (0..34).map(|i| [0.11 * i as f32, (0.9 * i as f32).sin(), (i % 2) as f32]);
     let uvs = (0..34).map(|i| [0.07 * i as f32, (i % 2) as f32]);
     add(sheet.collect::<Vec<_>>().as_flattened(), "VEC3", 3);
@@ -58,6 +59,7 @@ fn glb(copies: usize) -> Vec<u8> {
     file
 }
 
+/// Renders with these arguments and returns the JSON report.
 fn report(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(&format!("render {arguments} --json"))).unwrap()
 }
@@ -84,7 +86,7 @@ fn instances_draw_the_picture_of_the_flattened_model() {
         // The sheet, the mirrored sheet, and the floor.
         assert_eq!(instances["instances"]["meshes"], 3);
         assert_eq!(instances["instances"]["mesh_triangles"], 32 + 32 + 1);
-        // With --check, the model is flattened; here that also compares with the same engine.
+        // With `--check`, the model is flattened. Here, the check compares the engine with itself.
         let flat =
             report(&place, &format!("{size} {options} -o flat{i}.png --scalar f64 --check exact"));
         assert_eq!(flat["instances"], Value::Null);
@@ -95,7 +97,7 @@ fn instances_draw_the_picture_of_the_flattened_model() {
         assert!(instances["hits"].as_u64().unwrap() > rays / 10, "{options}");
         assert!(
             place.read(&format!("{i}.png")) == place.read(&format!("flat{i}.png")),
-            "{options}: another picture"
+            "{options}: the images differ"
         );
     }
 }
@@ -118,7 +120,7 @@ fn instances_are_used_where_they_can_be() {
         assert_eq!(report["instances"].is_object(), is_instanced, "{options}");
     }
     let text = String::from_utf8(place.ok("render m.glb --size 40x30")).unwrap();
-    assert!(text.contains("6 instances; meshes: 3, with 65 triangles"), "{text}");
+    assert!(text.contains("6 instances (unique meshes: 3, unique triangles: 65)"), "{text}");
     let seconds = report(&place, "m.glb")["seconds"].clone();
     assert!(seconds["load"].as_f64().unwrap() > 0.0 && seconds["trace"].as_f64().unwrap() > 0.0);
 }

@@ -1,5 +1,5 @@
 //! Tests the program from outside, by running the compiled binary in a temporary folder. All tests
-//! form one program, which is linked once.
+//! are in one crate, so only one test program is linked.
 
 mod advise;
 mod bench;

@@ -5,8 +5,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use bytemuck::{Pod, Zeroable};
 use intertri::{Hit, Ray64};
 use intertri_trace::{
-    ClosestPoint, InstanceId, Scene, SceneClosestPoint, SceneError, SceneHit, SceneMesh,
-    SceneLoadError, SceneSnapshot,
+    ClosestPoint, InstanceId, Scene, SceneClosestPoint, SceneError, SceneHit, SceneLoadError,
+    SceneMesh, SceneSnapshot,
 };
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
@@ -61,7 +61,7 @@ struct State {
     snapshot: SceneSnapshot,
 }
 
-/// Instances of meshes.
+/// A scene of mesh instances.
 #[pyclass(frozen, module = "intertri._intertri")]
 pub(crate) struct NativeScene {
     state: Mutex<State>,
@@ -156,7 +156,7 @@ impl NativeScene {
         Ok(())
     }
 
-    /// The scene as bytes, with the changes since the last commit.
+    /// Saves the scene to bytes, including uncommitted changes.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let scene = self.state().scene.clone();
         let workers = Workers::new(None, scene.len() <= 4096)?;
@@ -171,7 +171,7 @@ impl NativeScene {
         })
     }
 
-    /// A committed scene from saved bytes.
+    /// Loads a scene from saved bytes and commits it.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let scene = run(py, &Workers::new(None, false)?, |_| Scene::from_bytes(bytes))?;

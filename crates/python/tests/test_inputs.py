@@ -136,9 +136,9 @@ def test_what_is_wrong_with_a_mesh_is_told():
     """Inspects meshes with a missing, flipped, or duplicated face. The last also has a flipped duplicate."""
     turned = FACES[:1, ::-1]
     cases = [
-        (FACES[1:], "open", "3 edges belong to one triangle alone, the first at triangle"),
-        (np.concatenate([turned, FACES[1:]]), "turned", "3 edges lie between triangles that are turned"),
-        (np.concatenate([FACES, FACES[:1]]), "uneven", "1 triangle repeats another the same way round, triangle"),
+        (FACES[1:], "open", "3 edges belong to only one triangle, the first at triangle"),
+        (np.concatenate([turned, FACES[1:]]), "turned", "3 edges lie between triangles with opposite orientations"),
+        (np.concatenate([FACES, FACES[:1]]), "uneven", "1 triangle repeats another the same way round: triangle"),
         (np.concatenate([FACES, FACES[:1], turned]), "opposed", "1 triangle repeats another the other way round"),
     ]
     for faces, defect, says in cases:

@@ -175,7 +175,7 @@ def test_nodes_of_trimesh_become_instances(rng):
 
 
 def saved_scene(rng):
-    """A scene of two meshes whose numbers have a gap, and its instances."""
+    """Returns an uncommitted scene with a gap in its instance numbers, and a dict of its instances."""
     meshes = [intertri.Mesh(*box()), intertri.Mesh(box()[0].astype(np.float32) * np.float32(0.7), box()[1])]
     scene, instances = intertri.Scene(), {}
     for i, matrix in enumerate(matrices(rng, 10)):
@@ -188,7 +188,7 @@ def saved_scene(rng):
 
 def test_saved_scenes_come_back(rng, tmp_path):
     scene, instances = saved_scene(rng)
-    # With changes that were not committed.
+    # Uncommitted changes are saved.
     scene.save(tmp_path / "a.scene")
     loaded = intertri.Scene.load(tmp_path / "a.scene")
     scene.commit()
@@ -197,7 +197,7 @@ def test_saved_scenes_come_back(rng, tmp_path):
         assert type(other) is intertri.Scene
         check(other, instances, np.random.default_rng(1))
         assert other.any([0, 0, -9], [0, 0, 1], mask=0b01) == scene.any([0, 0, -9], [0, 0, 1], mask=0b01)
-        # The free number, and the mesh, go on.
+        # The copy reuses the free number, and the original scene does not change.
         assert other.add(intertri.Mesh(*box())) == 3
         assert len(scene) == 9
     again = tmp_path / "b.scene"

@@ -68,7 +68,7 @@ impl CameraOptions {
         Ok(scene)
     }
 
-    /// The scene of a model.
+    /// Returns a scene of `model`, seen by the camera that these options describe.
     pub(crate) fn scene_of<S: Coordinate, M: SceneGeometry<S>>(
         &self,
         model: M,
@@ -78,6 +78,7 @@ impl CameraOptions {
         Ok(Scene::seen_by(model, camera))
     }
 
+    /// Creates the camera for a scene that shows `mesh`.
     fn camera<S: Coordinate>(
         &self,
         mesh: &impl SceneGeometry<S>,
@@ -86,7 +87,8 @@ impl CameraOptions {
         let fov = self.fov.unwrap_or(Camera::FOV);
         let camera = if let Some(eye) = self.eye.map(WrittenPoint::of::<S>) {
             let middle = mesh.bounding_box().map_or([S::ZERO; 3], |bounds| {
-                // Halved before they are added, so that the largest numbers do not overflow.
+                // Halve the coordinates before adding them, so that the largest ones do not
+                // overflow.
                 let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|p| p.map(Into::into));
                 [0, 1, 2].map(|axis| S::nearest(min[axis] * 0.5 + max[axis] * 0.5))
             });
@@ -156,7 +158,7 @@ pub(crate) struct LightOptions {
 }
 
 impl LightOptions {
-    /// Sets the light of a scene if the user chose one.
+    /// Sets the light of a scene, if the user chose one.
     pub(crate) fn shine_on<S: Coordinate, M: SceneGeometry<S>>(
         &self,
         scene: &mut Scene<S, M>,

@@ -170,9 +170,9 @@ impl Options {
             ("--skip-outside", self.skip_outside),
         ];
         match given.into_iter().find(|(_, given)| *given && self.engine != EngineName::Fixed) {
-            Some((option, _)) => {
-                Err(Error::usage(format!("{option} is for engine fixed; add --engine fixed")))
-            }
+            Some((option, _)) => Err(Error::usage(format!(
+                "{option} is only for the fixed engine; add --engine fixed"
+            ))),
             None => Ok(()),
         }
     }

@@ -58,7 +58,7 @@ impl Frame {
         shadows: Shadows,
     ) -> Result<Self> {
         let mut frame = Self::default();
-        // Time all work for an image, including creating rays and storing answers. The engines time
+        // Time all work for an image, including creating rays and storing results. The engines time
         // their own builds.
         let tracer = if name == EngineName::Raster { EngineName::Exact } else { name };
         let (mut trace_seconds, mut shadow_seconds) = (0.0, 0.0);
@@ -88,7 +88,7 @@ impl Frame {
         Ok(Self { trace_seconds, shadow_seconds, ..frame })
     }
 
-    /// Draws `scene`, in any scalar, with an engine that traces rays.
+    /// Draws `scene`, in either scalar, with an engine that traces rays.
     pub(crate) fn traced<T: Tracer, M: SceneGeometry<T::Scalar>>(
         scene: &Scene<T::Scalar, M>,
         size: (u32, u32),
@@ -141,8 +141,9 @@ impl Frame {
         Ok(())
     }
 
-    /// Traces a shadow ray between the light and each visible point. If answers are exact it starts at the
-    /// point, so that no part of the segment is left out; otherwise it starts at the light.
+    /// Traces a shadow ray between the light and each visible point. If the engine is exact, the
+    /// ray starts at the point, so that no part of the segment is omitted; otherwise it starts at
+    /// the light.
     fn trace_shadows<T: Tracer, M: SceneGeometry<T::Scalar>>(
         &mut self,
         scene: &Scene<T::Scalar, M>,
@@ -228,12 +229,12 @@ fn bands<'a, T>(
     all.chunks_mut(entries).zip((0..).step_by(entries))
 }
 
-/// Returns the number of entries in such a group.
+/// Returns the number of entries in a group of bands.
 fn in_bands(tiles: Tiles, engine: &impl Tracer) -> usize {
     engine.batch_size().div_ceil(tiles.band()) * tiles.band()
 }
 
-/// Splits rays, and the memory for their answers, into batches that are traced one at a time.
+/// Splits rays and the buffer for their results into batches that are traced one at a time.
 fn in_batches<'a, S: Scalar, T>(
     rays: &'a [RayOf<S>],
     answers: &'a mut [T],

@@ -1,4 +1,5 @@
-//! The engine `exact` for instances: meshes that share a hierarchy, each placed by a matrix.
+//! The `exact` engine for instances, each of which is placed by a matrix and shares the hierarchy of
+//! its mesh.
 
 use std::sync::Arc;
 
@@ -12,10 +13,12 @@ use crate::engine::triangles::triangles;
 use crate::error::Result;
 use crate::io::progress::Progress;
 
-/// The scene of a model's instances. A hit has the number of its instance as its geometry.
+/// A committed scene with the instances of a model. In hits, `geometry` is the number of the
+/// instance.
 pub(crate) struct Instances(SceneSnapshot);
 
 impl Instances {
+    /// Builds the hierarchies of all meshes and places the instances.
     pub(crate) fn new(model: &InstancedMesh) -> Result<Self> {
         let bar = Progress::new("build", Some(model.meshes.len() as u64));
         let (mut scene, mut meshes) = (Scene::new(), room(model.meshes.len(), "meshes")?);
@@ -30,13 +33,15 @@ impl Instances {
         Ok(Self(scene.commit()?))
     }
 
+    /// Converts a hit, storing the instance as its geometry.
     fn hit(SceneHit { hit, instance, .. }: SceneHit) -> Hit {
         let is_hit = hit.is_hit();
         if is_hit { Hit { geometry: InstanceId::index(instance) as u32, ..hit } } else { hit }
     }
 }
 
-/// The hierarchy of a mesh: over f32 if all of its coordinates are exact in that, which takes less memory.
+/// Builds the hierarchy of a mesh. It is in f32, which takes less memory, if f32 can represent all
+/// coordinates of the triangles.
 fn shared(mesh: &Mesh<f64>) -> Result<SceneMesh> {
     let all = triangles(mesh)?;
     let is_f32 = |Triangle64(corners): &Triangle64| {

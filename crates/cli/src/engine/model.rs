@@ -4,7 +4,7 @@
 //! ```text
 //!   OBJ, PLY, STL, glTF ──► f64 ──┬──► f32, rounded and counted
 //!   saved in f32 or f64 ──────────┴──► f64
-//!   glTF whose meshes are shared ────► instances, in f64, if asked for
+//!   glTF with shared meshes ─────────► instances in f64, on request
 //! ```
 
 use std::fs::File;
@@ -52,13 +52,13 @@ pub(crate) struct ModelIn<S: BvhScalar> {
     pub(crate) notes: ModelNotes,
 }
 
-/// A model as [`Model::load_shared`] reads it.
+/// A model as returned by [`Model::load_shared`].
 pub(crate) enum LoadedModel {
     Model(Box<Model>),
     Instances(InstancedMesh, ModelNotes),
 }
 
-/// How to read a model.
+/// Options for reading a model.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct ModelOptions {
     /// Refuse a model if something in it would be omitted, repaired or guessed, instead of only
@@ -119,8 +119,8 @@ impl Model {
         Ok(Self { path: path.into(), content, files, notes })
     }
 
-    /// Reads a model of any format but a saved hierarchy: as instances if meshes in it are used several times, otherwise
-    /// as [`Model::load`] does.
+    /// Reads a model in any format except saved hierarchies. It is read as instances if it has more
+    /// instances than meshes, and otherwise as a single mesh, as in [`Model::load`].
     pub(crate) fn load_shared(path: &Path, options: ModelOptions) -> Result<LoadedModel> {
         let loaded = load_instances(path)?;
         let notes = options.report(path, &loaded.notes)?;
@@ -132,7 +132,8 @@ impl Model {
         Ok(LoadedModel::Model(Box::new(Self { path: path.into(), content, files, notes })))
     }
 
-    /// Whether all of its numbers are exact in f32. A hierarchy saved in f64 counts as f64 in any case.
+    /// Returns whether all of its numbers are exact in f32. A hierarchy saved in f64 always counts
+    /// as f64.
     pub(crate) fn is_f32(&self) -> bool {
         match &self.content {
             Content::Mesh(mesh) => {
@@ -192,8 +193,8 @@ pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
     }
 }
 
-/// Loads a saved hierarchy, and merges its meshes into one, so that triangles are numbered across
-/// the whole model.
+/// Loads a saved hierarchy and merges its meshes into one, so that triangles are numbered across the
+/// whole model.
 fn saved<S: BvhScalar>(path: &Path) -> Result<Bvh<S>> {
     let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
     Ok(bvh.into_one_mesh())

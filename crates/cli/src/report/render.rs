@@ -22,9 +22,9 @@ pub(crate) struct RenderReport {
     pub(crate) model: Option<PathBuf>,
     pub(crate) output: PathBuf,
     pub(crate) triangles: u64,
-    /// The meshes that were traced as instances; null if all triangles were traced as one mesh.
+    /// The number of instances and of their meshes; null if the model was traced as a single mesh.
     pub(crate) instances: Option<InstanceCounts>,
-    /// Things in the model that were left out, repaired or guessed.
+    /// Everything in the model that was omitted, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,
@@ -55,16 +55,16 @@ pub(crate) struct RenderReport {
     pub(crate) check: Option<CheckReport>,
 }
 
-/// How many instances share how many meshes.
+/// The number of instances, and of the meshes that they share.
 #[derive(Clone, Copy, Serialize)]
 pub(crate) struct InstanceCounts {
     pub(crate) instances: usize,
     pub(crate) meshes: usize,
-    /// The triangles of the meshes, each counted once.
+    /// The number of triangles in the meshes, counting each mesh once.
     pub(crate) mesh_triangles: u64,
 }
 
-/// The time of each step.
+/// The time of each step, in seconds.
 #[derive(Default, Serialize)]
 pub(crate) struct RenderSeconds {
     pub(crate) load: f64,
@@ -140,7 +140,10 @@ impl fmt::Display for RenderReport {
         if let Some(InstanceCounts { instances, meshes, mesh_triangles }) = self.instances {
             let [instances, meshes] = [instances, meshes].map(|count| grouped(count as u64));
             let triangles = grouped(mesh_triangles);
-            writeln!(f, "{instances:>12} instances; meshes: {meshes}, with {triangles} triangles")?;
+            writeln!(
+                f,
+                "{instances:>12} instances (unique meshes: {meshes}, unique triangles: {triangles})"
+            )?;
         }
         if self.model.is_some() && !self.up_given {
             let up = self.up.map(|x| x.to_string()).join(",");
@@ -200,7 +203,7 @@ impl fmt::Display for RenderSeconds {
     }
 }
 
-/// Writes additional lines, each preceded by a line end.
+/// Writes additional lines, each preceded by a newline.
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (pixels, seconds) = (grouped(self.differing_pixels as u64), self.seconds);

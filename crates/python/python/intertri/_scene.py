@@ -1,4 +1,4 @@
-"""Scenes of mesh instances that move."""
+"""Scenes of movable mesh instances."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Scene:
     """Instances of meshes, each placed by a matrix, which can move between queries.
 
     A vertex (x, y, z) is at ``((m[0, 0] * x + m[0, 1] * y) + m[0, 2] * z) + m[0, 3]`` along the
-    first axis, and so on, in float64. Answers are the same as for a single mesh of all these
+    first axis, and so on, in float64. Results are the same as for a single mesh of all these
     triangles, bit for bit. Instances share the hierarchy of their mesh, so a thousand placements
     take little more memory than one. A scene keeps a mesh as it was when it was added: a later
     ``refit`` of the mesh does not move its instances.
@@ -33,10 +33,11 @@ class Scene:
     Parameters
     ----------
     scene : trimesh.Scene or sequence of meshes, optional
-        What becomes committed instances: the nodes of a scene of trimesh, where those that share a geometry share its
-        hierarchy; or several meshes where they are, each a `Mesh` or one of any package that `Mesh` takes, such as the
-        geometries of an Open3D scene. Instances have the numbers of the meshes, from 0, and a mesh that occurs twice is
-        shared.
+        The instances to add and commit. For a trimesh scene, each node with faces becomes an
+        instance, and nodes with the same geometry share its hierarchy. In a list or tuple, each
+        item is a `Mesh`, or anything that `Mesh` accepts as a mesh, such as an Open3D geometry. It
+        becomes an instance in its own coordinates, numbered by its position in the list. If the
+        same object occurs several times, its instances share one mesh.
 
     Examples
     --------
@@ -147,10 +148,10 @@ class Scene:
         self._native.commit(_arrays.threads_of(threads))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the scene, with changes that were not committed yet, to a file for `Scene.load`.
+        """Writes the scene, including uncommitted changes, to a file that `Scene.load` reads.
 
-        The file has each mesh once, and the numbers, placements and masks of all instances. It is the same on every
-        machine, and Rust's ``Scene::load`` reads it.
+        The file contains each mesh once, and the numbers, placements and masks of all instances.
+        Its bytes are the same on every machine. Rust's ``Scene::load`` reads it, too.
 
         >>> import intertri, tempfile, os
         >>> scene = intertri.Scene([intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])])
@@ -165,13 +166,17 @@ class Scene:
 
     @classmethod
     def load(cls: type[AnyScene], path: str | os.PathLike[str]) -> AnyScene:
-        """A scene that `Scene.save` wrote, committed.
+        """Loads a scene written by `Scene.save` and commits it.
 
         Raises
         ------
         ValueError
-            If the file is not a saved scene, is damaged, or was written by a later version. Nothing in a file is run as
-            code. A checksum is not a signature: sign the file if you need authenticity.
+            If the file is not a saved scene, is damaged, or was written by a later version.
+
+        Notes
+        -----
+        Loading never runs code from a file. The file has a checksum but no signature; sign it if
+        you need authenticity.
         """
         with open(path, "rb") as file:
             saved = file.read()
@@ -194,7 +199,7 @@ class Scene:
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
-        """Finds the closest hit of each ray. The arguments are as for `Mesh.closest`.
+        """Finds the closest hit of each ray. The arguments are the same as for `Mesh.closest`.
 
         Only instances whose masks share a bit with ``mask`` are seen. If several hits have the same
         t, the lowest instance wins, then the lowest triangle.
@@ -221,7 +226,7 @@ class Scene:
         threads: int | None = None,
         out: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
-        """Whether each ray hits anything: (...) bool."""
+        """Returns whether each ray hits anything: (...) bool."""
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         found = _arrays.answers(rays.shape, np.dtype(bool), out, *rays.parts)
         self._native.any(rays, _mask(mask), _arrays.threads_of(threads), found.reshape(-1))
@@ -269,9 +274,8 @@ class Scene:
     ) -> NDArray[np.void]:
         """Finds the point on any instance that is nearest to each point.
 
-        The arguments are as for `Mesh.closest_point`.
-
-        If several triangles are equally near, the lowest instance wins, then the lowest triangle.
+        The arguments are the same as for `Mesh.closest_point`. If several triangles are equally
+        near, the lowest instance wins, then the lowest triangle.
 
         Returns
         -------
@@ -306,17 +310,16 @@ class Scene:
         """Returns the winding number of all instances together around points: (...) int32 for
         points of shape (..., 3).
 
-        Every instance is assumed to be closed. The number is 0 on an instance.
-
-        A point inside two overlapping instances has the number 2, and a mirrored instance counts as
-        -1.
+        Every instance is assumed to be closed. A point on the surface of an instance has the number
+        0. A point inside two overlapping instances has the number 2, and a mirrored instance counts
+        as -1.
         """
         numbers = self._winding(points, mask, threads)
         return np.where(numbers == SURFACE, np.int32(0), numbers)[()]
 
     def contains(self, points: ArrayLike, *, mask: int = ALL, threads: int | None = None) -> NDArray[np.bool_]:
-        """Whether points are on an instance or have a `winding_number` other than 0: (...) bool for
-        points of shape (..., 3)."""
+        """Returns whether points are on an instance or have a nonzero `winding_number`: (...) bool
+        for points of shape (..., 3)."""
         inside: NDArray[np.bool_] = self._winding(points, mask, threads) != 0
         return inside
 
@@ -333,14 +336,14 @@ AnyScene = TypeVar("AnyScene", bound=Scene)
 
 
 def _revive(cls: type[AnyScene], saved: bytes) -> AnyScene:
-    """A scene from its saved state."""
+    """Restores a scene from its saved bytes and commits it."""
     scene = cls.__new__(cls)
     scene._native = NativeScene.from_bytes(saved)
     return scene
 
 
 def _mesh(mesh: Any) -> Mesh:
-    """A mesh of any package."""
+    """Converts a mesh of any supported package to a `Mesh`."""
     return mesh if isinstance(mesh, Mesh) else Mesh(mesh)
 
 

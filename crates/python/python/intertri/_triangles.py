@@ -238,7 +238,7 @@ class Triangles:
         >>> import intertri
         >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
         >>> print(intertri.Mesh(corners, [[1, 2, 0], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).inspect()["text"])
-        3 edges lie between triangles that are turned against each other, the first at triangle 0 from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0]
+        3 edges lie between triangles with opposite orientations, the first at triangle 0 from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0]
         """  # noqa: E501
         text, rows = self._defects()
         report: dict[str, int | str] = {defect: len(rows[defect]) for defect in rows}

@@ -40,7 +40,7 @@ pub struct DuplicateTriangle {
 /// assert!(!report.is_closed() && report.open.is_empty() && report.turned.len() == 3);
 /// assert_eq!(
 ///     report.to_string(),
-///     "3 edges lie between triangles that are turned against each other, the first at triangle 0 \
+///     "3 edges lie between triangles with opposite orientations, the first at triangle 0 \
 ///      from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0]"
 /// );
 /// # Ok::<(), intertri_trace::BuildError>(())
@@ -142,11 +142,11 @@ impl<S: Scalar> fmt::Display for MeshReport<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut between = "";
         let edges = [
-            (&self.open, "belongs to one triangle alone", "belong to one triangle alone"),
+            (&self.open, "belongs to only one triangle", "belong to only one triangle"),
             (
                 &self.turned,
-                "lies between triangles that are turned against each other",
-                "lie between triangles that are turned against each other",
+                "lies between triangles with opposite orientations",
+                "lie between triangles with opposite orientations",
             ),
             (
                 &self.uneven,
@@ -173,10 +173,10 @@ impl<S: Scalar> fmt::Display for MeshReport<S> {
                 let count = duplicates.len();
                 let noun =
                     if count == 1 { "triangle repeats another" } else { "triangles repeat others" };
-                let which = if count == 1 { "" } else { "the first " };
+                let which = if count == 1 { "" } else { "the first is " };
                 write!(
                     f,
-                    "{between}{count} {noun} {way}, {which}triangle {triangle} that of {of}"
+                    "{between}{count} {noun} {way}: {which}triangle {triangle}, which repeats {of}"
                 )?;
                 between = "; ";
             }
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!((open.open.len(), open.open[0].triangle), (3, 0));
         assert!(
             open.to_string()
-                .starts_with("3 edges belong to one triangle alone, the first at triangle 0 from ")
+                .starts_with("3 edges belong to only one triangle, the first at triangle 0 from ")
         );
 
         // If a face is duplicated, its edges belong to three triangles, two of which traverse them
@@ -221,11 +221,9 @@ mod tests {
             (doubled.uneven.len(), doubled.doubled.as_slice(), doubled.opposed.len()),
             (3, [DuplicateTriangle { triangle: 4, of: 0 }].as_slice(), 0)
         );
-        assert!(
-            doubled
-                .to_string()
-                .ends_with("; 1 triangle repeats another the same way round, triangle 4 that of 0")
-        );
+        assert!(doubled.to_string().ends_with(
+            "; 1 triangle repeats another the same way round: triangle 4, which repeats 0"
+        ));
 
         // Each edge has the direction of its first triangle, and edges are in the order of
         // triangles.

@@ -25,8 +25,8 @@ use crate::report::print::{print, tell};
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the picture, and checks it with `--check`.
-/// A model that was loaded before took `load` seconds.
+/// Draws the image, and checks it if `--check` is set. `loaded` is the model if it is already
+/// loaded, which took `load` seconds.
 pub(super) fn run(
     options: &Options,
     threshold: Option<Threshold>,
@@ -87,10 +87,11 @@ pub(super) fn run(
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
-/// What reading a model changed: the rounded numbers, and notes.
+/// The changes made while reading a model: the rounded coordinates and the notes.
 type Changes = (Rounding, ModelNotes);
 
-/// The model or the built-in scene, with its camera and texture.
+/// Sets up the model or the built-in scene, and applies the camera, light and texture options.
+/// Reads the model unless it is already loaded.
 fn load_scene(
     options: &Options,
     loaded: Option<Model>,

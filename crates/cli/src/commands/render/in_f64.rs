@@ -1,5 +1,5 @@
-//! `intertri render` in f64, with the exact engines, for coordinates that need more digits than f32
-//! has.
+//! `intertri render` in f64, with the exact engines, for coordinates that need more precision than
+//! f32 offers.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -22,8 +22,8 @@ use crate::report::print::print;
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the picture, and checks it with `--check`.
-/// A model that was loaded before took `load` seconds.
+/// Draws the image, and checks it if `--check` is set. `loaded` is the model if it is already
+/// loaded, which took `load` seconds.
 pub(super) fn run(
     options: &Options,
     (loaded, load): (Option<Model>, f64),
@@ -77,11 +77,12 @@ fn check(options: &Options) -> Result<()> {
 /// The hierarchy of a model, if the file contains one.
 type Saved = Option<Arc<Bvh<f64>>>;
 
-/// The model or the built-in house, with its camera, light and texture.
+/// Sets up the model or the built-in house, and applies the camera, light and texture options.
+/// Reads the model unless it is already loaded.
 fn load_scene(options: &Options, loaded: Option<Model>) -> Result<(Scene<f64>, Saved, ModelNotes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    // A model's other files are never pictures, so the output cannot be one of them.
+    // A model's other files are never images, so the output cannot overwrite one of them.
     let load = |path| Model::load(path, options.reading);
     let loaded =
         loaded.map_or_else(|| options.model.as_deref().map(load).transpose(), |m| Ok(Some(m)));

@@ -1,4 +1,5 @@
-//! `intertri render` of instances, in f64 with the engine `exact`: the picture of the flattened model, without its memory.
+//! `intertri render` for models with instances, in f64 with the `exact` engine. It draws the same
+//! image as for the flattened model, but takes less memory.
 
 use std::time::Instant;
 
@@ -16,7 +17,7 @@ use crate::report::print::print;
 use crate::report::render::{InstanceCounts, RenderReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the picture of a model that took `load` seconds to load.
+/// Draws the image of a model that took `load` seconds to load.
 pub(super) fn run(
     options: &Options,
     (model, notes): (InstancedMesh, ModelNotes),
@@ -43,6 +44,7 @@ pub(super) fn run(
     print(&RenderReport { instances, ..report }, options.json)
 }
 
+/// Counts the instances, the meshes, and the triangles of the meshes.
 fn counts(InstancedMesh { meshes, instances }: &InstancedMesh) -> InstanceCounts {
     let mesh_triangles = meshes.iter().map(|mesh| mesh.triangles.len() as u64).sum();
     InstanceCounts { instances: instances.len(), meshes: meshes.len(), mesh_triangles }

@@ -33,10 +33,11 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     pub(super) engine: EngineName,
 
-    /// The scalar to trace in; f64 works with the engines exact and oracle, including for --check. Without a
-    /// model, f64 draws a house at UTM coordinates. f32 rounds coordinates, which hardly shows in a picture;
-    /// the report counts them [default: that of a saved hierarchy, f64 for a glTF whose nodes share meshes, which are
-    /// then traced as instances, else f32]
+    /// The scalar to trace in; f64 works only with the exact and oracle engines, also for --check.
+    /// Without a model, f64 draws a house at UTM coordinates. f32 rounds coordinates, which is
+    /// hardly visible in a picture; the report counts the rounded numbers [default: that of a saved
+    /// hierarchy; f64 for a glTF file whose nodes share meshes, which are then traced as instances;
+    /// otherwise f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 
@@ -98,7 +99,8 @@ pub(super) fn takes_f32_alone(options: &Options) -> bool {
         || options.shadows == Shadows::Volumes
 }
 
-/// Whether a model whose meshes are shared is traced as instances: in f64, by the engine `exact` alone.
+/// Returns whether these options allow a model with shared meshes to be traced as instances. This
+/// requires the `exact` engine and f64, and excludes `--check`.
 pub(super) fn takes_instances(options: &Options) -> bool {
     options.engine == EngineName::Exact
         && options.check.is_none()
@@ -106,12 +108,12 @@ pub(super) fn takes_instances(options: &Options) -> bool {
         && !takes_f32_alone(options)
 }
 
-/// A grid that no engine would use is an error.
+/// Refuses a grid option that no engine would use.
 pub(super) fn refuse_unused_grid(options: &Options) -> Result<()> {
     let is_fixed = |name| name == EngineName::Fixed;
     if options.grid.is_some() && !is_fixed(options.engine) && !options.check.is_some_and(is_fixed) {
         return Err(Error::usage(
-            "--grid is for engine fixed; add --engine fixed or --check fixed",
+            "--grid is only for the fixed engine; add --engine fixed or --check fixed",
         ));
     }
     Ok(())

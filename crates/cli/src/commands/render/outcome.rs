@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// The outcome.
+/// Creates the report.
 pub(super) fn report<S: Coordinate, M: SceneGeometry<S>>(
     options: &Options,
     (scene, notes): (&Scene<S, M>, ModelNotes),
