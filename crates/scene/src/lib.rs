@@ -1,4 +1,4 @@
-//! Everything that an image needs apart from ray tracing: meshes and model files, a camera, a
+//! Everything needed to make an image, apart from ray tracing: meshes and model files, a camera, a
 //! light, shading, textures, and image files.
 //!
 //! Coordinates are f32 unless a type says otherwise: [`Mesh`], [`Scene`], [`Camera`] and [`Light`]

@@ -68,7 +68,7 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(bvh)
     }
 
-    /// Reads a hierarchy, and nothing after it.
+    /// Reads a hierarchy, leaving any bytes after it unread.
     pub(crate) fn read(input: &mut dyn Input) -> Result<Self, LoadError> {
         let (tree, originals) = S::read(input)?;
         Ok(Self::of_parts(tree, originals))
