@@ -9,9 +9,9 @@ use crate::mesh::Mesh;
 pub struct Instance {
     /// The index of the mesh.
     pub mesh: u32,
-    /// A 3×4 matrix in row-major order. It moves a vertex (x, y, z) to the x coordinate
-    /// `((m0 x + m1 y) + m2 z) + m3`, with each operation rounded to f64; the other two rows give y
-    /// and z in the same way.
+    /// The transform, as a row-major 3×4 matrix. The first row maps a vertex (x, y, z) to the x
+    /// coordinate `((m0 x + m1 y) + m2 z) + m3`, with each operation rounded to f64. The other two
+    /// rows compute y and z in the same way.
     pub matrix: [f64; 12],
 }
 

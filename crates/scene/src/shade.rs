@@ -20,7 +20,7 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// Shades `scene`, given its visibility buffer and its shadow mask.
 ///
 /// `hits[y * width + x]` is the hit of the ray that [`crate::Camera::ray`] returns for pixel
-/// `(x, y)`. `lit` at the same index is whether the light reaches the hit point; it is not read
+/// `(x, y)`. `lit` at the same index is true if the light reaches the hit point; it is not read
 /// where the ray missed. For an image without shadows, pass all `true`.
 ///
 /// The hit's u and v determine its point on the triangle. Surfaces are Lambertian: they reflect

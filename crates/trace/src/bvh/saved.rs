@@ -12,7 +12,7 @@ use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
     /// Serializes the hierarchy for [`Bvh::from_bytes`]. The bytes are the same on every CPU and
-    /// for any number of threads.
+    /// with any number of threads.
     ///
     /// The bytes contain the finite triangles, their indices, and the tree: 60 to 90 bytes per
     /// triangle in f32.

@@ -1,4 +1,4 @@
-//! Collects the meshes of a file, reading each only once, and their instances.
+//! Collects the meshes of a file and their instances, reading shared meshes only once.
 
 use std::collections::HashMap;
 
