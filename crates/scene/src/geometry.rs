@@ -25,8 +25,8 @@ pub trait SceneGeometry<S: Coordinate>: Sync {
     /// Returns whether any mesh has texture coordinates.
     fn has_uvs(&self) -> bool;
 
-    /// Returns the texture coordinates at the corners of a hit's triangle, or `None` if its mesh has
-    /// none.
+    /// Returns the texture coordinates at the corners of a hit's triangle, or `None` if its mesh
+    /// has none.
     fn uvs_of(&self, hit: &Hit) -> Option<&[[f32; 2]; 3]>;
 
     /// Returns the part that a hit's triangle belongs to, or `None` if it belongs to no part.
