@@ -1,4 +1,5 @@
-//! Writes a forest as a GLB: one tree of about a thousand triangles, a thousand instances of it, and the ground.
+//! Writes a GLB file of a forest: one tree with about a thousand triangles, a thousand instances of
+//! it, and the ground.
 //!
 //! ```sh
 //! cargo run --release -p intertri-scene --example forest -- forest.glb 1000
@@ -9,7 +10,7 @@ use std::f32::consts::TAU;
 use std::fs;
 use std::process::ExitCode;
 
-/// The corners around a branch.
+/// The number of vertices in a ring around the trunk.
 const AROUND: usize = 40;
 
 /// A mesh under construction.
@@ -20,7 +21,8 @@ struct Shape {
 }
 
 impl Shape {
-    /// A ring of corners.
+    /// Adds a horizontal ring of vertices and returns the index of the first. Every other vertex
+    /// has its radius multiplied by `star`.
     fn ring(&mut self, height: f32, radius: f32, star: f32) -> u32 {
         let first = self.positions.len() as u32;
         for i in 0..AROUND {
@@ -31,7 +33,7 @@ impl Shape {
         first
     }
 
-    /// A surface through rings.
+    /// Adds a surface through rings, each given by its height and radius.
     fn tube(&mut self, rings: &[(f32, f32)], star: f32) {
         let rings: Vec<u32> = rings.iter().map(|&(y, r)| self.ring(y, r, star)).collect();
         for pair in rings.windows(2) {
@@ -45,7 +47,7 @@ impl Shape {
     }
 }
 
-/// A fir: a trunk and six skirts of branches.
+/// Returns a fir tree: a trunk and six tiers of branches.
 fn tree() -> Shape {
     let mut tree = Shape::default();
     tree.tube(&[(0.0, 0.16), (0.9, 0.12)], 1.0);
@@ -56,7 +58,7 @@ fn tree() -> Shape {
     tree
 }
 
-/// The same numbers between 0 and 1 in every run.
+/// Pseudorandom numbers in `0.0..1.0`, the same in every run.
 struct Numbers(u64);
 
 impl Numbers {
@@ -67,7 +69,7 @@ impl Numbers {
     }
 }
 
-/// The binary chunk, and the JSON of its views and accessors.
+/// The binary chunk, with the JSON of its buffer views and accessors.
 #[derive(Default)]
 struct Chunk {
     bytes: Vec<u8>,
@@ -96,7 +98,7 @@ impl Chunk {
     }
 }
 
-/// The file of a forest with this many trees.
+/// Returns a GLB file of a forest with this many trees.
 fn forest(trees: usize) -> Vec<u8> {
     let (tree, mut numbers, mut chunk) = (tree(), Numbers(1), Chunk::default());
     let side = (trees as f32).sqrt().ceil() as usize;

@@ -1,4 +1,5 @@
-//! What cameras, lights and shading need to know about triangles, whether they are one mesh or instances.
+//! The interface through which cameras, lights, and shading access a scene's triangles, whether in
+//! a single mesh or in instances.
 
 use intertri::{Hit, TriangleOf};
 
@@ -8,28 +9,30 @@ use crate::mesh::{Bounds, Mesh, Part};
 
 /// The triangles of a [`Scene`](crate::Scene): a [`Mesh`] or, in f64, an [`InstancedMesh`].
 ///
-/// A hit with a mesh has the number of its triangle. A hit with an instance has the number of the triangle within its
-/// mesh, and that of the instance as its geometry.
+/// In a hit on a mesh, `triangle` is the index of the triangle. In a hit on an instance, `triangle`
+/// is the index of the triangle within the instance's mesh, and `geometry` is the index of the
+/// instance.
 pub trait SceneGeometry<S: Coordinate>: Sync {
-    /// The number of triangles.
+    /// Returns the number of triangles.
     fn triangle_count(&self) -> u64;
 
-    /// The points that triangles use, each at least once.
+    /// Iterates over the corners of all triangles, each at least once.
     fn corner_points(&self) -> impl Iterator<Item = [S; 3]>;
 
-    /// The triangle of a hit.
+    /// Returns the triangle of a hit.
     fn triangle_of(&self, hit: &Hit) -> TriangleOf<S>;
 
-    /// Whether there are texture coordinates.
+    /// Returns whether any mesh has texture coordinates.
     fn has_uvs(&self) -> bool;
 
-    /// The texture coordinates of the corners of a hit's triangle.
+    /// Returns the texture coordinates at the corners of a hit's triangle, or `None` if its mesh
+    /// has none.
     fn uvs_of(&self, hit: &Hit) -> Option<&[[f32; 2]; 3]>;
 
-    /// The part that a hit's triangle belongs to.
+    /// Returns the part that a hit's triangle belongs to, or `None` if it belongs to no part.
     fn part_of(&self, hit: &Hit) -> Option<&Part>;
 
-    /// The box around all triangles, or `None` if there are none.
+    /// Returns the bounding box of all triangles, or `None` if there are none.
     fn bounding_box(&self) -> Option<Bounds<S>> {
         Bounds::around(self.corner_points())
     }

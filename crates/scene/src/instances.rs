@@ -1,20 +1,21 @@
-//! Meshes that are shared by several instances, each with its own placement.
+//! Meshes that several instances share, each with its own transform.
 
 use intertri::Triangle64;
 
 use crate::mesh::Mesh;
 
-/// A placement of a mesh.
+/// An instance: a mesh and the transform that places it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
     /// The index of the mesh.
     pub mesh: u32,
-    /// Three rows of four numbers, row by row: a corner (x, y, z) is placed at `((m0 x + m1 y) + m2 z) + m3` along the
-    /// first axis, and so on, with each operation rounded in f64.
+    /// The transform, as a row-major 3×4 matrix. The first row maps a vertex (x, y, z) to the x
+    /// coordinate `((m0 x + m1 y) + m2 z) + m3`, with each operation rounded to f64. The other two
+    /// rows compute y and z in the same way.
     pub matrix: [f64; 12],
 }
 
-/// A model as meshes and their placements.
+/// A model made of meshes and instances of them.
 ///
 /// ```
 /// use intertri_scene::{Instance, InstancedMesh, Mesh};
@@ -33,31 +34,31 @@ pub struct Instance {
 pub struct InstancedMesh {
     /// The meshes, in their own coordinates.
     pub meshes: Vec<Mesh<f64>>,
-    /// The placements, in the order of the file.
+    /// The instances, in the order of the file.
     pub instances: Vec<Instance>,
 }
 
 impl InstancedMesh {
-    /// The matrix that leaves a mesh where it is.
+    /// The identity transform.
     pub const IDENTITY: [f64; 12] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
-    /// A mesh that is used once, where it is.
+    /// Creates a model with a single, untransformed instance of a mesh.
     pub fn of(mesh: Mesh<f64>) -> Self {
         Self { meshes: vec![mesh], instances: vec![Instance { mesh: 0, matrix: Self::IDENTITY }] }
     }
 
-    /// Whether there are more instances than meshes.
+    /// Returns whether there are more instances than meshes.
     pub fn is_shared(&self) -> bool {
         self.instances.len() > self.meshes.len()
     }
 
-    /// The number of triangles of all instances.
+    /// Returns the total number of triangles in all instances.
     pub fn triangles(&self) -> u64 {
         let of = |instance: &Instance| self.meshes[instance.mesh as usize].triangles.len() as u64;
         self.instances.iter().map(of).sum()
     }
 
-    /// A triangle of an instance, where it is placed.
+    /// Returns a triangle of an instance, transformed by the instance's matrix.
     ///
     /// # Panics
     /// Panics if there is no such instance or triangle.
@@ -67,7 +68,8 @@ impl InstancedMesh {
         Triangle64(corners.map(|corner| placed(matrix, corner)))
     }
 
-    /// The points that triangles of instances use, where they are placed.
+    /// Iterates over the transformed vertices of all instances. Vertices that no triangle uses are
+    /// skipped.
     pub fn points(&self) -> impl Iterator<Item = [f64; 3]> {
         let used: Vec<Vec<[f64; 3]>> = self.meshes.iter().map(used_positions).collect();
         (0..self.instances.len()).flat_map(move |instance| {
@@ -80,7 +82,7 @@ impl InstancedMesh {
     }
 }
 
-/// The positions that triangles of a mesh use, each once.
+/// Returns the positions that a mesh's triangles use, each once.
 fn used_positions(mesh: &Mesh<f64>) -> Vec<[f64; 3]> {
     let mut is_used = vec![false; mesh.positions.len()];
     for &corner in mesh.triangles.as_flattened() {
@@ -90,7 +92,7 @@ fn used_positions(mesh: &Mesh<f64>) -> Vec<[f64; 3]> {
     all.filter(|(_, is_used)| *is_used).map(|(position, _)| *position).collect()
 }
 
-/// A point of a mesh, where an instance places it.
+/// Transforms a point by an instance's matrix.
 pub(crate) fn placed(m: &[f64; 12], [x, y, z]: [f64; 3]) -> [f64; 3] {
     [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
 }

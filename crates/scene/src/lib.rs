@@ -1,7 +1,7 @@
-//! Everything that an image needs apart from ray tracing: meshes and model files, a camera, a
+//! Everything needed to make an image, apart from ray tracing: meshes and model files, a camera, a
 //! light, shading, textures, and image files.
 //!
-//! Coordinates are f32 unless a type says otherwise: [`Mesh`], [`Scene`], [`Camera`] and [`Light`]
+//! Coordinates are f32 unless a type says otherwise: [`Mesh`], [`Scene`], [`Camera`], and [`Light`]
 //! are generic over the [`Coordinate`], and a `Scene<f64>` has rays and triangles in f64.
 //!
 //! This crate does not determine what a ray hits. A [`Scene`] provides rays ([`Camera::ray`],

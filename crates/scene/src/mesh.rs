@@ -5,7 +5,8 @@ use intertri::{Scalar, TriangleOf};
 
 use crate::coordinate::Coordinate;
 
-/// A run of triangles with the same material: from `first` to the next part's `first`.
+/// A run of triangles with the same material, from `first` up to, but not including, the next
+/// part's `first`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
     /// The first triangle of the part.
@@ -87,7 +88,7 @@ pub struct Bounds<S = f32> {
 }
 
 impl<S: Scalar> Bounds<S> {
-    /// The box around points, or `None` if there are none.
+    /// Returns the bounding box of points, or `None` if there are none.
     pub(crate) fn around(mut points: impl Iterator<Item = [S; 3]>) -> Option<Self> {
         let first = points.next()?;
         let mut bounds = Self { min: first, max: first };
@@ -101,18 +102,18 @@ impl<S: Scalar> Bounds<S> {
         Some(bounds)
     }
 
-    /// The origin.
+    /// Returns a box that contains only the origin.
     pub(crate) fn point() -> Self {
         Self { min: [S::ZERO; 3], max: [S::ZERO; 3] }
     }
 
-    /// The centre.
+    /// Returns the centre of the box.
     pub(crate) fn centre(&self) -> DVec3 {
         // Halve first, so that the sum of the largest values does not overflow.
         double(self.min) * 0.5 + double(self.max) * 0.5
     }
 
-    /// Returns half the diagonal, or 1 if the box is a single point, so that a scale is never 0.
+    /// Returns half the diagonal, or 1 if the box is a single point, so that no scale is 0.
     pub(crate) fn radius(&self) -> f64 {
         let radius = (double(self.max) * 0.5 - double(self.min) * 0.5).length();
         if radius > 0.0 { radius } else { 1.0 }
@@ -129,7 +130,7 @@ pub(crate) fn double<S: Scalar>(p: [S; 3]) -> DVec3 {
     DVec3::from(p.map(Into::<f64>::into))
 }
 
-/// Rounds a point to its scalar.
+/// Rounds a point to the scalar `S`.
 pub(crate) fn rounded<S: Scalar>(p: DVec3) -> [S; 3] {
     p.to_array().map(S::nearest)
 }

@@ -1,4 +1,4 @@
-//! A mesh with a camera, a light, and a texture.
+//! A scene: a mesh or a set of instances, with a camera, a light, and a texture.
 
 use crate::camera::{Camera, CameraError};
 use crate::coordinate::Coordinate;
@@ -16,7 +16,7 @@ pub struct Scene<S = f32, M = Mesh<S>> {
     pub camera: Camera<S>,
     /// The light.
     pub light: Light<S>,
-    /// The texture of the textured parts, or of the whole mesh if it has no parts, placed by its
+    /// The texture of the textured parts, or of the whole mesh if it has no parts, mapped by its
     /// texture coordinates.
     pub texture: Option<Texture>,
 }
@@ -36,7 +36,7 @@ impl<S: Coordinate> Scene<S> {
     /// has no position, the box in which its shadow rays start.
     pub fn ray_origins(&self) -> Vec<[S; 3]> {
         let bounds = self.mesh.bounds().unwrap_or_else(Bounds::point);
-        // With room for points that are a rounding out of the box.
+        // Leave a margin for points that rounding moves out of the box.
         let beyond = |corner| bounds.centre() + (double(corner) - bounds.centre()) * 1.01;
         let corners = [bounds.min, bounds.max].map(|corner| beyond(corner).to_array());
         let light = corners.map(|corner| self.light.origin(corner));
@@ -45,7 +45,8 @@ impl<S: Coordinate> Scene<S> {
 }
 
 impl<S: Coordinate, M: SceneGeometry<S>> Scene<S, M> {
-    /// A mesh, or instances, as `camera` sees it, lit by [`Light::over_the_shoulder`].
+    /// Creates a scene with a mesh or instances, seen by `camera` and lit by
+    /// [`Light::over_the_shoulder`].
     pub fn seen_by(mesh: M, camera: Camera<S>) -> Self {
         let bounds = mesh.bounding_box().unwrap_or_else(Bounds::point);
         let light = Light::over_the_shoulder(&bounds, &camera);

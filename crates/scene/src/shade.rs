@@ -1,4 +1,4 @@
-//! Shading: an image from a visibility buffer and a shadow mask.
+//! Shading, which turns a visibility buffer and a shadow mask into an image.
 
 use glam::{DVec2, DVec3, Vec3};
 use intertri::Hit;
@@ -20,7 +20,7 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// Shades `scene`, given its visibility buffer and its shadow mask.
 ///
 /// `hits[y * width + x]` is the hit of the ray that [`crate::Camera::ray`] returns for pixel
-/// `(x, y)`. `lit` at the same index says whether the light reaches the hit point; it is not read
+/// `(x, y)`. `lit` at the same index is true if the light reaches the hit point; it is not read
 /// where the ray missed. For an image without shadows, pass all `true`.
 ///
 /// The hit's u and v determine its point on the triangle. Surfaces are Lambertian: they reflect
@@ -32,7 +32,7 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// Returns an error under the same conditions as [`Image::new`].
 ///
 /// # Panics
-/// If a buffer does not have one entry per pixel, or a hit names a triangle that the mesh lacks.
+/// Panics if a buffer does not have one entry per pixel, or if a hit refers to a missing triangle.
 pub fn shade<S: Coordinate, M: SceneGeometry<S>>(
     scene: &Scene<S, M>,
     width: u32,
@@ -62,9 +62,10 @@ pub fn shade<S: Coordinate, M: SceneGeometry<S>>(
     Ok(image)
 }
 
-/// The values that all hits of a triangle share. Neighbouring pixels mostly show the same triangle.
+/// The values that all hits on a triangle share. Neighbouring pixels usually show the same
+/// triangle.
 struct Face<'a> {
-    /// The triangle and its geometry.
+    /// The indices of the triangle and its geometry, as in [`Hit`].
     triangle: [u32; 2],
     /// The first corner, and the vectors from there to the other two.
     corner: DVec3,
@@ -79,7 +80,7 @@ struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    /// The face of a hit; reuses the last one if it is the same.
+    /// Returns the face of a hit, reusing the last one if it is the same.
     fn at<'b, S: Coordinate, M: SceneGeometry<S>>(
         scene: &'a Scene<S, M>,
         hit: &Hit,
@@ -106,8 +107,9 @@ impl<'a> Face<'a> {
         Self { triangle, corner: a, sides, normal, ambient, tint, cover }
     }
 
-    /// The part of the albedo that all hits share: the part's tint, and the texture if there is one. A mesh
-    /// without parts has only the texture, or clay.
+    /// Returns the components of the albedo that all hits on a triangle share: the part's tint and,
+    /// if there is one, the texture. Without parts, the tint is white under a texture and otherwise
+    /// [`Mesh::CLAY`].
     fn albedo<S: Coordinate, M: SceneGeometry<S>>(
         scene: &'a Scene<S, M>,
         hit: &Hit,
@@ -124,7 +126,7 @@ impl<'a> Face<'a> {
     /// Returns the linear radiance that a hit reflects toward the eye.
     #[inline]
     fn radiance<S: Coordinate, M>(&self, scene: &Scene<S, M>, hit: &Hit, lit: bool) -> Vec3 {
-        // A light behind the surface, as seen by the camera, contributes nothing: hence the `max`.
+        // A light behind the surface, as seen by the camera, contributes nothing, hence the `max`.
         let direct = if lit {
             let point = self.corner + self.sides[0] * hit.u + self.sides[1] * hit.v;
             self.normal.dot(scene.light.direction(point)).max(0.0) as f32
@@ -209,8 +211,7 @@ mod tests {
         scene.texture = Some(Texture::Image(image));
         // No texture coordinates.
         assert_eq!(look(&scene, HIT, false), look(&floor(7.0), HIT, false));
-        // First, the whole triangle maps to one point of the texture; then u leads to another
-        // point.
+        // First, the whole triangle maps to one point of the texture; then the point depends on u.
         scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);
         let white = look(&scene, HIT, false);
         assert_eq!(white, encode(Vec3::splat(AMBIENT[1])));

@@ -1,5 +1,5 @@
-//! glTF: nodes that share a mesh, and `EXT_mesh_gpu_instancing`, are instances; flattened, they are the model as one
-//! mesh.
+//! Tests that glTF nodes that share a mesh, and nodes with `EXT_mesh_gpu_instancing`, are loaded as
+//! instances, and that flattening the instances yields the same mesh as loading the model flat.
 
 use intertri_scene::{
     InstancedMesh, LoadedInstances, LoadedModel, SceneGeometry, load_instances, load_model,
@@ -9,7 +9,8 @@ use tempfile::TempDir;
 
 use crate::gltf_scenes::{File, skinned};
 
-/// The instances of a file, after a comparison with its triangles in f64, bit for bit.
+/// Returns the instances of a file, after checking that their triangles equal those of the
+/// flattened model in f64, bit for bit.
 #[track_caller]
 fn instances(file: &File) -> InstancedMesh {
     let folder = TempDir::new().unwrap();
@@ -41,7 +42,7 @@ fn refused(file: &File, words: &str) {
     assert!(error.contains(words) && !error.contains('\n'), "{error} / {words}");
 }
 
-/// A node with copies, whose own matrix is any.
+/// Returns a node with an arbitrary transform and with instances given by these attributes.
 fn copies(attributes: &Value) -> Value {
     json!([{"mesh": 0, "rotation": [0.6, 0, 0, 0.8], "translation": [0.1, 7, 1], "scale": [1, 3, 0.3],
         "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}}])
@@ -56,7 +57,7 @@ fn nodes_that_share_a_mesh_are_instances() {
         {"mesh": 0}
     ]));
     let model = instances(&file);
-    // The mirrored one is flipped.
+    // The mirrored instance has its own mesh, with flipped triangles.
     let meshes: Vec<u32> = model.instances.iter().map(|instance| instance.mesh).collect();
     assert_eq!((meshes, model.meshes.len()), (vec![0, 0, 1, 0], 2));
     assert!(model.is_shared());
@@ -65,7 +66,7 @@ fn nodes_that_share_a_mesh_are_instances() {
     let [.., x] = [0.1_f32, 0.2, 0.3].map(f64::from);
     assert_eq!(model.instances[0].matrix[11], x);
 
-    // Other weights of morph targets make another mesh, the same weights do not.
+    // Nodes with the same morph weights share a mesh; nodes with different weights do not.
     let up = file.floats("VEC3", &[0.0, 0.0, 2.0].repeat(3));
     file.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": up}]);
     for node in [0, 3] {
@@ -87,7 +88,7 @@ fn copies_are_instances() {
         file.json["nodes"] = copies(&json!({attribute: 1}));
         assert_eq!(instances(&file).instances.len(), 3);
     }
-    // The second of two meshes without texture coordinates, which are then zeros.
+    // If only one of two meshes has texture coordinates, the other gets zeros.
     let uvs = file.floats("VEC3", &[0.5; 6]);
     file.json["accessors"][uvs]["type"] = json!("VEC2");
     file.json["accessors"][uvs]["count"] = json!(3);
@@ -116,7 +117,8 @@ fn meshes_without_triangles_are_no_instances() {
     refused(&file, "it has no triangle");
 }
 
-/// Instances need no memory for their triangles, so more of them can be read than one mesh can have.
+/// Instances take no memory for their triangles, so they may have more triangles in total than a
+/// flattened mesh.
 #[test]
 fn only_flattening_repeats_triangles() {
     let mut file = File::new(&json!([]));
@@ -136,7 +138,8 @@ fn only_flattening_repeats_triangles() {
 
 #[test]
 fn hostile_instances_are_errors() {
-    // A table of zeros takes no bytes, and no count in it sizes an allocation.
+    // A table of zeros takes up no bytes, and its count must not determine the size of an
+    // allocation.
     let mut file = File::new(&json!([]));
     for (count, words) in [
         (1_u64 << 60, "repeats its meshes"),
@@ -150,14 +153,14 @@ fn hostile_instances_are_errors() {
         file.json["nodes"] = copies(&json!({"TRANSLATION": table}));
         refused(&file, words);
     }
-    // Numbers that overflow on the way down, and corners that do.
+    // Nested scales whose product overflows, then corners that overflow when they are transformed.
     let nested = |depth: usize| {
         let mut nodes: Vec<Value> =
             (1..depth).map(|i| json!({"children": [i], "scale": [1e38, 1e38, 1e38]})).collect();
         nodes.push(json!({"mesh": 0}));
         File::new(&json!(nodes))
     };
-    refused(&nested(12), "places mesh 0 by numbers that are not finite; repair the model");
+    refused(&nested(12), "places mesh 0 at coordinates that are not finite; repair the model");
     let mut file = nested(9);
     instances(&file);
     let far = file.floats("VEC3", &[3e38; 9]);
@@ -169,7 +172,7 @@ fn hostile_instances_are_errors() {
     refused(&file, "not finite");
 }
 
-/// Any change of a byte is a model or a one-line error.
+/// Replacing any byte yields either a model or a one-line error.
 #[test]
 fn damage_is_an_error() {
     let mut file = File::new(&copies(&json!({"TRANSLATION": 1, "ROTATION": 2})));

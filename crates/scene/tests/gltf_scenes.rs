@@ -1,4 +1,4 @@
-//! Tests how glTF nodes, skins, and extensions affect triangles, and where buffers may be.
+//! Tests how glTF nodes, skins, and extensions affect triangles, and where buffers may be stored.
 
 use std::fmt::Write;
 use std::fs;
@@ -11,7 +11,8 @@ use tempfile::TempDir;
 /// The corners of a triangle.
 type Triangle = [[f32; 3]; 3];
 
-/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes that tests add to.
+/// A glTF file, initially with a single triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes of its
+/// buffer. Tests may add to both.
 pub(crate) struct File {
     pub(crate) json: Value,
     bytes: Vec<u8>,
@@ -40,7 +41,7 @@ impl File {
         self.add("bufferViews", view)
     }
 
-    /// Adds a table of floats, and returns its index.
+    /// Adds a table of floats and returns its index.
     pub(crate) fn floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
         let view = self.view(numbers.iter().flat_map(|x| x.to_le_bytes()));
         let count = numbers.len()
@@ -165,7 +166,7 @@ fn instances_are_copies() {
     file.floats("VEC3", &[0.0; 6]);
     file.json["nodes"] = node(json!({"TRANSLATION": 1, "SCALE": 4}));
     file.refused("different lengths");
-    // A table of zeros takes no bytes, and no memory is reserved for it.
+    // A table of zeros takes up no bytes, and no memory is reserved for it.
     let sparse = json!({"componentType": 5126, "count": 1_u64 << 60, "type": "VEC3", "sparse": {"count": 0,
         "indices": {"bufferView": 0, "componentType": 5125}, "values": {"bufferView": 0}}});
     let endless = file.add("accessors", sparse);
@@ -188,7 +189,8 @@ fn hidden_nodes_and_all_below_them_are_left_out() {
     assert_eq!(file.triangles(), [moved([5.0, 0.0, 0.0])]);
 }
 
-/// A skin with two joints, at x = 10 and x = 20, both bound at 0; the mesh's node is elsewhere.
+/// Returns a file with a skin. Its two joints, at x = 10 and x = 20, are both bound at 0, and the
+/// mesh's node is elsewhere.
 pub(crate) fn skinned(shares: &[f32]) -> File {
     let mut file = File::new(&json!([
         {"mesh": 0, "skin": 0, "translation": [0, 0, 99]},
@@ -308,15 +310,15 @@ fn extensions_are_known_or_named() {
         assert_eq!(file.triangles(), [TRIANGLE], "{name}");
     }
     for (name, words) in [
-        ("KHR_draco_mesh_compression", "compressed by Draco"),
-        ("EXT_meshopt_compression", "compressed by meshopt"),
+        ("KHR_draco_mesh_compression", "compressed with Draco"),
+        ("EXT_meshopt_compression", "compressed with meshopt"),
         ("ACME_bend", "needs an extension that is not supported"),
     ] {
         file.json["extensionsRequired"] = json!([name]);
         file.refused(&format!("{words} ({name:?}); export the model without it"));
     }
-    // A file that does not require an extension can be read without it; a compressed mesh is also
-    // stored uncompressed.
+    // A file can be read without an extension that it does not require: compressed meshes are then
+    // also stored uncompressed.
     file.json["extensionsRequired"] = json!([]);
     file.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression", "EXT_meshopt_compression"]);
     assert_eq!(file.triangles(), [TRIANGLE]);
@@ -343,7 +345,7 @@ fn corners_that_make_no_triangle_are_counted() {
         file.json["meshes"][0]["primitives"] = json!([{"attributes": {"POSITION": 0}},
             {"attributes": {"POSITION": more}, "mode": mode}]);
         let (found, notes) = file.load().unwrap();
-        // The first triangle is the primitive that all these files share.
+        // The first triangle comes from the primitive that all these files share.
         assert_eq!(found.len(), 1 + triangles, "{mode} {count}");
         let said = format!("corners that do not form a whole triangle, skipped: {over}");
         assert_eq!(notes, Vec::from_iter((over > 0).then_some(said)));

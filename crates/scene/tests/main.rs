@@ -1,4 +1,4 @@
-//! Tests model files in every format, both valid and invalid, and images.
+//! Tests loading valid and invalid model files in every format, and images.
 
 mod bad_files;
 mod formats;

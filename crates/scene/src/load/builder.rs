@@ -6,8 +6,8 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::{Mesh, double};
 
-/// Appends an entry, or returns an error if memory runs out, because the file determines the size
-/// of the table.
+/// Appends an entry to a table whose size depends on the file, or returns an error if memory runs
+/// out.
 pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
     table.try_reserve(1)?;
     table.push(entry);
@@ -51,8 +51,8 @@ pub(super) struct MeshBuilder<S> {
     face_uvs: Vec<[f32; 2]>,
 }
 
-/// Faces that wait for a vertex or texture coordinate later in the file, and all faces after the
-/// first of these.
+/// Faces waiting for a vertex or texture coordinate that comes later in the file, and all faces
+/// after the first of them.
 #[derive(Default)]
 struct WaitingFaces {
     /// The vertices of all waiting faces.
@@ -67,12 +67,12 @@ struct WaitingFaces {
 struct UnusableVertex {
     index: u32,
     line: Option<u64>,
-    /// The reason, unless the position itself shows it.
+    /// The reason, unless it is evident from the position.
     cause: Option<String>,
 }
 
 impl<S: Coordinate> MeshBuilder<S> {
-    /// Creates an empty mesh for a file that numbers its vertices from `first`.
+    /// Creates a builder for a file that numbers its vertices from `first`.
     pub(super) fn numbered_from(first: u64) -> Self {
         Self {
             mesh: Mesh::default(),
@@ -108,7 +108,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut self.mesh.positions, position)
     }
 
-    /// Adds a vertex with invalid numbers, which is an error only if a triangle uses it.
+    /// Adds a vertex with invalid coordinates, which is an error only if a triangle uses it.
     pub(super) fn broken_position(&mut self, cause: String) -> Result<(), Fault> {
         self.add_unusable(Some(cause))?;
         push(&mut self.mesh.positions, [S::nearest(f64::NAN); 3])
@@ -200,7 +200,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         })
     }
 
-    /// Returns the mesh after the whole file has been read.
+    /// Returns the mesh and the notes, once the whole file has been read.
     pub(super) fn finish(mut self) -> Result<(Mesh<S>, Notes), Fault> {
         let waiting = std::mem::take(&mut self.waiting);
         let (mut corners, mut uvs) = (0, 0);
@@ -234,7 +234,7 @@ impl<S: Coordinate> MeshBuilder<S> {
     }
 }
 
-/// Why a vertex cannot be used.
+/// Returns the error message for a vertex that is not finite.
 pub(super) fn not_finite<S: Coordinate>([x, y, z]: [S; 3]) -> String {
     format!(
         "the vertex ({x}, {y}, {z}) is not finite in {}; repair the model or scale it down",

@@ -1,4 +1,4 @@
-//! A model's instances as one mesh: each is expanded, in order.
+//! Flattens a model's instances into one mesh, in order.
 
 use super::builder::not_finite;
 use super::error::{Fault, fault};
@@ -6,15 +6,16 @@ use crate::coordinate::Coordinate;
 use crate::instances::{Instance, InstancedMesh, placed};
 use crate::mesh::Mesh;
 
-/// How many vertices and triangles a glTF may expand to, in addition to its size; nodes can repeat a mesh, and
-/// accessors the same bytes, without limit.
+/// The number of vertices and triangles that a glTF file may expand to, in addition to its size.
+/// Without a limit, nodes could repeat a mesh, and accessors the same bytes, any number of times.
 pub(super) const REPEATS: u64 = 1 << 24;
 
-/// The error for more than [`REPEATS`].
+/// The error message if a file exceeds its limit; see [`REPEATS`].
 pub(super) const REPEATED: &str =
     "the file repeats its meshes to more than 16777216 vertices and triangles; export fewer copies";
 
-/// One mesh with the triangles of all instances. Fails if there would be more than `most` vertices and triangles.
+/// Returns one mesh with the triangles of all instances, or an error if it would have more than
+/// `most` vertices and triangles in total.
 pub(super) fn flatten<S: Coordinate>(model: InstancedMesh, most: u64) -> Result<Mesh<S>, Fault> {
     let InstancedMesh { meshes, instances } = model;
     check_size(&meshes, &instances, most)?;
@@ -31,7 +32,7 @@ pub(super) fn flatten<S: Coordinate>(model: InstancedMesh, most: u64) -> Result<
         if let Some(mesh) = &meshes[index] {
             append(&mut all, mesh, matrix)?;
         }
-        // A mesh is dropped after its last use, so that both forms of a large model are never in memory.
+        // Drop each mesh after its last use, so that a large model is not in memory twice.
         left[index] -= 1;
         if left[index] == 0 {
             meshes[index] = None;
@@ -57,7 +58,7 @@ fn check_size(meshes: &[Mesh<f64>], instances: &[Instance], most: u64) -> Result
     Ok(())
 }
 
-/// Adds the triangles of an instance.
+/// Appends the triangles of an instance to `all`.
 fn append<S: Coordinate>(
     all: &mut Mesh<S>,
     mesh: &Mesh<f64>,
@@ -77,14 +78,14 @@ fn append<S: Coordinate>(
     Ok(())
 }
 
-/// Rejects a model with a triangle that is not finite where an instance places it.
+/// Rejects a model if an instance moves a triangle's corner to coordinates that are not finite.
 pub(super) fn check(model: &InstancedMesh) -> Result<(), Fault> {
     let sizes: Vec<[f64; 3]> = model.meshes.iter().map(largest).collect();
     for Instance { mesh, matrix: m } in &model.instances {
         let [x, y, z] = sizes[*mesh as usize];
         let bound =
             |i: usize| m[i].abs() * x + m[i + 1].abs() * y + m[i + 2].abs() * z + m[i + 3].abs();
-        // Whole meshes are only visited if their corners might overflow.
+        // Visit a mesh's corners only if they might overflow.
         if [0, 4, 8].iter().all(|&i| bound(i) < f64::MAX / 2.0) {
             continue;
         }
@@ -96,7 +97,7 @@ pub(super) fn check(model: &InstancedMesh) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The largest size of a coordinate along each axis.
+/// Returns the largest absolute value of the coordinates along each axis.
 fn largest(mesh: &Mesh<f64>) -> [f64; 3] {
     mesh.points().fold([0.0; 3], |most, point| [0, 1, 2].map(|k| point[k].abs().max(most[k])))
 }

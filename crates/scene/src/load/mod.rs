@@ -63,8 +63,8 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 ///
 /// Time and memory are linear in the size of the file, except for faces that are cut by ear
 /// clipping, whose time may grow with the square of their number of corners. No allocation is sized
-/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF file may
-/// repeat its meshes up to about sixteen million triangles.
+/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF file that
+/// repeats its meshes may expand to about sixteen million vertices and triangles.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read, is not a model in one of these formats, ends early,
@@ -104,29 +104,32 @@ pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadErro
     Ok(LoadedModel { mesh, files: beside.read, notes })
 }
 
-/// A model as [`load_instances`] returns it.
+/// The result of [`load_instances`].
 #[derive(Clone, Debug)]
 pub struct LoadedInstances {
-    /// Its meshes and where they are.
+    /// The meshes and their instances.
     pub model: InstancedMesh,
     /// Other files that were read for the model: the buffers of a glTF.
     pub files: Vec<PathBuf>,
-    /// Things that were left out, repaired or guessed; empty for most models.
+    /// What was skipped, repaired, or guessed; empty for most models.
     pub notes: Notes,
     path: PathBuf,
-    /// How many vertices and triangles one mesh of it may have; `None` if it is one mesh in its own place.
+    /// The maximum number of vertices and triangles after flattening, or `None` if the model is a
+    /// single, untransformed mesh.
     most: Option<u64>,
 }
 
-/// Reads a model like [`load_model`] in f64, but keeps meshes that are used several times apart from their
-/// placements: those of glTF nodes that share a mesh, and of the extension `EXT_mesh_gpu_instancing`. Any other model
-/// is one mesh in its own place.
+/// Reads a model like [`load_model`] in f64, but keeps instances of shared meshes instead of
+/// flattening them. In a glTF file, nodes that share a mesh, and nodes with the extension
+/// `EXT_mesh_gpu_instancing`, become instances. A model in any other format becomes a single,
+/// untransformed instance of one mesh.
 ///
-/// A mirroring transform flips triangles, so a mesh that is used both with and without one becomes two meshes. A mesh
-/// is read again for other weights of its morph targets, and for each skin.
+/// A transform that mirrors flips the triangles, so a mesh that is used both with and without
+/// mirroring becomes two meshes. A mesh is also duplicated for each use with a skin, and for each
+/// different set of morph target weights.
 ///
 /// # Errors
-/// As for [`load`], in f64.
+/// Returns an error under the same conditions as [`load`], for f64.
 pub fn load_instances(path: &Path) -> Result<LoadedInstances, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut beside = Beside { folder, read: vec![] };
@@ -146,10 +149,11 @@ pub fn load_instances(path: &Path) -> Result<LoadedInstances, LoadError> {
 }
 
 impl LoadedInstances {
-    /// The model that [`load_model`] returns: all instances as one mesh.
+    /// Flattens all instances into one mesh, which yields the model that [`load_model`] returns.
     ///
     /// # Errors
-    /// Fails if the instances have more triangles than one mesh may have.
+    /// Returns an error if the instances have more vertices or triangles than one mesh may have, or
+    /// if memory runs out.
     pub fn flatten(self) -> Result<LoadedModel<f64>, LoadError> {
         let Self { mut model, files, notes, path, most } = self;
         let mesh = match most {
@@ -176,10 +180,10 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
     read.map_err(|fault| fault.of(path))
 }
 
-/// The triangles of a file.
+/// The content of a model file.
 enum Content<S> {
     Mesh(Mesh<S>),
-    /// Meshes and instances, which may become one mesh of at most this many vertices and triangles.
+    /// Meshes and instances, and the maximum number of vertices and triangles after flattening.
     Instanced {
         model: InstancedMesh,
         most: u64,
@@ -187,7 +191,7 @@ enum Content<S> {
 }
 
 impl<S: Coordinate> Content<S> {
-    /// All of them as one mesh.
+    /// Returns all triangles as one mesh.
     fn mesh(self) -> Result<Mesh<S>, Fault> {
         match self {
             Self::Mesh(mesh) => Ok(mesh),
@@ -280,8 +284,6 @@ fn format(path: &Path, input: &mut (impl Read + Seek), size: u64) -> Result<Form
     } else if obj::looks_like(text) {
         Ok(Format::Obj)
     } else {
-        fault(
-            "is neither OBJ nor PLY nor STL nor glTF; give such a model, or a name with the right extension",
-        )
+        fault("is neither OBJ nor PLY nor STL nor glTF; convert it, or give it the right extension")
     }
 }

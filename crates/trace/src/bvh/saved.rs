@@ -12,7 +12,7 @@ use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
     /// Serializes the hierarchy for [`Bvh::from_bytes`]. The bytes are the same on every CPU and
-    /// for any number of threads.
+    /// with any number of threads.
     ///
     /// The bytes contain the finite triangles, their indices, and the tree: 60 to 90 bytes per
     /// triangle in f32.
@@ -68,7 +68,7 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(bvh)
     }
 
-    /// Reads a hierarchy, and nothing after it.
+    /// Reads a hierarchy, leaving any bytes after it unread.
     pub(crate) fn read(input: &mut dyn Input) -> Result<Self, LoadError> {
         let (tree, originals) = S::read(input)?;
         Ok(Self::of_parts(tree, originals))

@@ -4,11 +4,11 @@
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings
 //!                                           │                      └── closest_point, classify
-//!     a tree of instances over world-space boxes, and an inverse of each matrix, with error bounds
+//!     a tree over the instances' world-space boxes, and each matrix's inverse, with error bounds
 //! ```
 //!
-//! Triangles are tested at their world-space corners, in f64 lanes where possible and exactly
-//! otherwise. The transformation to mesh space therefore affects only boxes.
+//! Triangles are tested using their world-space corners, in f64 lanes where possible and exactly
+//! otherwise. The transformation to mesh space therefore affects only box tests.
 
 mod collect;
 mod committed;

@@ -41,12 +41,12 @@ const KNOWN: [&str; 28] = [
     "VRM",
 ];
 
-/// Compression extensions, and what they compress. A file that does not require one also contains
-/// the data uncompressed.
+/// Compression extensions and what they compress. A file that uses one without requiring it also
+/// contains the uncompressed data.
 const COMPRESSIONS: [(&str, &str); 3] = [
-    ("KHR_draco_mesh_compression", "its meshes are compressed by Draco"),
-    ("EXT_meshopt_compression", "its buffers are compressed by meshopt"),
-    ("KHR_meshopt_compression", "its buffers are compressed by meshopt"),
+    ("KHR_draco_mesh_compression", "its meshes are compressed with Draco"),
+    ("EXT_meshopt_compression", "its buffers are compressed with meshopt"),
+    ("KHR_meshopt_compression", "its buffers are compressed with meshopt"),
 ];
 
 const INSTANCES: &str = "EXT_mesh_gpu_instancing";
@@ -91,7 +91,7 @@ pub(super) fn is_hidden(node: &scene::Node) -> bool {
     of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
 }
 
-/// The copies of a node's mesh.
+/// The copies of a node's mesh, as specified by `EXT_mesh_gpu_instancing`.
 pub(super) struct Copies<'a> {
     pub(super) count: usize,
     places: Option<Accessor<'a>>,
@@ -100,7 +100,7 @@ pub(super) struct Copies<'a> {
 }
 
 impl Copies<'_> {
-    /// The transform of a copy, in the node's space.
+    /// Returns the transform from a copy's space to the node's.
     pub(super) fn transform(&self, i: usize) -> DMat4 {
         let row = |table: &Option<Accessor<'_>>, or: f64| {
             table.as_ref().map_or([or; 3], |table| table.row(i))
@@ -110,7 +110,8 @@ impl Copies<'_> {
     }
 }
 
-/// The copies of a node's mesh; `None` for a single one where the node is.
+/// Returns the copies of a node's mesh, or `None` if there is a single copy, placed by the node
+/// alone.
 pub(super) fn copies<'a>(
     tables: Tables<'a>,
     node: &scene::Node,

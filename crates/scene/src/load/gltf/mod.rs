@@ -1,7 +1,8 @@
 //! glTF 2.0, as text and as GLB. The `gltf` crate parses the JSON and the container.
 //!
 //! Nothing else from that crate is used. Its accessor readers, and even its validation, use numbers
-//! from the file as indices and panic if they are wrong. This reader checks every number first.
+//! from the file as indices and panic if they are out of range. This reader checks every number
+//! first.
 
 mod accessor;
 mod buffers;
@@ -38,11 +39,11 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
 pub(super) struct Gltf {
     pub(super) model: InstancedMesh,
     pub(super) notes: Notes,
-    /// How many vertices and triangles its instances may expand to.
+    /// The number of vertices and triangles that the instances may expand to.
     pub(super) most: u64,
 }
 
-/// Reads the default scene. Paths of other files are relative to the model's folder.
+/// Reads the default scene. Paths to other files are relative to the model's folder.
 pub(super) fn read(mut input: impl Read, beside: Option<&mut Beside<'_>>) -> Result<Gltf, Fault> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;

@@ -1,4 +1,4 @@
-//! Walks the tree of nodes, which place the meshes.
+//! Walks the node tree, which determines where meshes are placed.
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -10,7 +10,7 @@ use super::shared::SharedMeshes;
 use super::transform::transform;
 use crate::load::error::{Fault, fault};
 
-/// Adds the meshes of all nodes, each before its children.
+/// Adds the meshes of all visible nodes, parents before children.
 pub(super) fn walk(shared: &mut SharedMeshes<'_>) -> Result<(), Fault> {
     let root = shared.primitives.tables.root;
     let joints = if root.skins.is_empty() { vec![] } else { all_transforms(root)? };
@@ -29,7 +29,7 @@ pub(super) fn walk(shared: &mut SharedMeshes<'_>) -> Result<(), Fault> {
         }
         let transform = above * transform(node);
         add(shared, node, transform, &joints).map_err(|fault| match node.skin {
-            // A mesh names itself in its errors.
+            // Errors about a mesh already contain its index.
             None => fault,
             Some(skin) => Fault { cause: format!("skin {skin}: {}", fault.cause), ..fault },
         })?;
@@ -50,10 +50,12 @@ fn add<'a>(
     let primitives = &mut shared.primitives;
     let weights = primitives.weights(mesh.value(), node.weights.as_deref())?;
     let copies = copies(primitives.tables, node)?;
-    // Counted here, because a table of zeros can have any number of rows and take no bytes.
+    // Count the copies before adding them: a table of zeros takes up no bytes, so it can have any
+    // number of rows.
     primitives.spend(copies.as_ref().map_or(0, |copies| copies.count))?;
     if let Some(skin) = node.skin {
-        // Only the joints place a skinned mesh, so its node does not matter, and there is one copy of it.
+        // A skinned mesh is placed by its joints, not by its node or by instances, so it is added
+        // only once.
         if copies.is_some_and(|copies| copies.count != 1) {
             primitives.notes.add("skinned meshes with instances, read once", 1, None);
         }
@@ -65,8 +67,8 @@ fn add<'a>(
         .try_for_each(|i| shared.add(mesh.value(), weights, transform * copies.transform(i)))
 }
 
-/// Returns the matrices with which a skin's joints place vertices. They map the mesh's bind pose to
-/// the joints' current pose.
+/// Returns a skin's joint matrices, which move vertices from the bind pose to the joints' current
+/// pose.
 fn skin_of(
     primitives: &mut Primitives<'_>,
     index: Index<skin::Skin>,
@@ -92,7 +94,7 @@ fn skin_of(
     skin.joints.iter().enumerate().map(joint).collect()
 }
 
-/// Returns the transform from each node's space to the scene's. For nodes in a cycle, it is NaN.
+/// Returns the transform from each node's space to the scene's, or NaN for nodes in a cycle.
 fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     let mut transforms = vec![DMat4::NAN; root.nodes.len()];
     let mut reached = vec![false; root.nodes.len()];

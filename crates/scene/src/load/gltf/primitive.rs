@@ -17,35 +17,38 @@ use crate::mesh::{self, rounded};
 /// Reads the primitives of meshes.
 pub(super) struct Primitives<'a> {
     pub(super) tables: Tables<'a>,
-    /// How many more vertices and triangles the file may have.
+    /// The number of vertices and triangles that may still be read.
     left: u64,
-    /// The mesh that is being read.
+    /// The mesh under construction.
     builder: MeshBuilder<f64>,
     pub(super) notes: Notes,
 }
 
-/// How a mesh is placed.
+/// How a mesh is placed in the scene.
 #[derive(Clone, Copy)]
 pub(super) enum Placement<'a> {
-    /// It stays in its own space, from which instances place it; and whether they mirror it.
+    /// By instances. The mesh stays in its own space; if the instances mirror it, its triangles are
+    /// flipped.
     ByInstances { are_mirrored: bool },
-    /// Joints place it in the scene: their transforms, each of which moves its share of a vertex, and that of the node
-    /// for primitives without joints.
+    /// By a skin. `joints` are the joints' transforms; each moves a vertex in proportion to its
+    /// weight. Primitives without joints are placed by their node's `transform`.
     BySkin { joints: &'a [DMat4], transform: DMat4 },
 }
 
 impl<'a> Primitives<'a> {
-    /// For a file that may have `most` vertices and triangles in all.
+    /// Creates a reader that may read up to `most` vertices and triangles.
     pub(super) fn new(tables: Tables<'a>, most: u64, notes: Notes) -> Self {
         Self { tables, left: most, builder: MeshBuilder::numbered_from(0), notes }
     }
 
-    /// How many vertices and triangles a file of `size` bytes may have, also after its instances are expanded.
+    /// Returns the number of vertices and triangles that a file of `size` bytes may have. The same
+    /// limit applies again when its instances are flattened.
     pub(super) fn most(tables: Tables<'_>, size: usize) -> u64 {
         REPEATS + size as u64 + tables.buffers.size() as u64
     }
 
-    /// The weights of a mesh's morph targets: those of the node or, if it has none, the mesh's own.
+    /// Returns the weights of a mesh's morph targets: the node's `weights` or, if it has none, the
+    /// mesh's own.
     pub(super) fn weights(
         &self,
         index: usize,
@@ -58,7 +61,7 @@ impl<'a> Primitives<'a> {
         Ok(weights.or(mesh.weights.as_deref()).unwrap_or_default())
     }
 
-    /// Reads a mesh, with its morph targets by `weights`.
+    /// Reads a mesh, applying its morph targets with the given weights.
     pub(super) fn mesh(
         &mut self,
         index: usize,
@@ -78,7 +81,7 @@ impl<'a> Primitives<'a> {
         Ok(mesh)
     }
 
-    /// Counts vertices, triangles or instances against the limit before they are read.
+    /// Counts vertices, triangles, instances, or joints against the limit before they are read.
     pub(super) fn spend(&mut self, count: usize) -> Result<(), Fault> {
         match self.left.checked_sub(count as u64) {
             Some(left) => self.left = left,
@@ -96,7 +99,7 @@ impl<'a> Primitives<'a> {
         self.spend(1)?;
         let mode = match primitive.mode {
             Checked::Valid(mode) => mode,
-            Checked::Invalid => return fault("glTF does not know its mode"),
+            Checked::Invalid => return fault("its mode is not defined by glTF"),
         };
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(());
@@ -161,7 +164,7 @@ impl<'a> Primitives<'a> {
     }
 }
 
-/// Calls a function for each triangle of a primitive and returns how many corners are left over.
+/// Calls `add` for each triangle of a primitive and returns the number of corners left over.
 fn each_triangle(
     mode: Mode,
     indices: &[u32],
@@ -190,7 +193,7 @@ struct Vertices<'a> {
     positions: Accessor<'a>,
     /// For each morph target, its weight and the displacements of all vertices.
     morphs: Vec<(f64, Accessor<'a>)>,
-    /// For each set, the tables of every vertex's four joints and their weights.
+    /// For each attribute set, a table of every vertex's four joints and a table of their weights.
     skin: Vec<(Accessor<'a>, Accessor<'a>)>,
     lacks_joints: bool,
     placement: Placement<'a>,
@@ -236,12 +239,12 @@ impl<'a> Vertices<'a> {
         Ok(Self { positions, morphs, skin, lacks_joints, placement })
     }
 
-    /// The number of tables besides the positions.
+    /// Returns the number of morph targets and joint sets.
     fn layers(&self) -> usize {
         self.morphs.len() + self.skin.len()
     }
 
-    /// The position of a vertex, and the transform by which joints place it.
+    /// Returns the position of a vertex and, in a skinned mesh, the transform applied to it.
     fn place(&self, vertex: usize) -> Result<(DVec3, DMat4), Fault> {
         let mut position = DVec3::from_array(self.positions.row(vertex));
         for (weight, ways) in &self.morphs {
@@ -254,7 +257,7 @@ impl<'a> Vertices<'a> {
         Ok((transform.transform_point3(position), transform))
     }
 
-    /// The joints' transforms, averaged with a vertex's weights.
+    /// Returns the average of the joints' transforms, weighted by the vertex's weights.
     fn blend(&self, all_joints: &[DMat4], vertex: usize) -> Result<DMat4, Fault> {
         let (mut sum, mut all) = (DMat4::ZERO, 0.0);
         for (joints, shares) in &self.skin {

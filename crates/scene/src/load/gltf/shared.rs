@@ -1,4 +1,4 @@
-//! The meshes of a file, each read once, and their instances.
+//! Collects the meshes of a file and their instances, reading shared meshes only once.
 
 use std::collections::HashMap;
 
@@ -12,19 +12,20 @@ use crate::load::error::{Fault, fault};
 use crate::load::notes::Notes;
 use crate::mesh::Mesh;
 
-/// What an instance counts against the limit of vertices and triangles: it takes about as much memory as this many.
+/// An instance counts as this many vertices or triangles toward the limit, because it takes about
+/// as much memory.
 const INSTANCE: usize = 7;
 
 /// Collects meshes and instances.
 pub(super) struct SharedMeshes<'a> {
     pub(super) primitives: Primitives<'a>,
     model: InstancedMesh,
-    /// The meshes that were read; `None` for those without a triangle.
+    /// The index of each mesh read so far, or `None` for a mesh without triangles.
     known: HashMap<Key, Option<u32>>,
 }
 
-/// What makes two uses of a mesh the same: its index, the bits of its morph weights, and whether its triangles are
-/// flipped because the transform mirrors.
+/// Identifies uses of a mesh that can share its triangles: the mesh's index, the bits of its morph
+/// weights, and whether its triangles are flipped because the transform mirrors.
 type Key = (usize, Vec<u32>, bool);
 
 impl<'a> SharedMeshes<'a> {
@@ -32,7 +33,7 @@ impl<'a> SharedMeshes<'a> {
         Self { primitives, model: InstancedMesh::default(), known: HashMap::new() }
     }
 
-    /// Adds an instance of a mesh.
+    /// Adds an instance of a mesh, reading the mesh if necessary.
     pub(super) fn add(
         &mut self,
         index: usize,
@@ -42,7 +43,7 @@ impl<'a> SharedMeshes<'a> {
         self.primitives.spend(INSTANCE)?;
         if !transform.is_finite() {
             return fault(format!(
-                "a node or an instance places mesh {index} by numbers that are not finite; repair the model"
+                "a node or an instance places mesh {index} at coordinates that are not finite; repair the model"
             ));
         }
         let are_mirrored = mirrors(&transform);
@@ -59,7 +60,7 @@ impl<'a> SharedMeshes<'a> {
         self.push_instance(mesh, transform)
     }
 
-    /// Adds a mesh that joints place.
+    /// Adds a skinned mesh, which is placed by its joints.
     pub(super) fn add_skinned(
         &mut self,
         index: usize,
@@ -88,9 +89,9 @@ impl<'a> SharedMeshes<'a> {
         push(&mut self.model.instances, Instance { mesh, matrix })
     }
 
-    /// The meshes and instances, after the whole file has been read.
+    /// Returns the meshes, instances, and notes, once the whole file has been read.
     pub(super) fn finish(mut self) -> Result<(InstancedMesh, Notes), Fault> {
-        // If only some meshes have texture coordinates, the others have zeros.
+        // If only some meshes have texture coordinates, give the others zeros.
         let meshes = &mut self.model.meshes;
         if meshes.iter().any(|mesh| mesh.corner_uvs.is_some()) {
             for mesh in meshes {
