@@ -71,10 +71,11 @@
 //! [`Triangle64`](type@intertri::Triangle64): `Bvh<f64>` has the same methods and is exact for the
 //! f64 coordinates you pass. It takes more memory and time; see [`Bvh`].
 //!
-//! **Input.** [`Bvh::new`] takes a slice of triangles, [`Bvh::from_indexed`] vertices and indices,
-//! [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] several meshes, each of which becomes a geometry
-//! with a mask. [`Bvh::refit`] follows moving vertices, and [`Bvh::load`] reads what [`Bvh::write_to`] saved, as
-//! [`Scene::load`] does for scenes.
+//! **Input.** [`Bvh::new`] takes a slice of triangles, and [`Bvh::from_indexed`] takes vertices and
+//! indices. [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] take several meshes, each of
+//! which becomes a geometry with its own mask. [`Bvh::refit`] updates the hierarchy after vertices
+//! have moved, and [`Bvh::load`] reads a file written by [`Bvh::write_to`]. [`Scene::load`] and
+//! [`Scene::write_to`] do the same for scenes.
 //!
 //! # Features
 //!

@@ -48,7 +48,7 @@ pub fn instances(bytes: &[u8]) {
     }
     check(&mut input, &scene.commit().expect("few instances"), &placed);
 
-    // One instance that queries do not see, and the scene as it comes back from a file.
+    // Hide an instance from the queries below, and save and reload the scene.
     if let Some((_, id, _)) = placed.pop() {
         scene.set_mask(id, 0b10).expect("it is there");
     }
@@ -116,7 +116,7 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
         let closest = exact.closest(&all, &ray).map(named);
         assert_eq!(snapshot.closest(&ray).map(found), closest, "{ray:?} {placed:?}");
         assert_eq!(snapshot.any(&ray), closest.is_some(), "{ray:?} {placed:?}");
-        // With neighbours, which packets trace together.
+        // Add neighbouring rays, so that batches can trace them in packets.
         let step = f64::from(input.number()) / 1024.0;
         many.extend((0..20).map(|i| {
             let [x, y, z] = ray.origin;

@@ -70,7 +70,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Whether any triangle that may be near satisfies a predicate.
+    /// Returns whether any nearby triangle satisfies a predicate.
     pub(super) fn any(&mut self, is: impl Fn(&Triangle64) -> bool) -> bool {
         let found = self.walk(&mut |_, Candidate { triangle, .. }| {
             if is(&triangle) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

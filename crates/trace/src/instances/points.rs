@@ -69,8 +69,8 @@ impl SceneSnapshot {
         if !point.iter().all(|x| x.is_finite()) {
             return Containment::Outside;
         }
-        // No point is on a triangle without area.
-        // A point on the surface has no side: crossings counted from there would depend on the direction.
+        // A point on the surface has no side: counting crossings from there would depend on the
+        // direction. `is_on` is false for triangles without area.
         let mut search = Search::new(self, point, 0.0);
         if search.any(|triangle| is_on(triangle, point)) {
             return Containment::Surface;

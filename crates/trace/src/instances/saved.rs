@@ -29,12 +29,14 @@ impl SavedMesh for SceneMesh {
     }
 }
 
-/// Saving and loading. A loaded scene has the same instances by the same numbers, with their placements and masks, and
-/// meshes with the same triangles, geometries and masks. Instances that shared a mesh share it again. So it gives the
-/// same answers, once it is committed.
+/// Saving and loading. A loaded scene has the same instances, with the same numbers, placements,
+/// and masks, and the same meshes, with their geometries and masks. Instances that shared a mesh
+/// still share it. Once committed, the scene therefore returns the same results.
 impl Scene {
-    /// The scene as bytes, for [`Scene::from_bytes`]: each mesh once, as [`Bvh::to_bytes`] saves it, and 104 bytes for
-    /// each instance. The bytes are the same on every CPU and for any number of threads.
+    /// Serializes the scene for [`Scene::from_bytes`]. The bytes are the same on every CPU and for
+    /// any number of threads.
+    ///
+    /// Each mesh is stored once, as by [`Bvh::to_bytes`]. Each instance takes another 104 bytes.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -62,13 +64,13 @@ impl Scene {
         bytes
     }
 
-    /// Writes [`Scene::to_bytes`] in pieces.
+    /// Writes the bytes of [`Scene::to_bytes`] piece by piece.
     ///
     /// # Errors
-    /// Fails if they cannot be written.
+    /// Returns an error if writing fails or memory runs out.
     pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
         let no_memory = |NoMemory| io::Error::from(io::ErrorKind::OutOfMemory);
-        // Meshes are numbered without the gaps that removed ones left.
+        // Renumber the meshes to close the gaps that dropped meshes left.
         let mut numbers = room(self.meshes.len()).map_err(no_memory)?;
         let mut meshes: Vec<&dyn SavedMesh> = room(self.meshes.len()).map_err(no_memory)?;
         for entry in &self.meshes {
@@ -87,12 +89,13 @@ impl Scene {
 
     /// Loads a saved scene.
     ///
-    /// Any bytes yield an error or a sound scene, as for [`Bvh::from_bytes`]: an attacker can change what is in it, but
-    /// cannot make a query miss a triangle of it.
+    /// Any input yields either an error or a sound scene, as with [`Bvh::from_bytes`]. An attacker
+    /// can change the scene's contents, but cannot make a query miss a triangle that the scene
+    /// contains.
     ///
     /// # Errors
-    /// Fails if the bytes are not a saved scene, are damaged, truncated or followed by more bytes, were written by a
-    /// later version, or need more memory than is available.
+    /// Returns an error if the bytes are not a saved scene; are damaged, truncated, or followed by
+    /// more bytes; were written by a later version; or need more memory than is available.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneLoadError> {
         let mut input = Slice::new(bytes);
         let scene = Self::read(&mut input)?;
@@ -100,19 +103,20 @@ impl Scene {
         Ok(scene)
     }
 
-    /// [`Scene::from_bytes`] from a stream. Bytes after the scene are not read. Memory grows with the bytes that
-    /// arrive, whatever the header claims. It reads large pieces, so a buffered reader does not help.
+    /// Like [`Scene::from_bytes`], but reads from a stream. Bytes after the scene are not read.
+    /// Memory use grows with the bytes that arrive, whatever the header claims. This function reads
+    /// in large pieces, so a buffered reader does not help.
     ///
     /// # Errors
-    /// As for [`Scene::from_bytes`]; also fails if the stream cannot be read.
+    /// Returns the same errors as [`Scene::from_bytes`], and an error if the stream cannot be read.
     pub fn read_from(input: impl Read) -> Result<Self, SceneLoadError> {
         Self::read(&mut Stream::new(input, 0))
     }
 
-    /// [`Scene::from_bytes`] from a file.
+    /// Like [`Scene::from_bytes`], but reads from a file.
     ///
     /// # Errors
-    /// As for [`Scene::from_bytes`]; also fails if the file cannot be read.
+    /// Returns the same errors as [`Scene::from_bytes`], and an error if the file cannot be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, SceneLoadError> {
         let file = File::open(path)?;
         let metadata = file.metadata()?;

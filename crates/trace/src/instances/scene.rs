@@ -44,11 +44,12 @@ use crate::tree::LEAF;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// By number; removed instances have no mesh. Shared with the last snapshot until the scene is changed.
+    /// Indexed by instance number; removed instances have no mesh. Shared with the last snapshot
+    /// until the scene changes.
     pub(super) placed: Arc<Vec<Placed>>,
-    /// The free numbers.
+    /// Instance numbers free for reuse.
     pub(super) free: Vec<u32>,
-    /// By number; meshes without instances are dropped.
+    /// Indexed by mesh number; meshes without instances are dropped.
     pub(super) meshes: Vec<Option<MeshEntry>>,
     /// The number of instances of each mesh.
     pub(super) uses: Vec<usize>,
@@ -152,29 +153,30 @@ impl Scene {
         self.placed.get(id.index()).is_some_and(|placed| placed.mesh != NO_MESH)
     }
 
-    /// The instances, by ascending number, including hidden ones.
+    /// Returns an iterator over all instances, including hidden ones, in ascending order.
     pub fn instances(&self) -> impl Iterator<Item = InstanceId> + '_ {
         let ids = (0..self.placed.len() as u32).map(InstanceId);
         ids.filter(|&id| self.contains(id))
     }
 
-    /// The mesh of an instance; `None` if there is no such instance.
+    /// Returns the mesh of an instance, or `None` if the instance does not exist.
     pub fn mesh(&self, id: InstanceId) -> Option<&SceneMesh> {
         let mesh = self.placed.get(id.index())?.mesh;
         self.meshes.get(mesh as usize)?.as_ref().map(|entry| &entry.mesh)
     }
 
-    /// The placement of an instance; `None` if there is no such instance.
+    /// Returns the matrix of an instance, or `None` if the instance does not exist.
     pub fn matrix(&self, id: InstanceId) -> Option<[f64; 12]> {
         self.contains(id).then(|| self.placed[id.index()].matrix)
     }
 
-    /// The mask of an instance; `None` if there is no such instance.
+    /// Returns the mask of an instance, or `None` if the instance does not exist.
     pub fn mask(&self, id: InstanceId) -> Option<u32> {
         self.contains(id).then(|| self.placed[id.index()].mask)
     }
 
-    /// The current scene, for queries. Rebuilds the tree of instances, on all threads.
+    /// Commits the current scene for queries. This rebuilds the tree of instances, using all
+    /// threads.
     ///
     /// # Errors
     /// Returns an error if memory runs out.

@@ -103,7 +103,7 @@ pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
     front_of((SAVED_MAGIC, VERSION), numbers, entries)
 }
 
-/// A header with these numbers, and the table.
+/// Serializes a header that contains the given values, and the table.
 pub(super) fn front_of(
     (magic, version): ([u8; 8], u32),
     numbers: [u64; 4],
@@ -113,7 +113,7 @@ pub(super) fn front_of(
     bytes.extend(version.to_le_bytes());
     bytes.extend((entries.len() as u32).to_le_bytes());
     bytes.extend(numbers.map(u64::to_le_bytes).concat());
-    // Space for the checksum, which is written last and does not cover itself.
+    // Reserve space for the checksum, which is written last and does not cover itself.
     bytes.resize(HEADER, 0);
     for entry in entries {
         bytes.extend(entry.kind.to_le_bytes());
@@ -150,7 +150,7 @@ pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     Ok(sections as usize * ENTRY)
 }
 
-/// Verifies the checksum of header and table.
+/// Verifies the checksum of the header and the table.
 pub(super) fn check_sum(front: &[u8]) -> Result<(), LoadError> {
     if u64_at(front, SUM) == sum_of(front) {
         Ok(())
@@ -159,7 +159,7 @@ pub(super) fn check_sum(front: &[u8]) -> Result<(), LoadError> {
     }
 }
 
-/// Parses header and table, if they are valid.
+/// Parses the header and the table, and checks that they are valid.
 pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     check_sum(front)?;
     let header = Header {
@@ -185,8 +185,9 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     Ok((header, entries))
 }
 
-/// The entries of a table, and where the last section ends. `fits` says whether a record and the size of a section are
-/// those of its kind, if the kind is known.
+/// Parses the table, and returns its entries and the offset at which the last section ends. Given
+/// the kind of a section and the sizes of its records and of the section itself, `fits` returns
+/// whether these sizes are valid, or `None` if it does not know the kind.
 pub(super) fn entries(
     front: &[u8],
     fits: impl Fn(u32, u32, u64) -> Option<bool>,
@@ -204,7 +205,7 @@ pub(super) fn entries(
         }
         let known = match fits(*kind, *record, *size) {
             Some(fits) => fits,
-            // A later version may add optional sections without preventing this one from reading the rest.
+            // A later version may add optional sections; this version can still read the rest.
             None if kind & OPTIONAL != 0 => true,
             None => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
         };

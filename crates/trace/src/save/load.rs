@@ -256,13 +256,13 @@ fn read_leaves64(
     Ok(((leaves.all(), bounds.all()), originals.all()))
 }
 
-/// Reserves memory for all records of a section, if they are certain to follow.
+/// Reserves memory for all records of a section if they are certain to follow.
 pub(super) fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
     let there = input.known() as u64 >= entry.size;
     crate::util::memory::room(if there { entry.count() } else { 0 })
 }
 
-/// Passes on a section in batches of blocks, and verifies its checksum.
+/// Passes a section to `each` in batches of blocks, and verifies its checksum.
 pub(super) fn in_batches(
     input: &mut dyn Input,
     entry: &Entry,

@@ -1,4 +1,4 @@
-//! Saves and loads hierarchies. The bytes are the same on every CPU.
+//! Saves and loads hierarchies and scenes. The bytes are the same on every CPU.
 //!
 //! ```text
 //!   header    magic, version, sizes                   64 bytes
@@ -6,13 +6,13 @@
 //!   sections  nodes; leaves; omitted triangles        each aligned to 64 bytes
 //! ```
 //!
-//! A saved scene ([`scene`]) has such a header and table, the sections of its instances, and then its meshes, each of
-//! them a saved hierarchy.
+//! A saved scene ([`scene`]) has a header and a table like these, sections for its instances, and
+//! then its meshes, each as a saved hierarchy.
 //!
-//! [`format`] has every field, and `docs/saved.md` specifies them for other programs. A section is copied
-//! once, from the read buffer to where traversal needs it, and every number is checked on the way
-//! ([`records`], [`check`]). So a hierarchy that passes answers correctly for the triangles that it contains,
-//! even if an attacker wrote it.
+//! [`format`] documents every field, and `docs/saved.md` specifies the format for other programs. A
+//! section is copied once, from the read buffer to where traversal needs it, and every value is
+//! checked along the way ([`records`], [`check`]). A hierarchy that passes these checks returns
+//! correct results for the triangles it contains, even if an attacker wrote it.
 
 mod arriving;
 mod check;
@@ -51,7 +51,7 @@ pub fn seal(bytes: &mut [u8]) {
     format::seal(bytes);
 }
 
-/// Recomputes the checksums of a saved scene, but not those of its meshes, likewise.
+/// Recomputes the checksums of a saved scene in the same way, except those inside its meshes.
 #[doc(hidden)]
 pub fn seal_scene(bytes: &mut [u8]) {
     scene::seal(bytes);

@@ -1,14 +1,16 @@
-//! The bytes of a saved scene around its meshes. All numbers are little-endian.
+//! The file format of a saved scene, apart from its meshes. All values are little-endian.
 //!
 //! ```text
-//!   header    as for a hierarchy, but    16 instances: u64   24 meshes: u64   32 zero   40 end of the sections: u64
+//!   header    as for a hierarchy, except
+//!             16 instances: u64   24 meshes: u64   32 zero   40 end of the sections: u64
 //!   table     as for a hierarchy
-//!   sections  the scalar of each mesh; instances; free numbers
-//!   meshes    a saved hierarchy each, at a multiple of 64
-//!   checksum  at a multiple of 64: of the header's checksum, followed by that of each mesh's header
+//!   sections  scalar type of each mesh; instances; free numbers   each aligned to 64 bytes
+//!   meshes    saved hierarchies                                   each aligned to 64 bytes
+//!   checksum  of the checksums in all headers, the scene's first  aligned to 64 bytes
 //! ```
 //!
-//! A hierarchy's checksum covers all of it, so the last one covers the whole file, and meshes cannot be exchanged.
+//! The checksum in the header of a mesh covers the whole mesh, so the last checksum covers the
+//! whole file. It also ensures that no mesh was replaced by one from another file.
 
 use std::io::{self, Write};
 
@@ -35,17 +37,17 @@ pub const SAVED_SCENE_MAGIC: [u8; 8] = *b"\x89ITSC\r\n\x1a";
 
 const VERSION: u32 = 1;
 
-/// The kinds of sections, and the sizes of their records.
+/// The kinds of sections and their record sizes.
 const MESHES: u32 = 1;
 const INSTANCES: u32 = 2;
 const INSTANCE: usize = 104;
 const FREE: u32 = 3;
 const NUMBER: usize = 4;
 
-/// The mesh of a number that no instance has.
+/// The mesh index stored for an unused instance number.
 const NO_MESH: u32 = u32::MAX;
 
-/// An instance; `None` as the mesh of a number that is free.
+/// An instance, or an unused instance number if `mesh` is `None`.
 #[derive(Clone, Copy)]
 pub(crate) struct InstanceRecord {
     pub(crate) matrix: [f64; 12],
@@ -53,13 +55,13 @@ pub(crate) struct InstanceRecord {
     pub(crate) mask: u32,
 }
 
-/// A mesh of a scene that is being written.
+/// A mesh to be saved with a scene.
 pub(crate) trait SavedMesh: Sync {
     fn is_f64(&self) -> bool;
     fn write(&self, output: &mut dyn Write) -> io::Result<()>;
 }
 
-/// Writes a scene: its instances by number, the free numbers, and its meshes.
+/// Writes a scene: its instances in order of their numbers, the free numbers, and its meshes.
 pub(crate) fn write_scene(
     (count, instance): (usize, &(dyn Fn(usize) -> InstanceRecord + Sync)),
     free: &[u32],
@@ -95,17 +97,17 @@ pub(crate) fn write_scene(
     output.write_all(&checksum(&sums).to_le_bytes())
 }
 
-/// Writes zeros up to the next multiple of [`ALIGN`].
+/// Pads the output with zeros from offset `at` to the next multiple of [`ALIGN`].
 fn pad(at: u64, output: &mut dyn Write) -> io::Result<()> {
     output.write_all(&[0; ALIGN][..gap(at)])
 }
 
-/// The number of bytes up to the next multiple of [`ALIGN`].
+/// Returns the number of bytes from offset `at` to the next multiple of [`ALIGN`].
 fn gap(at: u64) -> usize {
     (at.wrapping_neg() % ALIGN as u64) as usize
 }
 
-/// Counts bytes on their way to an output, and keeps the first ones.
+/// Counts the bytes written to an output, and keeps a copy of the header.
 struct Written<'a> {
     output: &'a mut dyn Write,
     count: u64,
@@ -125,7 +127,7 @@ impl Write for Written<'_> {
     }
 }
 
-/// Keeps the part of some bytes, at an offset, that belongs to a header.
+/// Copies the header's part of a chunk of bytes that begins at offset `at`.
 fn keep(header: &mut [u8; HEADER], at: u64, bytes: &[u8]) {
     if at < HEADER as u64 {
         let rest = &mut header[at as usize..];
@@ -152,15 +154,15 @@ fn read_record(bytes: &[u8]) -> InstanceRecord {
     }
 }
 
-/// The sections of a saved scene, consistent with each other.
+/// The sections of a saved scene, checked for consistency.
 pub(crate) struct SceneFront {
     pub(crate) instances: Vec<InstanceRecord>,
     pub(crate) free: Vec<u32>,
-    /// Whether each mesh is in f64.
+    /// For each mesh, whether its coordinates are in f64.
     pub(crate) meshes: Vec<bool>,
 }
 
-/// Reads a saved scene: first its sections, then a mesh at a time, then the end.
+/// Reads a saved scene: first its sections, then its meshes one by one, then the checksum.
 pub(crate) struct SceneReader<'a> {
     input: &'a mut dyn Input,
     at: u64,
@@ -171,7 +173,7 @@ impl<'a> SceneReader<'a> {
     /// Reads the sections.
     pub(crate) fn new(input: &'a mut dyn Input) -> Result<(Self, SceneFront), SceneLoadError> {
         let mut header = [0; HEADER];
-        // A file that is shorter than a header is probably something else.
+        // A file that is too short for a header is probably not a saved scene.
         header.copy_from_slice(input.take(HEADER).map_err(|error| match error {
             LoadError::CutOff => SceneLoadError::NotSaved,
             error => error.into(),
@@ -215,7 +217,7 @@ impl<'a> SceneReader<'a> {
         Ok(mesh)
     }
 
-    /// Reads what follows the meshes.
+    /// Reads and verifies the checksum that follows the meshes.
     pub(crate) fn end(self) -> Result<(), SceneLoadError> {
         take_zeros(self.input, gap(self.at))?;
         if u64_at(self.input.take(8)?, 0) == checksum(&self.sums) {
@@ -226,7 +228,7 @@ impl<'a> SceneReader<'a> {
     }
 }
 
-/// Padding, which no checksum covers.
+/// Reads padding. No checksum covers it, so all its bytes must be zero.
 fn take_zeros(input: &mut dyn Input, count: usize) -> Result<(), SceneLoadError> {
     if input.take(count)?.iter().all(|&byte| byte == 0) {
         Ok(())
@@ -235,7 +237,7 @@ fn take_zeros(input: &mut dyn Input, count: usize) -> Result<(), SceneLoadError>
     }
 }
 
-/// The size of the table that follows a header.
+/// Checks the header, and returns the size of the table that follows it.
 fn table_size(header: &[u8; HEADER]) -> Result<usize, SceneLoadError> {
     let (version, sections) = (u32_at(header, 8), u32_at(header, 12));
     if header[..8] != SAVED_SCENE_MAGIC {
@@ -250,7 +252,7 @@ fn table_size(header: &[u8; HEADER]) -> Result<usize, SceneLoadError> {
     Ok(sections as usize * ENTRY)
 }
 
-/// Counts bytes on their way from an input, and keeps the first ones.
+/// Counts the bytes read from an input, and keeps a copy of the header.
 struct Taken<'a> {
     input: &'a mut dyn Input,
     count: u64,
@@ -270,7 +272,7 @@ impl Input for Taken<'_> {
     }
 }
 
-/// The sections that were read.
+/// The sections read so far.
 #[derive(Default)]
 struct Sections {
     meshes: Option<Vec<u32>>,
@@ -300,7 +302,7 @@ impl Sections {
         if again { SceneLoadError::damaged("it has the same section twice") } else { Ok(()) }
     }
 
-    /// The sections, if they are consistent.
+    /// Returns the sections if they are consistent with each other.
     fn front(self) -> Result<SceneFront, SceneLoadError> {
         let (Some(meshes), Some(instances)) = (self.meshes, self.instances) else {
             return SceneLoadError::damaged("it has no meshes or no instances");
@@ -328,7 +330,7 @@ impl Sections {
         if is_used.contains(&false) {
             return SceneLoadError::damaged("a mesh has no instance");
         }
-        // Each free number is listed once.
+        // The list of free numbers must contain each number without an instance exactly once.
         let mut is_free: Vec<bool> = filled(instances.len(), false)?;
         for &number in &free {
             let known = instances.get(number as usize).is_some_and(|record| record.mesh.is_none());
@@ -353,7 +355,8 @@ fn numbers(input: &mut dyn Input, entry: &Entry) -> Result<Vec<u32>, SceneLoadEr
     Ok(numbers)
 }
 
-/// Recomputes the checksums of a saved scene, if it is intact enough to locate them; those of its meshes must be right.
+/// Recomputes the checksums of a saved scene if it is intact enough to locate them. The checksums
+/// inside its meshes must already be correct.
 pub(super) fn seal(bytes: &mut [u8]) {
     format::seal(bytes);
     if bytes.len() < HEADER {

@@ -1,38 +1,38 @@
-//! Why a saved scene could not be loaded.
+//! Errors from loading a saved scene.
 
 use std::{fmt, io};
 
 use super::error::LoadError;
 use crate::util::memory::NoMemory;
 
-/// Why a saved scene could not be loaded, in one line.
+/// The reason why a saved scene could not be loaded. The message fits on one line.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum SceneLoadError {
-    /// It does not begin like a saved scene.
+    /// The input does not begin like a saved scene.
     NotSaved,
-    /// It was written by a later version of this crate.
+    /// The input was written by a later version of this crate.
     Newer {
-        /// The part that is unknown to this version.
+        /// The feature that this version does not know.
         what: String,
     },
-    /// It ends before it should.
+    /// The input ends too early.
     CutOff,
-    /// Its contents have changed since it was written.
+    /// The contents have changed since they were written.
     Damaged {
-        /// What is damaged.
+        /// A description of the damage.
         what: &'static str,
     },
-    /// One of its meshes cannot be loaded.
+    /// A mesh of the scene could not be loaded.
     Mesh {
-        /// The mesh, counted from 0 in the order of the file.
+        /// The position of the mesh in the file, counted from 0.
         index: usize,
-        /// Why.
+        /// The reason.
         error: LoadError,
     },
-    /// There is too little memory.
+    /// Memory ran out.
     OutOfMemory,
-    /// It cannot be read.
+    /// The input could not be read.
     Io(io::Error),
 }
 
@@ -41,10 +41,10 @@ impl SceneLoadError {
         Err(Self::Damaged { what })
     }
 
-    /// The error of a mesh.
+    /// Converts an error from loading a mesh.
     pub(crate) fn of_mesh(index: usize, error: LoadError) -> Self {
         match error {
-            // These say nothing about the mesh.
+            // These errors are not specific to the mesh.
             LoadError::CutOff => Self::CutOff,
             LoadError::OutOfMemory => Self::OutOfMemory,
             LoadError::Io(error) => Self::Io(error),
@@ -53,7 +53,7 @@ impl SceneLoadError {
     }
 }
 
-/// The error of a section.
+/// Converts an error from reading a section.
 impl From<LoadError> for SceneLoadError {
     fn from(error: LoadError) -> Self {
         match error {

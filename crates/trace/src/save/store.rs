@@ -99,10 +99,10 @@ pub(super) fn write_with(
     write_sections(front(&header, &entries), &sections, &entries, output)
 }
 
-/// The offsets and checksums of all sections, and where the last one ends.
+/// Returns the table entries of all sections, and the offset at which the last section ends.
 pub(super) fn entries_of(sections: &[Section<'_>]) -> Result<(Vec<Entry>, usize), NoMemory> {
-    // The table comes first and the output cannot seek, so all checksums are computed before anything is
-    // written.
+    // The table comes first and the output cannot seek, so all checksums must be known before
+    // anything is written.
     let mut end = HEADER + sections.len() * ENTRY;
     let mut entries = Vec::new();
     for section in sections {
@@ -121,7 +121,7 @@ pub(super) fn entries_of(sections: &[Section<'_>]) -> Result<(Vec<Entry>, usize)
     Ok((entries, end))
 }
 
-/// Writes header and table, and the sections.
+/// Writes the header and the table, given as `front`, and then the sections.
 pub(super) fn write_sections(
     front: Vec<u8>,
     sections: &[Section<'_>],

@@ -1,4 +1,5 @@
-//! Points at what is rare: hidden geometries, needles, triangles without area, and distances that are equal.
+//! Tests queries in rare cases: hidden geometries, needles, triangles without area, and equal
+//! distances.
 
 use std::sync::Arc;
 
@@ -8,7 +9,7 @@ use intertri_trace::{Bvh, Containment, InstanceId, Scene};
 use crate::scenes::{Mesh, Numbers, ONE, add, cube, matrix, placed, rotation};
 use crate::{Pair, compare_points};
 
-/// Masks of geometries hide them from rays, but not from points.
+/// A geometry's mask hides it from rays, but not from point queries.
 #[test]
 fn geometries_that_rays_do_not_see_are_solid() {
     let moved = |by: f64| {
@@ -41,7 +42,8 @@ fn geometries_that_rays_do_not_see_are_solid() {
     }
 }
 
-/// Needles that are too thin for boxes in f32 are in leaves outside the main tree.
+/// Needles that are too thin for f32 boxes are stored in leaves outside the main tree. Queries must
+/// find them there.
 #[test]
 fn needles_are_near_points_and_surfaces() {
     let needles = [
@@ -61,7 +63,7 @@ fn needles_are_near_points_and_surfaces() {
         matrix(ONE, [1.0; 3], [0.0; 3]),
         matrix(ONE, [2.0, -1.0, 0.5], [0.1, 0.2, 0.3]),
         matrix(rotation(&mut numbers), [1.0; 3], [3.0, 0.1, 0.0]),
-        // Flat, so rays go through boxes in the world.
+        // These flatten the mesh, so rays are tested against boxes in world space.
         matrix(ONE, [1.0, 0.0, 1.0], [0.0; 3]),
         matrix(ONE, [1.0, 1.0, 0.0], [0.0; 3]),
     ] {
@@ -69,7 +71,7 @@ fn needles_are_near_points_and_surfaces() {
         let id = pair.add(&mesh, placement);
         let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat(u32::MAX));
         if placement[0] == 1.0 && placement[5] == 1.0 {
-            // Between the edges of the last one.
+            // Through the last needle, between its edges.
             let hit = snapshot.closest(&Ray64::new([9.0, 5e-31, 3.0], [0.0, 0.0, -1.0])).unwrap();
             assert_eq!((hit.hit.triangle, hit.hit.t), (4, 3.0));
         }
@@ -82,7 +84,7 @@ fn needles_are_near_points_and_surfaces() {
             let found = snapshot.closest_point(a, f64::INFINITY).unwrap();
             assert_eq!((found.instance, found.closest.distance), (id, 0.0), "{index}");
             assert_eq!(snapshot.classify(b), flat.solid.classify(b), "{index}");
-            // From above and along it.
+            // Rays from above and along the needle.
             let bvh = flat.solid.bvh();
             for ray in [
                 Ray64::new(add(b, [0.0, 0.0, 1.0], 3.0), [0.0, 0.0, -1.0]),
@@ -96,14 +98,15 @@ fn needles_are_near_points_and_surfaces() {
     }
 }
 
-/// A triangle whose corners lie on a line in the mesh may have an area where rounding puts its corners.
+/// A triangle whose corners are collinear in the mesh may have an area in world space, because its
+/// corners are rounded.
 #[test]
 fn triangles_get_an_area_by_rounding() {
     let mut numbers = Numbers(4);
     let (mut surfaces, mut hits) = (0, 0);
     for _ in 0..200 {
         let turned = matrix(rotation(&mut numbers), [0.7, 1.3, 1.0], numbers.point());
-        // On a line, exactly.
+        // The corners are exactly collinear.
         let [from, way] = [0; 2].map(|_| numbers.point().map(|x| (x * 64.0).round()));
         let line = [0.0, 1.0, 3.0].map(|by| add(from, way, by));
         let (flat, wide) = (Triangle64(line), Triangle64(line.map(|c| placed(&turned, c))));
@@ -118,7 +121,7 @@ fn triangles_get_an_area_by_rounding() {
             assert_eq!(snapshot.classify(point), expected, "{wide:?}");
             surfaces += usize::from(expected == Containment::Surface);
         }
-        // Through its corners, from all sides.
+        // Rays through the corners, from all sides.
         for _ in 0..20 {
             let dir = numbers.point();
             let to = numbers.one_of(&[a, b, c]);
@@ -131,7 +134,8 @@ fn triangles_get_an_area_by_rounding() {
     assert!(surfaces > 100, "{surfaces} {hits}");
 }
 
-/// Triangles without area have no surface and no inside, even those that are flat in the world alone.
+/// Triangles without area have no surface and no inside, even if they are degenerate only in world
+/// space.
 #[test]
 fn flat_triangles_are_no_surface() {
     let line = [[0.0; 3], [1.0, 1.0, 1.0], [3.0, 3.0, 3.0]];
@@ -139,7 +143,7 @@ fn flat_triangles_are_no_surface() {
         Triangle64(line),
         Triangle64([[9.0; 3], [9.5, 9.0, 9.0], [9.0, 9.5, 9.0]]),
     ]]);
-    // The last one flattens the other triangle, too.
+    // The last placement also flattens the other triangle.
     for placement in [
         matrix(ONE, [1.0; 3], [0.0; 3]),
         matrix(ONE, [-2.0, 4.0, 0.5], [0.25, 0.5, 1.0]),
@@ -148,7 +152,7 @@ fn flat_triangles_are_no_surface() {
         let mut pair = Pair::new();
         pair.add(&mesh, placement);
         let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat(u32::MAX));
-        // In the box around the line, on it and beside it.
+        // Points in the box around the line, both on the line and beside it.
         let points = [[0.5; 3], [2.0; 3], [0.5, 2.0, 1.5], [1.0, 0.5, 2.5], [3.0; 3]];
         let points = points.map(|p| placed(&placement, p));
         compare_points(&snapshot, &flat, &points, "a line");
@@ -158,8 +162,9 @@ fn flat_triangles_are_no_surface() {
     }
 }
 
-/// Instances whose corners are those of the first with their coordinates exchanged are equally far from a point whose
-/// coordinates are equal, but their distances may be rounded differently. The first one wins.
+/// Places a triangle six times, each time with its coordinate axes in a different order. All six
+/// instances are equally far from a point whose three coordinates are equal, even though the
+/// computed distances may be rounded differently. The first instance must win.
 #[test]
 fn equal_distances_belong_to_the_lower_instance() {
     let mut numbers = Numbers(5);

@@ -1,4 +1,5 @@
-//! Saved scenes: they come back the same, and any other bytes are a one-line error or a sound scene.
+//! Tests that a saved scene is loaded unchanged, and that any other bytes yield a one-line error or
+//! a sound scene.
 
 use std::sync::Arc;
 
@@ -11,11 +12,11 @@ use intertri_trace::{
 use crate::scenes::{KINDS, Mesh, Numbers, ONE, matrix, meshes, placed, placement};
 use crate::{Pair, check};
 
-/// The size of the header, and of an entry of the table.
+/// The size of the header and of a table entry.
 const HEADER: usize = 64;
 const ENTRY: usize = 32;
 
-/// The address of an instance's mesh.
+/// Returns the address of an instance's mesh.
 fn address(scene: &Scene, id: InstanceId) -> usize {
     match scene.mesh(id).unwrap() {
         SceneMesh::F32(mesh) => Arc::as_ptr(mesh).addr(),
@@ -32,7 +33,7 @@ fn scenes_come_back_the_same() {
         let ids: Vec<InstanceId> = (0..20)
             .map(|i| pair.add(&meshes[i % meshes.len()], placement(&mut numbers, kind)))
             .collect();
-        // The last use of a mesh, and some others, whose numbers are free then.
+        // Remove all instances of one mesh and an instance of another, which frees their numbers.
         for &id in [&ids[2], &ids[10], &ids[18]].into_iter().chain([&ids[7]]) {
             pair.remove(id);
         }
@@ -54,7 +55,8 @@ fn scenes_come_back_the_same() {
         std::mem::swap(&mut pair.scene, &mut loaded);
         check(&mut pair, &mut numbers, 60, "loaded");
 
-        // It goes on as the saved one does: with the same free numbers, and without a mesh once it is not used.
+        // Editing continues as in the saved scene: free numbers are reused in the same order, and a
+        // mesh is dropped along with its last instance.
         for _ in 0..6 {
             let matrix = placement(&mut numbers, 1);
             let id = pair.add(&meshes[3], matrix);
@@ -68,7 +70,7 @@ fn scenes_come_back_the_same() {
     }
 }
 
-/// A scene of two small meshes, one in f64, with a free number.
+/// Makes a scene with two small meshes, one of them in f64, and a free instance number.
 fn small() -> Scene {
     let corners = [[0.1, 0.0, 0.5], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.3, 0.2, 1.0 / 3.0]];
     let triangle = |a: usize, b: usize, c: usize| Triangle64([corners[a], corners[b], corners[c]]);
@@ -85,7 +87,7 @@ fn small() -> Scene {
     scene
 }
 
-/// The same bytes everywhere, from now on: a change of the format raises its version.
+/// The bytes must be the same everywhere. If the format changes, its version must be incremented.
 #[test]
 fn the_format_is_the_specified_one() {
     let bytes = small().to_bytes();
@@ -120,7 +122,7 @@ fn every_cut_and_every_damage_is_an_error() {
             refused(&bytes, &format!("bit {bit} of byte {place}"));
         }
     }
-    // Bytes after the end are an error, unless they are those of a stream.
+    // Bytes after the end are an error, except in a stream.
     let longer = [&good[..], b"x"].concat();
     assert!(matches!(Scene::from_bytes(&longer), Err(SceneLoadError::Damaged { .. })));
     assert!(Scene::read_from(&longer[..]).is_ok());
@@ -132,7 +134,7 @@ fn every_cut_and_every_damage_is_an_error() {
     assert!(matches!(Scene::from_bytes(&newer), Err(SceneLoadError::Newer { .. })));
 }
 
-/// A mesh of another scene does not fit, even if it is intact.
+/// A mesh from another scene is rejected, even if it is intact.
 #[test]
 fn meshes_cannot_be_exchanged() {
     let good = small().to_bytes();
@@ -148,7 +150,8 @@ fn meshes_cannot_be_exchanged() {
     assert_eq!(error, "the saved scene is damaged: its meshes do not belong together");
 }
 
-/// Words that someone changed on purpose, with their checksums: an error, or a scene that is as good as any.
+/// If an attacker changes a word and fixes up the checksums, the result is an error or a sound
+/// scene.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let good = small().to_bytes();
@@ -171,7 +174,7 @@ fn no_word_makes_an_answer_wrong() {
                 assert!(streamed.is_err() || word == was, "{place} {word}");
                 continue;
             };
-            // What it holds is what it answers for.
+            // Queries must return every hit on the triangles that the scene contains.
             let mut all = Vec::new();
             for id in scene.instances() {
                 let m = scene.matrix(id).unwrap();
@@ -199,7 +202,7 @@ fn no_word_makes_an_answer_wrong() {
         }
     }
     assert!(loaded > 100, "{loaded}");
-    // More records than bytes.
+    // Sections that claim more records than there are bytes.
     let mut bytes = good;
     for entry in 0..sections {
         let at = HEADER + entry * ENTRY + 16;
