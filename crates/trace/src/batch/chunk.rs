@@ -121,7 +121,8 @@ impl WithSimd for TraceChunk<'_, '_> {
             results.clear();
             let allowed =
                 [bundles && !forward.is_waiting(), bundles && any && !reversals.is_waiting()];
-            (forward.pass(), reversals.pass());
+            forward.pass();
+            reversals.pass();
             let bundle = bundle_of((rays, next, RayId(at as u32)), filter, allowed);
             let is_reversed = bundle.as_ref().is_some_and(|rays| rays.reversed.is_some());
             let mut outcome = match bundle {
