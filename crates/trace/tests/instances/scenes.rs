@@ -7,7 +7,7 @@ use intertri_trace::{Bvh, SceneMesh};
 
 pub(crate) type Matrix = [f64; 12];
 
-/// A pseudo-random number generator (SplitMix64), seeded with its field.
+/// A pseudo-random number generator (`SplitMix64`), seeded with its field.
 pub(crate) struct Numbers(pub(crate) u64);
 
 impl Numbers {
