@@ -27,7 +27,7 @@ const STREAM_AFTER_BUNDLE: usize = 4 * STREAM;
 /// their rays are traced in packets. The first number is how many bundles this applies to. It
 /// doubles after each further failure, up to the second number. Such bundles occur, for example, if
 /// the shadow rays of one row of hits form a long, thin curve as seen from the light.
-const PATIENCE: [usize; 2] = [4, 64];
+const REVERSAL_PATIENCE: [usize; 2] = [4, 64];
 
 /// The same for bundles that are not reversed. For example, rays from one camera in random order
 /// share an origin, but each packet of them covers the whole image.
@@ -107,8 +107,7 @@ impl WithSimd for TraceChunk<'_, '_> {
         // Bundles do not support selections, and crossings are counted ray by ray.
         let bundles = selection.is_none() && (!every || matches!(output, BatchOutput::Pairs(_)));
         let mut packets = Packets::new(tree, filter, selection.is_none() && !every);
-        let mut forward = Patience::new(BUNDLE_PATIENCE);
-        let mut reversals = Patience::new(PATIENCE);
+        let mut patience = [BUNDLE_PATIENCE, REVERSAL_PATIENCE].map(Patience::new);
         let mut projection = Projection::<S>::empty();
         let (mut scratch, mut results) = (Scratch::default(), Results::default());
         let (mut counts, mut others, mut at, mut size) = (Counts::default(), vec![], 0, RAYS);
@@ -119,10 +118,9 @@ impl WithSimd for TraceChunk<'_, '_> {
 
             // Coherent rays form a bundle. If they diverge too much, try a smaller one.
             results.clear();
-            let allowed =
-                [bundles && !forward.is_waiting(), bundles && any && !reversals.is_waiting()];
-            forward.pass();
-            reversals.pass();
+            let [forward, reversed] = patience.each_ref().map(|patience| !patience.is_waiting());
+            let allowed = [bundles && forward, bundles && any && reversed];
+            patience.iter_mut().for_each(Patience::pass);
             let bundle = bundle_of((rays, next, RayId(at as u32)), filter, allowed);
             let is_reversed = bundle.as_ref().is_some_and(|rays| rays.reversed.is_some());
             let mut outcome = match bundle {
@@ -135,10 +133,8 @@ impl WithSimd for TraceChunk<'_, '_> {
                     },
                 ),
             };
-            if is_reversed {
-                reversals.tried(pays(&outcome, rays));
-            } else if matches!(outcome, Outcome::Traced { .. }) {
-                forward.tried(pays(&outcome, rays));
+            if is_reversed || matches!(outcome, Outcome::Traced { .. }) {
+                patience[usize::from(is_reversed)].tried(pays(&outcome, rays));
             }
             let is_too_wide = is_reversed && matches!(outcome, Outcome::TooWide);
             if is_too_wide || matches!(outcome, Outcome::NotCoherent) {
