@@ -24,6 +24,9 @@ use crate::scalar::no_memory;
 use crate::source::{Arrays, Source};
 use crate::tree::{Tree32, Tree64, small_or};
 
+/// The size in bytes below which one thread loads a scene before others would wake up.
+const SMALL_FILE: usize = 1 << 16;
+
 /// A hit, as a row of a numpy array.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -160,11 +163,7 @@ impl NativeScene {
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let scene = self.state().scene.clone();
         let workers = Workers::new(None, scene.len() <= 4096)?;
-        let bytes = run(py, &workers, |_| {
-            let mut bytes = Vec::new();
-            scene.write_to(&mut bytes).map(|()| bytes)
-        })?;
-        let bytes = bytes.map_err(no_memory)?;
+        let bytes = run(py, &workers, |_| scene.try_to_bytes())?.map_err(no_memory)?;
         PyBytes::new_with(py, bytes.len(), |to| {
             to.copy_from_slice(&bytes);
             Ok(())
@@ -174,13 +173,15 @@ impl NativeScene {
     /// Loads a scene from saved bytes and commits it.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
-        let scene = run(py, &Workers::new(None, false)?, |_| Scene::from_bytes(bytes))?;
-        let scene = scene.map_err(|error| match error {
-            SceneLoadError::OutOfMemory => no_memory(error),
-            error => PyValueError::new_err(error.to_string()),
-        })?;
-        let snapshot = scene.commit().map_err(refused)?;
-        Ok(Self { state: Mutex::new(State { scene, snapshot }) })
+        let workers = Workers::new(None, bytes.len() < SMALL_FILE)?;
+        run(py, &workers, |_| {
+            let scene = Scene::from_bytes(bytes).map_err(|error| match error {
+                SceneLoadError::OutOfMemory => no_memory(error),
+                error => PyValueError::new_err(error.to_string()),
+            })?;
+            let snapshot = scene.commit().map_err(refused)?;
+            Ok(Self { state: Mutex::new(State { scene, snapshot }) })
+        })?
     }
 
     /// Fills `out` with the closest hits.
@@ -196,8 +197,10 @@ impl NativeScene {
         let out: &mut [SceneRow] = rows(&mut out, rays.count)?;
         let (scene, workers) = (self.snapshot(mask), small_or(threads, &rays)?);
         answers(py, &workers, &rays, 0, (out, SceneHit::MISS.into()), |rays, _, hits| {
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = scene.closest(ray).unwrap_or(SceneHit::MISS).into();
+            let mut found = vec![SceneHit::MISS; rays.len()];
+            scene.closest_batch_into(rays, &mut found);
+            for (hit, found) in hits.iter_mut().zip(found) {
+                *hit = found.into();
             }
         })
     }
@@ -217,7 +220,7 @@ impl NativeScene {
         }
         let (scene, workers) = (self.snapshot(mask), small_or(threads, &rays)?);
         answers(py, &workers, &rays, 0, (out, false), |rays, _, any| {
-            rays.iter().zip(any).for_each(|(ray, any)| *any = scene.any(ray));
+            scene.any_batch_into(rays, any);
         })
     }
 

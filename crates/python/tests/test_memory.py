@@ -66,6 +66,7 @@ rng = np.random.default_rng(0)
 rays = rng.uniform(-2, 2, (100_000, 6)).astype(dtype)
 points = np.ascontiguousarray(rays[:, :3])
 mesh = intertri.Mesh(vertices, faces)
+scene = intertri.Scene([mesh, mesh])
 folder = tempfile.TemporaryDirectory()
 path = pathlib.Path(folder.name, "a.obj")
 path.write_text("".join("v %r %r %r\\n" % tuple(map(float, v)) for v in vertices) +
@@ -89,6 +90,7 @@ calls = {{
     "build": lambda: intertri.Mesh(vertices, faces, threads=threads).closest(rays[:1000]),
     "read": lambda: intertri.Mesh.read(path).closest(rays[:1000]),
     "pickle": lambda: pickle.loads(pickle.dumps(mesh)).closest(rays[:1000]),
+    "scene": lambda: pickle.loads(pickle.dumps(scene)).closest(rays[:1000]),
     "refit": lambda: (mesh.refit(vertices), mesh.closest(rays[:1000]))[1],
     "refit beside a query": refit_beside_a_query,
     "closest": lambda: mesh.closest(rays, threads=threads),

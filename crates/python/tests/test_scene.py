@@ -1,12 +1,14 @@
 """Tests that a scene of instances returns the same results as a single mesh of all its triangles."""
 
 import copy
+import os
 import pickle
+import signal
 
 import intertri
 import numpy as np
 import pytest
-from conftest import box, icosphere
+from conftest import box, camera, icosphere
 
 
 def placed(mesh, matrix):
@@ -259,3 +261,27 @@ def test_geometries_of_open3d_become_instances(rng):
     cube.translate([0.5, 0, 2])
     scene = intertri.Scene([ball, cube])
     check(scene, {0: (intertri.Mesh(ball), np.eye(4)), 1: (intertri.Mesh(cube), np.eye(4))}, rng)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_loads_scenes_that_need_threads():
+    saved = pickle.dumps(intertri.Scene([intertri.Mesh(*icosphere(3))] * 1000))
+    assert len(pickle.loads(saved)) == 1000
+    child = os.fork()
+    if child == 0:
+        # A thread pool of the parent has no threads here, so waiting for it would never end.
+        signal.alarm(30)
+        os._exit(0 if len(pickle.loads(saved)) == 1000 else 1)
+    assert os.waitpid(child, 0)[1] == 0
+
+
+def test_pictures_of_scenes_are_those_of_single_rays(rng):
+    """Rows of pixels are traced in packets, tile by tile."""
+    scene, _ = saved_scene(rng)
+    scene.commit()
+    eye, ways = camera(100, [1, 2, 9])
+    hits, any_hit = scene.closest(eye, ways), scene.any(eye, ways)
+    assert hits.shape == any_hit.shape == (100, 100) and 0 < any_hit.sum() < any_hit.size
+    for y, x in np.argwhere(any_hit)[::97].tolist() + [[0, 0], [99, 99]]:
+        assert scene.closest(eye, ways[y, x]) == hits[y, x] and scene.any(eye, ways[y, x]) == any_hit[y, x]

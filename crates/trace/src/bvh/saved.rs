@@ -7,7 +7,7 @@ use std::path::Path;
 use super::Bvh;
 #[cfg(unix)]
 use crate::save::Pieces;
-use crate::save::{Input, LoadError, Slice, Stream};
+use crate::save::{Bytes, Input, LoadError, Slice, Stream};
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
@@ -105,20 +105,5 @@ impl<S: BvhScalar> Bvh<S> {
         let (tree, originals) = S::read(&mut input)?;
         input.end()?;
         Ok(Self::of_parts(tree, originals))
-    }
-}
-
-/// A byte buffer that returns an error if it cannot grow.
-struct Bytes(Vec<u8>);
-
-impl Write for Bytes {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.try_reserve(bytes.len()).map_err(|_| io::ErrorKind::OutOfMemory)?;
-        self.0.extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
     }
 }

@@ -11,8 +11,8 @@ use super::mesh::SceneMesh;
 use super::scene::Scene;
 use crate::bvh::Bvh;
 use crate::save::{
-    Input, InstanceRecord, SavedMesh, SceneFront, SceneLoadError, SceneReader, Slice, Stream,
-    write_scene,
+    Bytes, Input, InstanceRecord, SavedMesh, SceneFront, SceneLoadError, SceneReader, Slice,
+    Stream, write_scene,
 };
 use crate::util::memory::{NoMemory, room};
 
@@ -59,9 +59,15 @@ impl Scene {
     /// # Panics
     /// Panics if memory runs out; [`Scene::write_to`] returns an error instead.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        self.write_to(&mut bytes).expect("memory for a saved scene");
-        bytes
+        self.try_to_bytes().expect("memory for a saved scene")
+    }
+
+    /// Like [`Scene::to_bytes`], but returns an error if memory runs out.
+    #[doc(hidden)]
+    pub fn try_to_bytes(&self) -> io::Result<Vec<u8>> {
+        let mut bytes = Bytes(Vec::new());
+        self.write_to(&mut bytes)?;
+        Ok(bytes.0)
     }
 
     /// Writes the bytes of [`Scene::to_bytes`] piece by piece.

@@ -42,7 +42,7 @@ pub(crate) use records64::EightTriangles;
 pub use scene::SAVED_SCENE_MAGIC;
 pub(crate) use scene::{InstanceRecord, SavedMesh, SceneFront, SceneReader, write_scene};
 pub use scene_error::SceneLoadError;
-pub(crate) use store::write;
+pub(crate) use store::{Bytes, write};
 
 /// Recomputes all checksums of a saved hierarchy if it is intact enough to locate them. This allows
 /// testing the checks that run after the checksums are verified.

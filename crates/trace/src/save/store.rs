@@ -14,6 +14,21 @@ use crate::util::memory::{NoMemory, room, zeros};
 use crate::util::stop;
 use crate::util::threads;
 
+/// A byte buffer that returns an error if it cannot grow.
+pub(crate) struct Bytes(pub(crate) Vec<u8>);
+
+impl Write for Bytes {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.try_reserve(bytes.len()).map_err(|_| io::ErrorKind::OutOfMemory)?;
+        self.0.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
 /// A NaN with the same bits on every platform.
 const NO_COST: f64 = f64::from_bits(0x7ff8 << 48);
 
