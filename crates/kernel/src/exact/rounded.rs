@@ -12,8 +12,8 @@ use super::double::{Double, cross, difference, dot};
 use crate::simd::{Lanes, Vec3};
 
 /// `2^-99`, which is `128w²`, where w is half an ulp of 1. The error of a double-double volume is
-/// at most half of this times its permanent. Division adds an error of at most half of this times
-/// the quotient's magnitude.
+/// at most half this value times its permanent. Division adds an error of at most half this value
+/// times the quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
 /// A ray and a triangle in each lane, with coordinates that are exact in f64.

@@ -13,8 +13,8 @@ use super::rounded::{Volume, quotient};
 use crate::simd::{Lanes, Vec3};
 
 /// `2^-97`, which is `512w²`, where w is half an ulp of 1. The error of a volume is at most a sixth
-/// of this times its permanent. Division adds an error of at most a twentieth of this times the
-/// quotient's magnitude.
+/// of this value times its permanent. Division adds an error of at most a twentieth of this value
+/// times the quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 97) as f64;
 
 /// A quotient is proven only if it is 0 or its magnitude is between these limits, `2^±500`.

@@ -256,7 +256,7 @@ impl Grid {
     }
 
     /// Returns the distance between neighbouring grid points, in units of the scene. Snapping moves
-    /// each coordinate by at most half of this.
+    /// each coordinate by at most half this distance.
     pub fn step(&self) -> f64 {
         pow2(-self.scale)
     }
