@@ -6,8 +6,8 @@
 //! ```text
 //!        * light
 //!         \
-//!    ------\            the side behind the edge of a blocker: the silhouette's shadow;
-//!           \ .--.      a near cap: a blocker that touches, or P's own surface, edge-on to the light
+//!    ------\            The side behind the edge of a blocker bounds the silhouette's shadow.
+//!           \ .--.      A near cap may be that of a blocker that touches, or P's own if edge-on to the light.
 //!            (\ P )
 //!      -------`--'----- surface
 //! ```

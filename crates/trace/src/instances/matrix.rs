@@ -119,7 +119,7 @@ pub(super) struct Inverse {
 pub(super) struct TreeRay<D> {
     pub(super) origin: Vec3<D>,
     pub(super) dir: Vec3<D>,
-    /// The largest distance outside its box at which a hit may appear.
+    /// The largest distance outside a triangle's box at which a hit may appear.
     pub(super) room: D,
 }
 

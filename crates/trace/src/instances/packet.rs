@@ -205,7 +205,7 @@ struct VisitInstances<'a, 'b, S, C> {
     unit: [f64; RAYS],
     /// [`VisitInstances::until`] in the units of the top tree; NaN for inactive rays.
     far: [f32; RAYS],
-    /// The number of boxes visited, and the number of ray visits summed over these boxes.
+    /// The number of boxes visited, and the total number of rays that visited them.
     work: [usize; 2],
     level: PhantomData<S>,
 }

@@ -14,8 +14,8 @@
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};
 
-/// Rays that miss the point by more than this fraction of its distance do not share it as their
-/// end: 2^-20.
+/// A ray that misses the point by more than this fraction of the point's distance does not count as
+/// ending there: 2^-20.
 const APART: f32 = 1.0 / (1 << 20) as f32;
 
 /// The contribution of rounding to the distance by which a ray misses, as a fraction of the ray's
@@ -39,7 +39,7 @@ pub(crate) struct CommonEnd {
     pub(crate) point: [f32; 3],
     /// Whether rays reach the point at their far ends; otherwise, they reach it at t = 1.
     at_far: bool,
-    /// Hits at any t up to this do not count.
+    /// Hits with a t up to this value do not count.
     threshold: f32,
 }
 
