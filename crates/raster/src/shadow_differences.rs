@@ -7,7 +7,7 @@
 //!        * light
 //!         \
 //!    ------\            The side behind the edge of a blocker bounds the silhouette's shadow.
-//!           \ .--.      A near cap may be that of a blocker that touches, or P's own if edge-on to the light.
+//!           \ .--.      A near cap: of a blocker that touches, or P's own, edge-on to the light.
 //!            (\ P )
 //!      -------`--'----- surface
 //! ```

@@ -136,9 +136,10 @@ pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<
     order_from(Tier::Float, ray, one, other)
 }
 
-/// Returns the exact order in which a ray meets two triangles that are perpendicular to the same axis, as
-/// walls and floors often are: the positions of their planes decide, without any arithmetic.
-/// Returns `None` for other triangles. The ray's line must meet each plane in exactly one point.
+/// Returns the exact order in which a ray meets two triangles that are perpendicular to the same
+/// axis, as walls and floors often are: the positions of their planes decide, without any
+/// arithmetic. Returns `None` for other triangles. The ray's line must meet each plane in exactly
+/// one point.
 pub fn order_across_axis<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
