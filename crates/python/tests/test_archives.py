@@ -163,7 +163,7 @@ def test_pickles_of_other_vertices_are_refused(dtype):
             continue
         with pytest.raises(ValueError, match="belong together"):
             restore(cls, *mixed)
-    # Change bytes of a pickle's arrays and tree.
+    # Change bytes in a pickle's arrays and tree.
     whole = pickle.dumps(one, 5)
     for part in (one.vertices.tobytes(), one.faces.tobytes(), parts[2]):
         begin = whole.index(part)
