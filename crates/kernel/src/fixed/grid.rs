@@ -70,12 +70,12 @@ impl Bits {
         Self::new(b, q)
     }
 
-    /// Returns the number of bits of a coordinate.
+    /// Returns the number of bits per coordinate.
     pub fn b(self) -> u32 {
         self.b
     }
 
-    /// Returns the number of bits of a direction.
+    /// Returns the number of bits per component of a direction.
     pub fn q(self) -> u32 {
         self.q
     }
@@ -101,9 +101,9 @@ impl Default for Bits {
 pub enum GridError {
     /// Bit widths outside the limits.
     Bits {
-        /// The number of bits of a coordinate.
+        /// The number of bits per coordinate.
         b: u32,
-        /// The number of bits of a direction.
+        /// The number of bits per component of a direction.
         q: u32,
     },
     /// A scale or a centre outside the limits of a grid.

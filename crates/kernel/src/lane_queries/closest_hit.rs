@@ -112,7 +112,7 @@ impl ClosestHit {
                 && let Some(order) = pairs.order_across_axis(lane, self.slot)
             {
                 if order.then(triangle.cmp(&self.triangle)).is_lt() {
-                    // Its t is at most that of the hit so far.
+                    // The new hit's t is at most that of the hit so far.
                     let t_hi = if t_hi < self.t_hi { t_hi } else { self.t_hi };
                     *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
                 }

@@ -31,7 +31,7 @@ impl PrimRef {
 pub(super) struct Prims {
     /// The boxes of all triangles that go below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// How far outside its box the reference may hit one of these triangles.
+    /// The reference may hit one of these triangles up to this distance outside the triangle's box.
     pub lean: f32,
     /// Triangles that the reference may hit anywhere.
     pub thin: Vec<u32>,

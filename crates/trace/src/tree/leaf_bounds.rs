@@ -18,8 +18,8 @@ use crate::util::memory::{NoMemory, room};
 /// needs no padding, because the error of f32 is at most `2^-19`.
 const PLAIN: f32 = 1.0 / 256.0;
 
-/// The distance outside its box at which the reference may hit a plain triangle, divided by the
-/// longest edge and the thinness, both in 1-norms: 2^-43, which is 16 times the value in
+/// The distance outside a plain triangle's box at which the reference may hit the triangle, divided
+/// by the longest edge and the thinness, both in 1-norms: 2^-43, which is 16 times the value in
 /// [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
@@ -64,8 +64,8 @@ impl WithSimd for LaneBounds<'_> {
 
         // If the sum of magnitudes is finite, there is no NaN or infinity.
         let finite = (a.norm1() + b.norm1() + c.norm1()).lt(S::F32x8::splat(f32::INFINITY));
-        // Use 1-norms instead of lengths: they need no square root and differ by a small constant
-        // factor at most.
+        // Use 1-norms instead of lengths: they do not need a square root and differ by a small
+        // constant factor at most.
         let (h4, h5) = (b - a, c - a);
         let longest = h4.norm1().max(h5.norm1());
         let square = longest * longest;
