@@ -83,9 +83,9 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Returns the order in which a ray meets two triangles, if it takes no quotient: they are
-/// perpendicular to the same axis, or the ray passes through a corner or edge that they share. The
-/// result is meaningless unless the ray hits both.
+/// Returns the order in which a ray meets two triangles, if it can be determined without a
+/// quotient: they are perpendicular to the same axis, or the ray passes through a corner or edge
+/// that they share. The result is meaningless unless the ray hits both.
 pub fn known_order<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,

@@ -10,7 +10,7 @@
 //!
 //! [`crossing`](super::crossing) uses the same signs for the three edges of a triangle, so a sum
 //! over edges and a count of crossings agree on the side of each edge. `docs/numerics/winding.md`
-//! relies on this.
+//! relies on this property.
 
 use core::cmp::Ordering;
 

@@ -75,7 +75,7 @@ pub(super) fn times<D: Lanes<Scalar = f64>>(
 #[inline(always)]
 pub(super) fn is_tame_quotient<D: Lanes<Scalar = f64>>(q: D) -> D::Mask {
     // Nearer to the limits, intermediate results on which the proof relies could be subnormal. A
-    // quotient of 0 needs no further check.
+    // quotient of 0 does not need this check.
     let size = q.abs();
     let tame = size.ge(D::splat(TAME[0])) & size.le(D::splat(TAME[1]));
     tame | size.le(D::splat(0.0))

@@ -107,7 +107,7 @@ impl ClosestHit {
             // hit comes close; until then, it is NaN.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
-            // Walls in the same plane are common, and their order takes no arithmetic.
+            // Walls in the same plane are common, and ordering them does not require arithmetic.
             if self.is_hit()
                 && let Some(order) = pairs.order_across_axis(lane, self.slot)
             {

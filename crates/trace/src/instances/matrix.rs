@@ -131,7 +131,8 @@ impl Inverse {
     pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
         let rows = near_inverse(a);
-        // The residual bounds the error however N was computed, so the elimination needs no proof.
+        // The residual bounds the error however N was computed, so the elimination does not need a
+        // proof.
         let defect = defect(&rows, &a);
         let sizes = sizes(m, extent);
         if sizes.iter().any(|&size| size > ENORMOUS) {

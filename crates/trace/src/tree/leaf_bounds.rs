@@ -15,7 +15,7 @@ use crate::util::memory::{NoMemory, room};
 
 /// A triangle is plain if the length of its normal certainly exceeds this fraction (2^-8) of the
 /// squared length of its longest edge, in 1-norms. Its thinness is then below `2^12`, so that it
-/// needs no padding, because the error of f32 is at most `2^-19`.
+/// does not need padding, because the error of f32 is at most `2^-19`.
 const PLAIN: f32 = 1.0 / 256.0;
 
 /// The distance outside a plain triangle's box at which the reference may hit the triangle, divided

@@ -10,7 +10,7 @@ pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 const SPLIT: usize = 8;
 
 /// One of the smallest parts is given up after this much work per ray, because its rays have too
-/// little in common. For any-hit queries, the limit is a quarter of this, since single-ray
+/// little in common. For any-hit queries, the limit is a quarter of this value, since single-ray
 /// traversal also finds a hit sooner.
 const PATIENCE: usize = 32;
 

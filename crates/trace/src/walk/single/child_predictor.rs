@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A guess never decides anything: the child returned is always the one that the box tests chose.
-//! Ray streams need no guesses, because other rays are tested while one waits.
+//! Ray streams do not need guesses, because other rays are tested while one waits.
 
 /// The number of guesses kept. Nodes whose indices are equal modulo this number share an entry.
 const NODES: usize = 1024;
