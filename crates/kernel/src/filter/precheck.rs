@@ -1,4 +1,5 @@
-//! The precheck for packets: finds the rays, from any origins, that certainly miss a triangle.
+//! The precheck for packets: finds the rays, from arbitrary origins, that certainly miss a
+//! triangle.
 //!
 //! ```text
 //!   V/h = v·d + h5/h·m     with the moments   v = h5 × c1 / h         of an edge

@@ -22,7 +22,8 @@ pub(crate) struct Layout {
     /// The reference may hit a triangle in the blocks up to this distance outside the triangle's
     /// box.
     pub lean: f32,
-    /// Triangles that the reference may hit anywhere, in ascending order. They are in no block.
+    /// Thin triangles, whose reference hits may be arbitrarily far outside their boxes, in
+    /// ascending order. They are in no block.
     pub thin: Vec<u32>,
     /// Whether some of the triangles in blocks have no area.
     pub has_degenerate: bool,

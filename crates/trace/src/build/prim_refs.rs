@@ -33,7 +33,7 @@ pub(super) struct Prims {
     pub refs: Vec<PrimRef>,
     /// The reference may hit one of these triangles up to this distance outside the triangle's box.
     pub lean: f32,
-    /// Triangles that the reference may hit anywhere.
+    /// Thin triangles, whose reference hits may be arbitrarily far outside their boxes.
     pub thin: Vec<u32>,
     /// Whether some of the triangles with a box have no area.
     pub has_degenerate: bool,

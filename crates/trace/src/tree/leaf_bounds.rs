@@ -37,7 +37,8 @@ pub(crate) struct LeafBounds {
     pub boxed: u32,
     /// A mask of the triangles without area.
     pub degenerate: u32,
-    /// A mask of the triangles that the reference may hit anywhere.
+    /// A mask of the thin triangles, whose reference hits may be arbitrarily far outside their
+    /// boxes.
     pub thin: u32,
 }
 
