@@ -7,8 +7,8 @@
 //!        * light
 //!         \
 //!    ------\            The side behind the edge of a blocker bounds the silhouette's shadow.
-//!           \ .--.      A near cap: of a blocker that touches, or P's own, edge-on to the light.
-//!            (\ P )
+//!           \ .--.      A near cap belongs to a blocker that touches, or to P's own surface if
+//!            (\ P )     that surface is edge-on to the light.
 //!      -------`--'----- surface
 //! ```
 //!

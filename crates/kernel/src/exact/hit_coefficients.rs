@@ -2,7 +2,7 @@
 //! value correctly rounded.
 //!
 //! ```text
-//!   num:  n · a   v · dir   w · dir              In two-part numbers. The parts that do not
+//!   num:  n · a   v · dir   w · dir              All are two-part numbers. Values that do not
 //!   den:  n · dir n · dir   n · dir              depend on the direction are computed once for a
 //!           = t     = u       = v    triangle    triangle and an origin.
 //! ```

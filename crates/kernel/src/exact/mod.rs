@@ -1,9 +1,9 @@
 //! Exact arithmetic: results are correct for the coordinates as given, as long as all are finite.
 //!
 //! ```text
-//!   A, B, C  the corners from the origin      closed   U, V, W are each 0 or have T's sign
-//!   U = d·(B × C)                             once     a 0 takes the sign that it has if the
-//!   V = d·(C × A)                                      direction is moved by (ε, ε², ε³)
+//!   A, B, C  the corners from the origin      closed   U, V, and W each are 0 or have T's sign.
+//!   U = d·(B × C)                             once     A 0 takes the sign that it has if the
+//!   V = d·(C × A)                                      direction is moved by (ε, ε², ε³).
 //!   W = d·(A × B)
 //!   T = A·(B × C)                             t = T / D > 0    u = V / D    v = W / D
 //!   D = U + V + W

@@ -1,9 +1,9 @@
 //! Correctly rounded t, u, and v: double-double arithmetic in lanes, with a proof of the rounding.
 //!
 //! ```text
-//!        ...●─────────────┼─────────────●───────────      f64 and halfway points: if both ends of
+//!        ...●─────────────┼─────────────●───────────      f64 and halfway points. If both ends of
 //!          f64    [══╪══] half         f64                the error interval round alike, so does
-//!                                                         the quotient
+//!                                                         the quotient.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 6, has the bounds and the proof.

@@ -2,8 +2,8 @@
 //! always determines how the result rounds to f32.
 //!
 //! ```text
-//!        ...●───────────┼───────────●──────      f32 and halfway points: if both ends of the
-//!          f32   [═══] half        f32           error interval round alike, so does the quotient
+//!        ...●───────────┼───────────●──────      f32 and halfway points. If both ends of the
+//!          f32   [═══] half        f32           error interval round alike, so does the quotient.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 6, has the bounds and the proof.

@@ -2,7 +2,7 @@
 //! differences in two parts.
 //!
 //! ```text
-//!   A = a + a'    h4 = h + h'    h5 = k + k'        each difference is exact, in two parts
+//!   A = a + a'    h4 = h + h'    h5 = k + k'        Each difference is exact, in two parts.
 //!   n = h × k  in two parts,  plus  h × k' + h' × k  in one part
 //! ```
 //!

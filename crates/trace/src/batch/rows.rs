@@ -5,7 +5,7 @@
 //!
 //! ```text
 //!   ┌──────────────────────►
-//!   └──────────────────────►   the jump: back by more than a few pixels
+//!   └──────────────────────►   The jump is back by more than a few pixels.
 //!   ...
 //! ```
 //!

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   ╷ │ ╵ │      Strips of the plane perpendicular to the direction run alternately up and down.
-//!   │ │ │ │      Each is as wide as the length that sixteen of its points take up.
+//!   │ │ │ │      Each is as wide as the stretch that sixteen of its points occupy.
 //!   ╵ │ ╷ │
 //! ```
 
