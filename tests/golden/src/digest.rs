@@ -31,7 +31,7 @@ impl Digest {
         }
     }
 
-    /// Adds a Boolean, of which true counts as a hit.
+    /// Adds a Boolean; true counts as a hit.
     pub(crate) fn truth(&mut self, truth: bool) {
         self.hits += u64::from(truth);
         self.word(truth.into());
@@ -46,7 +46,7 @@ impl Digest {
         }
     }
 
-    /// Adds a containment, of which outside counts as a miss.
+    /// Adds a containment; outside counts as a miss.
     pub(crate) fn containment(&mut self, containment: Containment) {
         self.hits += u64::from(containment != Containment::Outside);
         self.word(match containment {

@@ -83,10 +83,11 @@ const ALL: u32 = 0xffff;
 /// Rays being reversed, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
-    /// The distances from the point to where rays start and end: the largest along each axis, and
-    /// the sum of the latter.
+    /// The largest distance from the point to the origin of a ray, along each axis.
     way: [F; 3],
+    /// The largest distance by which the end of a ray misses the point, along each axis.
     off: [F; 3],
+    /// The sum of the distances by which rays miss the point, which preserves NaN.
     sum: F,
     shortest: F,
     sane: F::Mask,
