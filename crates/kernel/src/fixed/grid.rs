@@ -231,8 +231,8 @@ impl Grid {
         }
     }
 
-    /// Creates a predefined grid that is the same for every scene. A coordinate x becomes `x *
-    /// 2^scale`, rounded, minus the centre.
+    /// Creates a predefined grid that is the same for every scene. A coordinate x becomes
+    /// `x * 2^scale`, rounded, minus the centre.
     ///
     /// # Errors
     /// Returns an error if the scale is not in `-149..=149` or if the centre is not in
