@@ -1,4 +1,5 @@
-// Runs the golden answers in WebAssembly: node run.mjs FILE.wasm. Prints the report; fails where an answer differs.
+// Computes the golden answers in WebAssembly: node run.mjs FILE.wasm. Prints the report, and fails
+// if an answer differs.
 import { readFileSync } from "node:fs";
 
 const { instance } = await WebAssembly.instantiate(readFileSync(process.argv[2]));

@@ -206,7 +206,7 @@ impl Truth {
 
     /// Returns whether t is within the ray's interval.
     pub fn is_within<S: Scalar>(&self, ray: &RayOf<S>) -> bool {
-        // Negative ends need no special case, because a hit also requires that t is positive.
+        // Negative ends do not need a special case, because a hit also requires that t is positive.
         let (near, far): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
         let from = !near.is_finite() || self.t.cmp(near).is_ge();
         let to = !far.is_finite() || self.t.cmp(far).is_lt();

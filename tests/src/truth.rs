@@ -74,7 +74,7 @@ impl Truth {
         self.t.iter().flatten().filter(|t| !t.is_nan()).count()
     }
 
-    /// Returns the closest hit of any ray, found by a plain loop.
+    /// Returns the closest hit of a ray, found by a plain loop.
     pub(crate) fn closest(&self, ray: &Ray) -> Option<(usize, f64)> {
         self.plain.closest(ray, |obj| self.plain.hit(obj, ray).is_some())
     }

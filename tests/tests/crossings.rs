@@ -109,8 +109,8 @@ impl AsSliceOfOne for Option<&Crossing> {
 }
 
 /// Generates rays from one point toward corners, midpoints of edges and the insides of triangles,
-/// along axes, and anywhere. They hit corners and edges exactly if the scalar can represent the
-/// differences. All rays share an origin, so they form a bundle.
+/// along axes, and in random directions. They hit corners and edges exactly if the scalar can
+/// represent the differences. All rays share an origin, so they form a bundle.
 fn aimed<S: Scalar>(
     triangles: &[TriangleOf<S>],
     origin: [S; 3],

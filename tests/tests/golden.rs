@@ -1,4 +1,5 @@
-//! The golden answers, at every level of this CPU. The crate `intertri-golden` defines them.
+//! Compares the golden answers at every level of this CPU. The `intertri-golden` crate defines
+//! them.
 
 use intertri::simd::Level;
 use intertri_golden::SECTIONS;

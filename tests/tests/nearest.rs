@@ -11,7 +11,7 @@ use intertri_trace::{Bvh, ClosestPoint};
 
 use truth::{is_rounded, is_within_one_ulp, truth};
 
-/// A generator of numbers of many kinds: on small grids, anywhere, close together, over the whole
+/// A generator of numbers of many kinds: on small grids, arbitrary, close together, over the whole
 /// range, or subnormal.
 struct Numbers {
     rng: Rng,
@@ -55,7 +55,8 @@ impl Numbers {
         t
     }
 
-    /// Generates a point anywhere, at a corner, on an edge, near a face, or beyond a corner.
+    /// Generates a point at an arbitrary position, at a corner, on an edge, near a face, or beyond
+    /// a corner.
     fn point_near(&mut self, t: &Triangle) -> [f32; 3] {
         let [a, b, c] = t.0;
         let (u, v) = (self.unit() as f32, self.unit() as f32);

@@ -17,7 +17,7 @@ fn mix(a: V, b: V, s: f64) -> V {
 }
 
 /// Generates rays that end at `light`, or miss it by up to `scatter` times their length. They start
-/// beyond corners and edges of triangles, just in front of them, or anywhere.
+/// beyond corners and edges of triangles, just in front of them, or at random positions.
 fn to_light(
     light: V,
     triangles: &[Triangle],

@@ -25,7 +25,7 @@ fn types_can_be_sent_and_shared() {
     sent::<Query<'_, f64>>();
 }
 
-/// Returns a mesh, and rays toward it: rays from anywhere, and a bundle from one point.
+/// Returns a mesh, and rays toward it: rays from random points, and a bundle from one point.
 fn scene() -> (Vec<Triangle>, Vec<Ray>) {
     let mut rng = Rng::new(1);
     let f32s = |v: [f64; 3]| v.map(|x| x as f32);

@@ -51,8 +51,8 @@ fn sees<S: Float>([a, b]: &[[S; 3]; 2], triangles: &[TriangleOf<S>], skip: &[u32
     !triangles.iter().enumerate().any(hides)
 }
 
-/// Random triangles, on a small grid or anywhere, and a generator of points on them, next to them,
-/// and away from them.
+/// Random triangles, on a small grid or at arbitrary positions, and a generator of points on them,
+/// next to them, and away from them.
 struct Scene<S: Float> {
     rng: Rng,
     triangles: Vec<TriangleOf<S>>,

@@ -35,9 +35,9 @@ pub struct Row {
     /// rate.
     pub repeats: usize,
     pub dips: usize,
-    /// The engine that the ratio refers to, and how many times as fast this engine was in the same
-    /// round: low, median and high. The ratio is `None` if no part counts for both engines in the
-    /// same round.
+    /// The engine that the ratio refers to, and the factor by which this engine was faster in the
+    /// same round: low, median and high. The ratio is `None` if no part counts for both engines in
+    /// the same round.
     pub base: String,
     pub ratio: Option<[f64; 3]>,
     /// The number of rays with a hit reported as a miss or vice versa, and the number with a hit on

@@ -207,11 +207,11 @@ fn terrain() -> Result<Scene, String> {
 }
 
 /// Returns noise with several octaves, roughly from -1 to 1. It is computed with only `+ - *`, so
-/// it has the same bits everywhere.
+/// it has the same bits on every machine.
 fn mountains(p: [f64; 3], octaves: u32) -> f64 {
     let octave = |k: u32| {
         let scale = f64::from(1_u32 << k);
-        // Shifted, so that the lattices of the octaves do not coincide.
+        // The shift prevents the lattices of the octaves from coinciding.
         noise(p.map(|x| x * scale + 0.37 * f64::from(k))) / scale
     };
     (0..octaves).map(octave).sum()

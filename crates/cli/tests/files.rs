@@ -68,7 +68,7 @@ fn a_picture_that_is_told_to_end_leaves_nothing() {
     }
 }
 
-/// `nohup` and the background jobs of a shell rely on this.
+/// `nohup` and the background jobs of a shell rely on this behaviour.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_signal_that_was_ignored_at_the_start_is_ignored() {

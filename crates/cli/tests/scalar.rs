@@ -126,7 +126,7 @@ fn models_are_read_in_f64_where_they_have_it() {
     };
     let solid = format!("solid\n{}{}endsolid\n", facet([0, 1, 2]), facet([0, 2, 3]));
     place.put("wall.stl", solid);
-    // The positions in a glTF are f32, but its nodes may place them anywhere.
+    // The positions in a glTF are f32, but its nodes may place them at arbitrary positions.
     let corners = WALL.map(|[x, _, z]| [(x - EAST).round() as f32, 0.0, z as f32]);
     let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
     let buffer = [bytes, vec![0, 1, 2, 0, 2, 3]].concat();

@@ -1,9 +1,9 @@
 //! Document D: the coefficients of a triangle for many rays from one origin, by Cramer's rule.
 //!
 //! ```text
-//!   A = c1 - o      n = h4 × h5       D = n·d             each a dot product with the direction;
-//!   h4 = c2 - c1    V = h5 × A        u = V·d / D         the vectors are computed once
-//!   h5 = c3 - c1    W = A × h4        v = W·d / D         for a triangle and an origin
+//!   A = c1 - o      n = h4 × h5       D = n·d             Each is a dot product with the direction.
+//!   h4 = c2 - c1    V = h5 × A        u = V·d / D         The vectors are computed once
+//!   h5 = c3 - c1    W = A × h4        v = W·d / D         for a triangle and an origin.
 //!                                     t = n·A / D
 //! ```
 //!

@@ -26,7 +26,7 @@ impl Baseline {
 }
 
 /// Returns the time of a method at its fastest number of lanes, in the workload's form. [`ON_GRID`]
-/// has the same time as `fixed`, because it does the same work on inputs that need no snapping.
+/// has the same time as `fixed`, because it does the same work on inputs that do not need snapping.
 pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> {
     let method = if errors.method == ON_GRID { "fixed" } else { errors.method };
     let form = Workload::ALL.into_iter().find(|w| w.name() == errors.workload)?.form().name();

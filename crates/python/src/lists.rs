@@ -4,9 +4,9 @@
 //! previous bands:
 //!
 //! ```text
-//!   bands of rays      0  1  2  3  4  5           each thread takes the next band
-//!   answers of bands   0  1     3                 3 waits until 2 determines where it goes
-//!   one array          0000011                    each thread writes its own band
+//!   bands of rays      0  1  2  3  4  5           Each thread takes the next band.
+//!   answers of bands   0  1     3                 Band 3 waits until 2 determines its position.
+//!   one array          0000011                    Each thread writes its own band.
 //! ```
 
 use std::ops::Range;

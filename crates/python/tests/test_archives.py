@@ -66,7 +66,8 @@ def test_members_of_two_archives_do_not_mix(dtype, tmp_path):
 
 @pytest.mark.filterwarnings("ignore:Reading")
 def test_altered_members_are_refused(dtype, tmp_path):
-    """Bytes of members change, but the archive's own checksums match."""
+    """The contents of members are altered, truncated or extended, but the archive's own checksums
+    still match."""
     members = members_of(sphere(dtype, steps=0), tmp_path)
     tried = 0
     for name, content in members.items():
@@ -106,8 +107,8 @@ def test_other_vertices_of_the_same_number_are_refused(dtype, tmp_path):
 
 
 def test_damaged_archives_are_value_errors(dtype, tmp_path):
-    """The file is cut off anywhere, has any byte of its structure changed, or is something else
-    entirely."""
+    """Covers files truncated at many lengths, files with one byte changed, and files that are not
+    archives at all."""
     mesh, path = sphere(dtype, steps=0), tmp_path / "mesh.npz"
     mesh.save(path)
     whole = path.read_bytes()
@@ -162,7 +163,7 @@ def test_pickles_of_other_vertices_are_refused(dtype):
             continue
         with pytest.raises(ValueError, match="belong together"):
             restore(cls, *mixed)
-    # Change bytes of a pickle's arrays and tree.
+    # Change bytes in a pickle's arrays and tree.
     whole = pickle.dumps(one, 5)
     for part in (one.vertices.tobytes(), one.faces.tobytes(), parts[2]):
         begin = whole.index(part)

@@ -6,8 +6,8 @@
 //! runs in each of them.
 //!
 //! ```text
-//!        a         face 0 = (a, b, c) has the edge a-b forward,
-//!      / | \       face 1 = (b, a, d) has it backward: a consistent neighbour.
+//!        a         Face 0 = (a, b, c) traverses the edge a-b forward.
+//!      / | \       Face 1 = (b, a, d) traverses it backward, as a consistent neighbour does.
 //!     d  |  c      A third face e at a-b is one more entry.
 //!      \ | /
 //!        b

@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_ball_that_touches_meets_and_no_other() {
-        // A right-angled triangle in the plane z = 1, with the light straight above its corner.
+        // A right-angled triangle in the plane z = 1, with the light directly above its corner.
         let adjacency =
             Adjacency::new(&[Triangle([[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [0.0, 8.0, 1.0]])]);
         let volume = volume(&adjacency);
@@ -291,7 +291,7 @@ mod tests {
         assert!(meets([0, 1], [90.0, 3.0, 8.0], 5.0));
         assert!(!meets([0, 1], [90.0, 3.0, 8.0], 4.99));
         assert!(!meets([0, 1], [-3.0, 0.0, 4.0], 2.99));
-        // An edge straight below the light.
+        // An edge directly below the light.
         assert!(meets([3, 4], [3.0, 4.0, -70.0], 5.0));
         assert!(!meets([3, 4], [3.0, 4.0, -70.0], 4.99));
         assert!(!meets([3, 4], [0.0, 0.0, 3.0], 0.99));

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! A point on a wall counts as outside. Nothing is divided by w here, so points behind the eye (w <
-//! 0) and at infinity need no special treatment.
+//! 0) and at infinity do not need special treatment.
 
 /// A point in homogeneous coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,9 +6,9 @@
 //! only if a shift of the pixel's centre by at most `r` could explain it:
 //!
 //! ```text
-//!      .-----.            an edge of one of the two facets passes within r of the centre, or
-//!    /    ___/____        somewhere within r their depths tie, or
-//!   |  . /    |  edge     somewhere within r one of their planes is seen edge-on
+//!      .-----.            An edge of one of the two facets passes within r of the centre, or
+//!    /    ___/____        their depths tie somewhere within r, or
+//!   |  . /    |  edge     one of their planes is edge-on somewhere within r.
 //!    \  /    /
 //!      '-----'  r
 //! ```

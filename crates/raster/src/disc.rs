@@ -6,10 +6,10 @@
 //! cone:
 //!
 //! ```text
-//!               ___--- cone     a point is in it where  |(X, Y) - W c| <= r W  and W > 0
+//!               ___--- cone     A point is in it if  |(X, Y) - W c| <= r W  and W > 0.
 //!   eye o----(c)-----
-//!               """---          a plane n · x = n · a has  q = 1/W = n · (x, y, 1) / n · a,
-//!            W = 1              which is linear in (x, y)
+//!               """---          A plane n · x = n · a has  q = 1/W = n · (x, y, 1) / n · a,
+//!            W = 1              which is linear in (x, y).
 //! ```
 
 use intertri::{Triangle, TriangleOf};

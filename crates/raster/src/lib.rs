@@ -25,7 +25,7 @@
 //! let adjacency = Adjacency::new(&soup);
 //! let light = Light::Point { position: [0.0, 2.0, -4.0], reach: 1.0 };
 //! let mask = lit(&view, &hits, &Volume::new(&adjacency, light)?);
-//! // The light is straight above the sheet, so the shadow is straight below it.
+//! // The light is directly above the sheet, so the shadow is directly below it.
 //! let shadow = 36 * 64 + 32;
 //! assert!(hits[shadow].triangle < 2 && !mask[shadow]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

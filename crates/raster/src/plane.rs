@@ -1,4 +1,4 @@
-//! The depth of a plane across the image: `q`, the inverse of the view depth, as a linear function.
+//! The inverse view depth `q` of a plane, as a linear function of the image coordinates.
 //!
 //! Let `n` be the plane's normal, and `a` the vector from the eye to one of its points. The line of
 //! sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,

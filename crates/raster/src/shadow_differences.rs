@@ -6,9 +6,9 @@
 //! ```text
 //!        * light
 //!         \
-//!    ------\            the side behind the edge of a blocker: the silhouette's shadow;
-//!           \ .--.      a near cap: a blocker that touches, or P's own surface, edge-on to the light
-//!            (\ P )
+//!    ------\            The side behind the edge of a blocker bounds the silhouette's shadow.
+//!           \ .--.      A near cap belongs to a blocker that touches, or to P's own surface if
+//!            (\ P )     that surface is edge-on to the light.
 //!      -------`--'----- surface
 //! ```
 //!

@@ -8,10 +8,10 @@
 //!
 //! ```text
 //!       / \
-//!      / ^ \    within a lit surface: opposite directions, the sum is 0, no silhouette
-//!     <--|-->   along the document's silhouette: the far face was flipped, so both run the
-//!      \ v /    same way, the sum is 2: one shadow each
-//!       \ /     at the border of an open mesh: 1; where three faces meet: -3, -1, 1 or 3
+//!      / ^ \    Within a lit surface, directions are opposite, and the sum is 0: no silhouette.
+//!     <--|-->   Along the document's silhouette, the far face was flipped, so both run the
+//!      \ v /    same way, and the sum is 2: one shadow each.
+//!       \ /     At the border of an open mesh, it is 1; where three faces meet, -3, -1, 1, or 3.
 //! ```
 //!
 //! For any mesh, this sum is the boundary of the faces after flipping, so the faces and the sides
@@ -27,7 +27,7 @@ use crate::vector::{Vector, double};
 pub enum Light {
     /// A point light. A triangle's shadow begins at `1 / reach` times its distance from the light.
     Point {
-        /// Its position.
+        /// The light's position.
         position: [f32; 3],
         /// The fraction of the segment from the light to a surface in which a blocker counts. This
         /// is the `t_max` of shadow rays from the light (`t = 0`) to the surface (`t = 1`), and it

@@ -341,7 +341,7 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
     let documents = silhouette(&adjacency, &fronts);
     assert!(documents.iter().all(|edge| edge.count == 1));
     assert!(documents.iter().zip(&outline).all(|(d, o)| d.ends == o.ends));
-    // From straight above, the four sides are edge-on and cast no shadow.
+    // From directly above, the four sides are edge-on and cast no shadow.
     let looks = facing(&adjacency, &directional([0.0, 1.0, 0.0]));
     assert_eq!(looks.iter().filter(|f| **f == 0).count(), 8);
 }

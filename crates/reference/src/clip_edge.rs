@@ -7,9 +7,9 @@
 //! ```text
 //!          wall             A                       aBC > 0        tHit = aBC / (aBC - cBC)
 //!   inside  |  outside       \
-//!           |             ----+---- wall            tHit: if C is outside, the edge leaves here and
-//!                              \                          tOut shrinks; if A is outside, the edge
-//!                               C                   cBC < 0      enters here and tIn grows
+//!           |             ----+---- wall            If C is outside, the edge leaves at tHit and
+//!                              \                    tOut shrinks. If A is outside, the edge
+//!                               C       cBC < 0     enters at tHit and tIn grows.
 //! ```
 //!
 //! # What the scan lost, and how it is read here

@@ -93,7 +93,7 @@ pub struct Meeting {
     pub v: f64,
 }
 
-/// Computes the part of the document's `calc_triangle` that needs no viewpoint.
+/// Computes the part of the document's `calc_triangle` that does not depend on the viewpoint.
 pub fn calc_triangle([a, b, c]: [Corner; 3]) -> Trig {
     let ab = b.pos - a.pos;
     let ac = c.pos - a.pos;
@@ -109,7 +109,7 @@ pub fn calc_triangle([a, b, c]: [Corner; 3]) -> Trig {
 }
 
 impl Trig {
-    /// Computes the part of the document's `calc_triangle` that needs the viewpoint `p`.
+    /// Computes the part of the document's `calc_triangle` that depends on the viewpoint `p`.
     pub fn seen_from(&self, p: Vector) -> Viewpoint {
         let ap = p - self.a;
         Viewpoint { u: self.ac ^ ap, v: ap ^ self.ab, d: self.d, t_ap: self.t & ap }

@@ -108,7 +108,7 @@ impl From<Vector> for [f64; 3] {
 /// Returns the correctly rounded square root, bit for bit as in IEEE 754: NaN for a negative
 /// number, and `-0.0` for `-0.0`.
 pub fn sqrt(x: f64) -> f64 {
-    // These cases need no arithmetic: 0, -0, NaN, and +inf are their own roots, and negative
+    // These cases do not need arithmetic: 0, -0, NaN, and +inf are their own roots, and negative
     // numbers have no root.
     if x == 0.0 || x.is_nan() || x == f64::INFINITY {
         return x;

@@ -6,7 +6,7 @@
 //!         /  \                  r_k = p - a_k          to the pixel's centre
 //!    v1  / p   \  v2            c_kz = v_kx * r_ky - v_ky * r_kx
 //!       /  .     \
-//!     a1 --------- a3           here, clockwise with y up, every c_kz is negative
+//!     a1 --------- a3           Here, clockwise with y up, every c_kz is negative.
 //!            v3
 //! ```
 //!

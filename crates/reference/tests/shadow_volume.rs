@@ -77,7 +77,7 @@ fn a_directional_light_on_a_cube() {
     let (vertx, faces) = cube();
     assert_eq!(faces.len(), 12);
     let lit_from = |x, y, z| Light::Directional(Vector::new(x, y, z));
-    // From straight above, the top's two triangles are front culled, and so are the vertical faces,
+    // From directly above, the top's two triangles are front culled, and so are the vertical faces,
     // which are edge-on (0 >= 0).
     let front = front_culled(&vertx, &faces, lit_from(0.0, 0.0, 1.0));
     assert_eq!(front.iter().filter(|front| **front).count(), 10);

@@ -3,8 +3,8 @@
 //! ```text
 //!                       up
 //!                        |   (x, y)
-//!               +--------|----*---+   y grows downward,
-//!               |        |   /    |   pixel (0, 0) at the top left
+//!               +--------|----*---+   y grows downward.
+//!               |        |   /    |   Pixel (0, 0) is at the top left.
 //!   target <----|--------o--/-----|---- forward
 //!               |          / \    |
 //!               +---------/---\---+

@@ -12,7 +12,7 @@ use crate::mesh::{Bounds, double, rounded};
 pub enum Light<S = f32> {
     /// A point light.
     Point {
-        /// Its position.
+        /// The light's position.
         position: [S; 3],
     },
     /// A light so far away that its rays are parallel. [`Light::sun`] creates one.

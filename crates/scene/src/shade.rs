@@ -74,8 +74,8 @@ struct Face<'a> {
     normal: DVec3,
     ambient: f32,
     tint: Vec3,
-    /// The texture that covers it, with the texture coordinates of the first corner and the vectors
-    /// from there to the other two.
+    /// The texture that covers the triangle, with the texture coordinates of the first corner and
+    /// the vectors from there to the other two.
     cover: Option<(&'a Texture, [DVec2; 3])>,
 }
 

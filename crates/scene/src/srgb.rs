@@ -5,9 +5,9 @@
 //! exponent and the first seven fraction bits of the light:
 //!
 //! ```text
-//!   f32   0 01111011 1011010.........    thirteen octaves of 128 buckets, preceded by black
-//!           -------- -------             a bucket is narrower than any code, so it has at
-//!           exponent bucket              most one threshold: one comparison suffices
+//!   f32   0 01111011 1011010.........    Thirteen octaves of 128 buckets, preceded by black.
+//!           -------- -------             A bucket is narrower than any code, so it has at
+//!           exponent bucket              most one threshold, and one comparison suffices.
 //! ```
 
 use std::sync::LazyLock;

@@ -3,7 +3,7 @@
 use crate::tree::Aabb;
 use crate::util::memory::{NoMemory, room};
 
-/// Up to this many points are left unsorted.
+/// Inputs of up to this many points are left unsorted.
 const FEW: usize = 16;
 
 /// The number of bits per coordinate.

@@ -1,8 +1,8 @@
 //! The computations behind `docs/demo/index.html`: images of a vertex, rendered with well-known
 //! methods; a model, traced with `exact`; and the golden results.
 //!
-//! The page calls the functions in [`exports`]. They need no `unsafe` blocks, because they take no
-//! pointers: the page writes to one buffer of this module and reads from another.
+//! The page calls the functions in [`exports`]. They do not need `unsafe` blocks, because they do
+//! not take pointers: the page writes to one buffer of this module and reads from another.
 
 pub mod exports;
 pub mod fan;

@@ -2,7 +2,8 @@
 //!
 //!     cases NAME TIMES
 //!
-//! The difference of two counts is the cost of the queries. Without arguments it prints all names.
+//! The cost of the queries is the difference between two counts. Without arguments, the program
+//! prints all names.
 
 use std::hint::black_box;
 
@@ -11,7 +12,7 @@ use intertri_lab::rng::Rng;
 use intertri_scene::Scene;
 use intertri_trace::Bvh;
 
-/// A case runs 256 queries this many times.
+/// The name of a case, and a function that runs 256 queries the given number of times.
 type Case = (&'static str, fn(times: u64));
 
 const CASES: [Case; 12] = [
@@ -96,7 +97,7 @@ fn main() {
     run(times);
 }
 
-/// 256 rays, one after another, against a slice of 256 triangles.
+/// Tests 256 rays, one after another, against a slice of 256 triangles.
 fn slice(times: u64, query: fn(Mode, &[Triangle], &Ray) -> bool) {
     let mut rng = Rng::new(3);
     let mut point = |size: f64| rng.cube().map(|x| (size * x) as f32);
@@ -114,7 +115,7 @@ fn slice(times: u64, query: fn(Mode, &[Triangle], &Ray) -> bool) {
     }
 }
 
-/// Closest hits through a hierarchy, one ray after another.
+/// Finds closest hits through a hierarchy, one ray after another.
 fn single(bvh: &Bvh, rays: &[Ray], times: u64) {
     for _ in 0..times {
         for ray in rays {
@@ -127,13 +128,13 @@ fn built_in() -> Bvh {
     Bvh::new(&Scene::built_in().mesh.to_triangles()).expect("few triangles")
 }
 
-/// A camera's rays at the built-in scene, 16 by 16.
+/// Returns 16×16 camera rays at the built-in scene.
 fn camera() -> Vec<Ray> {
     let camera = Scene::built_in().camera;
     (0..256).map(|i| camera.ray(i % 16, i / 16, 16, 16)).collect()
 }
 
-/// Parallel rays from 16 by 16 neighbouring pixels.
+/// Returns parallel rays through 16×16 neighbouring pixels.
 fn parallel() -> Vec<Ray> {
     let rays = tile();
     let dir = rays[0].dir;
@@ -142,13 +143,13 @@ fn parallel() -> Vec<Ray> {
         .collect()
 }
 
-/// The rays of 16 by 16 neighbouring pixels.
+/// Returns the camera rays of 16×16 neighbouring pixels.
 fn tile() -> Vec<Ray> {
     let camera = Scene::built_in().camera;
     (0..256).map(|i| camera.ray(180 + i % 16, 180 + i / 16, 400, 400)).collect()
 }
 
-/// Rays from around the middle of the built-in scene in all directions.
+/// Returns rays in all directions from around the middle of the built-in scene.
 fn scattered() -> Vec<Ray> {
     let mut rng = Rng::new(5);
     let mut ray = || {
@@ -158,7 +159,8 @@ fn scattered() -> Vec<Ray> {
     (0..256).map(|_| ray()).collect()
 }
 
-/// A ball of quads in rings; at the poles, half of their triangles are needles.
+/// Builds a hierarchy over a ball of quads in rings. At the poles, half of the triangles are
+/// needles.
 fn ball() -> Bvh {
     let (around, rings) = (64, 32);
     let point = |i: usize, j: usize| {
@@ -177,7 +179,7 @@ fn ball() -> Bvh {
     Bvh::new(&triangles).expect("few triangles")
 }
 
-/// Rays from outside that ball to points inside it.
+/// Returns rays from outside that ball to points inside it.
 fn around() -> Vec<Ray> {
     let mut rng = Rng::new(9);
     let mut ray = || {

@@ -2,7 +2,7 @@
 //!
 //!     steps NAME TIMES
 //!
-//! The difference of two counts is the cost of the steps; `docs/targets.md` lists them.
+//! The cost of the steps is the difference between two counts; `docs/targets.md` lists it.
 
 use std::hint::black_box;
 
@@ -50,13 +50,13 @@ impl Inputs {
     fn rays(&mut self) -> Vec<Ray> {
         (0..64).map(|_| Ray::new(self.point(), self.point())).collect()
     }
-    /// Rays inside a sphere in all directions.
+    /// Returns rays in all directions from inside a sphere.
     fn scattered(&mut self) -> Vec<Ray> {
         (0..4096).map(|_| Ray::new(self.point().map(|x| 0.3 * x), self.point())).collect()
     }
 }
 
-/// Rays of a camera that sees a sphere, 64 by 64.
+/// Returns the rays of a camera that sees a sphere, for 64×64 pixels.
 fn primary() -> Vec<Ray> {
     let at = |i: i32| (i as f32 / 32.0 - 1.0) * 0.4;
     (0..4096).map(|i| Ray::new([0.1, 0.2, -3.0], [at(i % 64), at(i / 64), 1.0])).collect()
@@ -69,7 +69,7 @@ fn sphere() -> Bvh {
     Bvh::new(&mesh.faces.iter().map(face).collect::<Vec<_>>()).expect("small")
 }
 
-/// Eight rays against a triangle in integers: 512 steps.
+/// Tests eight rays against a triangle in integers: 512 steps.
 fn integers<const FILTER: bool>(inputs: &mut Inputs, times: u64) {
     let (triangles, rays) = (inputs.triangles(), inputs.rays());
     let points = triangles.iter().flat_map(|t| t.0).chain(rays.iter().map(|r| r.origin));
@@ -100,7 +100,7 @@ impl<const FILTER: bool> WithSimd for Grids<'_, FILTER> {
     }
 }
 
-/// Slices: 4096 pairs.
+/// Queries a slice for each ray: 4096 pairs.
 fn slices(inputs: &mut Inputs, mode: Mode, times: u64) {
     let (triangles, rays) = (inputs.triangles(), inputs.rays());
     let mut hits = vec![Hit::MISS; rays.len()];
@@ -110,7 +110,7 @@ fn slices(inputs: &mut Inputs, mode: Mode, times: u64) {
     }
 }
 
-/// A batch of 4096 rays through the hierarchy of a sphere.
+/// Traces a batch of 4096 rays through the hierarchy of a sphere.
 fn batches(mode: Mode, rays: &[Ray], times: u64) {
     let (bvh, mut hits) = (sphere(), vec![Hit::MISS; rays.len()]);
     for _ in 0..times {
@@ -119,7 +119,7 @@ fn batches(mode: Mode, rays: &[Ray], times: u64) {
     }
 }
 
-/// [`batches`] with one ray per call.
+/// Like [`batches`], but with one ray per call.
 fn one_by_one(mode: Mode, rays: &[Ray], times: u64) {
     let bvh = sphere();
     for _ in 0..times {
@@ -129,7 +129,7 @@ fn one_by_one(mode: Mode, rays: &[Ray], times: u64) {
     }
 }
 
-/// [`one_by_one`], but only whether there is a hit.
+/// Like [`one_by_one`], but only determines whether there is a hit.
 fn any(mode: Mode, rays: &[Ray], times: u64) {
     let bvh = sphere();
     for _ in 0..times {

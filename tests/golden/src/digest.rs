@@ -3,7 +3,7 @@
 use intertri::Hit;
 use intertri_trace::{ClosestPoint, Containment};
 
-/// FNV-1a over 64-bit words, and the number of answers that are not a miss.
+/// An FNV-1a hash over 64-bit words, and the number of answers that are not misses.
 pub(crate) struct Digest {
     pub(crate) hash: u64,
     pub(crate) hits: u64,
@@ -31,7 +31,7 @@ impl Digest {
         }
     }
 
-    /// Adds a truth value; true counts as a hit.
+    /// Adds a Boolean; true counts as a hit.
     pub(crate) fn truth(&mut self, truth: bool) {
         self.hits += u64::from(truth);
         self.word(truth.into());

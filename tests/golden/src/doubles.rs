@@ -1,4 +1,4 @@
-//! The section `doubles`: `exact` over scenes in f64, by every query.
+//! The `doubles` section: `exact` over scenes in f64, with every query.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode, Ray, Ray64, Triangle64};
@@ -8,11 +8,12 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// The positions of the scenes: at the origin, and at UTM coordinates.
+/// The offsets of the scenes: none, and UTM coordinates.
 const PLACES: [(&str, [f64; 3]); 2] =
     [("at home", [0.0; 3]), ("far away", [448_262.118, 5_411_932.678, 113.4])];
 
-/// The lines of all scenes, scaled by a third so that their coordinates are not exact in f32.
+/// Computes the lines of all scenes, scaled by a third so that their coordinates are not exact in
+/// f32.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {
@@ -23,7 +24,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     lines
 }
 
-/// The lines of a scene that is moved by a vector.
+/// Computes the lines of a scene that is moved by a vector.
 fn of_scene(name: &str, scene: &Scene, by: [f64; 3], level: Level, lines: &mut Vec<Line>) {
     let third = |p: [f32; 3]| p.map(|x| f64::from(x) / 3.0);
     let moved = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] + by[k]);
@@ -76,7 +77,7 @@ fn of_scene(name: &str, scene: &Scene, by: [f64; 3], level: Level, lines: &mut V
     }
 }
 
-/// The digest of hits.
+/// Returns the digest of hits.
 fn of_hits(hits: impl IntoIterator<Item = Hit>) -> Digest {
     let mut digest = Digest::new();
     for hit in hits {

@@ -1,4 +1,4 @@
-//! The section `fixed`: the mode `fixed` on three grids over the same scenes.
+//! The `fixed` section: the `fixed` mode on three grids over the same scenes.
 
 use intertri::Hit;
 use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks};
@@ -8,7 +8,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// The lines of all scenes. A scene whose points fit no grid has none.
+/// Computes the lines of all scenes. A scene whose points fit no grid has none.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let fixed = Fixed::at(level);
     let mut lines = vec![];
@@ -26,7 +26,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     lines
 }
 
-/// The triangles and rays of a scene that fit a grid around its points.
+/// Returns the triangles and rays of a scene that fit a grid around its points.
 fn snapped(scene: &Scene, bits: Bits) -> Option<(Vec<Triangle>, Vec<Ray>)> {
     let corners = scene.triangles.iter().flat_map(|triangle| triangle.0);
     let points = corners.chain(scene.rays.iter().map(|ray| ray.origin));
@@ -37,7 +37,7 @@ fn snapped(scene: &Scene, bits: Bits) -> Option<(Vec<Triangle>, Vec<Ray>)> {
     Some((triangles, rays))
 }
 
-/// The lines of a grid: for packets of rays, for blocks of triangles, and for counts.
+/// Computes the lines of a grid: for packets of rays, for blocks of triangles, and for counts.
 fn of_grid(
     scene: &str,
     name: &str,

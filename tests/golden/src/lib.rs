@@ -1,8 +1,8 @@
 //! The golden answers: the answers of every mode on fixed scenes, bit for bit, on any machine.
 //!
-//! A line has a scene, a mode, a query, the number of answers that are not a miss, and a hash of all their
-//! bits. Each [`Section`] keeps its lines in a separate file, so a new section changes no other.
-//! CONTRIBUTING.md says when a line may change.
+//! A line consists of a scene, a mode, a query, the number of answers that are not misses, and a
+//! hash of all bits of the answers. Each [`Section`] keeps its lines in a separate file, so a new
+//! section does not change the others. CONTRIBUTING.md states when a line may change.
 //!
 //! ```
 //! use intertri::simd::Level;
@@ -34,18 +34,18 @@ use intertri::simd::Level;
 use digest::Digest;
 pub use report::{Row, report};
 
-/// One kind of answers, computed here and committed.
+/// A group of answers that are computed here and compared with committed ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Section {
-    /// Its name, one word.
+    /// The name, a single word.
     pub name: &'static str,
-    /// The file of its lines, relative to this crate.
+    /// The path to the file of lines, relative to this crate.
     pub file: &'static str,
     golden: &'static str,
     answers: fn(Level) -> Vec<Line>,
 }
 
-/// Defines a section from its name, its file and the function that computes its lines.
+/// Defines a section from its name, its file, and the function that computes its lines.
 macro_rules! section {
     ($name:literal, $file:literal, $answers:expr) => {
         Section {
@@ -57,8 +57,8 @@ macro_rules! section {
     };
 }
 
-/// Every section. A new one needs a file of answers (empty at first), a function that computes them, and a
-/// row.
+/// All sections. To add one, add a file of answers (empty at first), a function that computes them,
+/// and a row here.
 pub const SECTIONS: &[Section] = &[
     section!("modes", "answers.txt", modes::answers),
     section!("fixed", "fixed.txt", grid::answers),
@@ -75,23 +75,24 @@ impl Section {
         (self.answers)(level)
     }
 
-    /// The committed lines.
+    /// Returns the committed lines.
     pub fn golden(&self) -> impl Iterator<Item = &'static str> {
         self.golden.lines()
     }
 
-    /// A hash of all committed lines.
+    /// Returns a hash of all committed lines.
     pub fn golden_hash(&self) -> u64 {
         hash(self.golden())
     }
 
-    /// The lines that differ: computed here, and committed.
+    /// Returns the lines that differ, as pairs of a computed line and a committed line.
     pub fn differences(&self, level: Level) -> Vec<(String, String)> {
         differences(&self.answers(level), self.golden())
     }
 }
 
-/// The lines that differ from committed ones. If one side has fewer lines, its missing ones are empty.
+/// Returns the computed and committed lines that differ. If one side has fewer lines, the missing
+/// ones are empty.
 pub fn differences<'a>(
     lines: &[Line],
     golden: impl Iterator<Item = &'a str>,
@@ -105,7 +106,7 @@ pub fn differences<'a>(
     pairs.filter(|(here, golden)| here != golden).collect()
 }
 
-/// A hash of lines as they appear in a file.
+/// Returns a hash of lines as they appear in a file.
 pub fn hash(lines: impl Iterator<Item = impl AsRef<str>>) -> u64 {
     let mut digest = Digest::new();
     for line in lines {
@@ -114,7 +115,7 @@ pub fn hash(lines: impl Iterator<Item = impl AsRef<str>>) -> u64 {
     digest.hash
 }
 
-/// The answers of a mode to a query on a scene.
+/// The answers to a query on a scene in a mode.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     scene: String,
@@ -131,7 +132,7 @@ impl Line {
     }
 }
 
-/// As in the files: `scene | mode | query | hits | hash`.
+/// Formats the line as in the files: `scene | mode | query | hits | hash`.
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { scene, mode, query, hits, hash } = self;

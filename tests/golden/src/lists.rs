@@ -1,5 +1,5 @@
-//! The section `lists`: every hit of many rays, among all triangles and among a selection, in one mesh and in
-//! several.
+//! The `lists` section: every hit of many rays, among all triangles and among a selection, in one
+//! mesh and in several.
 
 use intertri::simd::Level;
 use intertri::{Mode, Ray};
@@ -9,7 +9,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// The lines of all scenes.
+/// Computes the lines of all scenes.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {
@@ -25,7 +25,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     lines
 }
 
-/// The lines of a mode.
+/// Computes the lines of a mode.
 fn of_mode(
     scene: &Scene,
     [whole, parts]: [&Bvh; 2],

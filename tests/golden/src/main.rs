@@ -1,4 +1,4 @@
-//! Shows whether this machine computes the committed golden answers.
+//! Checks whether this machine computes the committed golden answers.
 //!
 //!     cargo run --release -p intertri-golden             every section at every level of this CPU
 //!     cargo run --release -p intertri-golden -- write    rewrites the committed files
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Writes the answers of the narrowest level to the files.
+/// Writes the answers at the narrowest level to the files.
 fn write() -> ExitCode {
     for section in SECTIONS {
         let lines = section.answers(Level::PORTABLE);

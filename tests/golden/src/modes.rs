@@ -1,4 +1,4 @@
-//! The section `modes`: `certified` and `exact` over f32 scenes, by every query.
+//! The `modes` section: `certified` and `exact` over f32 scenes, with every query.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode};
@@ -8,7 +8,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// The lines of all scenes.
+/// Computes the lines of all scenes.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {
@@ -24,7 +24,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     lines
 }
 
-/// The lines of a mode.
+/// Computes the lines of a mode.
 fn of_mode(scene: &Scene, bvh: &Bvh, mode: Mode, name: &str, lines: &mut Vec<Line>) {
     let Scene { triangles, rays, .. } = scene;
     let mut query = bvh.query().mode(mode);
@@ -67,7 +67,7 @@ fn of_mode(scene: &Scene, bvh: &Bvh, mode: Mode, name: &str, lines: &mut Vec<Lin
     put("all", digest);
 }
 
-/// The line for crossings, by `exact`.
+/// Computes the line for crossings, in the `exact` mode.
 fn of_crossings(scene: &Scene, bvh: &Bvh, mode: Mode, lines: &mut Vec<Line>) {
     let Scene { name, rays, .. } = scene;
     let mut digest = Digest::new();
@@ -83,7 +83,7 @@ fn of_crossings(scene: &Scene, bvh: &Bvh, mode: Mode, lines: &mut Vec<Line>) {
     lines.push(Line::new(name, "exact", "crossings", &digest));
 }
 
-/// The line for containment in a closed mesh, by `exact`.
+/// Computes the line for containment in a closed mesh, in the `exact` mode.
 fn contains(Scene { name, triangles, rays, .. }: &Scene) -> Line {
     let solid = Solid::new(triangles).expect("closed");
     let points = rays.iter().map(|ray| [0, 1, 2].map(|k| ray.origin[k] + 0.9 * ray.dir[k]));

@@ -1,4 +1,4 @@
-//! The section `nearest`: closest points of meshes, and signed distances to closed ones.
+//! The `nearest` section: closest points of meshes, and signed distances to closed meshes.
 
 use intertri::simd::Level;
 use intertri_trace::{Bvh, Solid};
@@ -7,7 +7,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// The lines of all scenes. These queries always use the CPU's best level.
+/// Computes the lines of all scenes. These queries always use the CPU's best level.
 pub(crate) fn answers(_: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {
@@ -32,7 +32,7 @@ pub(crate) fn answers(_: Level) -> Vec<Line> {
     lines
 }
 
-/// The line for closest points within a radius.
+/// Computes the line for closest points within a radius.
 fn closest(scene: &Scene, bvh: &Bvh, points: &[[f32; 3]], query: &str, radius: f64) -> Line {
     let mut digest = Digest::new();
     for found in &bvh.closest_point_batch(points, radius) {

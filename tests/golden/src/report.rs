@@ -1,4 +1,4 @@
-//! The report: computed and committed answers side by side.
+//! The report, which shows computed and committed answers side by side.
 
 use std::fmt::{self, Write};
 
@@ -6,15 +6,15 @@ use intertri::simd::Level;
 
 use crate::{SECTIONS, Section, differences, hash};
 
-/// The most differing lines to print.
+/// The maximum number of differing lines to print.
 const SHOWN: usize = 5;
 
-/// A section at one level: the answers computed here, and the committed ones.
+/// A section at one level, with the answers computed here and the committed ones.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// The section's name.
+    /// The name of the section.
     pub section: &'static str,
-    /// The level's name.
+    /// The name of the level.
     pub level: &'static str,
     /// The number of lines computed here.
     pub lines: usize,
@@ -22,7 +22,7 @@ pub struct Row {
     pub here: u64,
     /// The hash of the committed lines.
     pub committed: u64,
-    /// The lines that differ: computed here, and committed.
+    /// The lines that differ, as pairs of a computed line and a committed line.
     pub differences: Vec<(String, String)>,
 }
 
@@ -40,13 +40,13 @@ impl Row {
         }
     }
 
-    /// Whether every computed line equals the committed one.
+    /// Returns whether every computed line equals the committed one.
     pub fn is_same(&self) -> bool {
         self.differences.is_empty()
     }
 }
 
-/// A row of the table, followed by some of the differences.
+/// Formats a row of the table, followed by some of the differences.
 impl fmt::Display for Row {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { section, level, lines, here, committed, differences } = self;
@@ -62,7 +62,8 @@ impl fmt::Display for Row {
     }
 }
 
-/// Every section at every level of this machine, as a table, and whether all lines are as committed.
+/// Computes every section at every level of this machine. Returns a table, and whether all lines
+/// equal the committed ones.
 pub fn report() -> (String, bool) {
     let (arch, os) = (std::env::consts::ARCH, std::env::consts::OS);
     let mut text = format!(

@@ -1,4 +1,4 @@
-//! The section `saved`: the answers of hierarchies that were saved and loaded, or refitted.
+//! The `saved` section: the answers of hierarchies that were saved and loaded, or refitted.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode, Triangle};
@@ -8,7 +8,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::scenes;
 
-/// The lines of all scenes.
+/// Computes the lines of all scenes.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mode = Mode::exact().at(level);
     let mut lines = vec![];
@@ -25,7 +25,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
             lines.push(Line::new(&scene.name, "exact", query, &digest));
         };
         put(&bvh, "closest, loaded");
-        // Moves every corner, with sums and products that are the same everywhere.
+        // Move every corner, using sums and products that are the same everywhere.
         let moved = |[x, y, z]: [f32; 3]| [0.75 * x - 0.25 * y, y + 0.125 * z, z - 0.5 * x];
         let moved: Vec<_> = scene.triangles.iter().map(|t| Triangle(t.0.map(moved))).collect();
         bvh.refit(&moved).expect("as many");

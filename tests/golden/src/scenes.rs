@@ -1,22 +1,22 @@
-//! The scenes whose answers are golden.
+//! The scenes for which golden answers are computed.
 
 use intertri::{Ray, Threshold, Triangle};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
 
-/// Named triangles and rays.
+/// A named set of triangles and rays.
 pub(crate) struct Scene {
     pub(crate) name: String,
     pub(crate) triangles: Vec<Triangle>,
     pub(crate) rays: Vec<Ray>,
     pub(crate) threshold: Threshold,
-    /// Whether the triangles are a closed mesh.
+    /// Whether the triangles form a closed mesh.
     pub(crate) closed: bool,
 }
 
-/// Triangles and rays of every family, and closed meshes with rays from one origin, some of them toward
-/// vertices and edges.
+/// Returns triangles and rays of every family, and closed meshes with rays from one origin, some of
+/// them toward vertices and edges.
 pub(crate) fn scenes() -> Vec<Scene> {
     let mut scenes = vec![];
     for family in FAMILIES {

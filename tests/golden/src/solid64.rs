@@ -1,5 +1,5 @@
-//! The section `solid64`: hierarchies over f64 that were saved and loaded, or refitted; closest points and
-//! signed distances.
+//! The `solid64` section: hierarchies over f64 that were saved and loaded, or refitted, with
+//! closest points and signed distances.
 
 use intertri::simd::Level;
 use intertri::{Hit, Ray64, Triangle64, TriangleOf};
@@ -9,12 +9,12 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// Moves an f32 number far out and gives it more digits.
+/// Moves an f32 number away from zero and gives it more digits.
 fn place(x: f32) -> f64 {
     f64::from(x) / 3.0 + 528_980.0
 }
 
-/// The lines of all scenes.
+/// Computes the lines of all scenes.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {
@@ -38,7 +38,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
             lines.push(Line::new(&scene.name, "exact", "signed distance", &digest));
         }
 
-        // Moves every corner, with sums and products that are the same everywhere.
+        // Move every corner, using sums and products that are the same everywhere.
         let moved = |[x, y, z]: [f64; 3]| [0.75 * x - 0.25 * y, y + 0.125 * z, z - 0.5 * x];
         let moved: Vec<_> = triangles.iter().map(|t| TriangleOf(t.0.map(moved))).collect();
         bvh.refit(&moved).expect("as many");
@@ -53,7 +53,7 @@ fn ray(ray: &intertri::Ray) -> Ray64 {
     Ray64::new(ray.origin.map(place), ray.dir.map(f64::from)).between(ends[0], ends[1])
 }
 
-/// A point along a ray.
+/// Returns a point along a ray.
 fn near(ray: &Ray64) -> [f64; 3] {
     [0, 1, 2].map(|k| ray.origin[k] + 0.25 * ray.dir[k])
 }
@@ -68,7 +68,7 @@ fn hits(scene: &Scene, bvh: &Bvh<f64>, rays: &[Ray64], level: Level, query: &str
     Line::new(&scene.name, "exact", query, &digest)
 }
 
-/// The origins of rays, and points along them.
+/// Computes the line for the points closest to ray origins and to points along the rays.
 fn nearest(scene: &Scene, bvh: &Bvh<f64>, rays: &[Ray64], query: &str) -> Line {
     let origins = rays.iter().map(|ray| ray.origin);
     let points: Vec<[f64; 3]> = origins.chain(rays.iter().map(near)).collect();

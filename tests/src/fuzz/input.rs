@@ -64,17 +64,18 @@ impl<'a> Input<'a> {
         of[self.below(of.len())]
     }
 
-    /// Generates an f32 with any bits.
+    /// Generates an f32 with arbitrary bits.
     fn bits(&mut self) -> f32 {
         f32::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// Generates an f64 with any bits.
+    /// Generates an f64 with arbitrary bits.
     pub(super) fn double(&mut self) -> f64 {
         f64::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// Generates a number of the chosen kind. With [`Kind::Ulps`], one in sixteen has any bits.
+    /// Generates a number of the chosen kind. With [`Kind::Ulps`], one in sixteen has arbitrary
+    /// bits.
     pub(super) fn number(&mut self) -> f32 {
         match self.kind {
             Kind::Grid(scale) => self.within(4) as f32 * scale,

@@ -58,8 +58,8 @@ pub fn instances(bytes: &[u8]) {
     check(&mut input, &loaded.commit().expect("few instances").mask(0b01), &placed);
 }
 
-/// Generates a matrix whose elements are of the input's kind, some with any bits. It is often only
-/// a translation.
+/// Generates a matrix whose elements are of the input's kind, some with arbitrary bits. It is often
+/// only a translation.
 fn matrix(input: &mut Input<'_>) -> [f64; 12] {
     let mut matrix = [0.0; 12];
     let kind = input.below(4);

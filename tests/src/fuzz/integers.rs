@@ -21,7 +21,8 @@ pub fn fixed(bytes: &[u8]) {
         _ => input.within(limit.min(3)),
     };
 
-    // The triangles share a few points. The rays go to these points, along edges, and anywhere.
+    // The triangles share a few points. The rays go to these points, along edges, and in arbitrary
+    // directions.
     let points: [[i32; 3]; 6] = from_fn(|_| from_fn(|_| number(far)));
     let dirs: [[i32; 3]; 4] = from_fn(|_| from_fn(|_| number(long)));
     let triangles: [Triangle; 8] =
@@ -75,7 +76,8 @@ pub fn fans(bytes: &[u8]) {
     if corners.iter().any(|&corners| is_on(origin, corners)) {
         return;
     }
-    // Aim at every corner and the midpoint of every edge, along the axes, and anywhere.
+    // Aim at every corner and the midpoint of every edge, along the axes, and in arbitrary
+    // directions.
     let to = |p: [i32; 3]| [0, 1, 2].map(|i| p[i] - origin[i]);
     let mut dirs = vec![[1, 0, 0], [0, -1, 0], [0, 0, 1], point(&mut input)];
     for [a, b, _] in &corners {

@@ -31,7 +31,7 @@ fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
 }
 
 /// Generates directions from an origin: exactly toward corners, toward edges and the insides of
-/// triangles, along axes, and anywhere.
+/// triangles, along axes, and random ones.
 fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3]> {
     let mut all = vec![];
     let to = |p: [f32; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
@@ -50,7 +50,7 @@ fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3
     all
 }
 
-/// Generates a point on the grid, near a corner, or anywhere.
+/// Generates a point on the grid, near a corner, or at an arbitrary position.
 fn origin(i: usize, mesh: &Closed, rng: &mut Rng) -> [f32; 3] {
     let Closed { triangles, scale, centre, .. } = mesh;
     let near = rng.pick(triangles).0[0].map(f64::from);

@@ -57,8 +57,9 @@ fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
     (ray, Triangle64([(); 3].map(|()| vector(rng, &mut bits))))
 }
 
-/// Generates a triangle, and a ray toward a corner, a point on an edge, a point inside, or
-/// anywhere. The ray starts anywhere, at a corner, or at 0, where the direction is exact.
+/// Generates a triangle, and a ray toward a corner, a point on an edge, a point inside, or an
+/// arbitrary point. The ray starts at an arbitrary point, at a corner, or at 0, where the direction
+/// is exact.
 fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Triangle64) {
     let triangle = Triangle64([(); 3].map(|()| vector(rng, &mut number)));
     let [c1, c2, c3] = triangle.0;

@@ -49,7 +49,7 @@ fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
 }
 
 /// Generates directions from a point: exactly or nearly toward corners and edges, into triangles,
-/// along axes, and anywhere.
+/// along axes, and random ones.
 fn directions(ball: &Ball, origin: [f64; 3], rng: &mut Rng) -> Vec<[f64; 3]> {
     let to = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
     let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] + b[k]);

@@ -1,5 +1,5 @@
 //! Compares the closest point in f64 with rational arithmetic: pairs at every tier, the bounds of
-//! the lanes, meshes anywhere and of any size, and the sign of the distance.
+//! the lanes, meshes of all sizes and positions, and the sign of the distance.
 
 use dashu_ratio::RBig;
 use intertri::internal::exact::{Tier, closer_from, closest, has_area, squares};
@@ -49,7 +49,8 @@ fn triangle(kind: usize, rng: &mut Rng) -> Triangle64 {
     t
 }
 
-/// Generates a point anywhere, at a corner, on an edge, near a face, or beyond a corner.
+/// Generates a point at an arbitrary position, at a corner, on an edge, near a face, or beyond a
+/// corner.
 fn point_near(kind: usize, t: &Triangle64, rng: &mut Rng) -> [f64; 3] {
     let [a, b, c] = t.0;
     let (u, v) = (rng.unit(), rng.unit());
@@ -170,7 +171,7 @@ fn meshes_are_asked_as_a_plain_loop() {
     }
 }
 
-/// Tests scenes of every size, anywhere, with points nearby and at the limits of the exponents.
+/// Tests scenes of all sizes and positions, with points nearby and at the limits of the exponents.
 #[test]
 fn scenes_of_any_size_anywhere() {
     let mut rng = Rng::new(3);

@@ -39,7 +39,8 @@ fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Opt
     let place = n.below(scene.len() as u64) as usize;
     let t = scene[place];
 
-    // Start anywhere, far away, in the plane of a triangle, next to that plane, or at a corner.
+    // Start at a random point, far away, in the plane of a triangle, next to that plane, or at a
+    // corner.
     let along = add(t[0], sub(t[1], t[2]));
     let origin = match kind % 5 {
         0 => add(t[0], n.vector(b.min(q))),

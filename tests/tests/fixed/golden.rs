@@ -1,4 +1,4 @@
-//! The same bits at every level: a hash of many answers on a fixed scene.
+//! Tests that every level computes the same bits, by hashing many answers on a fixed scene.
 
 use intertri::fixed::{Bits, Fixed, Grid, blocks, scalar};
 use intertri::simd::Level;

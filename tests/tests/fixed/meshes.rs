@@ -44,8 +44,8 @@ struct Effort {
     points: usize,
 }
 
-/// Casts rays from a point inside toward corners, midpoints of edges, and anywhere. Each must leave
-/// the mesh once more than it enters it. Returns the number of rays.
+/// Casts rays from a point inside toward corners, midpoints of edges, and in random directions.
+/// Each must leave the mesh once more than it enters it. Returns the number of rays.
 fn cast(
     n: &mut Numbers,
     grid: &Grid,

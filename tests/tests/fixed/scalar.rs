@@ -24,7 +24,7 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
     let (far, long) = (1 << b, 1 << q);
     let clip = |p: [i32; 3]| p.map(|x| x.clamp(-far, far));
 
-    // The triangles are at the limits, anywhere, or small with common corners around one point.
+    // The triangles are at the limits, arbitrary, or small with common corners around one point.
     let style = n.below(7);
     let middle = [(); 3].map(|()| component(n, style % 5, far));
     let triangles: [[[i32; 3]; 3]; 8] = core::array::from_fn(|_| {

@@ -150,7 +150,7 @@ fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<(Vec<Ray>, Roun
     Ok((all, file.rounding()))
 }
 
-/// Creates camera rays, shadow rays to the points that they hit, and diffuse rays from these
+/// Creates camera rays, shadow rays to the points that they hit, and diffuse rays from the same
 /// points.
 fn kinds(
     scene: &Scene,

@@ -116,7 +116,7 @@ fn race(
     }))
 }
 
-/// Returns a ring of `2 cells` by `cells` quads that stands on a floor of two triangles.
+/// Returns a ring of `2 * cells` × `cells` quads that stands on a floor of two triangles.
 fn ring(cells: u32) -> Mesh {
     let point = |i: u32, j: u32| {
         let [along, around] =

@@ -1,5 +1,5 @@
-//! The `exact` engine for instances, each of which is placed by a matrix and shares the hierarchy of
-//! its mesh.
+//! The `exact` engine for instances, each of which is placed by a matrix and shares the hierarchy
+//! of its mesh.
 
 use std::sync::Arc;
 

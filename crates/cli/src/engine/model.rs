@@ -132,8 +132,8 @@ impl Model {
         Ok(LoadedModel::Model(Box::new(Self { path: path.into(), content, files, notes })))
     }
 
-    /// Returns whether all of its numbers are exact in f32. A hierarchy saved in f64 always counts
-    /// as f64.
+    /// Returns whether all numbers of the model are exact in f32. A hierarchy saved in f64 always
+    /// counts as f64.
     pub(crate) fn is_f32(&self) -> bool {
         match &self.content {
             Content::Mesh(mesh) => {
@@ -193,8 +193,8 @@ pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
     }
 }
 
-/// Loads a saved hierarchy and merges its meshes into one, so that triangles are numbered across the
-/// whole model.
+/// Loads a saved hierarchy and merges its meshes into one, so that triangles are numbered across
+/// the whole model.
 fn saved<S: BvhScalar>(path: &Path) -> Result<Bvh<S>> {
     let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
     Ok(bvh.into_one_mesh())

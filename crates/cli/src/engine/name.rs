@@ -29,12 +29,12 @@ impl EngineName {
     /// The error for tracing rays with the rasterizer.
     pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster only draws pictures and traces no rays; choose exact, certified, fixed, reference or oracle";
 
-    /// Returns whether its answers are correct for the coordinates as given.
+    /// Returns whether the engine's answers are correct for the coordinates as given.
     pub(crate) fn is_exact(self) -> bool {
         matches!(self, Self::Exact | Self::Oracle)
     }
 
-    /// Returns whether it uses document A's threshold.
+    /// Returns whether the engine uses document A's threshold.
     pub(crate) fn has_threshold(self) -> bool {
         matches!(self, Self::Certified | Self::Reference | Self::Raster)
     }

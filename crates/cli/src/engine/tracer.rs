@@ -20,7 +20,7 @@ pub(crate) trait Tracer: Sync {
         64 * self.chunk_size()
     }
 
-    /// Returns whether its answers are correct for the coordinates as given.
+    /// Returns whether the engine's answers are correct for the coordinates as given.
     fn is_exact(&self) -> bool;
 
     /// Returns the position that this engine uses for a point: `fixed` snaps points to its grid.

@@ -87,7 +87,10 @@ impl AdviseReport {
                     needs.nearest, needs.farthest, needs.hits, needs.pixel
                 ),
             ),
-            ("grazing", format!("{:.2} % of these, under six degrees", needs.grazing * 100.0)),
+            (
+                "grazing",
+                format!("{:.2} % of hits, at angles below six degrees", needs.grazing * 100.0),
+            ),
         ];
         for (what, text) in lines {
             writeln!(f, "{what:>10}  {text}")?;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::engine::fixed::GridReport;
 
-/// Returns the path of the model, or a name for the built-in scene.
+/// Returns the path to the model, or a name for the built-in scene.
 pub(crate) fn model(path: Option<&Path>) -> String {
     path.map_or("the built-in scene".to_owned(), |path| path.display().to_string())
 }

@@ -90,8 +90,8 @@ pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32
     narrowed([t, u, v]).unwrap_or_else(|| attributes32_by_integers(ray, triangle))
 }
 
-/// Takes numbers that were correctly rounded to f64, and rounds the original numbers to f32 if the
-/// f64 values determine the results.
+/// Given numbers correctly rounded to f64, rounds the original numbers to f32 if the f64 values
+/// determine the results.
 ///
 /// Rounding preserves order. So if the f64 neighbours of a number round to the same f32, so does
 /// every real number that rounds to that number. Around the midpoint of two f32 values, the
@@ -131,8 +131,8 @@ pub fn order_from<S: Scalar>(
     at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
-/// Computes t, u and v in integers, except for those that are already known. The weight 0 of a
-/// point on an edge cannot be proven by a bound, so it is computed here.
+/// Computes t, u and v in integers, except for those that are already known. A weight of 0, at a
+/// point on an edge, cannot be proven by a bound, so it is computed here.
 #[inline(never)]
 fn attributes_by_integers<S: Scalar>(
     from: Tier,
@@ -223,7 +223,7 @@ mod tests {
 
     /// Here t is the mean of three heights, `1 + k 2^-24 + tiny`, which for odd k is next to the
     /// midpoint of two f32 values. In f64, the sum loses `tiny`, so rounding to f64 and then to f32
-    /// would change half of these t by one step.
+    /// would change half of the results by one step.
     #[test]
     fn numbers_near_half_way_are_rounded_once() {
         let tiny = 2.0_f32.powi(-70);

@@ -1,9 +1,9 @@
 //! The first tier: f64 in lanes, with a proven bound on the error of each number.
 //!
 //! ```text
-//!   U = h6·(d × B)     h6 = c3 - c2           a number beyond its bound has its exact sign;
-//!   V = h5·(A × d)     h5 = c3 - c1           a number with all products 0 is exactly 0;
-//!   W = h4·(d × A)     h4 = c2 - c1           two numbers with different signs: a miss
+//!   U = h6·(d × B)     h6 = c3 - c2           A number beyond its bound has its exact sign.
+//!   V = h5·(A × d)     h5 = c3 - c1           A number with all products 0 is exactly 0.
+//!   W = h4·(d × A)     h4 = c2 - c1           Two numbers with different signs mean a miss.
 //!   T = A·(h4 × h5)
 //! ```
 //!
@@ -112,8 +112,8 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let num = Sum { value: t.value.abs(), permanent: t.permanent };
     let (from, before) = beyond(&num, &den, rays.t_min);
     let (after, within) = beyond(&num, &den, rays.t_max);
-    // The signs have decided that t > 0, so an end at 0 or at infinity needs no comparison, which
-    // might be undecided.
+    // The signs have decided that t > 0, so an end at 0 or at infinity does not need a comparison,
+    // which might be undecided.
     let from = from | rays.t_min.le(D::splat(0.0));
     let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !rays.t_min.le(D::splat(0.0))) | after;

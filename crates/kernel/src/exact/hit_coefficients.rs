@@ -2,9 +2,9 @@
 //! value correctly rounded.
 //!
 //! ```text
-//!   num:  n · a   v · dir   w · dir              in two-part numbers; the parts that do not
+//!   num:  n · a   v · dir   w · dir              All are two-part numbers. Values that do not
 //!   den:  n · dir n · dir   n · dir              depend on the direction are computed once for a
-//!           = t     = u       = v    triangle    triangle and an origin
+//!           = t     = u       = v    triangle    triangle and an origin.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the bounds and the proof.
@@ -177,7 +177,7 @@ impl SharedOriginHit for HitCoefficients {
 }
 
 /// `2^-76`: the error of the dot product of a split cross product and a direction is at most half
-/// of this times the permanent.
+/// this value times the permanent.
 const SHARE: f64 = 1.0 / (1_u128 << 76) as f64;
 
 /// Splits a vector into two parts. The first has 29 digits, so that its products with an f32 are

@@ -1,9 +1,9 @@
 //! Exact arithmetic: results are correct for the coordinates as given, as long as all are finite.
 //!
 //! ```text
-//!   A, B, C  the corners from the origin      closed   U, V, W are each 0 or have T's sign
-//!   U = d·(B × C)                             once     a 0 takes the sign that it has if the
-//!   V = d·(C × A)                                      direction is moved by (ε, ε², ε³)
+//!   A, B, C  the corners from the origin      closed   U, V, and W each are 0 or have T's sign.
+//!   U = d·(B × C)                             once     A 0 takes the sign that it has if the
+//!   V = d·(C × A)                                      direction is moved by (ε, ε², ε³).
 //!   W = d·(A × B)
 //!   T = A·(B × C)                             t = T / D > 0    u = V / D    v = W / D
 //!   D = U + V + W
@@ -83,9 +83,9 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Returns the order in which a ray meets two triangles, if it takes no quotient: they are
-/// perpendicular to the same axis, or the ray passes through a corner or edge that they share. The
-/// result is meaningless unless the ray hits both.
+/// Returns the order in which a ray meets two triangles, if it can be determined without a
+/// quotient: they are perpendicular to the same axis, or the ray passes through a corner or edge
+/// that they share. The result is meaningless unless the ray hits both.
 pub fn known_order<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
@@ -136,9 +136,10 @@ pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<
     order_from(Tier::Float, ray, one, other)
 }
 
-/// Returns the exact order in which a ray meets two triangles that are perpendicular to the same axis, as
-/// walls and floors often are: the positions of their planes decide, without any arithmetic.
-/// Returns `None` for other triangles. The ray's line must meet each plane in exactly one point.
+/// Returns the exact order in which a ray meets two triangles that are perpendicular to the same
+/// axis, as walls and floors often are: the positions of their planes decide, without any
+/// arithmetic. Returns `None` for other triangles. The ray's line must meet each plane in exactly
+/// one point.
 pub fn order_across_axis<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,

@@ -2,7 +2,7 @@
 //! enough to round it correctly and to compare it with any float.
 //!
 //! ```text
-//!   1.b₁b₂b₃ ... b₅₂ | b₅₃ ... b₆₃ | more?        rounds to nearest even, whatever follows
+//!   1.b₁b₂b₃ ... b₅₂ | b₅₃ ... b₆₃ | more?        These bits suffice to round to nearest even.
 //! ```
 
 use core::cmp::Ordering;

@@ -2,8 +2,8 @@
 //! always determines how the result rounds to f32.
 //!
 //! ```text
-//!        ...●───────────┼───────────●──────      f32 and halfway points: if both ends of the
-//!          f32   [═══] half        f32           error interval round alike, so does the quotient
+//!        ...●───────────┼───────────●──────      f32 and halfway points. If both ends of the
+//!          f32   [═══] half        f32           error interval round alike, so does the quotient.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 6, has the bounds and the proof.
@@ -15,8 +15,7 @@ use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of, put_by_triangle};
 use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 
 /// `2^-49`, which is `16w`, where w is half an ulp of 1. The error of a volume in f64 is at most
-/// 9/16 of this times its permanent, and dividing by the volume adds rounding errors of at most
-/// 3/16 of this.
+/// `9w` times its permanent, and dividing by the volume adds rounding errors of at most `3w`.
 const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
 
 /// A denominator that several quotients share.

@@ -2,15 +2,15 @@
 //!
 //! ```text
 //!             b
-//!             ▲    d·(A × B) > 0    the ray passes on this side of the edge
-//!        ·    │    d·(A × B) = 0    through the edge's line: the ray is moved by (ε, ε², ε³)
+//!             ▲    d·(A × B) > 0    The ray passes on this side of the edge.
+//!        ·    │    d·(A × B) = 0    The ray meets the edge's line and is moved by (ε, ε², ε³).
 //!       ray   │
-//!             a    A, B are the ends relative to the ray's origin; the view is along the ray
+//!             a    A and B are the ends relative to the ray's origin. The view is along the ray.
 //! ```
 //!
 //! [`crossing`](super::crossing) uses the same signs for the three edges of a triangle, so a sum
 //! over edges and a count of crossings agree on the side of each edge. `docs/numerics/winding.md`
-//! relies on this.
+//! relies on this property.
 
 use core::cmp::Ordering;
 

@@ -2,7 +2,7 @@
 //! meets first, nearly always in f64.
 //!
 //! ```text
-//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        each of the four has an error bound
+//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        Each of the four has an error bound.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the bounds and the proof.
@@ -14,7 +14,8 @@ use super::tier::is_f64;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// `2^-49`, which is `16w`: the errors of T and D are at most half of this times their permanents.
+/// `2^-49`, which is `16w`: the errors of T and D are at most half this value times their
+/// permanents.
 const BOUND: f64 = 16.0 * (f64::EPSILON / 2.0);
 
 /// A triangle's plane relative to the origin of rays that are known to hit the triangle.

@@ -1,11 +1,11 @@
 //! Tests whether a ray meets two triangles on a shared edge or corner, and thus at the same t.
 //!
 //! ```text
-//!        P            d × P = 0           the ray goes through the corner
+//!        P            d × P = 0           The ray goes through the corner.
 //!       /|\
-//!      / ● \          d·(P × Q) = 0       it meets the line of the edge
+//!      / ● \          d·(P × Q) = 0       The ray meets the line of the edge.
 //!     /  |  \
-//!    ·---Q---·        P and Q are relative to the ray's origin
+//!    ·---Q---·        P and Q are relative to the ray's origin.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the proof.

@@ -53,7 +53,8 @@ impl WithSimd for OfOrigin<'_> {
             scratch.resize(needed, Default::default());
         }
         for (i, (some, to)) in triangles.chunks(8).zip(&mut *scratch).enumerate() {
-            // Triangles are far apart in memory, so prefetch the next eight while processing these.
+            // Triangles are far apart in memory, so prefetch the next eight while processing the
+            // current ones.
             for (triangle, _) in triangles.iter().skip(8 * i + 8).take(8) {
                 prefetch(slice::from_ref(*triangle));
             }
@@ -98,8 +99,8 @@ fn eight<S: Simd>(
     let [c1, c2, c3] = &numbers;
     let [c1, c2, c3] = [Vec3::<S::F64x8>::load(c1), Vec3::load(c2), Vec3::load(c3)];
     let (a, h4, h5) = (difference(c1, Vec3::splat(origin)), difference(c2, c1), difference(c3, c1));
-    // n, h5 × A, and A × h4. With these, D, V, and W of any ray from this origin are dot products
-    // with its direction.
+    // D, V, and W of any ray from this origin are dot products of n, h5 × A, and A × h4 with the
+    // ray's direction.
     let (n, v, w) = (cross_tails(&h4, &h5), cross_tails(&h5, &a), cross_tails(&a, &h4));
 
     // Compute the error bounds.

@@ -2,7 +2,7 @@
 //! differences in two parts.
 //!
 //! ```text
-//!   A = a + a'    h4 = h + h'    h5 = k + k'        each difference is exact, in two parts
+//!   A = a + a'    h4 = h + h'    h5 = k + k'        Each difference is exact, in two parts.
 //!   n = h × k  in two parts,  plus  h × k' + h' × k  in one part
 //! ```
 //!
@@ -13,8 +13,8 @@ use super::rounded::{Volume, quotient};
 use crate::simd::{Lanes, Vec3};
 
 /// `2^-97`, which is `512w²`, where w is half an ulp of 1. The error of a volume is at most a sixth
-/// of this times its permanent. Division adds an error of at most a twentieth of this times the
-/// quotient's magnitude.
+/// of this value times its permanent. Division adds an error of at most a twentieth of this value
+/// times the quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 97) as f64;
 
 /// A quotient is proven only if it is 0 or its magnitude is between these limits, `2^±500`.
@@ -75,7 +75,7 @@ pub(super) fn times<D: Lanes<Scalar = f64>>(
 #[inline(always)]
 pub(super) fn is_tame_quotient<D: Lanes<Scalar = f64>>(q: D) -> D::Mask {
     // Nearer to the limits, intermediate results on which the proof relies could be subnormal. A
-    // quotient of 0 needs no further check.
+    // quotient of 0 does not need this check.
     let size = q.abs();
     let tame = size.ge(D::splat(TAME[0])) & size.le(D::splat(TAME[1]));
     tame | size.le(D::splat(0.0))

@@ -107,9 +107,9 @@ pub(super) const LOST: f32 = 1.0 / (1_u64 << 45) as f32;
 pub(super) const INVERSE: f32 = 10.0 * U;
 
 /// On the projection, the reference may accept a point that is outside a triangle by up to
-/// `ROOM h + ROOM_AWAY |o|₁`, divided by the triangle's least depth. The error of the corners is within
-/// `CORNER |A|₁`, and rounding adds `ROOM_SCREEN`. `ROOM` is 2^-19, `ROOM_AWAY` is 2^-46, and
-/// `ROOM_SCREEN` is 2^-20.
+/// `ROOM h + ROOM_AWAY |o|₁`, divided by the triangle's least depth. The error of the corners is
+/// within `CORNER |A|₁`, and rounding adds `ROOM_SCREEN`. `ROOM` is 2^-19, `ROOM_AWAY` is 2^-46,
+/// and `ROOM_SCREEN` is 2^-20.
 pub(super) const ROOM: f32 = 1.0 / (1_u64 << 19) as f32;
 /// See [`ROOM`].
 pub(super) const ROOM_AWAY: f32 = 1.0 / (1_u64 << 46) as f32;

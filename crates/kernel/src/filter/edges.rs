@@ -334,7 +334,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
     }
 
     /// Returns the lanes whose t is certainly outside the interval: above `far` or below the near
-    /// end. This is enough for most lanes, and it takes no division.
+    /// end. This is enough for most lanes and does not require a division.
     #[inline(always)]
     pub(super) fn out_of_range(&self, of: &Rays<F>, far: F) -> F::Mask {
         let Self { num, num_err, den, den_err } = *self;

@@ -8,8 +8,8 @@
 //!                                            └──► undecided      about 1 in 10,000: to the resolver
 //! ```
 //!
-//! There are two forms: one for any rays and triangles ([`edges`]), and one for bundles of rays
-//! that share an origin, which projects the triangles ([`projection`]).
+//! There are two forms: one for arbitrary rays and triangles ([`edges`]), and one for bundles of
+//! rays that share an origin, which projects the triangles ([`projection`]).
 
 mod block_hits;
 mod bound;
@@ -87,8 +87,8 @@ impl<'a> Filter<'a> {
         Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: &Room::NONE }
     }
 
-    /// Creates a filter for any rays and triangles. Its results are exact for the given coordinates
-    /// (`docs/numerics/exact.md`).
+    /// Creates a filter for arbitrary rays and triangles. Its results are exact for the given
+    /// coordinates (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(rule: Rule, level: Level) -> Self {
         let resolver = Resolver::Exact(rule);

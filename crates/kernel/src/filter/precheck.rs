@@ -1,4 +1,5 @@
-//! The precheck for packets: finds the rays, from any origins, that certainly miss a triangle.
+//! The precheck for packets: finds the rays, from arbitrary origins, that certainly miss a
+//! triangle.
 //!
 //! ```text
 //!   V/h = v·d + h5/h·m     with the moments   v = h5 × c1 / h         of an edge
@@ -7,10 +8,10 @@
 //!   U = D - V - W          a miss if two of the three have different signs
 //! ```
 //!
-//! The precheck requires no translation and only sixteen values per triangle. The price is an error
-//! that grows with the distance from the world's origin. This is acceptable because the filter
-//! tests every pair that passes. `docs/numerics/certified.md`, section 8, has the bound and the
-//! proof.
+//! The precheck does not require a translation, and uses only sixteen values per triangle. The
+//! price is an error that grows with the distance from the world's origin. This is acceptable
+//! because the filter tests every pair that passes. `docs/numerics/certified.md`, section 8, has
+//! the bound and the proof.
 
 use crate::Triangle;
 use crate::packet::TriangleBlock;

@@ -40,7 +40,7 @@ impl<I: Ints> Edges<I> {
         // r and n are wide.
         let v = I::splat(0) - I::dot(h5, r);
         let w = I::dot(h4, r);
-        // The three determinants sum to d·n, so the third needs no cross product.
+        // The three determinants sum to d·n, so the third does not need a cross product.
         let u = I::dot(d, n) - v - w;
         Self { a, h4, h5, u, v, w }
     }

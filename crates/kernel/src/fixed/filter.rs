@@ -61,7 +61,7 @@ fn opposite<F: Lanes<Scalar = f32>>(u: F, v: F, w: F, bound: F) -> u32 {
     (least.gt(-bound) | most.lt(bound)).bits()
 }
 
-/// The bound for [`maybe_seen`] is this times `s (|x| + |y| + |z|)`, in f32.
+/// The bound for [`maybe_seen`] is this value times `s (|x| + |y| + |z|)`, in f32.
 pub(super) const SEEN: f32 = 4.5 * U;
 
 #[inline(always)]

@@ -70,12 +70,12 @@ impl Bits {
         Self::new(b, q)
     }
 
-    /// Returns the number of bits of a coordinate.
+    /// Returns the number of bits per coordinate.
     pub fn b(self) -> u32 {
         self.b
     }
 
-    /// Returns the number of bits of a direction.
+    /// Returns the number of bits per component of a direction.
     pub fn q(self) -> u32 {
         self.q
     }
@@ -101,9 +101,9 @@ impl Default for Bits {
 pub enum GridError {
     /// Bit widths outside the limits.
     Bits {
-        /// The number of bits of a coordinate.
+        /// The number of bits per coordinate.
         b: u32,
-        /// The number of bits of a direction.
+        /// The number of bits per component of a direction.
         q: u32,
     },
     /// A scale or a centre outside the limits of a grid.
@@ -231,8 +231,8 @@ impl Grid {
         }
     }
 
-    /// Creates a predefined grid that is the same for every scene. A coordinate x becomes `x *
-    /// 2^scale`, rounded, minus the centre.
+    /// Creates a predefined grid that is the same for every scene. A coordinate x becomes
+    /// `x * 2^scale`, rounded, minus the centre.
     ///
     /// # Errors
     /// Returns an error if the scale is not in `-149..=149` or if the centre is not in
@@ -256,7 +256,7 @@ impl Grid {
     }
 
     /// Returns the distance between neighbouring grid points, in units of the scene. Snapping moves
-    /// each coordinate by at most half of this.
+    /// each coordinate by at most half this distance.
     pub fn step(&self) -> f64 {
         pow2(-self.scale)
     }

@@ -78,8 +78,8 @@ mod tests {
         }
     }
 
-    /// Tests quotients of any magnitude, exact ones, ties between two f64 values, and the
-    /// neighbours of these.
+    /// Tests quotients of any magnitude, exact ones, ties between two f64 values, and their
+    /// neighbours.
     #[test]
     fn a_sure_quotient_is_the_nearest() {
         let mut state = 1_u64;

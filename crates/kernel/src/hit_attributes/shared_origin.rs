@@ -1,10 +1,10 @@
 //! t, u, and v for rays from one origin and triangles that they are known to hit.
 //!
 //! ```text
-//!   num:  nrm & a   V & dir   W & dir              the coefficients are computed once for a
-//!   den:  nrm & dir N & dir   N & dir              triangle and an origin; each ray then takes
+//!   num:  nrm & a   V & dir   W & dir              The coefficients are computed once for a
+//!   den:  nrm & dir N & dir   N & dir              triangle and an origin. Each ray then takes
 //!           = t       = u       = v    triangle    a dot product and a division in four lanes:
-//!                                                  nrm, V, W, and N
+//!                                                  nrm, V, W, and N.
 //! ```
 //!
 //! t follows document A, and the weights follow document D. The operations and their order match

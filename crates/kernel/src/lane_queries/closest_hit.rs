@@ -107,12 +107,12 @@ impl ClosestHit {
             // hit comes close; until then, it is NaN.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
-            // Walls in the same plane are common, and their order takes no arithmetic.
+            // Walls in the same plane are common, and ordering them does not require arithmetic.
             if self.is_hit()
                 && let Some(order) = pairs.order_across_axis(lane, self.slot)
             {
                 if order.then(triangle.cmp(&self.triangle)).is_lt() {
-                    // Its t is at most that of the hit so far.
+                    // The new hit's t is at most that of the hit so far.
                     let t_hi = if t_hi < self.t_hi { t_hi } else { self.t_hi };
                     *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
                 }

@@ -12,9 +12,9 @@ use crate::workloads::Workload;
 const WIDTH: f64 = 704.0;
 const TOP: f64 = 66.0;
 
-/// Draws four panels that show how many times faster than the scalar f64 reference each method is
-/// at its best width, and how often it is wrong. Every method without observed errors has its own
-/// row. `caption` is printed below.
+/// Draws four panels that show how much faster than the scalar f64 reference each method is at its
+/// best width, and how often it is wrong. Every method without observed errors has its own row.
+/// `caption` is printed below.
 pub fn chart(times: &[Time], error_counts: &[ErrorCounts], caption: &str) -> Svg {
     let points = Workload::ALL.map(|workload| points(workload, times, error_counts));
     // Adjacent panels have the same height.

@@ -62,7 +62,7 @@ pub(super) fn inside(rng: &mut Rng) -> Point {
 
 /// Returns the weights of a random point in the triangle's plane. On average, of every 16 points,
 /// eight are on an edge, three at a vertex, three inside, one near an edge on either side (at a
-/// weight of 1e-9 to 1), and one anywhere.
+/// weight of 1e-9 to 1), and one at an arbitrary position.
 pub(super) fn target(rng: &mut Rng) -> Point {
     let mut weights = match rng.below(16) {
         0..=7 => {

@@ -18,7 +18,7 @@ use super::axis::Axis;
 use super::intersector::{Intersector, PlainRay, splat3};
 use super::real::Real;
 
-/// The method. It stores the full 3×4 matrix, so the test needs no branch on the axis.
+/// The method. It stores the full 3×4 matrix, so the test does not need a branch on the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct BaldwinWeber;
 

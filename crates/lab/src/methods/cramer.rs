@@ -54,7 +54,7 @@ impl Intersector for Cramer {
         let (u, v, t_ap) = (ac.cross(ap), ap.cross(ab), t.dot(ap));
 
         // The three products are negated where necessary so that the determinant is positive. The
-        // hit test then needs no division.
+        // hit test then does not need a division.
         let det = -t.dot(ray.dir);
         let (d, u, v) = (det.abs(), u.dot(ray.dir).flip(det), v.dot(ray.dir).flip(det));
         let hit = u.ge(zero) & v.ge(zero) & (u + v).le(d) & t_ap.flip(det).gt(zero) & d.gt(zero);

@@ -10,11 +10,11 @@ use crate::test_batch::{Answer, ClosestHit, TestBatch};
 /// One method in one precision.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
-    /// Its name in tables and charts.
+    /// The name in tables and charts.
     pub name: &'static str,
-    /// Its source.
+    /// The source of the method.
     pub source: &'static str,
-    /// The significant bits of its arithmetic: 24 or 53.
+    /// The number of significant bits in the arithmetic: 24 or 53.
     pub bits: u32,
     pub(super) pairs: fn(Level, f64, &[Triangle], &[Ray], &mut [Answer]),
     pub(super) closest: fn(Level, &[TestBatch], Layout, &mut Vec<ClosestHit>) -> Option<Seconds>,

@@ -76,7 +76,7 @@ impl Model {
         TestBatch { rays, triangles: self.nearest(far) }
     }
 
-    /// Returns the neighbourhood of a triangle, with rays that arrive there from anywhere on the
+    /// Returns the neighbourhood of a triangle, with rays toward it from random points on the
     /// model.
     pub(super) fn leaf(&self, rng: &mut Rng) -> TestBatch {
         let (target, _) = rng.pick(&self.balls);

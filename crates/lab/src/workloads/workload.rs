@@ -12,7 +12,7 @@ use crate::test_batch::TestBatch;
 pub enum Workload {
     /// 8×8 tiles of camera rays, and the 32 triangles nearest to the tile's middle ray.
     Camera,
-    /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32
+    /// 64 rays from random points on the model to the neighbourhood of one triangle, and the 32
     /// triangles of that neighbourhood, as in a leaf that diffuse rays reach.
     Secondary,
     /// 64 rays from inside a closed convex mesh, each aimed exactly at a vertex or a point on an

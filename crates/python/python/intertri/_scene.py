@@ -150,7 +150,7 @@ class Scene:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the scene, including uncommitted changes, to a file that `Scene.load` reads.
 
-        The file contains each mesh once, and the numbers, placements and masks of all instances.
+        The file contains each mesh once, and the numbers, placements, and masks of all instances.
         Its bytes are the same on every machine. Rust's ``Scene::load`` reads it, too.
 
         >>> import intertri, tempfile, os

@@ -50,7 +50,7 @@ pub(crate) fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// Returns a closed surface around the origin, with outward winding: a sphere of `n` by `2 n` cells
+/// Returns a closed surface around the origin, with outward winding: a sphere of `n` × `2 n` cells
 /// whose points are moved in or out by up to the fraction `rough` of its radius.
 pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle> {
     let pi = std::f64::consts::PI;

@@ -74,7 +74,7 @@ fn house() -> Scene<f64> {
         house.block([3.2, -out, 0.0], [4.7, -out + 0.32, high]);
     }
 
-    // Palings (6 by 2 cm) and two rails.
+    // Palings (6 cm × 2 cm) and two rails.
     house.part(WOOD);
     for i in 0..56 {
         let left = -5.0 + 0.15 * f64::from(i);

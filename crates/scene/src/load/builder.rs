@@ -57,7 +57,7 @@ pub(super) struct MeshBuilder<S> {
 struct WaitingFaces {
     /// The vertices of all waiting faces.
     corners: Vec<u32>,
-    /// Their texture coordinates.
+    /// The texture coordinates of all waiting faces.
     uvs: Vec<u32>,
     /// For each face, its line and the ends of its corners and texture coordinates.
     faces: Vec<(Option<u64>, usize, usize)>,

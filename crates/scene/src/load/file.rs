@@ -10,7 +10,7 @@ const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
 
 /// The other files that a model refers to.
 pub(super) struct Beside<'a> {
-    /// Their folder.
+    /// The folder that contains the files.
     pub(super) folder: &'a Path,
     /// The files that were read.
     pub(super) read: Vec<PathBuf>,

@@ -29,8 +29,8 @@ const STREAM_AFTER_BUNDLE: usize = 4 * STREAM;
 /// the shadow rays of one row of hits form a long, thin curve as seen from the light.
 const REVERSAL_PATIENCE: [usize; 2] = [4, 64];
 
-/// The same for bundles that are not reversed. For example, rays from one camera in random order
-/// share an origin, but each packet of them covers the whole image.
+/// The same limits for bundles that are not reversed. For example, rays from one camera in random
+/// order share an origin, but each packet of them covers the whole image.
 const BUNDLE_PATIENCE: [usize; 2] = [2, 64];
 
 /// A bundle was not worth its cost if it took more packet tests per ray than this. One by one,

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //!   ┌──────────────────────►
-//!   └──────────────────────►   the jump: back by more than a few pixels
+//!   └──────────────────────►   The jump is back by more than a few pixels.
 //!   ...
 //! ```
 //!
@@ -36,7 +36,7 @@ const AGAIN: usize = 1 << 16;
 /// A run of consecutive rays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// Their indices.
+    /// The indices of the rays.
     pub rays: Range<usize>,
     /// The width of the rows, if the rays are the pixels of an image.
     pub width: Option<usize>,
@@ -75,7 +75,7 @@ struct Rows<F> {
     count: usize,
     /// The origin and the direction of a ray.
     line: F,
-    /// Whether they share a direction but not an origin.
+    /// Whether the rays share a direction but not an origin.
     parallel: bool,
 }
 

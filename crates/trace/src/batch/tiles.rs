@@ -57,7 +57,7 @@ struct BlockOrder {
 /// A block: several columns of a band.
 #[derive(Clone, Copy)]
 pub struct Block<'a> {
-    /// The index of its first pixel in the band.
+    /// The index of the block's first pixel in the band.
     first: usize,
     /// The width of the band's rows in pixels.
     row: usize,

@@ -222,8 +222,8 @@ impl WithSimd for Small<'_> {
             for r in &refs[1..] {
                 sides.join(&r.0);
             }
-            // A block needs no inner nodes, but its first node stores the box. A single triangle
-            // has no node.
+            // A block does not need inner nodes, but its first node stores the box. A single
+            // triangle has no node.
             if let Some(here) = inner.first_mut() {
                 *here = sides.0;
             }

@@ -19,9 +19,11 @@ pub(crate) struct Layout {
     pub blocks: Vec<[u32; BLOCK]>,
     /// The number of nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
     pub depth: usize,
-    /// How far outside its box the reference may hit a triangle in the blocks.
+    /// The reference may hit a triangle in the blocks up to this distance outside the triangle's
+    /// box.
     pub lean: f32,
-    /// Triangles that the reference may hit anywhere, in ascending order. They are in no block.
+    /// Thin triangles, whose reference hits may be arbitrarily far outside their boxes, in
+    /// ascending order. They are in no block.
     pub thin: Vec<u32>,
     /// Whether some of the triangles in blocks have no area.
     pub has_degenerate: bool,

@@ -31,9 +31,9 @@ impl PrimRef {
 pub(super) struct Prims {
     /// The boxes of all triangles that go below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// How far outside its box the reference may hit one of these triangles.
+    /// The reference may hit one of these triangles up to this distance outside the triangle's box.
     pub lean: f32,
-    /// Triangles that the reference may hit anywhere.
+    /// Thin triangles, whose reference hits may be arbitrarily far outside their boxes.
     pub thin: Vec<u32>,
     /// Whether some of the triangles with a box have no area.
     pub has_degenerate: bool,

@@ -4,9 +4,9 @@
 //! Hierarchies* (2013):
 //!
 //! ```text
-//!        ·                  ·              a long box cannot be cut, so it makes every box around it large,
-//!      ╱   ╲              ╱   ╲            from the cut that put it on one side down to its block; higher
-//!     ·     ·     ─►     ·     ·           up, or beside another long one, it costs less
+//!        ·                  ·              A long box cannot be cut, so it makes every box around it large,
+//!      ╱   ╲              ╱   ╲            from the cut that put it on one side down to its block. Higher
+//!     ·     ·     ─►     ·     ·           up, or beside another long box, it costs less.
 //!    ╱ ╲   ╱ ╲          ╱ ╲   ╱ ╲
 //!   ▯ [══] ▯  ▯        ▯  ▯  ▯   ·
 //!                               ╱ ╲

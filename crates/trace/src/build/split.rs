@@ -5,7 +5,7 @@
 //!
 //! ```text
 //!   centres   .  . ..   |  .    .|.   . .   . . .
-//!   bins     [0] [1] [2] [3] ... | ... [14] [15]      cuts only between two bins
+//!   bins     [0] [1] [2] [3] ... | ... [14] [15]      Cuts lie between two bins.
 //! ```
 
 use super::prim_refs::PrimRef;

@@ -119,7 +119,7 @@ pub(super) struct Inverse {
 pub(super) struct TreeRay<D> {
     pub(super) origin: Vec3<D>,
     pub(super) dir: Vec3<D>,
-    /// The largest distance outside its box at which a hit may appear.
+    /// The largest distance outside a triangle's box at which a hit may appear.
     pub(super) room: D,
 }
 
@@ -131,7 +131,8 @@ impl Inverse {
     pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
         let rows = near_inverse(a);
-        // The residual bounds the error however N was computed, so the elimination needs no proof.
+        // The residual bounds the error however N was computed, so the elimination does not need a
+        // proof.
         let defect = defect(&rows, &a);
         let sizes = sizes(m, extent);
         if sizes.iter().any(|&size| size > ENORMOUS) {

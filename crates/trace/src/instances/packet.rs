@@ -34,8 +34,8 @@ use crate::walk::single::{SlabLanes, Visit};
 /// If fewer rays than this visit an instance or box together, tracing them one by one is faster.
 const TOGETHER: usize = 2;
 
-/// After a packet whose rays diverge, trace this many packets ray by ray: at first the first value,
-/// then twice as many after each further failure, up to the second value.
+/// When the rays of a packet diverge, this many of the following packets are traced ray by ray. The
+/// count starts at the first value and doubles with each further failure, up to the second.
 const PATIENCE: [usize; 2] = [4, 256];
 
 /// Returns the state that decides whether to try a packet, based on how earlier packets of the
@@ -176,7 +176,7 @@ struct InTree {
     packet: RayPacket<RAYS>,
     /// The factor that converts each ray's t to the packet's units.
     unit: [f64; RAYS],
-    /// The largest distance outside its box at which any ray's hit may appear.
+    /// The largest distance outside a triangle's box at which a hit of any ray may appear.
     room: f64,
     /// A bit for each ray that could be transformed.
     some: u32,
@@ -205,7 +205,7 @@ struct VisitInstances<'a, 'b, S, C> {
     unit: [f64; RAYS],
     /// [`VisitInstances::until`] in the units of the top tree; NaN for inactive rays.
     far: [f32; RAYS],
-    /// The number of boxes visited, and the number of ray visits summed over these boxes.
+    /// The number of boxes visited, and the total number of rays that visited them.
     work: [usize; 2],
     level: PhantomData<S>,
 }

@@ -4,7 +4,7 @@
 //! crossing changes the winding number of one mesh by one:
 //!
 //! ```text
-//!   rock    0 ─┤ enters ├─ 1 ──────────────── 1 ───────────┤ leaves ├─ 0        read from right to left
+//!   rock    0 ─┤ enters ├─ 1 ──────────────── 1 ───────────┤ leaves ├─ 0        Read from right to left.
 //!   steel   0 ──────────── 0 ─┤ enters ├─ 1 ─┤ leaves ├─ 0 ──────────── 0
 //! ```
 //!

@@ -88,7 +88,7 @@ impl Backend for f64 {
         ray: &Ray64,
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A {
-        // A single ray needs no buffer, because its copy fits on the stack.
+        // A single ray does not need a buffer, because its copy fits on the stack.
         let copied = CopiedRays::new(tree, originals, mode, (from_ref(ray), 0..1));
         trace(&copied.filter(), &originals.frame.ray(ray))
     }

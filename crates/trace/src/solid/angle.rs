@@ -4,9 +4,9 @@
 //!                 d                 Ω(-d, a, b) = 2 arg Z,
 //!                 ▲   b             Z = (|A| - A·d)(|B| - B·d) + A'·B' - i d·(A' × B')
 //!                 │  ↗ ╲
-//!         p ·─────┼─a   ╲           A, B: ends relative to p; A', B': their parts perpendicular to d
+//!         p ·─────┼─a   ╲           A, B: the ends relative to p. A', B': their parts perpendicular to d.
 //!                 │  ╲   ╲
-//!                -d ──────╲         d·(A × B) = 0 and Z < 0: the ray hits the edge
+//!                -d ──────╲         If d·(A × B) = 0 and Z < 0, the ray hits the edge.
 //! ```
 //!
 //! `docs/numerics/winding.md` has the derivation and the bound.

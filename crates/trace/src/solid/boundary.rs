@@ -2,9 +2,9 @@
 //! than the other.
 //!
 //! ```text
-//!   ┌──▶──┬──▶──┐        each triangle traverses its edges in order. Where neighbours traverse an
+//!   ┌──▶──┬──▶──┐        Each triangle traverses its edges in order. Where neighbours traverse an
 //!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. At each corner, as many of the
-//!   └──◀──┴──◀──┘        remaining edges enter as leave, so they form loops
+//!   └──◀──┴──◀──┘        remaining edges enter as leave, so they form loops.
 //! ```
 
 use intertri::{Scalar, TriangleOf};

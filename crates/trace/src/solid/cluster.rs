@@ -6,7 +6,7 @@
 //!    ▲           ▼            ▲           ▼         ·─────▶─────·
 //!    ·           ·     =      ·─────◀─────·    +    ▲           ▼
 //!    ▲           ▼                                  ·─────◀─────·
-//!    ·──◀──·──◀──·      pieces, each closed by a chord, plus the loop of chords, which is cut again
+//!    ·──◀──·──◀──·      Pieces, each closed by a chord, plus the loop of chords, cut again.
 //! ```
 //!
 //! `docs/numerics/winding.md`, section 5, derives the bound.

@@ -2,8 +2,8 @@
 //! outward.
 //!
 //! ```text
-//!   ┌──▶──┬──◀──┐       if two triangles traverse their shared edge in the same direction, one of
-//!   ▲     │▲▲   ▼       them is flipped. Pieces end at edges with one triangle or more than two
+//!   ┌──▶──┬──◀──┐       If two triangles traverse their shared edge in the same direction, one of
+//!   ▲     │▲▲   ▼       them is flipped. Pieces end at edges with one triangle or more than two.
 //!   └──◀──┴──▶──┘
 //! ```
 

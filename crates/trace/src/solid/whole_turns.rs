@@ -254,8 +254,8 @@ mod tests {
         (0..fans).flat_map(fan).collect()
     }
 
-    /// Returns, depending on `i`, a point anywhere around the fans, next to an edge or corner, with
-    /// a ray that passes close to an edge, or with a sum close to one half.
+    /// Returns, depending on `i`, a random point around the fans, next to an edge or corner, with a
+    /// ray that passes close to an edge, or with a sum close to one half.
     fn point(
         fans: &[Triangle64],
         boundary: &Boundary<f64>,

@@ -56,7 +56,7 @@ macro_rules! names_triangle {
 
 names_triangle!(Hit, Hit32, MeshTriangle);
 
-/// The geometries of a hierarchy. A single mesh needs no tables.
+/// The geometries of a hierarchy. A single mesh does not need tables.
 #[derive(Clone, Debug)]
 pub(crate) struct Geometries {
     /// The position of each geometry's first triangle. Empty for a single mesh.

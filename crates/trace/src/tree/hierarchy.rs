@@ -33,8 +33,8 @@ pub struct Tree {
     /// queries consider them. Empty if there are none.
     pub(crate) degenerate: Vec<u8>,
     /// The number of leaves in the main tree, which come first. The other leaves contain needles,
-    /// whose reference hits may be anywhere outside them, and triangles that were not finite when
-    /// the tree was built.
+    /// whose reference hits may be arbitrarily far outside them, and triangles that were not finite
+    /// when the tree was built.
     pub(crate) boxed: usize,
     /// The root of a second tree over the other leaves, or [`EMPTY`] if there are none.
     pub(crate) thin_root: u32,

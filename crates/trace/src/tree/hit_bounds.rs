@@ -21,8 +21,8 @@ pub(crate) enum HitBounds {
     Degenerate(Aabb),
     /// The triangle is hit inside its box or, by the reference, up to `lean` outside it.
     Box { bounds: Aabb, lean: f32 },
-    /// The triangle is hit inside its box or, by the reference, anywhere, because the error of the
-    /// normal has no useful bound.
+    /// The triangle is hit inside its box or, by the reference, arbitrarily far outside it, because
+    /// the error of the normal has no useful bound.
     Thin(Aabb),
 }
 

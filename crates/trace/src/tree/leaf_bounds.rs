@@ -15,11 +15,11 @@ use crate::util::memory::{NoMemory, room};
 
 /// A triangle is plain if the length of its normal certainly exceeds this fraction (2^-8) of the
 /// squared length of its longest edge, in 1-norms. Its thinness is then below `2^12`, so that it
-/// needs no padding, because the error of f32 is at most `2^-19`.
+/// does not need padding, because the error of f32 is at most `2^-19`.
 const PLAIN: f32 = 1.0 / 256.0;
 
-/// The distance outside its box at which the reference may hit a plain triangle, divided by the
-/// longest edge and the thinness, both in 1-norms: 2^-43, which is 16 times the value in
+/// The distance outside a plain triangle's box at which the reference may hit the triangle, divided
+/// by the longest edge and the thinness, both in 1-norms: 2^-43, which is 16 times the value in
 /// [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
@@ -37,7 +37,8 @@ pub(crate) struct LeafBounds {
     pub boxed: u32,
     /// A mask of the triangles without area.
     pub degenerate: u32,
-    /// A mask of the triangles that the reference may hit anywhere.
+    /// A mask of the thin triangles, whose reference hits may be arbitrarily far outside their
+    /// boxes.
     pub thin: u32,
 }
 
@@ -64,8 +65,8 @@ impl WithSimd for LaneBounds<'_> {
 
         // If the sum of magnitudes is finite, there is no NaN or infinity.
         let finite = (a.norm1() + b.norm1() + c.norm1()).lt(S::F32x8::splat(f32::INFINITY));
-        // Use 1-norms instead of lengths: they need no square root and differ by a small constant
-        // factor at most.
+        // Use 1-norms instead of lengths: they do not need a square root and differ by a small
+        // constant factor at most.
         let (h4, h5) = (b - a, c - a);
         let longest = h4.norm1().max(h5.norm1());
         let square = longest * longest;

@@ -25,7 +25,7 @@ impl Margin {
     /// some distance outside boxes, `lean` is that distance.
     #[inline(always)]
     pub(crate) fn new(reach: f32, lean: Option<f32>) -> Self {
-        // Exact hits are on their triangles, so boxes need no margin.
+        // Exact hits are on their triangles, so boxes do not need a margin.
         let (lean, beside) = lean.map_or((0.0, 0.0), |lean| (lean + BESIDE * reach, BESIDE));
         Self { reach, lean, beside }
     }

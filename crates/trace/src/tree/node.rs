@@ -40,8 +40,8 @@ const CHILDREN: usize = 6;
 impl Node {
     /// A node without children.
     pub(crate) const NO_CHILDREN: Self = {
-        // An inverted infinite box: every ray leaves it before entering it, so empty slots need no
-        // test of their own.
+        // An inverted infinite box: every ray leaves it before entering it, so empty slots do not
+        // need a separate test.
         let (lo, hi) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
         let empty = [f32::from_bits(EMPTY); 8];
         Self { rows: [lo, lo, lo, hi, hi, hi, empty, empty] }

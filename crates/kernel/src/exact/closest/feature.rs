@@ -25,7 +25,8 @@ pub enum Feature {
 /// its products.
 const SUM: f64 = 4.0 * f64::EPSILON;
 
-/// `2^-48`: the same for products of two dot products, relative to the products of their sums.
+/// `2^-48`: the corresponding bound for products of two dot products, relative to the products of
+/// both sums.
 const AREA: f64 = 16.0 * f64::EPSILON;
 
 /// Returns whether rounding is the only error of f64 arithmetic on these numbers.

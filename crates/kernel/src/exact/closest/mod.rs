@@ -1,10 +1,10 @@
 //! The exact point of a triangle that is closest to a given point.
 //!
 //! ```text
-//!            \  corner  /                   the closest point is a corner, lies within an edge, or
-//!             \   b    /                    within the face: exact signs of products decide
+//!            \  corner  /                   The closest point is a corner, lies within an edge, or
+//!             \   b    /                    within the face. Exact signs of products decide.
 //!              \______/____
-//!              /\            edge bc        its squared distance is a quotient of integers
+//!              /\            edge bc        Its squared distance is a quotient of integers.
 //!    edge ab  /  \
 //!            / face\
 //! ```

@@ -40,7 +40,7 @@ pub(super) fn closest<S: Scalar>(
             let (x, y, edge) = (seen(from)?, seen(to)?, Offset::new(corners[to], corners[from])?);
             let den = Den::new(edge.along(&edge))?;
             // The distance from a line is the area |x × edge| divided by the edge's length. Its
-            // square needs no root until the end.
+            // square does not need a root until the end.
             let area = x.cross(&edge);
             let square = den.under(&area.along(&area))?;
             // The weights of the foot are the projections of the two ends on the edge, divided by

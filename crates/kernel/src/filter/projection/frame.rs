@@ -27,8 +27,8 @@ pub struct Frame {
     pub(super) dual: [[f64; 3]; 3],
     /// The maximum distance by which rays miss the origin.
     pub(super) off: f32,
-    /// The maximum distance of such rays from the centre of the projection in x and y, plus
-    /// `OFF_REACH`.
+    /// The maximum distance of the rays' points from the centre of the projection in x and y, plus
+    /// `OFF_REACH`; or 0, if rays do not miss the origin.
     pub(super) reach: [f32; 2],
     /// The coefficients of the error bounds.
     pub(super) shares: Shares,
@@ -39,17 +39,17 @@ pub struct Frame {
 pub(super) struct Shares {
     /// Whether blocks contain copies: one corner and two edges instead of three corners.
     pub(super) copies: bool,
-    /// `SCREEN`
+    /// The constant `SCREEN`, or `COPY_SCREEN` for copies.
     pub(super) screen: f32,
-    /// `EDGES`
+    /// The constant `EDGES`, or `COPY_EDGES` for copies.
     pub(super) edges: f32,
     /// The error of T, relative to `|A|₁ h²`.
     pub(super) plane: f32,
-    /// `COPY_DEPTH`
+    /// For copies, `COPY_DEPTH`; otherwise 0.
     pub(super) depth: f32,
-    /// `COPY_SLANT`
+    /// For copies, `COPY_SLANT`; otherwise 0.
     pub(super) slant: f32,
-    /// `COPY`: the displacement of a corner, relative to its distance.
+    /// For copies, `COPY`, the displacement of a corner relative to its distance; otherwise 0.
     pub(super) copy: f32,
 }
 

@@ -1,9 +1,9 @@
 //! Rays from one origin as points of a projection plane, and triangles as linear forms on it.
 //!
 //! ```text
-//!        up                  a ray along d is the point (x, y) = (d·right, d·up) / d·depth;
-//!         │   ╱ depth        U, V, W, and D of document D, divided by d·depth, are linear in x and y;
-//!         │ ╱   · (x, y)     so is D / T = 1 / (t d·depth): as in a z-buffer, no division is needed
+//!        up                  A ray along d is the point (x, y) = (d·right, d·up) / d·depth.
+//!         │   ╱ depth        U, V, W, and D of document D, divided by d·depth, are linear in x and y.
+//!         │ ╱   · (x, y)     So is D / T = 1 / (t d·depth): as in a z-buffer, no division is needed.
 //!         o───── right
 //! ```
 //!

@@ -279,7 +279,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
                 }
                 continue;
             }
-            // A certain hit needs no t: only its order relative to the other hit matters.
+            // A certain hit does not need t: only the order of the two hits matters.
             let t = if sure && is_hit { None } else { settle.hit(slot, ray) };
             if t.is_none() && !(sure && is_hit) {
                 continue;

@@ -268,7 +268,7 @@ impl Ints for Integers {
     }
 }
 
-/// The level: 128-bit registers, and pairs of these for more lanes.
+/// The level: 128-bit registers, and pairs of them for more lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Baseline;
 

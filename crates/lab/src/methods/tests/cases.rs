@@ -48,8 +48,7 @@ fn every_method_answers_ordinary_queries() {
 
 #[test]
 fn every_level_gives_the_same_answers() {
-    // This also holds lane by lane: the answer for a pair does not depend on the other pairs in the
-    // register.
+    // The answer for a pair also does not depend on the other pairs in the register.
     for family in FAMILIES {
         let cases = cases(family.name, 100);
         for method in METHODS {

@@ -370,7 +370,7 @@ class ProximityQuery:
         return _closest(self._mesh, self._asked, points)
 
     def signed_distance(self, points: ArrayLike) -> Floats:
-        """See the function `signed_distance`."""
+        """See the `signed_distance` function."""
         at = np.asarray(points, np.float64)
         distance: Floats = self._asked.intertri.closest_point(at)["distance"]
         signed: Floats = np.where(self._asked.contains_points(at), distance, -distance)

@@ -1,8 +1,8 @@
 //! Sorts points so that lines through successive points are close together.
 //!
 //! ```text
-//!   ╷ │ ╵ │      strips of the plane perpendicular to the direction, alternately up and down,
-//!   │ │ │ │      each as wide as the length that sixteen of its points take up
+//!   ╷ │ ╵ │      Strips of the plane perpendicular to the direction run alternately up and down.
+//!   │ │ │ │      Each is as wide as the stretch that sixteen of its points occupy.
 //!   ╵ │ ╷ │
 //! ```
 
@@ -18,7 +18,8 @@ const ROW: usize = 2;
 /// The minimum number of points that a thread processes at a time.
 const LEAST: usize = 1 << 12;
 
-/// Returns the indices of the points in this order.
+/// Returns the indices of the points in an order in which lines through successive points are close
+/// together.
 pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     points: &[[P; 3]],
     dir: [f64; 3],
@@ -28,7 +29,7 @@ pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     threads::write(&mut cells, LEAST, |i| strips.cell(points[i]));
 
     // Count the points in each cell and turn the counts into start offsets. Placing the points then
-    // advances these to end offsets.
+    // advances them to end offsets.
     let mut ends = zeros::<u32>(strips.cells())?;
     for &cell in &cells {
         ends[cell as usize] += 1;

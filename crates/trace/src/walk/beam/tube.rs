@@ -1,9 +1,9 @@
 //! The tube of a beam: a volume around the lines of its rays.
 //!
 //! ```text
-//!         ┌─┐                     each line intersects a plane perpendicular to the main axis of the
+//!         ┌─┐                     Each line intersects a plane perpendicular to the main axis of the
 //!   o ────┼─┼───►                 direction. The tube starts at a rectangle around these points,
-//!      o ─┼─┼────────►            at a different t for each ray
+//!      o ─┼─┼────────►            at a different t for each ray.
 //!         └─┘
 //! ```
 

@@ -3,8 +3,8 @@
 //!
 //! ```text
 //!   ┌─────────────┐
-//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │ H     if triangles of size w × h cover the projection once, a packet's window
-//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │       reaches 2 (W + w) (H + h) / (w h) of them
+//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │ H     If triangles of size w × h cover the projection once, a packet's window
+//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │       reaches 2 (W + w) (H + h) / (w h) of them.
 //!   └─────────────┘
 //!          W
 //! ```

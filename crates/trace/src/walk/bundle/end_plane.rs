@@ -2,9 +2,9 @@
 //! it.
 //!
 //! ```text
-//!         ╱ │ │      light rays toward a table end there, and the floor below is beyond the end
+//!         ╱ │ │      Light rays toward a table end there, and the floor below is beyond the end
 //!   o ────▌ │ │      of each ray. For slanted surfaces, one depth is not enough. The inverse depths
-//!         ╲▌│ │      of a plane, however, are a linear form on the projection, as for triangles
+//!         ╲▌│ │      of a plane, however, are a linear form on the projection, as for triangles.
 //!           ▌ floor
 //! ```
 

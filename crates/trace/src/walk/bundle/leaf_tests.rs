@@ -29,7 +29,7 @@ const TESTS: usize = 16 * PAIRS;
 #[derive(Clone, Copy)]
 pub(crate) struct PacketTest {
     pub(crate) packet: usize,
-    /// The index of the pair of the triangle and the packet's group, among the pairs of these
+    /// The index of the pair of the triangle and the packet's group, among the pairs of the listed
     /// leaves.
     pub(crate) number: usize,
 }
@@ -126,7 +126,7 @@ impl Leaves {
                         far_to_near(half, 0) + 0x0101_0101_0101_0101 * (16 * number + first) as u64;
                     let at = listed.tests;
                     // Always write eight entries. Only those set in the mask count, because the
-                    // next write starts right after these.
+                    // next write starts right after them.
                     packets[at..at + 8].copy_from_slice(&slots.to_le_bytes());
                     numbers[at..at + 8].fill(pair as u8);
                     listed.tests += half.count_ones() as usize;

@@ -10,8 +10,8 @@ pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 const SPLIT: usize = 8;
 
 /// One of the smallest parts is given up after this much work per ray, because its rays have too
-/// little in common. For any-hit queries, a quarter of this applies, since single-ray traversal
-/// also finds any hit sooner.
+/// little in common. For any-hit queries, the limit is a quarter of this value, since single-ray
+/// traversal also finds a hit sooner.
 const PATIENCE: usize = 32;
 
 /// Returns the maximum amount of work for a part at a level.

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //!   ┌──────────┐
-//!   │      . ∙ │          ┌──────────┐     a slanted surface looks like a sliver from a light. If the
-//!   │  . ∙ '   │   ──►    │ ∙ ∙ ∙ ∙  │     axes are aligned with it, rectangles contain little else
-//!   │ ∙ '      │          └──────────┘
+//!   │      . ∙ │          ┌──────────┐     Seen from a light, a slanted surface looks like a
+//!   │  . ∙ '   │   ──►    │ ∙ ∙ ∙ ∙  │     sliver. Rectangles along the axes of the sliver
+//!   │ ∙ '      │          └──────────┘     contain little else.
 //!   └──────────┘
 //! ```
 
@@ -22,7 +22,7 @@ pub(crate) struct Spread<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Spread<F> {
-    /// Starts with no directions. Directions to be added should be near `dir`.
+    /// Starts with no directions. The directions added later should be close to `dir`.
     #[inline(always)]
     pub(crate) fn about(dir: [f32; 3]) -> Self {
         let zero = F::splat(0.0);
@@ -34,8 +34,8 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     pub(crate) fn add(&mut self, dirs: [F; 3]) {
         let mut off = dirs;
         for k in 0..3 {
-            // Subtract one of the directions, because in sums of squares of large numbers a small
-            // spread would be lost.
+            // Subtract one of the directions, because a small spread would be lost in sums of
+            // squares of large numbers.
             off[k] = dirs[k] - F::splat(self.about[k]);
             self.sum[k] = self.sum[k] + off[k];
         }
@@ -47,8 +47,8 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
         self.count += F::N;
     }
 
-    /// Returns the axis perpendicular to the view along which directions spread at least twice as
-    /// far as at right angles to it. Returns `None` if there is no such axis, or if it nearly
+    /// Returns the axis of greatest spread in the image plane, if the directions spread at least
+    /// twice as far along it as across it. Returns `None` if there is no such axis, or if it nearly
     /// coincides with `right` or `up`.
     #[inline(always)]
     pub(crate) fn principal_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
@@ -72,7 +72,7 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
         if 16.0 * xy * xy <= xx * yy || !(xx + yy).is_finite() {
             return None;
         }
-        // The eigenvalues of the symmetric matrix [xx xy; xy yy], times two.
+        // Twice the eigenvalues of the symmetric matrix [xx xy; xy yy].
         let root = ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt();
         let (most, least) = (xx + yy + root, xx + yy - root);
         let [x, y] =

@@ -14,8 +14,8 @@
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};
 
-/// Rays that miss the point by more than this fraction of its distance do not share it as their
-/// end: 2^-20.
+/// A ray that misses the point by more than this fraction of the point's distance does not count as
+/// ending there: 2^-20.
 const APART: f32 = 1.0 / (1 << 20) as f32;
 
 /// The contribution of rounding to the distance by which a ray misses, as a fraction of the ray's
@@ -39,7 +39,7 @@ pub(crate) struct CommonEnd {
     pub(crate) point: [f32; 3],
     /// Whether rays reach the point at their far ends; otherwise, they reach it at t = 1.
     at_far: bool,
-    /// Hits at any t up to this do not count.
+    /// Hits with a t up to this value do not count.
     threshold: f32,
 }
 
@@ -83,10 +83,11 @@ const ALL: u32 = 0xffff;
 /// Rays being reversed, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
-    /// The distances from the point to where rays start and end: the largest along each axis, and
-    /// the sum of the latter.
+    /// The largest distance from the point to the origin of a ray, along each axis.
     way: [F; 3],
+    /// The largest distance by which the end of a ray misses the point, along each axis.
     off: [F; 3],
+    /// The sum of the distances by which rays miss the point, which preserves NaN.
     sum: F,
     shortest: F,
     sane: F::Mask,

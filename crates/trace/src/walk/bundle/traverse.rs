@@ -368,7 +368,7 @@ fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) 
         changed &= changed - 1;
         let nearest = &projection.nearest[packet];
         if any {
-            // A ray with a hit needs no further tests.
+            // A ray with a hit does not need further tests.
             projection.live[packet] &= !nearest.hits();
         }
         let live = projection.live[packet];

@@ -33,8 +33,8 @@ const SPREAD: f64 = 0.25;
 /// faster.
 const TOGETHER: usize = 6;
 
-/// After a packet whose rays diverge, skip this many packets: at first the first value, then twice
-/// as many after each further failure, up to the second value.
+/// When the rays of a packet diverge, this many of the following packets are skipped. The count
+/// starts at the first value and doubles with each further failure, up to the second.
 const PATIENCE: [usize; 2] = [4, 1024];
 
 /// Traces packets to find closest hits or whether rays hit anything.

@@ -54,7 +54,7 @@ pub(crate) trait VisitTogether<F: Lanes<Scalar = f32>> {
 
 impl PacketStack {
     /// Visits the leaves that any ray of an octant reaches, roughly front to back. Returns the
-    /// number of nodes and leaves visited, and the number of ray visits summed over these.
+    /// number of nodes and leaves visited, and the total number of rays that visited them.
     #[inline(always)]
     pub(crate) fn traverse<S: Simd>(
         &mut self,

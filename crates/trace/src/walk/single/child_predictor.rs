@@ -1,13 +1,13 @@
 //! Child prediction: guesses that a ray visits the same child of a node as the last ray did.
 //!
 //! ```text
-//!   node ──► its eight boxes tested ──► the nearest one hit           about 40 cycles per node
+//!   node ──► its eight boxes are tested ──► the nearest box hit           about 40 cycles per node
 //!    └─────► where the last ray went ──► a guess, at once. The CPU continues with it and finds out
-//!                                        later, past a predicted branch, whether it was right
+//!                                        later, past a predicted branch, whether it was right.
 //! ```
 //!
 //! A guess never decides anything: the child returned is always the one that the box tests chose.
-//! Ray streams need no guesses, because other rays are tested while one waits.
+//! Ray streams do not need guesses, because other rays are tested while one waits.
 
 /// The number of guesses kept. Nodes whose indices are equal modulo this number share an entry.
 const NODES: usize = 1024;

@@ -43,7 +43,7 @@ const LEAST: f32 = power_of_two(-120);
 /// A bound on the effect of underflow: 2^-120.
 const TINY: f32 = power_of_two(-120);
 
-/// Coordinates and direction lengths up to this need no scaling: 2^50.
+/// Coordinates and direction lengths up to this value do not need scaling: 2^50.
 const PLAIN: f32 = power_of_two(50);
 
 /// The maximum coordinate: 2^124.
@@ -220,7 +220,7 @@ fn planes<F: Lanes<Scalar = f32>>(
     let level = size.lt(room.least);
     if level.any() {
         // A component near 0 was replaced. Nothing is hit beyond `last`, and up to there the t of a
-        // plane changes by less than this.
+        // plane changes by less than this amount.
         pad = pad + F::select(level, last(), splat(0.0));
     }
     // `side * rd + minus` is then a single multiply-add per plane of a node. A beam starts in a
@@ -259,7 +259,7 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
     }
 
     /// Prepares a packet whose rays share an octant, one ray per lane. The mask marks the rays that
-    /// need no scaling; see [`Slabs::new`].
+    /// do not need scaling; see [`Slabs::new`].
     #[inline(always)]
     pub(crate) fn of_packet<const N: usize>(
         packet: &RayPacket<N>,

@@ -182,7 +182,7 @@ impl Entries<'_> {
 
     /// Pushes the boxes of a node that a ray meets onto its stack, except for the first, whose
     /// child is returned, or [`BOTTOM`] if no box is met. `near` is the t at which each box begins.
-    /// The order is that of the ray's octant, which is usually near to far.
+    /// Boxes are pushed in the order of the ray's octant, which is usually near to far.
     #[inline(always)]
     pub(crate) fn push<S: Simd>(
         &mut self,

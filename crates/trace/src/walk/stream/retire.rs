@@ -32,7 +32,7 @@ impl<'a> Retired<'a> {
         closest: &ClosestHit,
         output: &mut BatchOutput<'_>,
     ) {
-        // Outputs without t, u, and v need no further work.
+        // Outputs without t, u, and v do not need further work.
         if output.write(id.0 as usize, closest) {
             return;
         }
