@@ -9,7 +9,7 @@
 //!   inside  |  outside       \
 //!           |             ----+---- wall            If C is outside, the edge leaves at tHit and
 //!                              \                    tOut shrinks. If A is outside, the edge
-//!                               C       cBC < 0     enters at tHit and tIn grows.
+//!                               C    cBC < 0         enters at tHit and tIn grows.
 //! ```
 //!
 //! # What the scan lost, and how it is read here
