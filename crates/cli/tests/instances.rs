@@ -1,6 +1,8 @@
 //! Tests that `render` traces glTF files with shared meshes as instances, and that the image is the
 //! same as for the flattened model.
 
+use std::time::{Duration, Instant};
+
 use serde_json::Value;
 
 use crate::common::TestFolder;
@@ -100,6 +102,34 @@ fn instances_draw_the_picture_of_the_flattened_model() {
             "{options}: the images differ"
         );
     }
+}
+
+/// A glTF file of less than 1 kB with 40000 instances of 39999 vertices, almost all of which are
+/// zeros that take up no bytes. Placing the camera and the light must not visit every vertex of
+/// every instance.
+#[test]
+fn a_small_file_with_many_instances_of_many_vertices_is_drawn() {
+    let place = TestFolder::new();
+    place.put(
+        "m.gltf",
+        r#"{"asset":{"version":"2.0"},
+        "buffers":[{"byteLength":48,"uri":"data:application/octet-stream;base64,AQAAAAIAAAAAAIA/AAAAAAAAAAAAAAAAAACAPwAAAAABAAAAAAAAAAAAAAAAAIA/"}],
+        "bufferViews":[{"buffer":0,"byteLength":8},{"buffer":0,"byteOffset":8,"byteLength":24},
+        {"buffer":0,"byteOffset":32,"byteLength":4},{"buffer":0,"byteOffset":36,"byteLength":12}],
+        "accessors":[{"componentType":5126,"count":39999,"type":"VEC3","sparse":{"count":2,
+        "indices":{"bufferView":0,"componentType":5125},"values":{"bufferView":1}}},
+        {"componentType":5126,"count":40000,"type":"VEC3","sparse":{"count":1,
+        "indices":{"bufferView":2,"componentType":5125},"values":{"bufferView":3}}}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":1}}}}]}"#,
+    );
+    let start = Instant::now();
+    for options in ["", "--eye 3,4,9", "--sun 1,2,0.5"] {
+        let report = report(&place, &format!("m.gltf --size 4x3 {options}"));
+        assert_eq!(report["instances"]["instances"], 40000, "{options}");
+    }
+    // Visiting every vertex would take minutes.
+    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
 }
 
 #[test]

@@ -19,6 +19,13 @@ pub trait SceneGeometry<S: Coordinate>: Sync {
     /// Iterates over the corners of all triangles, each at least once.
     fn corner_points(&self) -> impl Iterator<Item = [S; 3]>;
 
+    /// Iterates over points whose convex hull contains all triangles. These are the triangles'
+    /// corners except in a scene with so many instances that visiting all corners would take too
+    /// long; there, the hull may be larger.
+    fn enclosing_points(&self) -> impl Iterator<Item = [S; 3]> {
+        self.corner_points()
+    }
+
     /// Returns the triangle of a hit.
     fn triangle_of(&self, hit: &Hit) -> TriangleOf<S>;
 
@@ -32,9 +39,10 @@ pub trait SceneGeometry<S: Coordinate>: Sync {
     /// Returns the part that a hit's triangle belongs to, or `None` if it belongs to no part.
     fn part_of(&self, hit: &Hit) -> Option<&Part>;
 
-    /// Returns the bounding box of all triangles, or `None` if there are none.
+    /// Returns the bounding box of [`SceneGeometry::enclosing_points`], which contains all
+    /// triangles, or `None` if there are none.
     fn bounding_box(&self) -> Option<Bounds<S>> {
-        Bounds::around(self.corner_points())
+        Bounds::around(self.enclosing_points())
     }
 }
 
@@ -77,6 +85,10 @@ impl SceneGeometry<f64> for InstancedMesh {
 
     fn corner_points(&self) -> impl Iterator<Item = [f64; 3]> {
         self.points()
+    }
+
+    fn enclosing_points(&self) -> impl Iterator<Item = [f64; 3]> {
+        InstancedMesh::enclosing_points(self)
     }
 
     fn triangle_of(&self, hit: &Hit) -> TriangleOf<f64> {

@@ -2,7 +2,16 @@
 
 use intertri::Triangle64;
 
-use crate::mesh::Mesh;
+use crate::mesh::{Bounds, Mesh};
+
+/// The number of transformed vertices up to which [`InstancedMesh::enclosing_points`] returns the
+/// vertices themselves, so that the camera is the same as for the flattened model. For each vertex
+/// and triangle of the meshes, the limit grows by [`EXACT_PER_ELEMENT`].
+const EXACT_POINTS: u64 = 1 << 24;
+
+/// See [`EXACT_POINTS`]. The limit for flattening a file grows with the file's size, and few files
+/// have more bytes per vertex and triangle than this.
+const EXACT_PER_ELEMENT: u64 = 16;
 
 /// An instance: a mesh and the transform that places it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,13 +80,37 @@ impl InstancedMesh {
     /// Iterates over the transformed vertices of all instances. Vertices that no triangle uses are
     /// skipped.
     pub fn points(&self) -> impl Iterator<Item = [f64; 3]> {
-        let used: Vec<Vec<[f64; 3]>> = self.meshes.iter().map(used_positions).collect();
-        (0..self.instances.len()).flat_map(move |instance| {
-            let Instance { mesh, matrix } = self.instances[instance];
-            let count = used[mesh as usize].len();
-            let points: Vec<_> =
-                (0..count).map(|i| placed(&matrix, used[mesh as usize][i])).collect();
-            points
+        self.place_all(self.meshes.iter().map(used_positions).collect())
+    }
+
+    /// Iterates over points whose convex hull contains all triangles: the same points as
+    /// [`InstancedMesh::points`] or, if there are too many of them, the transformed corners of each
+    /// mesh's bounding box.
+    ///
+    /// A small file can have so many instances of so many vertices that visiting each vertex of
+    /// each instance would take days. This takes time linear in the meshes and the instances.
+    pub(crate) fn enclosing_points(&self) -> impl Iterator<Item = [f64; 3]> {
+        let mut points: Vec<_> = self.meshes.iter().map(used_positions).collect();
+        let of = |instance: &Instance| points[instance.mesh as usize].len() as u64;
+        let all: u64 = self.instances.iter().map(of).sum();
+        let of = |mesh: &Mesh<f64>| (mesh.positions.len() + mesh.triangles.len()) as u64;
+        let elements: u64 = self.meshes.iter().map(of).sum();
+        if all > EXACT_POINTS + EXACT_PER_ELEMENT * elements {
+            // Each rounded operation of `placed` is monotonic in each coordinate, so the
+            // transformed corners bound the transformed vertices despite rounding.
+            for points in points.iter_mut().filter(|points| points.len() > 8) {
+                let bounds = Bounds::around(points.iter().copied());
+                *points = bounds.map_or_else(Vec::new, |bounds| bounds.corners().to_vec());
+            }
+        }
+        self.place_all(points)
+    }
+
+    /// Iterates over each mesh's points, transformed by each instance.
+    fn place_all(&self, points: Vec<Vec<[f64; 3]>>) -> impl Iterator<Item = [f64; 3]> {
+        self.instances.iter().flat_map(move |Instance { mesh, matrix }| {
+            let points = points[*mesh as usize].iter().map(|&point| placed(matrix, point));
+            points.collect::<Vec<_>>()
         })
     }
 }

@@ -107,6 +107,12 @@ impl<S: Scalar> Bounds<S> {
         Self { min: [S::ZERO; 3], max: [S::ZERO; 3] }
     }
 
+    /// Returns the eight corners of the box.
+    pub(crate) fn corners(&self) -> [[S; 3]; 8] {
+        let ends = [self.min, self.max];
+        std::array::from_fn(|i| [ends[i & 1][0], ends[i >> 1 & 1][1], ends[i >> 2][2]])
+    }
+
     /// Returns the centre of the box.
     pub(crate) fn centre(&self) -> DVec3 {
         // Halve first, so that the sum of the largest values does not overflow.

@@ -1,6 +1,8 @@
 //! Tests that glTF nodes that share a mesh, and nodes with `EXT_mesh_gpu_instancing`, are loaded as
 //! instances, and that flattening the instances yields the same mesh as loading the model flat.
 
+use std::time::{Duration, Instant};
+
 use intertri_scene::{
     InstancedMesh, LoadedInstances, LoadedModel, SceneGeometry, load_instances, load_model,
 };
@@ -38,7 +40,8 @@ fn instances(file: &File) -> InstancedMesh {
 fn refused(file: &File, words: &str) {
     let folder = TempDir::new().unwrap();
     file.write(folder.path());
-    let error = load_instances(&folder.path().join("a.gltf")).unwrap_err().to_string();
+    let loaded = load_instances(&folder.path().join("a.gltf")).map(|_| "a model");
+    let error = loaded.unwrap_err().to_string();
     assert!(error.contains(words) && !error.contains('\n'), "{error} / {words}");
 }
 
@@ -72,8 +75,17 @@ fn nodes_that_share_a_mesh_are_instances() {
     for node in [0, 3] {
         file.json["nodes"][node]["weights"] = json!([0.3]);
     }
-    let meshes: Vec<u32> = instances(&file).instances.iter().map(|i| i.mesh).collect();
-    assert_eq!(meshes, [0, 1, 2, 0]);
+    let meshes = |file: &File| -> Vec<u32> {
+        instances(file).instances.iter().map(|instance| instance.mesh).collect()
+    };
+    assert_eq!(meshes(&file), [0, 1, 2, 0]);
+    // Weights without a target do not count, and nodes may repeat the mesh's default weights.
+    file.json["nodes"][3]["weights"] = json!([0.3, 5]);
+    assert_eq!(meshes(&file), [0, 1, 2, 0]);
+    file.json["meshes"][0]["weights"] = json!([0.3, 7, 8]);
+    assert_eq!(meshes(&file), [0, 0, 1, 0]);
+    file.json["nodes"][0]["weights"] = json!([]);
+    assert_eq!(meshes(&file), [0, 1, 2, 1]);
 }
 
 #[test]
@@ -170,6 +182,114 @@ fn hostile_instances_are_errors() {
     let mut file = File::new(&copies(&json!({"TRANSLATION": 1})));
     file.floats("VEC3", &[f32::NAN, 0.0, 0.0]);
     refused(&file, "not finite");
+}
+
+/// Returns a mesh with many vertices and the table of its `count` positions, up to `size`.
+fn sheet(count: usize, size: f32) -> (File, usize) {
+    let mut file = File::new(&json!([]));
+    let position = |i: usize| [1.0, (0.37 * i as f32).sin(), (1.1 * i as f32).cos()];
+    let positions: Vec<_> = (0..count).map(|i| position(i).map(|x| size * x)).collect();
+    let positions = file.floats("VEC3", positions.as_flattened());
+    file.attribute("POSITION", positions);
+    (file, positions)
+}
+
+/// Returns a table of zeros, which takes up no bytes.
+fn zeros(file: &mut File, count: usize) -> usize {
+    let table = json!({"componentType": 5126, "count": count, "type": "VEC3", "sparse": {"count": 0,
+        "indices": {"bufferView": 0, "componentType": 5125}, "values": {"bufferView": 0}}});
+    file.add("accessors", table)
+}
+
+fn load(file: &File) -> InstancedMesh {
+    let folder = TempDir::new().unwrap();
+    file.write(folder.path());
+    load_instances(&folder.path().join("a.gltf")).unwrap().model
+}
+
+/// A small file can have many instances of many vertices. Bounds and cameras must not visit every
+/// vertex of every instance.
+#[test]
+fn many_instances_are_bounded_by_the_corners_of_boxes() {
+    let (vertices, many) = (4800, 4800);
+    let (mut file, positions) = sheet(vertices, 1.0);
+    // Use the positions as translations, too.
+    for (attributes, is_rotated) in [
+        (json!({"TRANSLATION": positions, "SCALE": positions}), false),
+        (json!({"TRANSLATION": positions}), true),
+    ] {
+        file.json["nodes"] = copies(&attributes);
+        if !is_rotated {
+            file.json["nodes"][0]["rotation"] = json!([0, 0, 0, 1]);
+        }
+        let mut model = load(&file);
+        assert_eq!(model.instances.len(), many);
+        assert!(model.enclosing_points().count() <= 8 * many);
+        let bounds = model.bounding_box().unwrap();
+        let exact = |model: &InstancedMesh| {
+            let mut points = model.points();
+            let first = points.next().unwrap();
+            points.fold([first; 2], |[min, max], p| {
+                [[0, 1, 2].map(|k| p[k].min(min[k])), [0, 1, 2].map(|k| p[k].max(max[k]))]
+            })
+        };
+        let [min, max] = exact(&model);
+        if is_rotated {
+            assert!((0..3).all(|k| bounds.min[k] <= min[k] && max[k] <= bounds.max[k]));
+            assert!((0..3).all(|k| bounds.max[k] - bounds.min[k] <= 2.0 * (max[k] - min[k])));
+        } else {
+            assert_eq!([bounds.min, bounds.max], [min, max]);
+        }
+        // With fewer instances, the points are the vertices.
+        model.instances.truncate(many / 2);
+        assert!(model.enclosing_points().eq(model.points()));
+        let bounds = model.bounding_box().unwrap();
+        assert_eq!([bounds.min, bounds.max], exact(&model));
+    }
+}
+
+/// Instances whose corners might overflow are checked corner by corner, up to a limit.
+#[test]
+fn checks_for_overflow_are_limited() {
+    let (mut file, _) = sheet(4800, 15000.0);
+    let mut nest = |count: usize| {
+        let table = zeros(&mut file, count);
+        let mut nodes: Vec<Value> =
+            (1..9).map(|i| json!({"children": [i], "scale": [1e38, 1e38, 1e38]})).collect();
+        nodes.extend(copies(&json!({"TRANSLATION": table})).as_array().unwrap().clone());
+        for key in ["rotation", "scale"] {
+            nodes[8].as_object_mut().unwrap().remove(key);
+        }
+        nodes[8]["translation"] = json!([0, 0, 0]);
+        file.json["nodes"] = json!(nodes);
+        file.json.clone()
+    };
+    let (few, many) = (nest(100), nest(4800));
+    file.json = few;
+    let largest = load(&file).points().flatten().fold(0.0, f64::max);
+    assert!(largest > f64::MAX / 2.0 && largest.is_finite());
+    file.json = many;
+    refused(&file, "the file repeats its meshes");
+}
+
+/// A small file can have many morph weights and many instances of the mesh that they deform.
+#[test]
+fn weights_are_compared_once_per_node() {
+    let mut file = File::new(&json!([]));
+    let (weights, many) = (100_000, 200_000);
+    let targets = json!(vec![json!({}); weights]);
+    file.json["meshes"][0]["primitives"][0]["targets"] = targets;
+    let table = zeros(&mut file, many);
+    file.json["nodes"] = copies(&json!({"TRANSLATION": table}));
+    let start = Instant::now();
+    for place in ["meshes", "nodes"] {
+        file.json[place][0]["weights"] = json!(vec![0; weights]);
+        let model = load(&file);
+        assert_eq!((model.meshes.len(), model.instances.len()), (1, many));
+        file.json[place][0]["weights"] = json!([]);
+    }
+    // Reading the weights for each instance would take a minute even on a fast machine.
+    assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
 }
 
 /// Replacing any byte yields either a model or a one-line error.

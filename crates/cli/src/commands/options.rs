@@ -99,7 +99,7 @@ impl CameraOptions {
         } else {
             let view = self.view.unwrap_or_else(|| Camera::view_for(self.up.unwrap_or(Camera::UP)));
             let up = self.up.unwrap_or_else(|| Camera::up_for(view));
-            Camera::framing_from(mesh.corner_points(), view, up, fov, aspect)
+            Camera::framing_from(mesh.enclosing_points(), view, up, fov, aspect)
         };
         camera.map_err(|error| match error {
             CameraError::Up => Error::new(

@@ -78,18 +78,26 @@ fn append<S: Coordinate>(
     Ok(())
 }
 
-/// Rejects a model if an instance moves a triangle's corner to coordinates that are not finite.
-pub(super) fn check(model: &InstancedMesh) -> Result<(), Fault> {
+/// Rejects a model if an instance moves a triangle's corner to coordinates that are not finite, or
+/// if finding out would visit more than `most` vertices and triangles.
+pub(super) fn check(model: &InstancedMesh, most: u64) -> Result<(), Fault> {
+    let mut left = most;
     let sizes: Vec<[f64; 3]> = model.meshes.iter().map(largest).collect();
     for Instance { mesh, matrix: m } in &model.instances {
         let [x, y, z] = sizes[*mesh as usize];
         let bound =
             |i: usize| m[i].abs() * x + m[i + 1].abs() * y + m[i + 2].abs() * z + m[i + 3].abs();
-        // Visit a mesh's corners only if they might overflow.
+        // Visit a mesh's corners only if they might overflow. A small file may have many instances
+        // that might, so the visits count toward the same limit as when flattening the model.
         if [0, 4, 8].iter().all(|&i| bound(i) < f64::MAX / 2.0) {
             continue;
         }
-        let mut points = model.meshes[*mesh as usize].points().map(|point| placed(m, point));
+        let mesh = &model.meshes[*mesh as usize];
+        match left.checked_sub((mesh.positions.len() + mesh.triangles.len()) as u64) {
+            Some(rest) => left = rest,
+            None => return fault(REPEATED),
+        }
+        let mut points = mesh.points().map(|point| placed(m, point));
         if let Some(point) = points.find(|point| point.iter().any(|x| !x.is_finite())) {
             return fault(not_finite(point));
         }

@@ -139,8 +139,8 @@ pub fn load_instances(path: &Path) -> Result<LoadedInstances, LoadError> {
             Content::Mesh(mesh) => (InstancedMesh::of(mesh), None),
             Content::Instanced { model, most } => (model, Some(most)),
         };
-        if most.is_some() {
-            flatten::check(&model)?;
+        if let Some(most) = most {
+            flatten::check(&model, most)?;
         }
         Ok((model, most, notes))
     });

@@ -60,11 +60,11 @@ fn add<'a>(
             primitives.notes.add("skinned meshes with instances, read once", 1, None);
         }
         let joints = skin_of(primitives, skin, joints)?;
-        return shared.add_skinned(mesh.value(), weights, &joints, transform);
+        return shared.add_skinned(mesh.value(), weights.values, &joints, transform);
     }
-    let Some(copies) = copies else { return shared.add(mesh.value(), weights, transform) };
-    (0..copies.count)
-        .try_for_each(|i| shared.add(mesh.value(), weights, transform * copies.transform(i)))
+    let Some(copies) = copies else { return shared.add(mesh.value(), weights, [transform]) };
+    let transforms = (0..copies.count).map(|i| transform * copies.transform(i));
+    shared.add(mesh.value(), weights, transforms)
 }
 
 /// Returns a skin's joint matrices, which move vertices from the bind pose to the joints' current

@@ -17,11 +17,22 @@ use crate::mesh::{self, rounded};
 /// Reads the primitives of meshes.
 pub(super) struct Primitives<'a> {
     pub(super) tables: Tables<'a>,
+    /// For each mesh, the largest number of morph targets of its primitives.
+    targets: Vec<usize>,
     /// The number of vertices and triangles that may still be read.
     left: u64,
     /// The mesh under construction.
     builder: MeshBuilder<f64>,
     pub(super) notes: Notes,
+}
+
+/// The weights of a mesh's morph targets.
+#[derive(Clone, Copy)]
+pub(super) struct Weights<'a> {
+    /// At most one weight per target. Targets without a weight are not applied.
+    pub(super) values: &'a [f32],
+    /// Whether the values equal the mesh's default weights.
+    pub(super) are_default: bool,
 }
 
 /// How a mesh is placed in the scene.
@@ -38,7 +49,10 @@ pub(super) enum Placement<'a> {
 impl<'a> Primitives<'a> {
     /// Creates a reader that may read up to `most` vertices and triangles.
     pub(super) fn new(tables: Tables<'a>, most: u64, notes: Notes) -> Self {
-        Self { tables, left: most, builder: MeshBuilder::numbered_from(0), notes }
+        let targets = |primitive: &Primitive| primitive.targets.as_ref().map_or(0, Vec::len);
+        let targets = |mesh: &Mesh| mesh.primitives.iter().map(targets).max().unwrap_or(0);
+        let targets = tables.root.meshes.iter().map(targets).collect();
+        Self { tables, targets, left: most, builder: MeshBuilder::numbered_from(0), notes }
     }
 
     /// Returns the number of vertices and triangles that a file of `size` bytes may have. The same
@@ -48,17 +62,23 @@ impl<'a> Primitives<'a> {
     }
 
     /// Returns the weights of a mesh's morph targets: the node's `weights` or, if it has none, the
-    /// mesh's own.
+    /// mesh's defaults.
     pub(super) fn weights(
         &self,
         index: usize,
         weights: Option<&'a [f32]>,
-    ) -> Result<&'a [f32], Fault> {
+    ) -> Result<Weights<'a>, Fault> {
         let meshes = &self.tables.root.meshes;
         let Some(mesh) = meshes.get(index) else {
             return fault(format!("mesh {index} does not exist; there are {}", meshes.len()));
         };
-        Ok(weights.or(mesh.weights.as_deref()).unwrap_or_default())
+        let used = |weights: &'a [f32]| &weights[..weights.len().min(self.targets[index])];
+        let default = used(mesh.weights.as_deref().unwrap_or_default());
+        let Some(values) = weights.map(used) else {
+            return Ok(Weights { values: default, are_default: true });
+        };
+        let bits = |weights: &'a [f32]| weights.iter().map(|weight| weight.to_bits());
+        Ok(Weights { values, are_default: bits(values).eq(bits(default)) })
     }
 
     /// Reads a mesh, applying its morph targets with the given weights.

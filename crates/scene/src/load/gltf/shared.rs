@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DMat4;
 
-use super::primitive::{Placement, Primitives};
+use super::primitive::{Placement, Primitives, Weights};
 use super::transform::mirrors;
 use crate::instances::{Instance, InstancedMesh};
 use crate::load::builder::push;
@@ -25,39 +25,60 @@ pub(super) struct SharedMeshes<'a> {
 }
 
 /// Identifies uses of a mesh that can share its triangles: the mesh's index, the bits of its morph
-/// weights, and whether its triangles are flipped because the transform mirrors.
-type Key = (usize, Vec<u32>, bool);
+/// weights or `None` for the mesh's default weights, and whether its triangles are flipped because
+/// the transform mirrors.
+type Key = (usize, Option<Vec<u32>>, bool);
 
 impl<'a> SharedMeshes<'a> {
     pub(super) fn new(primitives: Primitives<'a>) -> Self {
         Self { primitives, model: InstancedMesh::default(), known: HashMap::new() }
     }
 
-    /// Adds an instance of a mesh, reading the mesh if necessary.
+    /// Adds a node's instances of a mesh, reading the mesh if necessary.
     pub(super) fn add(
         &mut self,
         index: usize,
-        weights: &[f32],
-        transform: DMat4,
+        weights: Weights<'_>,
+        transforms: impl IntoIterator<Item = DMat4>,
     ) -> Result<(), Fault> {
-        self.primitives.spend(INSTANCE)?;
-        if !transform.is_finite() {
-            return fault(format!(
-                "a node or an instance places mesh {index} at coordinates that are not finite; repair the model"
-            ));
+        // Look up the mesh only once per node, with and without mirroring: the time is proportional
+        // to the number of weights, and a small file can have many weights and many instances.
+        let mut looked_up = [None; 2];
+        for transform in transforms {
+            self.primitives.spend(INSTANCE)?;
+            if !transform.is_finite() {
+                return fault(format!(
+                    "a node or an instance places mesh {index} at coordinates that are not finite; repair the model"
+                ));
+            }
+            let are_mirrored = mirrors(&transform);
+            let mesh = &mut looked_up[usize::from(are_mirrored)];
+            let mesh = match *mesh {
+                Some(mesh) => mesh,
+                None => *mesh.insert(self.mesh(index, weights, are_mirrored)?),
+            };
+            self.push_instance(mesh, transform)?;
         }
-        let are_mirrored = mirrors(&transform);
-        let key = (index, weights.iter().map(|weight| weight.to_bits()).collect(), are_mirrored);
-        let mesh = if let Some(&mesh) = self.known.get(&key) {
-            mesh
-        } else {
-            let placement = Placement::ByInstances { are_mirrored };
-            let mesh = self.primitives.mesh(index, weights, placement)?;
-            let mesh = self.push_mesh(mesh)?;
-            self.known.insert(key, mesh);
-            mesh
-        };
-        self.push_instance(mesh, transform)
+        Ok(())
+    }
+
+    /// Returns the number of a mesh, reading it at its first use, or `None` if it has no triangles.
+    fn mesh(
+        &mut self,
+        index: usize,
+        weights: Weights<'_>,
+        are_mirrored: bool,
+    ) -> Result<Option<u32>, Fault> {
+        let bits = || weights.values.iter().map(|weight| weight.to_bits()).collect();
+        let key = (index, (!weights.are_default).then(bits), are_mirrored);
+        if let Some(&mesh) = self.known.get(&key) {
+            return Ok(mesh);
+        }
+        let placement = Placement::ByInstances { are_mirrored };
+        let mesh = self.primitives.mesh(index, weights.values, placement)?;
+        let mesh = self.push_mesh(mesh)?;
+        self.known.insert(key, mesh);
+        Ok(mesh)
     }
 
     /// Adds a skinned mesh, which is placed by its joints.
