@@ -1,9 +1,9 @@
-//! Random numbers with the same bits on every CPU: integers, and f64 computed with `+ - * /` and
-//! roots.
+//! Random numbers with the same bits on every CPU: integers, and f64 values computed with `+ - * /`
+//! and square roots.
 //!
 //! The generator is `SplitMix64` (Steele, Lea, and Flood, "Fast splittable pseudorandom number
-//! generators", OOPSLA 2014). It advances a counter in steps of the golden ratio and mixes its bits
-//! twice.
+//! generators", OOPSLA 2014). It advances a counter in steps derived from the golden ratio and
+//! mixes the counter's bits twice.
 
 /// A stream of random numbers, determined by its seed.
 #[derive(Clone, Debug)]

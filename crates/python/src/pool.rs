@@ -31,8 +31,8 @@ pub(crate) enum Workers {
 }
 
 impl Workers {
-    /// Uses the given number of threads or, without a number, all threads that the process may use.
-    /// Small jobs run on the calling thread.
+    /// Chooses the given number of threads or, without a number, all threads that the process may
+    /// use. Small jobs run on the calling thread.
     pub(crate) fn new(threads: Option<NonZeroUsize>, is_small: bool) -> PyResult<Self> {
         let one = NonZeroUsize::MIN;
         if is_small || threads == Some(one) {
@@ -101,11 +101,11 @@ fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let process = std::process::id();
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     if pools.as_ref().is_none_or(|pools| pools.process != process) {
-        // Dropping the pools of the parent would wait for threads that do not exist here.
+        // Dropping the parent's pools would wait for threads that do not exist in this process.
         std::mem::forget(pools.take());
         *pools = Some(Pools { process, by_threads: HashMap::new() });
     }
-    let Some(pools) = pools.as_mut() else { unreachable!("there are pools") };
+    let Some(pools) = pools.as_mut() else { unreachable!("the pools have been created") };
     if let Some(pool) = pools.by_threads.get(&threads) {
         return Ok(pool.clone());
     }

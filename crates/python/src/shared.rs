@@ -27,7 +27,7 @@ impl<S: Scalar> Shared<S> {
     /// Returns the current mesh. Waits for a running refit.
     pub(crate) fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
         // If the thread need not wait, it keeps the interpreter's lock, so that no fork can happen
-        // while this one is locked.
+        // while the mesh's lock is held.
         let mesh = match self.0.try_lock() {
             Ok(mesh) => mesh.clone(),
             Err(_) => py.detach(|| self.lock().clone()),

@@ -66,7 +66,7 @@ def test_members_of_two_archives_do_not_mix(dtype, tmp_path):
 
 @pytest.mark.filterwarnings("ignore:Reading")
 def test_altered_members_are_refused(dtype, tmp_path):
-    """The contents of members are altered, truncated or extended, but the archive's own checksums
+    """The contents of members are altered, truncated, or extended, but the archive's own checksums
     still match."""
     members = members_of(sphere(dtype, steps=0), tmp_path)
     tried = 0

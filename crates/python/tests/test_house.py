@@ -185,7 +185,7 @@ def test_ctrl_c_ends_a_query(call, threads):
     script = INTERRUPTED.format(tests=str(Path(__file__).parent), prepare=prepare, ask=ask, steps=steps)
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
     assert out.stdout.startswith("ended"), out
-    # This takes about 0.2 s; the limit has slack for a busy machine.
+    # A call ends about 0.2 s after Ctrl-C; the limit has slack for a busy machine.
     assert float(out.stdout.split()[1]) < 1
 
 

@@ -19,7 +19,7 @@ pub enum Arithmetic {
     },
 }
 
-/// Returns how far a side and a ray may move relative to each other.
+/// Returns how far a triangle's side and a ray may move relative to each other in an arithmetic.
 pub(super) fn moves(arithmetic: Arithmetic, reach: f64) -> f64 {
     match arithmetic {
         Arithmetic::Grid { step, q } => snap(step) + turn(q) * reach,

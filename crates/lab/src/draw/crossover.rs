@@ -30,12 +30,12 @@ impl Race {
 }
 
 const PANEL: [f64; 2] = [560.0, 420.0];
-/// The axes' positions within a panel.
+// The positions of the axes within a panel.
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 545.0;
 const TOP: f64 = 40.0;
 const BOTTOM: f64 = 372.0;
-/// The colours of the image sizes, which colour-blind readers can tell apart.
+/// The colours of the image sizes, chosen so that colour-blind readers can tell them apart.
 const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const RASTER: &str = "6 4";
 

@@ -17,8 +17,9 @@ const REACH: i32 = 16;
 const PIXEL: f64 = 4.0;
 const COLUMNS: usize = 9;
 
-/// Two triangles that share an edge, or six around a vertex, and a square of rays from one origin,
-/// whose directions differ by single steps in x and in y.
+/// Two triangles that share an edge, or six triangles around a vertex, and a square grid of rays.
+/// The rays share their origin, and the directions of neighbouring rays differ by one step in x or
+/// in y.
 struct Square {
     triangles: Vec<Triangle>,
     rays: Vec<Ray>,
@@ -41,7 +42,8 @@ impl Square {
         let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
         let moved = |x: f32, steps: i32| match by {
             Step::Single => step(x, steps),
-            // On the grid, the longest component, between 2 and 4, takes 18 bits.
+            // The longest component of the direction is between 2 and 4 and has 18 bits on the
+            // grid, so one grid step is 2^-16.
             Step::Grid => x + steps as f32 / 65_536.0,
         };
         let at =
@@ -128,7 +130,7 @@ pub fn edge_maps(caption: &str) -> Svg {
     for method in in_order() {
         columns.push((method.name, edge.by(method), vertex.by(method)));
         if method.name == "fixed" {
-            // On the grid, the rays above would all coincide.
+            // On the grid, rays one f32 step apart would all coincide, so use grid steps instead.
             let (edge, vertex) = (Square::edge(Step::Grid), Square::vertex(Step::Grid));
             columns.push(("fixed, in grid steps", edge.by(method), vertex.by(method)));
         }

@@ -1,6 +1,6 @@
-//! Places labels next to their points. Each label tries positions all around its point, preferring
-//! nearer ones, so that overlaps become as small as possible. A label that has to move farther away
-//! gets a leader line to its point.
+//! Places labels next to their points. Each label tries positions all around its point, to keep
+//! overlaps as small as possible, and prefers positions nearer to the point. A label that has to
+//! move farther away gets a leader line to its point.
 
 use super::svg::width;
 

@@ -118,7 +118,7 @@ pub(super) fn aim(rng: &mut Rng, triangle: &Triangle) -> Ray {
 }
 
 /// Builds a scene of triangles and rays. The triangles are built around random points in a cube
-/// that grows with their number (the first one around 0), and each ray is built for one of the
+/// that grows with their number (the first triangle around 0), and each ray is built for one of the
 /// triangles.
 pub(super) fn soup(
     rng: &mut Rng,

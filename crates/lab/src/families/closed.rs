@@ -13,13 +13,14 @@ use crate::rng::Rng;
 /// bits.
 const GRID: f64 = 262_144.0;
 
-/// Returns the largest icosphere with at most this many faces, or the smallest one.
+/// Returns the largest icosphere with at most `triangles` faces, or the smallest icosphere if none
+/// is small enough.
 fn largest_icosphere(triangles: usize) -> Mesh {
     Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
 }
 
-/// Returns the largest torus with at most this many faces and about twice as many quads around as
-/// across, or the smallest one.
+/// Returns a torus with at most `triangles` faces, as many as possible with about twice as many
+/// quads around as across, or a minimal torus if `triangles` is too small.
 fn largest_torus(triangles: usize) -> Mesh {
     let mut across = 3;
     while 4 * (across + 1) * (across + 1) <= triangles {
@@ -28,7 +29,8 @@ fn largest_torus(triangles: usize) -> Mesh {
     Mesh::torus(triangles / (2 * across), across)
 }
 
-/// Returns the largest cube with at most this many faces, or the smallest one.
+/// Returns the largest cube with at most `triangles` faces, or the smallest cube if none is small
+/// enough.
 fn largest_cube(triangles: usize) -> Mesh {
     let mut n = 1;
     while 48 * (n + 1) * (n + 1) <= triangles {

@@ -1,4 +1,5 @@
-//! Families whose rays are at the limits, `Threshold` and the interval of `t`, to the last bit.
+//! Families whose rays are within a few floating-point steps of a limit: the `Threshold` or an end
+//! of the interval of `t`.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::{Ray as F64Ray, Scene as F64Scene, THRESHOLD, Vector};
@@ -111,7 +112,8 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
     // Aim the first ray at the first triangle, and use their `vd` or t as the threshold.
     if let (Some(triangle), Some(first)) = (scene.triangles.first(), scene.rays.first_mut()) {
         *first = aim(rng, triangle);
-        // A longer direction makes t smaller than `vd`, so that the last line of the test decides.
+        // A longer direction makes t smaller than `vd`, so that the comparison of t with the
+        // threshold decides.
         if rng.one_in(2) {
             first.dir = first.dir.map(|x| 64.0 * x);
         }

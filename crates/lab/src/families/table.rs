@@ -29,7 +29,7 @@ pub fn adversarial(rng: &mut Rng) -> Case {
 pub const FAMILIES: &[Family] = &[
     Family {
         name: "uniform",
-        what: "random triangles and random rays, which are not aimed",
+        what: "random triangles, and random rays that are not aimed at them",
         param: None,
         make: shapes::uniform,
     },

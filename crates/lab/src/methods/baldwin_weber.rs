@@ -1,6 +1,6 @@
-//! D. Baldwin and M. Weber, "Fast ray-triangle intersections by coordinate transformation", Journal
-//! of Computer Graphics Techniques 5(3), 2016. The method uses an affine map that takes the
-//! triangle's corners to (0,0), (1,0), and (0,1) in the plane z = 0.
+//! The test by Baldwin and Weber (D. Baldwin and M. Weber, "Fast ray-triangle intersections by
+//! coordinate transformation", Journal of Computer Graphics Techniques 5(3), 2016). The method uses
+//! an affine map that takes the triangle's corners to (0,0), (1,0), and (0,1) in the plane z = 0.
 //!
 //! One column of the map is free; it is chosen so that the map never divides by a small number. If
 //! `k` is the longest axis of the normal, `i` and `j` are the next two axes, and `f1` and `f2` are
@@ -18,7 +18,8 @@ use super::axis::Axis;
 use super::intersector::{Intersector, PlainRay, splat3};
 use super::real::Real;
 
-/// The method. It stores the full 3×4 matrix, so the test does not need a branch on the axis.
+/// The test by Baldwin and Weber. It stores the full 3×4 matrix, so the test does not need a branch
+/// on the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct BaldwinWeber;
 

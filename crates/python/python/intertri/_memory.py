@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 LEAST = 1 << 20
-"""Smaller arrays come from numpy, because the C library reuses their memory anyway."""
+"""The minimum size in bytes. Smaller arrays come from numpy, because the C library reuses their
+memory anyway."""
 
 MOST = 1 << 28
-"""The maximum number of bytes that stay idle."""
+"""The maximum total size of idle blocks in bytes."""
 
 _PAGE = 1 << 21
 """Block sizes are multiples of this, the size of a huge page."""

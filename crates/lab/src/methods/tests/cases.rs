@@ -99,7 +99,8 @@ fn methods_fail_where_they_are_known_to() {
     let at =
         |family: &'static str, x: f64| move |rng: &mut Rng| find(family).unwrap().case_at(rng, x);
 
-    // An epsilon on the determinant fails at a small scale. The same test without it does not.
+    // An epsilon on the determinant fails at a small scale. The same test without an epsilon does
+    // not.
     assert!(misses("Möller–Trumbore ε f32", &at("scale", 1e-6)) > 0.99);
     assert!(misses("Möller–Trumbore f32", &at("scale", 1e-6)) < 0.35);
     // A threshold fails if the direction is short. Methods without a threshold do not.

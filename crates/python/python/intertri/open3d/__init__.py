@@ -1,7 +1,7 @@
 """A scene of several meshes with the interface of ``open3d.t.geometry.RaycastingScene``.
 
-Names, shapes, and dtypes of the results are the same as in Open3D, so a script only needs to change
-an import:
+Names, shapes, and dtypes of the results are the same as in Open3D, so you only need to change the
+import in a script:
 
 >>> import numpy as np
 >>> from intertri.open3d import RaycastingScene
