@@ -1,4 +1,5 @@
-//! The [`Threshold`] below which a ray counts as parallel.
+//! [`Threshold`], which decides whether a ray counts as parallel to a triangle and whether a hit is
+//! too near to the ray's origin.
 
 use core::fmt;
 

@@ -105,8 +105,8 @@ impl<S: Scalar> TriangleOf<S> {
     }
 
     /// Returns the normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area,
-    /// and it points to the side from which the corners run counter-clockwise. It is zero for a
-    /// triangle without area.
+    /// and it points to the side from which the corners run counter-clockwise. The normal is zero
+    /// if the triangle has no area.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);

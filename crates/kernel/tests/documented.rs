@@ -1,4 +1,4 @@
-//! Checks that every public type, trait, and function has an example, which the doc tests run. A
+//! Checks that every public type, trait, and function has an example that runs as a doc test. A
 //! method may instead be called in another item's example. Items in the hidden module `internal`
 //! are exempt.
 

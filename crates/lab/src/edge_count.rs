@@ -18,8 +18,8 @@ pub struct EdgeCount {
     pub rays: u64,
     /// The number of ray/triangle pairs that `certified` tested.
     pub pairs: u64,
-    /// The number of these pairs that differ from the reference in whether there is a hit, or in
-    /// any bit of `t`.
+    /// The number of tested pairs for which `certified` differs from the reference, either in
+    /// whether there is a hit or in any bit of `t`.
     pub not_reference: u64,
     /// The number of rays for which `fixed` finds no crossing.
     pub leaks: u64,

@@ -38,9 +38,10 @@ pub struct Row {
     /// The number of rays that start inside a closed convex mesh, or 0 if the family has no such
     /// mesh.
     pub closed_trials: u64,
-    /// The number of these rays that hit nothing.
+    /// The number of rays counted in `closed_trials` that hit nothing.
     pub leaks: u64,
-    /// The number of these rays that hit two or more triangles, although they leave the mesh once.
+    /// The number of rays counted in `closed_trials` that hit two or more triangles, although each
+    /// ray leaves the mesh once.
     pub doubles: u64,
     /// The number of true hits whose `t` was compared with the exact `t`.
     pub t_trials: u64,
@@ -192,7 +193,7 @@ mod tests {
             for row in &rows {
                 assert_eq!(row.not_oracle, row.false_misses + row.false_hits);
                 if OF_THE_REFERENCE.contains(&row.method) {
-                    // The document's own t may be infinite, which the kernel's interval excludes.
+                    // Document A's t may be infinite, which the kernel's interval excludes.
                     assert!(row.not_reference <= row.t_not_finite, "{row:?}");
                 }
             }

@@ -102,7 +102,8 @@ pub fn step(x: f32, steps: i32) -> f32 {
     if x.is_nan() {
         return x;
     }
-    // Convert sign and magnitude to a signed integer, which has the same order as the numbers.
+    // Convert sign and magnitude to a signed integer, so that consecutive f32 values become
+    // consecutive integers.
     let bits = x.to_bits();
     let magnitude = i64::from(bits & 0x7FFF_FFFF);
     let place = if bits >> 31 == 0 { magnitude } else { -magnitude };

@@ -47,8 +47,8 @@ def camera(vertices, faces, size):
 
 
 def diffuse(mesh, origins, ways, rng):
-    """Returns rays from the image's hits in random directions away from the surface, as many as
-    there are camera rays."""
+    """Returns as many rays as there are camera rays, from the image's hits in random directions
+    away from the surface."""
     hits = mesh.closest(origins, ways)
     hit = hits["triangle"] >= 0
     a, b, c = np.moveaxis(mesh.triangles[hits["triangle"][hit]].astype(float), 1, 0)

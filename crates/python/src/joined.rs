@@ -60,8 +60,8 @@ impl<'a, A: Pod> Joined<'a, A> {
     /// Copies part `number`, and the parts that waited for it, to their positions in the output.
     pub(crate) fn put(&self, number: usize, part: Part<A>) {
         self.lock().waiting.insert(number, part);
-        // The thread that determines where a part belongs also copies it there, in parallel with
-        // other threads.
+        // The thread that determines a part's position also copies the part, in parallel with other
+        // threads.
         while let Some((mut part, place)) = self.next() {
             place.words.copy_from_slice(bytemuck::cast_slice(&part.answers));
             put_ends(place.offsets, place.before, &part);

@@ -69,8 +69,8 @@ impl<S: Scalar> Mesh<S> {
     }
 
     /// Moves the triangles. Returns the mesh and the estimated factor by which rays take longer
-    /// than in a new tree, which is 1 if nothing has moved. If memory runs out, the returned mesh
-    /// contains no triangles.
+    /// than in a new tree. The factor is 1 if nothing has moved. If memory runs out, the returned
+    /// mesh contains no triangles.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
         // Drop the solid with its boundary, which would otherwise share the hierarchy.
         drop(self.soup);

@@ -46,7 +46,7 @@ impl Workers {
         }
     }
 
-    /// Runs a job on these threads.
+    /// Runs a job on the chosen threads.
     pub(crate) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match self {
             Self::Caller => on_this_thread(work),
@@ -96,7 +96,7 @@ pub(crate) fn distribute<P: Send, T>(
     }
 }
 
-/// Returns the pool with this many threads, which is started on first use.
+/// Returns the pool with the given number of threads, starting the pool on first use.
 fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let process = std::process::id();
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);

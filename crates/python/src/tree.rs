@@ -27,8 +27,8 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-/// Returns the threads that trace these rays. A small number of rays is traced by the calling
-/// thread alone.
+/// Returns the threads that trace the given rays. The calling thread alone traces a small number of
+/// rays.
 pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
 }

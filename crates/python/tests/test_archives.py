@@ -33,8 +33,8 @@ def archive_of(members):
 
 
 def answers(mesh):
-    """Returns the answers of a mesh for random rays and those of a new mesh with the same vertices
-    and faces."""
+    """Returns the answers of a mesh for random rays, and the answers of a new mesh with the same
+    vertices and faces."""
     rays = np.random.default_rng(5).uniform(-2, 2, (200, 6)).astype(mesh.dtype)
     new = intertri.Mesh(mesh.vertices, mesh.faces)
     return mesh.closest(rays), new.closest(rays)

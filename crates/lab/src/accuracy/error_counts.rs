@@ -11,9 +11,9 @@ pub struct ErrorCounts {
     pub method: &'static str,
     /// The number of rays, or of pairs for `mix`.
     pub trials: u64,
-    /// The number of answers that differ from the exact answer. For `camera` and `secondary`, these
-    /// are wrong closest triangles, false hits, and false misses. For `edges`, this is the sum of
-    /// the next two fields. For `mix`, these are false hits and false misses.
+    /// The number of answers that differ from the exact answer. Wrong answers are wrong closest
+    /// triangles, false hits, and false misses for `camera` and `secondary`; leaks and double hits
+    /// for `edges`; and false hits and false misses for `mix`.
     pub wrong: u64,
     /// For `edges`, the number of rays that leave the closed mesh without hitting it.
     pub leaks: u64,

@@ -11,7 +11,7 @@ pub(super) struct Facet {
     pub(super) normal: Vec3d,
     /// `B × C`, `C × A`, and `A × B`, the normals of the planes through the eye and a side.
     pub(super) planes: [Vec3d; 3],
-    /// The lengths of these three normals.
+    /// The lengths of the three normals in `planes`.
     pub(super) lengths: [f64; 3],
     /// The distance from the eye to the farther end of each side.
     pub(super) reaches: [f64; 3],

@@ -19,7 +19,8 @@ pub(super) struct Pixel {
     pub(super) seen: Option<u32>,
     /// One bit for each arithmetic, set if the pixel is doubtful in that arithmetic.
     pub(super) doubtful: u32,
-    /// For each arithmetic, an upper bound on the t at which it may find the visible triangle.
+    /// For each arithmetic, an upper bound on the t at which the arithmetic may find the visible
+    /// triangle.
     pub(super) far: Vec<f64>,
     pub(super) sampled: bool,
     /// An upper bound on the t of the exact closest hits, and the indices of their triangles.

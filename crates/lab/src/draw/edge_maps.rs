@@ -93,8 +93,8 @@ impl Square {
                 let batch =
                     TestBatch { rays: self.rays.clone(), triangles: self.triangles.clone() };
                 let on_grid = crate::methods::on_grid(&batch).unwrap_or(batch);
-                // The method snaps each pair to its finest grid, which gives the same answer as the
-                // common grid.
+                // The method snaps each pair to the pair's own finest grid, which gives the same
+                // answer as the common grid.
                 let to = ask(method, on_grid.triangles[k], &on_grid.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
             } else {

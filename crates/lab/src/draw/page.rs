@@ -1,5 +1,5 @@
-//! Combines charts and text into a self-contained HTML page, which loads no scripts, fonts, or
-//! other files.
+//! Combines charts and text into a self-contained HTML page that loads no scripts, fonts, or other
+//! files.
 
 use std::fmt::Write as _;
 

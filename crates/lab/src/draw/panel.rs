@@ -34,7 +34,7 @@ pub(super) struct Point {
     pub(super) trials: u64,
 }
 
-/// Returns the height of a panel with `rows` methods without observed errors, which have separate
+/// Returns the height of a panel in which `rows` methods without observed errors have separate
 /// rows.
 pub(super) fn height(rows: usize) -> f64 {
     bottom(rows) + 52.0

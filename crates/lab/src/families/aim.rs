@@ -21,7 +21,7 @@ pub(super) fn wide(a: [f32; 3]) -> Point {
     a.map(f64::from)
 }
 
-/// Permutes the components of a vector and changes their signs, which is exact for any vector.
+/// A permutation of a vector's components, combined with sign changes. Applying it never rounds.
 #[derive(Clone, Copy)]
 pub(super) struct Turn([usize; 3], [f64; 3]);
 

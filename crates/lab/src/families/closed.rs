@@ -39,7 +39,7 @@ fn largest_cube(triangles: usize) -> Mesh {
     Mesh::cube(n)
 }
 
-/// Returns the triangles of a mesh, or only some consecutive ones if fewer are requested.
+/// Returns all triangles of a mesh, or only `triangles` consecutive triangles if the mesh has more.
 fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     let mut all = mesh.triangles();
     if triangles < all.len() {

@@ -25,7 +25,7 @@ pub fn adversarial(rng: &mut Rng) -> Case {
     family.case(rng)
 }
 
-/// Every family, the ordinary ones first.
+/// Every family, with the ordinary families first.
 pub const FAMILIES: &[Family] = &[
     Family {
         name: "uniform",

@@ -87,7 +87,8 @@ fn rays_come_near_hitting() {
         let (mut hits, n) = (0, 4000);
         let mut rng = Rng::new(5);
         for _ in 0..n {
-            // Use no threshold, because some families stay below the default one.
+            // Use no threshold, because the values in some families are below the default
+            // threshold.
             let case = family.case(&mut rng);
             hits += usize::from(ask(&case.triangle, &case.ray, 0.0).2);
         }

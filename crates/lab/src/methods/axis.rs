@@ -12,7 +12,7 @@ pub(super) enum Axis<M> {
     /// The same axis in every lane.
     Same(usize),
     /// The x axis in the lanes of the first mask, the y axis in the lanes of the second, and the z
-    /// axis in the others.
+    /// axis in the other lanes.
     Mixed(M, M),
 }
 

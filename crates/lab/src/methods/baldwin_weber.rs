@@ -76,7 +76,7 @@ impl Intersector for BaldwinWeber {
         let &Triangle { rows: [row1, row2, row3], constants: [c1, c2, c3] } = triangle;
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The t at which the third coordinate becomes 0, and the other two coordinates there.
+        // The t at which the third coordinate becomes 0, and the other two coordinates at that t.
         let t = -(row3.dot(ray.origin) + c3) / row3.dot(ray.dir);
         let point = ray.origin + ray.dir * t;
         let u = row1.dot(point) + c1;

@@ -1,4 +1,4 @@
-//! The kernel's modes as methods, in the same forms as the published ones.
+//! The kernel's modes as methods, in the same forms as the published methods.
 
 use std::time::Instant;
 

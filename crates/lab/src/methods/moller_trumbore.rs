@@ -11,8 +11,8 @@ use super::real::Real;
 /// determinant is at most `epsilon`.
 #[derive(Clone, Copy, Debug)]
 pub struct MollerTrumbore {
-    /// The bound on the determinant. 0 rejects only a determinant of 0. The paper's listing uses
-    /// 1e-6, which many implementations have kept.
+    /// The bound on the determinant. A bound of 0 rejects only a determinant of 0. The paper's
+    /// listing uses 1e-6, which many implementations have kept.
     pub epsilon: f64,
 }
 

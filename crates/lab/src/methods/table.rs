@@ -118,7 +118,7 @@ pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 /// Every method. All comparisons iterate over this table.
 ///
 /// Document D's own test is one-sided and leaves one edge open; here it is two-sided and closed,
-/// like all others.
+/// like all other methods.
 pub static METHODS: &[Method] = &[
     method!("InterTri f64", "document A", |threshold| InterTri { threshold }, f64),
     method!("InterTri f32", "document A", |threshold| InterTri { threshold }, f32),

@@ -228,7 +228,7 @@ class RayQueries(Triangles):
         Returns
         -------
         (..., 6)
-            The origins are NaN for misses, so these rays miss too.
+            The origins are NaN for misses, so rays from misses hit nothing.
 
         Examples
         --------

@@ -20,7 +20,7 @@ ALL = 0xFFFFFFFF
 
 
 class Scene:
-    """Instances of meshes, each placed by a matrix, which can move between queries.
+    """Instances of meshes. Each instance is placed by a matrix and can move between queries.
 
     A vertex (x, y, z) is at ``((m[0, 0] * x + m[0, 1] * y) + m[0, 2] * z) + m[0, 3]`` along the
     first axis, and so on, in float64. Results are the same, bit for bit, as for a single mesh of

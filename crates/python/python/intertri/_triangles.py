@@ -61,7 +61,7 @@ class Triangles:
         self._at, self._faces, self._moving = Position(corners), rows, threading.Lock()
 
     def _tree(self, dtype: np.dtype[Any], threads: int | None) -> Tree32 | Tree64:
-        """Returns the hierarchy for a scalar type, which is built on first use."""
+        """Returns the hierarchy for a scalar type, building it on first use."""
         at = self._at
         tree = at.trees.get(dtype)
         if tree is None:

@@ -112,8 +112,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // Infinity has exactly the exponent bits set, so this clears the sign and the
-                // fraction, which leaves a power of two.
+                // Infinity has exactly the exponent bits set, so the bitwise AND clears the sign
+                // and the fraction and leaves a power of two.
                 Self(cpu!($and(self.0, $set1(<$scalar>::INFINITY))))
             }
             #[inline(always)]

@@ -1,5 +1,4 @@
-//! Tests the methods on batches, in which every ray is tested against every triangle, on closed
-//! meshes and in every layout.
+//! Tests the methods on whole batches of rays and triangles, in every layout and on closed meshes.
 
 use intertri::Ray;
 use intertri::simd::Level;

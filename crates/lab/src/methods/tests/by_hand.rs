@@ -117,8 +117,8 @@ fn woop_by_hand() {
 
 #[test]
 fn the_epsilon_is_the_papers() {
-    // The determinant is twice the area projected along the direction, which here equals the length
-    // of the second side.
+    // The determinant is twice the triangle's area projected along the direction. For these
+    // triangles, it equals the length of the second side.
     for (side, beyond) in [(1e-6, false), (1.1e-6, true), (-1e-6, false), (-1.1e-6, true)] {
         let corners = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, side, 5.0]];
         let hit = |epsilon| {

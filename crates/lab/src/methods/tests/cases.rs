@@ -73,7 +73,7 @@ fn inter_tri_in_f64_is_the_reference() {
                 let scene = F64Scene::from_triangles([case.triangle.0]);
                 let ray = F64Ray::new(case.ray.origin, case.ray.dir);
                 let mut t = f64::NAN;
-                // The document's listing reports a hit at t = infinity, which the kernel's interval
+                // Document A's listing reports a hit at t = infinity, which the kernel's interval
                 // excludes.
                 let hit = scene.inter_tri(0, &ray, &mut t) == 1 && (t.is_finite() || got.hit);
                 assert!(hit == got.hit && (!hit || t == got.t), "{} {}", family.name, method.name);

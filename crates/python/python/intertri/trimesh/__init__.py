@@ -245,7 +245,7 @@ class RayMeshIntersector:
     def _entered_at_start(
         self, origins: Floats, directions: Floats, offsets: Ints, leaves: NDArray[np.bool_]
     ) -> tuple[Ints, NDArray[np.int32]] | None:
-        """Returns the rays that start on the mesh and go in, and a face on which each of them
+        """Returns the rays that start on the mesh and go in, each with a face on which it
         starts."""
         mesh = self.intertri
         if not len(origins) or not len(mesh):
@@ -260,7 +260,7 @@ class RayMeshIntersector:
             return None
         faces: NDArray[np.int32] = mesh.closest_point(origins[starting])["triangle"]
         if mesh.is_closed:
-            # A ray that later leaves the mesh more often than it enters must enter here.
+            # A ray that later leaves the mesh more often than it enters must enter at its origin.
             sides = np.concatenate([[0], np.cumsum(np.where(leaves, 1, -1))])
             enters = (sides[offsets[1:]] - sides[offsets[:-1]])[starting] != 0
         else:
