@@ -11,7 +11,7 @@ use crate::pool::workers;
 use crate::scalar::Scalar;
 use crate::source::Source;
 
-/// Fewer rays than this are not treated as an image.
+/// The minimum number of rays in an image. Fewer rays are not treated as an image.
 const PICTURE: usize = 4 * TILE * TILE;
 
 /// A range of consecutive rays that a thread takes at a time.

@@ -1,4 +1,4 @@
-//! The threads that trace: the calling thread, or a pool for each number of threads.
+//! The threads that trace rays: the calling thread, or a pool for each number of threads.
 
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
@@ -13,7 +13,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The pools of a process, by their number of threads. A forked process has none of its parent's
 /// threads, so it starts with no pools. A thread that holds this lock also holds the interpreter's
-/// lock, so no fork can happen while it is locked.
+/// lock, so no fork can happen while `POOLS` is locked.
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 struct Pools {
@@ -65,8 +65,8 @@ pub(crate) fn workers() -> usize {
     if is_caller() { 1 } else { rayon::current_num_threads() }
 }
 
-/// Computes the answers in chunks on all workers, each with its own state. `each` receives the
-/// chunk's number.
+/// Computes the answers in chunks on all workers. Each worker has its own state. `each` receives
+/// the chunk's number.
 pub(crate) fn chunks<A: Send, T>(
     answers: &mut [A],
     size: usize,
@@ -77,7 +77,7 @@ pub(crate) fn chunks<A: Send, T>(
     distribute(chunks, state, |state, (number, answers)| each(state, number, answers));
 }
 
-/// Distributes pieces of work to all workers, each with its own state.
+/// Distributes pieces of work to all workers. Each worker has its own state.
 pub(crate) fn distribute<P: Send, T>(
     pieces: Vec<P>,
     state: impl Fn() -> T + Sync + Send,

@@ -25,7 +25,7 @@ pub struct Race {
 }
 
 impl Race {
-    /// `seen` finds the hit at each pixel, and `lit` determines whether that hit is lit.
+    /// The tasks: `seen` finds the hit at each pixel, and `lit` determines whether that hit is lit.
     pub const TASKS: [&str; 2] = ["seen", "lit"];
 }
 

@@ -95,8 +95,8 @@ pub(super) fn nudge(rng: &mut Rng, dir: [f32; 3]) -> [f32; 3] {
     dir.map(|x| step(x, rng.within(steps)))
 }
 
-/// Returns a nudged ray from one point toward another. Its direction is about as long as the
-/// distance, or about 1.
+/// Returns a nudged ray from one point toward another. The direction's length is about the distance
+/// between the points, or about 1.
 pub(super) fn shoot(rng: &mut Rng, origin: [f32; 3], to: Point) -> Ray {
     let way = add(to, wide(origin), -1.0);
     let longest = way.iter().fold(0.0, |m: f64, x| m.max(x.abs()));

@@ -38,7 +38,7 @@ fn longest(n: Point) -> usize {
 
 /// Returns a direction with `nrm & dir` within a few f64 steps of `vd`. Its component along the
 /// normal's longest axis determines the first 24 bits, the second component the next bits, and the
-/// third the last.
+/// third component the last bits.
 fn solve(n: Point, vd: f64) -> [f32; 3] {
     let mut dir = [0.0_f32; 3];
     let mut rest = vd;
@@ -128,7 +128,7 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
 
 pub(super) fn interval(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     // In half of the scenes, heights and distances are small round numbers, so that many values of
-    // t are exact in f32. With full mantissas, hardly any are.
+    // t are exact in f32. With full mantissas, hardly any would be.
     let whole = rng.one_in(2);
     let turn = Turn::random(rng);
     let shape = |rng: &mut Rng, place| {

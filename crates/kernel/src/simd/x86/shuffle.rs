@@ -8,8 +8,7 @@ use core::arch::x86_64::*;
 use super::super::lanes::Lanes;
 use super::reg::Reg;
 
-/// Permutes eight lanes: byte i of `order`, modulo 8, is the index of the lane that moves to lane
-/// i.
+/// Permutes eight lanes: lane i receives the lane whose index is byte i of `order`, modulo 8.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
