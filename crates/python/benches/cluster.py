@@ -57,8 +57,9 @@ def taken():
 
 
 def by_threads(mesh, where, threads):
-    """Returns the seconds that threads take to trace each block from memory into a reused array.
-    Called before and after the cluster's run, because the machine's speed varies."""
+    """Returns the seconds that threads take to trace each of the first ten blocks from memory into
+    a reused array. Called before and after the cluster's run, because the machine's speed
+    varies."""
     rays, out, times = zarr.open_array(where), np.empty(BLOCK, intertri.HIT), []
     for first in range(0, min(rays.shape[0], 10 * BLOCK), BLOCK):
         block = rays[first : first + BLOCK]

@@ -76,7 +76,7 @@ pub(crate) fn run<T: Send>(
             let mut result = None;
             pool.in_place_scope(|scope| {
                 scope.spawn(|_| {
-                    // This is dropped however the job ends.
+                    // Dropping `done`, however the job ends, ends the caller's wait.
                     let _done = done;
                     result = Some(work());
                 });

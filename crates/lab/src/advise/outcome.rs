@@ -45,7 +45,7 @@ impl Facet {
     }
 
     /// For a triangle seen edge-on, returns how far outside the triangle rounding can move a hit,
-    /// as a multiple of its longest side.
+    /// as a multiple of the triangle's longest side.
     pub(super) fn spill(&self) -> f64 {
         let slope = self.height.abs() / self.reach();
         let rho = self.side * self.side / slope;
@@ -125,8 +125,8 @@ impl Facet {
         }
     }
 
-    /// Returns the possible outcomes if snapping moves the corners and the ray. As long as no side
-    /// crosses the ray during the move, the ray stays inside the triangle or outside it.
+    /// Returns the possible outcomes if snapping moves the corners and the ray. A ray can change
+    /// between inside and outside only if a side crosses the ray during the move.
     fn on_grid(
         &self,
         step: f64,

@@ -50,9 +50,9 @@ fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     all
 }
 
-/// Builds a scene from a mesh that is sheared, scaled, and moved so that no coordinate is special,
-/// and whose axes are permuted. The rays come from inside and outside and pass close to its edges
-/// and vertices.
+/// Shears, scales, and moves a mesh so that no coordinate is special, permutes its axes, and builds
+/// a scene from it. The rays come from inside and outside and pass close to the mesh's edges and
+/// vertices.
 fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     let (centre, size) = (rng.cube(), rng.log(0.1, 10.0));
     let mesh = mesh.map(|[x, y, z]| add(centre, [y + 0.1 * x, z - 0.2 * y, x + 0.3 * z], size));

@@ -1,4 +1,4 @@
-//! The model for camera and secondary rays.
+//! The triangle model for the `camera` and `secondary` workloads.
 
 use intertri::{Ray, Triangle, TriangleOf};
 

@@ -26,8 +26,8 @@ _idle: list[mmap.mmap] = []
 
 
 class _Loan:
-    """Keeps a block in use while an array or a view of it exists, because numpy keeps alive the
-    object from which an array was made."""
+    """The object from which the arrays in a block are made. numpy keeps it alive while such an
+    array or a view of it exists, which keeps the block in use."""
 
     def __init__(self, block: mmap.mmap) -> None:
         self.__array_interface__ = np.frombuffer(block, np.uint8).__array_interface__
