@@ -1,4 +1,4 @@
-//! Gathers the rays of images, which NumPy arrays store row by row, into tiles, as the library does
+//! Gathers the rays of images, which numpy arrays store row by row, into tiles, as the library does
 //! for slices of rays.
 
 use std::ops::Range;

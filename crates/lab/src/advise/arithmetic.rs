@@ -19,7 +19,8 @@ pub enum Arithmetic {
     },
 }
 
-/// Returns how far a triangle's side and a ray may move relative to each other in an arithmetic.
+/// Returns how far a triangle's side and a ray may move relative to each other with the given
+/// arithmetic.
 pub(super) fn moves(arithmetic: Arithmetic, reach: f64) -> f64 {
     match arithmetic {
         Arithmetic::Grid { step, q } => snap(step) + turn(q) * reach,
@@ -27,8 +28,7 @@ pub(super) fn moves(arithmetic: Arithmetic, reach: f64) -> f64 {
     }
 }
 
-/// Returns how far a point may move when it is snapped, which is by up to half a step along each
-/// axis.
+/// Returns how far a point may move when it is snapped: up to half a step along each axis.
 pub(super) fn snap_of_one(step: f64) -> f64 {
     0.75_f64.sqrt() * step
 }

@@ -19,8 +19,8 @@ fn largest_icosphere(triangles: usize) -> Mesh {
     Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
 }
 
-/// Returns a torus with at most `triangles` faces, as many as possible with about twice as many
-/// quads around as across, or a minimal torus if `triangles` is too small.
+/// Returns the largest torus with at most `triangles` faces and about twice as many quads around as
+/// across, or the smallest torus if none is small enough.
 fn largest_torus(triangles: usize) -> Mesh {
     let mut across = 3;
     while 4 * (across + 1) * (across + 1) <= triangles {

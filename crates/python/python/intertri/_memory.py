@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 LEAST = 1 << 20
-"""The minimum size in bytes. Smaller arrays come from numpy, because the C library reuses their
-memory anyway."""
+"""The minimum size in bytes of an array with a block of its own. Smaller arrays come from numpy,
+because the C library reuses their memory anyway."""
 
 MOST = 1 << 28
 """The maximum total size of idle blocks in bytes."""
