@@ -71,8 +71,8 @@ def by_threads(mesh, where, threads):
 
 
 def untraced(block):
-    """Returns an array of the same size as the answers, filled with values from the rays, so that
-    the rays are read."""
+    """Reads a block of rays without tracing it. Returns an array of the same size as the answers,
+    filled with values from the rays."""
     hits = np.zeros(len(block), intertri.HIT)
     hits["t"], hits["u"], hits["v"] = block[:, 0], block[:, 1], block[:, 2]
     return hits

@@ -18,9 +18,9 @@ pub struct Race {
     pub width: u32,
     /// The height in pixels.
     pub height: u32,
-    /// Seconds for one ray per pixel.
+    /// The time with one ray per pixel, in seconds.
     pub rays: f64,
-    /// Seconds for the z-buffer or the shadow volumes.
+    /// The time with the z-buffer or the shadow volumes, in seconds.
     pub raster: f64,
 }
 

@@ -205,10 +205,10 @@ mod tests {
             let seen = |sets: &[u32], k: u32| sets.iter().filter(|&&set| set & 1 << k != 0).count();
             assert!((0..2).all(|k| seen(&edge, k) > 200));
             assert!((0..6).all(|k| seen(&vertex, k) > 20));
-            assert!(edge.iter().chain(&vertex).all(|&set| set != 0), "the oracle sees no leak");
+            assert!(edge.iter().chain(&vertex).all(|&set| set != 0), "the oracle must see no leak");
             let fixed = METHODS.iter().find(|method| method.name == "fixed").unwrap();
             for sets in [Square::edge(by).by(fixed), Square::vertex(by).by(fixed)] {
-                assert!(sets.iter().all(|set| set.is_power_of_two()), "exactly once");
+                assert!(sets.iter().all(|set| set.is_power_of_two()), "each ray hits one triangle");
             }
         }
         assert!(edge_maps("").to_string().ends_with("</svg>"));

@@ -54,7 +54,8 @@ fn solve(n: Point, vd: f64) -> [f32; 3] {
 }
 
 pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // In a coordinate plane, vd is exactly a component of dir, so the threshold is rounded to f32.
+    // If the triangles are in a coordinate plane, vd is exactly a component of dir, so the
+    // threshold is rounded to f32.
     let flat = rng.one_in(2);
     let threshold = if flat { f64::from(x as f32) } else { x };
     let turn = Turn::random(rng);
