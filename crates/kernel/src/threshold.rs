@@ -1,9 +1,10 @@
-//! The [`Threshold`] below which a ray counts as parallel.
+//! [`Threshold`], which decides whether a ray counts as parallel to a triangle and whether a hit is
+//! too near to the ray's origin.
 
 use core::fmt;
 
-/// The `Threshold` of document A: the smallest `|nrm & dir|` that does not count as parallel, and
-/// the largest t that does not count as a hit.
+/// The `Threshold` of document A. A ray counts as parallel to a triangle if `|nrm & dir|` is below
+/// the threshold, and a hit counts only if its t is above the threshold.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Threshold, Triangle};
@@ -15,9 +16,11 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
     exact: f64,
-    /// The threshold rounded to f32, and the f32 numbers below and above it.
+    /// The threshold rounded to f32.
     pub(crate) near: f32,
+    /// The f32 value just below `near`.
     pub(crate) below: f32,
+    /// The f32 value just above `near`.
     pub(crate) above: f32,
 }
 

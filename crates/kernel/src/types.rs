@@ -7,8 +7,8 @@ use crate::Scalar;
 
 /// A half-line and the interval of t in which hits count.
 ///
-/// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
-/// unit length. A hit counts if `t_min <= t < t_max` and `t > 0`.
+/// The points of the ray are `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not
+/// have unit length. A hit counts if `t_min <= t < t_max` and `t > 0`.
 /// [`Mode::exact`](crate::Mode::exact) compares the true t. The other modes compare t in f64 and
 /// also require it to be above their threshold. The interval excludes `t_max`, so that with the
 /// default of infinity, a `t` that overflowed is a miss. A ray hits nothing if its origin or
@@ -28,7 +28,7 @@ use crate::Scalar;
 pub struct RayOf<S> {
     /// The point at `t = 0`.
     pub origin: [S; 3],
-    /// The smallest `t` that counts.
+    /// The start of the interval: hits count only at or above this `t`.
     pub t_min: S,
     /// The direction, whose length is the unit of `t`.
     pub dir: [S; 3],
@@ -105,8 +105,8 @@ impl<S: Scalar> TriangleOf<S> {
     }
 
     /// Returns the normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area,
-    /// and it points to the side from which the corners run counter-clockwise. It is zero for a
-    /// triangle without area.
+    /// and it points to the side from which the corners run counter-clockwise. The normal is zero
+    /// if the triangle has no area.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
@@ -205,10 +205,10 @@ impl Hit {
 
 /// A [`Hit`] with t, u, and v in f32. Takes 20 bytes.
 ///
-/// In [`Mode::exact`](crate::Mode::exact) and [`Mode::once`](crate::Mode::once), each of them is
-/// the true value, correctly rounded to f32. In [`Mode::certified`](crate::Mode::certified), each
-/// is the value in [`Hit`], rounded to f32. A t beyond the largest f32 becomes infinity, so use
-/// [`Hit32::is_hit`] to tell hits from misses.
+/// In [`Mode::exact`](crate::Mode::exact) and [`Mode::once`](crate::Mode::once), each of the three
+/// is the true value, correctly rounded to f32. In [`Mode::certified`](crate::Mode::certified),
+/// each is the value in [`Hit`], rounded to f32. A t beyond the largest f32 becomes infinity, so
+/// use [`Hit32::is_hit`] to tell hits from misses.
 ///
 /// ```
 /// use intertri::Hit32;

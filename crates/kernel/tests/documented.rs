@@ -1,6 +1,6 @@
-//! Checks that every public type, trait, and function has an example, which the doc tests run. For
-//! a method, it is enough to be called in another item's example. Items in the hidden module
-//! `internal` are exempt.
+//! Checks that every public type, trait, and function has an example that runs as a doc test. A
+//! method may instead be called in another item's example. Items in the hidden module `internal`
+//! are exempt.
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn every_public_item_has_an_example() {
         bare.extend(without.into_iter().map(of));
     }
     assert!(items > 200, "{items}");
-    assert!(bare.is_empty(), "without an example: {bare:#?}");
+    assert!(bare.is_empty(), "these items have no example: {bare:#?}");
 }
 
 /// Reads the paths and texts of all source files.

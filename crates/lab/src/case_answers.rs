@@ -9,7 +9,7 @@ use crate::methods::METHODS;
 use crate::oracle::{self, OracleAnswer};
 use crate::test_batch::Answer;
 
-/// The answers, one entry per case.
+/// The answers of the oracle, the reference, and the methods, with one entry per case in each list.
 pub(crate) struct CaseAnswers {
     /// The exact answers.
     pub(crate) oracle: Vec<OracleAnswer>,

@@ -10,16 +10,16 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 use crate::workloads::closed_mesh;
 
-/// The counts of a check.
+/// The counts of errors that a check found, and the numbers of rays and pairs checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCount {
-    /// The number of rays for each mode. Half of them pass exactly through a vertex or a point on
-    /// an edge of a closed mesh, and half only up to rounding.
+    /// The number of rays for each mode. Half of the rays pass exactly through a vertex or a point
+    /// on an edge of a closed mesh, and the other half only up to rounding.
     pub rays: u64,
     /// The number of ray/triangle pairs that `certified` tested.
     pub pairs: u64,
-    /// The number of these pairs that differ from the reference in whether there is a hit, or in
-    /// any bit of `t`.
+    /// The number of tested pairs for which `certified` differs from the reference, either in
+    /// whether there is a hit or in any bit of `t`.
     pub not_reference: u64,
     /// The number of rays for which `fixed` finds no crossing.
     pub leaks: u64,
@@ -51,8 +51,8 @@ pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCou
     (0..rays.div_ceil(PIECE)).into_par_iter().map(piece).reduce(EdgeCount::default, sum)
 }
 
-/// Generates rays exactly at edges and vertices. If `near`, scales the whole input, so that
-/// everything is rounded.
+/// Generates rays exactly at edges and vertices. If `near`, scales all coordinates, which rounds
+/// them, so that the rays only pass close to the edges and vertices.
 fn batch(rng: &mut Rng, bits: u32, near: bool) -> TestBatch {
     let mut batch = closed_mesh(rng, bits, PIECE as usize);
     if near {
@@ -89,8 +89,8 @@ fn certified(batch: &TestBatch, count: &mut EdgeCount) {
     }
 }
 
-/// Checks that `fixed` finds exactly one crossing for each ray, because each ray leaves a closed
-/// convex mesh once.
+/// Counts the rays for which `fixed` does not find exactly one crossing, although each ray leaves a
+/// closed convex mesh once.
 fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
     let origins = batch.rays.iter().map(|ray| ray.origin);
     let points = batch.triangles.iter().flat_map(|t| t.0).chain(origins);

@@ -4,7 +4,7 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`rng`] | random numbers with the same bits on every CPU |
-//! | [`meshes`] | small closed meshes whose neighbours share their vertices bit for bit |
+//! | [`meshes`] | small closed meshes whose neighbouring faces share their vertices bit for bit |
 //! | [`families`] | named generators of rays and triangles, ordinary and adversarial |
 //! | [`test_batch`], [`layout`] | the input and answers of a method, and their arrangement in lanes |
 //! | [`methods`] | the known tests, each written once for any lane type |

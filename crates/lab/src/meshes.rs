@@ -1,5 +1,5 @@
-//! Small closed meshes, built with only `+ - * /` and roots, so that they have the same bits
-//! everywhere. Neighbours share their vertices bit for bit.
+//! Small closed meshes, built with only `+ - * /` and square roots, so that their vertices have the
+//! same bits on every machine. Neighbouring faces share their vertices bit for bit.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Creates a sphere of radius 1: an icosahedron with every face split in four `splits` times,
+    /// Creates a sphere of radius 1: an icosahedron with every face split into four `splits` times,
     /// for a total of `20 * 4^splits` faces.
     pub fn icosphere(splits: u32) -> Self {
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
@@ -158,7 +158,7 @@ fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 /// Returns point `i` of `n` on the unit circle, computed by normalizing a point on a square. Unlike
-/// a sine, a root has the same bits everywhere.
+/// a sine, a square root has the same bits on every machine.
 fn circle(i: usize, n: usize) -> [f64; 2] {
     let walk = 4.0 * i as f64 / n as f64;
     let (side, along) = (walk as usize, 2.0 * (walk - (walk as usize) as f64) - 1.0);

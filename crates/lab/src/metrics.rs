@@ -21,26 +21,29 @@ pub struct Row {
     pub method: &'static str,
     /// The number of ray/triangle pairs.
     pub trials: u64,
-    /// Pairs that are hits according to the oracle.
+    /// The number of pairs that are hits according to the oracle.
     pub true_hits: u64,
-    /// True hits that the method reports as misses.
+    /// The number of true hits that the method reports as misses.
     pub false_misses: u64,
-    /// True misses that the method reports as hits.
+    /// The number of true misses that the method reports as hits.
     pub false_hits: u64,
-    /// Hits whose `t` is NaN or infinite.
+    /// The number of hits whose `t` is NaN or infinite.
     pub t_not_finite: u64,
-    /// Pairs for which the method disagrees with the oracle, as a false miss or a false hit.
+    /// The number of pairs for which the method disagrees with the oracle: false misses and false
+    /// hits.
     #[serde(rename = "not_truth")]
     pub not_oracle: u64,
-    /// Pairs for which the method disagrees with the scalar f64 reference.
+    /// The number of pairs for which the method disagrees with the scalar f64 reference.
     pub not_reference: u64,
-    /// Rays that start inside a closed convex mesh, or 0 if the family has no such mesh.
+    /// The number of rays that start inside a closed convex mesh, or 0 if the family has no such
+    /// mesh.
     pub closed_trials: u64,
-    /// The number of these rays that hit nothing.
+    /// The number of rays counted in `closed_trials` that hit nothing.
     pub leaks: u64,
-    /// The number of these rays that hit two or more triangles, although they leave the mesh once.
+    /// The number of rays counted in `closed_trials` that hit two or more triangles, although each
+    /// ray leaves the mesh once.
     pub doubles: u64,
-    /// True hits whose `t` was compared with the exact one.
+    /// The number of true hits whose `t` was compared with the exact `t`.
     pub t_trials: u64,
     /// The median relative error of `t`.
     pub t_median: f64,
@@ -60,7 +63,7 @@ pub struct Row {
 const PIECE: u64 = 500;
 /// The maximum number of true hits per unit of work for which the exact `t` is computed.
 const EXACT: usize = 50;
-/// The families whose scenes are closed convex meshes, and the numbers of their triangles.
+/// The families whose scenes are closed convex meshes, each with its number of triangles.
 const CLOSED: [(&str, usize); 3] =
     [("icosphere", 80), ("icosphere-exact", 80), ("cube-exact", 192)];
 
@@ -125,7 +128,7 @@ pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sy
     METHODS.iter().enumerate().map(row).collect()
 }
 
-/// Runs all methods on some cases.
+/// Runs all methods on a list of cases.
 fn ask(cases: &[Case]) -> Vec<Found> {
     let asked = CaseAnswers::of(cases);
     // Compute the exact t of the first true hits.
@@ -157,7 +160,7 @@ fn ask(cases: &[Case]) -> Vec<Found> {
 }
 
 /// Counts the leaks and double hits on a family of closed convex meshes, for the rays that start
-/// inside. Returns nothing for other families.
+/// inside. Returns an empty list for other families.
 fn closed(family: &Family, rng: &mut Rng) -> Vec<ErrorCounts> {
     let Some(&(_, triangles)) = CLOSED.iter().find(|(name, _)| *name == family.name) else {
         return Vec::new();
@@ -190,7 +193,7 @@ mod tests {
             for row in &rows {
                 assert_eq!(row.not_oracle, row.false_misses + row.false_hits);
                 if OF_THE_REFERENCE.contains(&row.method) {
-                    // The document's own t may be infinite, which the kernel's interval excludes.
+                    // Document A's t may be infinite, which the kernel's interval excludes.
                     assert!(row.not_reference <= row.t_not_finite, "{row:?}");
                 }
             }

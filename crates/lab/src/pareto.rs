@@ -36,8 +36,8 @@ pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> 
 }
 
 /// Returns the Pareto front on a workload, with the fastest method first. Each method is right more
-/// often than all faster ones. If two methods are equal, the first in the table wins. `fixed` takes
-/// part as [`ON_GRID`], on the inputs for which it guarantees right answers.
+/// often than all faster methods. If two methods are equal, the first in the table wins. The
+/// `fixed` mode is included as [`ON_GRID`], with the inputs for which it guarantees right answers.
 pub fn pareto_front(
     workload: Workload,
     baseline: Baseline,

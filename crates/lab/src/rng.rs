@@ -1,9 +1,9 @@
-//! Random numbers with the same bits on every CPU: integers, and f64 computed with `+ - * /` and
-//! roots.
+//! Random numbers with the same bits on every CPU: integers, and f64 values computed with `+ - * /`
+//! and square roots.
 //!
 //! The generator is `SplitMix64` (Steele, Lea, and Flood, "Fast splittable pseudorandom number
-//! generators", OOPSLA 2014). It advances a counter in steps of the golden ratio and mixes its bits
-//! twice.
+//! generators", OOPSLA 2014). It advances a counter in steps derived from the golden ratio and
+//! mixes the counter's bits twice.
 
 /// A stream of random numbers, determined by its seed.
 #[derive(Clone, Debug)]
@@ -102,7 +102,8 @@ pub fn step(x: f32, steps: i32) -> f32 {
     if x.is_nan() {
         return x;
     }
-    // Convert sign and magnitude to a signed integer, which has the same order as the numbers.
+    // Convert sign and magnitude to a signed integer, so that consecutive f32 values become
+    // consecutive integers.
     let bits = x.to_bits();
     let magnitude = i64::from(bits & 0x7FFF_FFFF);
     let place = if bits >> 31 == 0 { magnitude } else { -magnitude };

@@ -1,8 +1,8 @@
 //! Measures how long the methods take, side by side.
 //!
 //! In each turn, every method runs in each of its layouts for a fraction of a millisecond, so that
-//! disturbances affect all methods alike. A time is relative to the scalar f64 reference's time in
-//! the same turn. The tables show the median and the quartiles of these ratios.
+//! disturbances affect all methods alike. Each time is compared with the scalar f64 reference's
+//! time in the same turn. The tables show the median and the quartiles of the ratios.
 
 use intertri::simd::Level;
 use serde::Serialize;

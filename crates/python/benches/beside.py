@@ -47,8 +47,8 @@ def camera(vertices, faces, size):
 
 
 def diffuse(mesh, origins, ways, rng):
-    """Returns rays from the image's hits in random directions away from the surface, as many as
-    there are camera rays."""
+    """Returns as many rays as there are camera rays, from the image's hits in random directions
+    away from the surface."""
     hits = mesh.closest(origins, ways)
     hit = hits["triangle"] >= 0
     a, b, c = np.moveaxis(mesh.triangles[hits["triangle"][hit]].astype(float), 1, 0)
@@ -67,8 +67,8 @@ def diffuse(mesh, origins, ways, rng):
 
 
 def best(contenders, count, seconds):
-    """Returns the rate of each contender, in millions per second, and its last answer, both by
-    name."""
+    """Returns the rate of each contender, in millions per second, and its last answer, both keyed
+    by name."""
     rates, answers = {name: 0.0 for name in contenders}, {}
     for name, ask in contenders.items():
         answers[name] = ask()
@@ -84,8 +84,8 @@ def best(contenders, count, seconds):
 
 
 def verdicts(mesh, origins, ways, ours, theirs, most=200):
-    """Counts how often each side is right among rays on which they disagree, as decided by rational
-    arithmetic."""
+    """Counts how often each of two contenders is right among the rays on which they disagree, as
+    decided by rational arithmetic."""
     differ = np.flatnonzero(ours != theirs)
     corners, said = mesh.triangles, {"ours": 0, "theirs": 0, "tie": 0}
     for i in differ[:most]:
@@ -225,7 +225,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models")
     parser.add_argument("--rays", type=int, default=1024, help="rays per side of the image")
-    parser.add_argument("--only", help="the only scene to run")
+    parser.add_argument("--only", help="run only this scene")
     parser.add_argument("--ask", default="primary,diffuse,lists,points")
     parser.add_argument("--threads", default="1,0", help="thread counts, 0 for all")
     parser.add_argument("--seconds", type=float, default=0.6, help="seconds per contender")

@@ -1,4 +1,5 @@
-"""Compares a cluster of two processes with two threads. Rays and answers are stored in zarr.
+"""Compares a cluster of two processes with two threads in one process. Rays and answers are stored
+in zarr.
 
     python cluster.py MODEL.obj FOLDER [--rays 100] [--workers 2]
 
@@ -33,7 +34,7 @@ def some_rays(mesh, number, count):
 
 
 def timed():
-    """Runs on a worker and times each block where it is traced."""
+    """Makes the worker that runs this function record the time that each block takes."""
     from intertri.dask import _answer as answer
 
     if hasattr(answer, "seconds"):
@@ -56,8 +57,9 @@ def taken():
 
 
 def by_threads(mesh, where, threads):
-    """Returns the seconds that threads take to trace each block from memory into a reused array.
-    Runs before and after the cluster, because the machine's speed varies."""
+    """Returns the seconds that threads take to trace each of the first ten blocks from memory into
+    a reused array. Called before and after the cluster's run, because the machine's speed
+    varies."""
     rays, out, times = zarr.open_array(where), np.empty(BLOCK, intertri.HIT), []
     for first in range(0, min(rays.shape[0], 10 * BLOCK), BLOCK):
         block = rays[first : first + BLOCK]
@@ -69,7 +71,8 @@ def by_threads(mesh, where, threads):
 
 
 def untraced(block):
-    """Returns an array of the answers' size, filled with values from the rays read."""
+    """Reads a block of rays without tracing it. Returns an array of the same size as the answers,
+    filled with values from the rays."""
     hits = np.zeros(len(block), intertri.HIT)
     hits["t"], hits["u"], hits["v"] = block[:, 0], block[:, 1], block[:, 2]
     return hits

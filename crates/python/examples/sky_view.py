@@ -53,8 +53,8 @@ def view_factors(mesh, house, points, rays):
 def main():
     rays = directions(2000)
 
-    # A long street, 20 m wide, between walls 15 m high. In its middle, the sky view factor is the
-    # cosine of the angle at which the walls rise above the horizon.
+    # A long street, 20 m wide, between walls 15 m high. In the middle of the street, the sky view
+    # factor is the cosine of the angle at which the walls rise above the horizon.
     walls = [box(ORIGIN + [x, -1e5, 0], ORIGIN + [x + 1, 1e5, 15]) for x in (-11, 10)]
     street = intertri.Mesh(np.concatenate([walls[0][0], walls[1][0]]), np.concatenate([walls[0][1], walls[1][1] + 8]))
     middle = view_factors(street, np.repeat([0, 1], 10), ORIGIN[None], rays)[0]

@@ -1,4 +1,5 @@
-"""Draws slices of a mesh's voxels: white outside, blue inside, red if the centre is on the surface.
+"""Draws slices of a mesh's voxels: white outside, blue inside, red where a centre is on the
+surface.
 
     python slices.py slices.png [model.obj]
 
@@ -58,7 +59,7 @@ def main():
     low, high = mesh.bounds
     spacing = (high - low).max() / (SIZE - 1)
     voxels = mesh.voxels(low, spacing, np.ceil((high - low) / spacing).astype(int) + 1)
-    # Sixteen slices along x, four in a row, with z upward.
+    # Sixteen slices along x, four per row, with z upward.
     slices = voxels[np.linspace(0, len(voxels) - 1, 16).astype(int), :, ::-1].swapaxes(1, 2)
     slices = np.pad(slices, ((0, 0), (2, 2), (2, 2)))
     _, height, width = slices.shape

@@ -47,7 +47,8 @@ pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
                 }
                 done = band.pixels();
             }
-            // Trace all rays, or those of a row that is cut off.
+            // Trace the rays that no block contains: all rays if they are not an image, or the
+            // pixels of an incomplete last row.
             let rest = piece.rays.start + done..piece.rays.end;
             if !stop.is_set() && !rest.is_empty() {
                 let skip = rays.skip(rest.clone());

@@ -1,4 +1,4 @@
-//! Joins the parts that threads produce, in order.
+//! Joins the lists of answers that threads produce, in the order of the rays.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -7,18 +7,19 @@ use bytemuck::Pod;
 
 use crate::part::Part;
 
-/// Arrays that are filled from the front.
+/// The output arrays, which are filled from the front.
 pub(crate) struct Joined<'a, A>(Mutex<State<'a, A>>);
 
 struct State<'a, A> {
-    /// The unfilled part of the output: where the answers of each ray end, and the answers as
-    /// words.
+    /// The unfilled part of the output offsets, where the answers of each ray end.
     offsets: &'a mut [i64],
+    /// The unfilled part of the output answers, as 64-bit words.
     words: &'a mut [u64],
-    /// The numbers of parts and answers that already have a position.
+    /// The number of parts that already have a position.
     parts: usize,
+    /// The number of answers that already have a position.
     answers: usize,
-    /// Parts that wait for earlier ones.
+    /// Finished parts that wait for earlier parts, keyed by their number.
     waiting: BTreeMap<usize, Part<A>>,
     /// Parts that did not fit.
     more: Vec<Part<A>>,
@@ -26,7 +27,7 @@ struct State<'a, A> {
     idle: Vec<Part<A>>,
 }
 
-/// The position of a part.
+/// The position of a part in the output.
 struct PartTarget<'a> {
     /// The number of answers before this part.
     before: i64,
@@ -56,11 +57,11 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.lock().idle.pop().unwrap_or_else(Part::new)
     }
 
-    /// Copies a part, and the parts that waited for it, to their positions in the output.
+    /// Copies part `number`, and the parts that waited for it, to their positions in the output.
     pub(crate) fn put(&self, number: usize, part: Part<A>) {
         self.lock().waiting.insert(number, part);
-        // The thread that determines where a part belongs also copies it there, in parallel with
-        // other threads.
+        // The thread that determines a part's position also copies the part, in parallel with other
+        // threads.
         while let Some((mut part, place)) = self.next() {
             place.words.copy_from_slice(bytemuck::cast_slice(&part.answers));
             put_ends(place.offsets, place.before, &part);

@@ -32,8 +32,8 @@ use crate::source::Source;
 /// The number of rays that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// The offsets where each ray's answers start and the last ones end, and the answers as 64-bit
-/// words.
+/// The offsets, where ray i has the answers from `offsets[i]` to `offsets[i + 1]`, and the answers,
+/// as 64-bit words.
 pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64>>);
 
 /// Runs a query that returns a list for each ray.
@@ -134,7 +134,7 @@ where
         rayon::broadcast(|_| token.run(work)).into_iter().collect()
     }
 
-    /// Appends the lists of the rays in a range, however long the lists are.
+    /// Appends the lists of the rays in a range. The lists may have any length.
     fn range(
         &self,
         range: Range<usize>,

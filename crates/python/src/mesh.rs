@@ -14,7 +14,7 @@ use crate::skip::{Skip, without};
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
-    /// The solid with its boundary, computed on first use.
+    /// The same solid with its boundary, computed on first use.
     soup: OnceLock<Solid<S>>,
 }
 
@@ -69,10 +69,10 @@ impl<S: Scalar> Mesh<S> {
     }
 
     /// Moves the triangles. Returns the mesh and the estimated factor by which rays take longer
-    /// than in a new tree, which is 1 if nothing has moved. If memory runs out, the returned mesh
-    /// contains no triangles.
+    /// than in a new tree. The factor is 1 if nothing has moved. If memory runs out, the returned
+    /// mesh contains no triangles.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
-        // Drop the other solid, so that the hierarchy is not shared.
+        // Drop the solid with its boundary, which would otherwise share the hierarchy.
         drop(self.soup);
         let mut bvh = self.solid.into_bvh();
         let refit = bvh.refit(triangles);

@@ -13,7 +13,7 @@ pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 /// up.
 pub(crate) const SMALL: usize = 4096;
 
-/// The same limit for the coordinates of points.
+/// The corresponding limit for points, as a number of coordinates: 32 points.
 pub(crate) const FEW: usize = 3 * 32;
 
 /// Casts bytes to answers.

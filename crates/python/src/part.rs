@@ -5,7 +5,8 @@ use pyo3::prelude::*;
 
 /// The lists of answers for a range of rays, stored one after another.
 pub(crate) struct Part<A> {
-    /// Where the answers of each ray start and the last ones end.
+    /// The bounds of the lists, starting at 0: ray i has the answers from `offsets[i]` to
+    /// `offsets[i + 1]`.
     pub(crate) offsets: Vec<i64>,
     pub(crate) answers: Vec<A>,
 }

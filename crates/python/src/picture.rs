@@ -1,5 +1,5 @@
-//! Gathers images in numpy arrays from rows of pixels, tile by tile, as the library does with rays
-//! in memory.
+//! Gathers the rays of images, which numpy arrays store row by row, into tiles, as the library does
+//! for slices of rays.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,13 +11,13 @@ use crate::pool::workers;
 use crate::scalar::Scalar;
 use crate::source::Source;
 
-/// Fewer rays than this are not treated as an image.
+/// The minimum number of rays in an image. Fewer rays are not treated as an image.
 const PICTURE: usize = 4 * TILE * TILE;
 
-/// Consecutive rays that a thread takes at a time.
+/// A range of consecutive rays that a thread takes at a time.
 pub(crate) struct Piece {
     pub(crate) rays: Range<usize>,
-    /// The shape, if the rays are pixels in rows.
+    /// The shape of the band, if the rays are the pixels of an image.
     pub(crate) band: Option<Arc<Band>>,
 }
 
@@ -41,11 +41,11 @@ pub(crate) fn pieces<S: Scalar>(rays: &Source<'_, S>, width: usize, size: usize)
 /// Finds the runs of rays that are images.
 fn pictures<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Vec<Run> {
     let all = 0..rays.count;
-    // Tiles contain only rays, without the triangles to skip.
+    // Tiles hold only rays, not the triangles that each ray skips.
     if rays.count < PICTURE || rays.skips() {
         return vec![Run { rays: all, width: None }];
     }
-    // Trust the caller's shape first: the rows of a panorama have no ends that `runs` could find.
+    // Try the caller's shape first: in a panorama, `runs` cannot tell where a row ends.
     let [origin, _] = rays.line(0);
     let shares = |i: usize| rays.line(i)[0] == origin;
     let is_picture = width >= TILE

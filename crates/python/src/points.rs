@@ -1,5 +1,5 @@
-//! Runs queries for many points, in the order of a space-filling curve, so that neighbours follow
-//! each other.
+//! Runs queries for many points, in the order of a space-filling curve, so that neighbouring points
+//! are queried one after another.
 
 use std::collections::TryReserveError;
 
@@ -21,7 +21,7 @@ const CHUNK: usize = 4096;
 /// The number of points in a slab.
 const SLAB: usize = 1 << 20;
 
-/// Fewer points than this are queried in the given order.
+/// The minimum number of points to sort. Fewer points are queried in the given order.
 const FEW: usize = 512;
 
 /// The number of points that are sorted together.
@@ -86,8 +86,8 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
     Ok(())
 }
 
-/// Answers points with a function that orders them itself, in slabs small enough that Ctrl-C does
-/// not have to wait long.
+/// Answers points with a function that orders them itself, in slabs small enough that Ctrl-C takes
+/// effect soon.
 fn by_slabs<S: Scalar, A: Send>(
     py: Python<'_>,
     workers: &Workers,

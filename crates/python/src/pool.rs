@@ -1,4 +1,4 @@
-//! The threads that trace: the calling thread, or a pool for each number of threads.
+//! The threads that trace rays: the calling thread, or a pool for each number of threads.
 
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
@@ -13,7 +13,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The pools of a process, by their number of threads. A forked process has none of its parent's
 /// threads, so it starts with no pools. A thread that holds this lock also holds the interpreter's
-/// lock, so no fork can happen while it is locked.
+/// lock, so no fork can happen while `POOLS` is locked.
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 struct Pools {
@@ -31,8 +31,8 @@ pub(crate) enum Workers {
 }
 
 impl Workers {
-    /// Uses the given number of threads or, without a number, all threads that the process may use.
-    /// Small jobs run on the calling thread.
+    /// Chooses the given number of threads or, without a number, all threads that the process may
+    /// use. Small jobs run on the calling thread.
     pub(crate) fn new(threads: Option<NonZeroUsize>, is_small: bool) -> PyResult<Self> {
         let one = NonZeroUsize::MIN;
         if is_small || threads == Some(one) {
@@ -46,7 +46,7 @@ impl Workers {
         }
     }
 
-    /// Runs a job on these threads.
+    /// Runs a job on the chosen threads.
     pub(crate) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match self {
             Self::Caller => on_this_thread(work),
@@ -65,8 +65,8 @@ pub(crate) fn workers() -> usize {
     if is_caller() { 1 } else { rayon::current_num_threads() }
 }
 
-/// Computes the answers in chunks on all workers, each with its own state. `each` receives the
-/// chunk's number.
+/// Computes the answers in chunks on all workers. Each worker has its own state. `each` receives
+/// the chunk's number.
 pub(crate) fn chunks<A: Send, T>(
     answers: &mut [A],
     size: usize,
@@ -77,7 +77,7 @@ pub(crate) fn chunks<A: Send, T>(
     distribute(chunks, state, |state, (number, answers)| each(state, number, answers));
 }
 
-/// Distributes pieces of work to all workers, each with its own state.
+/// Distributes pieces of work to all workers. Each worker has its own state.
 pub(crate) fn distribute<P: Send, T>(
     pieces: Vec<P>,
     state: impl Fn() -> T + Sync + Send,
@@ -96,16 +96,16 @@ pub(crate) fn distribute<P: Send, T>(
     }
 }
 
-/// Returns the pool with this many threads, which is started on first use.
+/// Returns the pool with the given number of threads, starting the pool on first use.
 fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let process = std::process::id();
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     if pools.as_ref().is_none_or(|pools| pools.process != process) {
-        // Dropping the pools of the parent would wait for threads that do not exist here.
+        // Dropping the parent's pools would wait for threads that do not exist in this process.
         std::mem::forget(pools.take());
         *pools = Some(Pools { process, by_threads: HashMap::new() });
     }
-    let Some(pools) = pools.as_mut() else { unreachable!("there are pools") };
+    let Some(pools) = pools.as_mut() else { unreachable!("the pools have been created") };
     if let Some(pool) = pools.by_threads.get(&threads) {
         return Ok(pool.clone());
     }

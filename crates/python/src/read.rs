@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 use crate::run::run_apart;
 use crate::scalar::{no_memory, wrong};
 
-/// Vertices and faces, flat, and a message for each kind of item that was omitted, repaired, or
-/// guessed.
+/// Vertices and faces as flat arrays, and a message for each kind of item that was omitted,
+/// repaired, or guessed.
 type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<String>);
 
 /// Reads a model in f64.

@@ -17,7 +17,7 @@ use crate::pool::Workers;
 /// How often to check for signals.
 const INTERVAL: Duration = Duration::from_millis(20);
 
-/// Whether the job should end early.
+/// A request for a job to end early, which a signal handler's exception triggers.
 pub(crate) struct Stop {
     is_set: AtomicBool,
     raised: Mutex<Option<PyErr>>,
@@ -55,8 +55,8 @@ impl Stop {
 }
 
 /// Runs a job on some threads. If a signal handler raises an exception, such as `KeyboardInterrupt`
-/// for Ctrl-C, the job stops early, wherever in `intertri-trace` it is, and the exception is
-/// returned.
+/// for Ctrl-C, the job stops early, even in the middle of a call to `intertri-trace`, and the
+/// exception is returned.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
     workers: &Workers,
@@ -76,7 +76,7 @@ pub(crate) fn run<T: Send>(
             let mut result = None;
             pool.in_place_scope(|scope| {
                 scope.spawn(|_| {
-                    // This is dropped however the job ends.
+                    // Dropping `done`, however the job ends, ends the caller's wait.
                     let _done = done;
                     result = Some(work());
                 });
@@ -97,7 +97,7 @@ pub(crate) fn run<T: Send>(
 }
 
 /// Runs a job that cannot stop early on a separate thread. If a signal handler raises an exception,
-/// it is returned at once. The thread then runs to its end, and its result is dropped.
+/// the exception is returned at once. The thread then runs to its end, and its result is dropped.
 pub(crate) fn run_apart<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,

@@ -56,7 +56,7 @@ pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hi
     }
 }
 
-/// The number of triangles copied at a time, which is small enough for them to stay in the cache.
+/// The number of triangles to copy at a time, few enough to stay in the cache.
 const SOME: usize = 1 << 12;
 
 /// Finds the triangles of the closest hits in one mesh, or `u32::MAX` for none.

@@ -205,7 +205,7 @@ impl NativeScene {
         })
     }
 
-    /// Fills `out` with whether each ray hits anything.
+    /// Stores in `out` whether each ray hits anything.
     fn any(
         &self,
         py: Python<'_>,

@@ -1,4 +1,4 @@
-//! A mesh that several threads query while another may refit it.
+//! A mesh that several threads query while another thread may refit it.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
@@ -11,8 +11,8 @@ use crate::pool::Workers;
 use crate::run::{Stop, run};
 use crate::scalar::{Scalar, no_memory, wrong};
 
-/// A mesh with its hierarchy, or `None` if it was lost in a failed refit. A query keeps the mesh
-/// with which it started.
+/// A mesh with its hierarchy, or `None` if the mesh was lost in a failed refit. A query keeps the
+/// mesh with which it started.
 pub(crate) struct Shared<S: Scalar>(Mutex<Option<Arc<Mesh<S>>>>);
 
 impl<S: Scalar> Shared<S> {
@@ -27,7 +27,7 @@ impl<S: Scalar> Shared<S> {
     /// Returns the current mesh. Waits for a running refit.
     pub(crate) fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
         // If the thread need not wait, it keeps the interpreter's lock, so that no fork can happen
-        // while this one is locked.
+        // while the mesh's lock is held.
         let mesh = match self.0.try_lock() {
             Ok(mesh) => mesh.clone(),
             Err(_) => py.detach(|| self.lock().clone()),
@@ -51,7 +51,8 @@ impl<S: Scalar> Shared<S> {
             match self.0.try_lock() {
                 Ok(place) => break place,
                 Err(TryLockError::Poisoned(place)) => break place.into_inner(),
-                // The thread that holds the lock may need the interpreter's lock to release it.
+                // The thread that holds the lock may need the interpreter's lock to release the
+                // mesh's lock.
                 Err(TryLockError::WouldBlock) => py.detach(|| drop(self.lock())),
             }
         };

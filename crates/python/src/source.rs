@@ -25,7 +25,7 @@ pub(crate) struct Arrays<'py, S: Element> {
     skip: Option<PyReadonlyArray1<'py, i32>>,
 }
 
-/// A row for each ray, or one row for all rays, stored four times.
+/// A row for each ray, or a single row for all rays, which is stored four times.
 struct Rows<'a, T> {
     rows: &'a [T],
     one: Option<[T; 4]>,
@@ -190,8 +190,8 @@ impl<S: Scalar> Source<'_, S> {
                 dirs.prefetch(range);
             }
             Layout::Six { rays, .. } => rays.prefetch(range),
-            // Prefetching would be slower here, because rows whose size is a power of two share
-            // cache sets.
+            // Prefetching would be slower for this layout, because rows whose size is a power of
+            // two share cache sets.
             Layout::Eight { .. } => {}
         }
     }

@@ -27,8 +27,8 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-/// Returns the threads that trace these rays. A small number of rays is traced by the calling
-/// thread alone.
+/// Returns the threads that trace the given rays. The calling thread alone traces a small number of
+/// rays.
 pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
 }
@@ -176,7 +176,7 @@ macro_rules! tree {
                 })
             }
 
-            /// Fills `out` with whether each ray hits anything.
+            /// Stores in `out` whether each ray hits anything.
             fn any(
                 &self,
                 py: Python<'_>,
@@ -204,7 +204,7 @@ macro_rules! tree {
                 )
             }
 
-            /// Fills `out` with whether segments hit nothing between their ends. The ends are
+            /// Stores in `out` whether each segment hits nothing between its ends. The ends are
             /// passed in place of origins and directions, and were rounded to `bits` bits after the
             /// leading bit.
             fn visible(
@@ -230,7 +230,8 @@ macro_rules! tree {
                 })
             }
 
-            /// Fills `out` with rays that start at hits and never hit those triangles again.
+            /// Fills `out` with rays that start at hits and never hit the triangles on which they
+            /// start.
             #[staticmethod]
             fn spawn_rays(
                 py: Python<'_>,
@@ -360,7 +361,7 @@ macro_rules! tree {
                 of_solid(py, (&mesh, false), threads, at, None, ask, meaning)
             }
 
-            /// Fills `out` with whether each point of the grid is outside, inside, or on the mesh.
+            /// Stores in `out` whether each point of the grid is outside, inside, or on the mesh.
             fn voxels(
                 &self,
                 py: Python<'_>,

@@ -49,7 +49,7 @@ def hit(triangle, origin, direction, t_min=0.0, t_max=inf):
 
 def crossing(triangle, origin, direction, t_min=0.0, t_max=inf):
     """Returns (t, side) of the crossing, or None. An edge or corner counts for only one of its
-    triangles. A side of 1 means that the ray leaves."""
+    triangles. A side of 1 means that the ray leaves the solid."""
     origin, direction = _exact(origin), _exact(direction)
     normals, volumes, t = _volumes(triangle, origin, direction)
     side = _sign(t)

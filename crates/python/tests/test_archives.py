@@ -33,8 +33,8 @@ def archive_of(members):
 
 
 def answers(mesh):
-    """Returns the answers of a mesh for random rays and those of a new mesh with the same vertices
-    and faces."""
+    """Returns the answers of a mesh for random rays, and the answers of a new mesh with the same
+    vertices and faces."""
     rays = np.random.default_rng(5).uniform(-2, 2, (200, 6)).astype(mesh.dtype)
     new = intertri.Mesh(mesh.vertices, mesh.faces)
     return mesh.closest(rays), new.closest(rays)
@@ -66,7 +66,7 @@ def test_members_of_two_archives_do_not_mix(dtype, tmp_path):
 
 @pytest.mark.filterwarnings("ignore:Reading")
 def test_altered_members_are_refused(dtype, tmp_path):
-    """The contents of members are altered, truncated or extended, but the archive's own checksums
+    """The contents of members are altered, truncated, or extended, but the archive's own checksums
     still match."""
     members = members_of(sphere(dtype, steps=0), tmp_path)
     tried = 0

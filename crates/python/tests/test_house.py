@@ -68,7 +68,8 @@ def test_a_forked_process_has_threads_of_its_own(dtype):
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity") or len(os.sched_getaffinity(0)) < 2, reason="one CPU")
 def test_calls_of_one_thread_run_side_by_side(mesh):
-    """Two Python threads that use one thread each run in parallel: their calls overlap."""
+    """Checks that two Python threads whose queries use one thread each run in parallel: their calls
+    overlap."""
     rays = np.random.default_rng(1).uniform(-1, 1, (1_000_000, 6)).astype(mesh.dtype)
     spans = []
 
@@ -93,7 +94,7 @@ def test_more_threads_than_the_machine_has_are_not_started(mesh):
 
 
 def test_the_lock_is_let_go(mesh):
-    """Another Python thread runs during a query."""
+    """Checks that another Python thread can run during a query."""
     eye, ways = camera(1200, [1, 2, 3])
     rays = np.concatenate([np.broadcast_to(eye, ways.shape), ways], axis=-1).astype(mesh.dtype)
     turns, done = [0], threading.Event()
@@ -185,7 +186,7 @@ def test_ctrl_c_ends_a_query(call, threads):
     script = INTERRUPTED.format(tests=str(Path(__file__).parent), prepare=prepare, ask=ask, steps=steps)
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
     assert out.stdout.startswith("ended"), out
-    # This takes about 0.2 s; the limit has slack for a busy machine.
+    # A call ends about 0.2 s after Ctrl-C; the limit has slack for a busy machine.
     assert float(out.stdout.split()[1]) < 1
 
 

@@ -133,7 +133,8 @@ def test_models_are_no_saved_meshes(tmp_path):
 
 
 def test_what_is_wrong_with_a_mesh_is_told():
-    """Inspects meshes with a missing, flipped, or duplicated face. The last also has a flipped duplicate."""
+    """Inspects meshes with a missing, flipped, or duplicated face. The last mesh also has a flipped
+    duplicate."""
     turned = FACES[:1, ::-1]
     cases = [
         (FACES[1:], "open", "3 edges belong to only one triangle, the first at triangle"),

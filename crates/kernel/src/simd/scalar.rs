@@ -1,4 +1,5 @@
-//! Single lanes: plain f32 and f64, for pairs that are resolved one at a time.
+//! Implements [`Lanes`] for plain f32 and f64 as single lanes, for pairs that are resolved one at a
+//! time.
 
 use super::lanes::{Lanes, Mask, mul_error};
 
@@ -48,7 +49,8 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // Two to the power of half the mantissa digits (rounded up), plus one.
+                // The factor that splits a value into halves: 2^h + 1, where h is half the number
+                // of mantissa digits, rounded up.
                 const SPLIT: $t = ((1 << <$t>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $t;
                 mul_error(self, b, product, SPLIT)
             }
@@ -72,7 +74,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn flip(self, of: Self) -> Self {
-                // A condition here would become a branch in WebAssembly.
+                // An `if` would be compiled to a branch in WebAssembly.
                 let sign = of.to_bits() & (-0.0 as $t).to_bits();
                 Self::from_bits(self.to_bits() ^ sign)
             }

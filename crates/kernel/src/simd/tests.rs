@@ -21,8 +21,8 @@ const NUMBERS: [f64; 16] = [
     -1e-42,
 ];
 
-/// Checks the lanes of one scalar type. Over the sixteen turns, each lane's number is paired with
-/// every entry of `NUMBERS`.
+/// Checks the lanes of one scalar type. Over the sixteen turns, the value in each lane is paired
+/// with every entry of `NUMBERS`.
 macro_rules! check {
     ($name:ident, $scalar:ty) => {
         mod $name {
@@ -72,7 +72,7 @@ macro_rules! check {
                 same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
                 let signs = la.or_sign(lb).negative().bits();
                 for i in 0..L::N {
-                    // For zeros and NaNs, either result is right.
+                    // If an operand is a zero or a NaN, `or_sign` may return either sign.
                     let (x, y) = (a[i], b[i]);
                     if !x.is_nan() && !y.is_nan() && x != 0.0 && y != 0.0 {
                         let (is, want) = (signs >> i & 1 != 0, x < 0.0 || y < 0.0);
@@ -250,7 +250,7 @@ impl WithSimd for Check {
             assert_eq!(numbers[..lanes], rows.map(|row| row[k])[..lanes], "{:?}", S::LEVEL);
         }
 
-        // Permute by arbitrary bytes; only the lowest three bits of each matter.
+        // Permute by arbitrary bytes; only the lowest three bits of each byte matter.
         let from: [f32; 8] = core::array::from_fn(|i| NUMBERS[i] as f32);
         for turn in 0..1000_u64 {
             let order = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(turn as u32);

@@ -1,10 +1,10 @@
-//! Vectors of lanes, which hold N points or directions.
+//! Three-dimensional vectors whose components are lanes, so that each holds N points or directions.
 
 use core::ops::{Add, Mul, Sub};
 
 use super::lanes::Lanes;
 
-/// N vectors in structure-of-arrays order.
+/// N vectors in structure-of-arrays layout.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Vec3};
@@ -31,11 +31,11 @@ use super::lanes::Lanes;
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Vec3<L> {
-    /// The first components.
+    /// The x components.
     pub x: L,
-    /// The second components.
+    /// The y components.
     pub y: L,
-    /// The third components.
+    /// The z components.
     pub z: L,
 }
 

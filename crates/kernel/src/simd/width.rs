@@ -1,4 +1,4 @@
-//! The possible packet widths.
+//! Packet widths: [`Width`] maps a number of lanes N to the f32 and f64 lane types.
 
 use super::lanes::Lanes;
 use super::level_lanes::Simd;

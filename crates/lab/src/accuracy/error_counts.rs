@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// How often a method was wrong.
+/// The number of wrong answers that a method gave on a workload, by kind.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ErrorCounts {
     /// The workload.
@@ -11,16 +11,16 @@ pub struct ErrorCounts {
     pub method: &'static str,
     /// The number of rays, or of pairs for `mix`.
     pub trials: u64,
-    /// Answers that differ from the exact one. For `camera` and `secondary`, these are wrong
-    /// closest triangles, false hits, and false misses. For `edges`, this is the sum of the next
-    /// two fields. For `mix`, these are false hits and false misses.
+    /// The number of answers that differ from the exact answer. Wrong answers are wrong closest
+    /// triangles, false hits, and false misses for `camera` and `secondary`; leaks and double hits
+    /// for `edges`; and false hits and false misses for `mix`.
     pub wrong: u64,
-    /// For `edges`, rays that leave the closed mesh without hitting it.
+    /// For `edges`, the number of rays that leave the closed mesh without hitting it.
     pub leaks: u64,
-    /// For `edges`, rays that leave the mesh once but hit two or more triangles.
+    /// For `edges`, the number of rays that leave the mesh once but hit two or more triangles.
     pub doubles: u64,
-    /// Answers that differ from the scalar f64 reference: in the closest triangle, in the number of
-    /// hits, or in whether there is a hit.
+    /// The number of answers that differ from the scalar f64 reference: in the closest triangle, in
+    /// the number of hits, or in whether there is a hit.
     pub not_reference: u64,
 }
 

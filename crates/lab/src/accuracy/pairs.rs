@@ -11,7 +11,8 @@ use crate::oracle::{self, LinePosition};
 use crate::rng::Rng;
 use crate::test_batch::{Answer, TestBatch};
 
-/// Counts false hits and false misses on one pair of the adversarial mix, and returns 1.
+/// Counts false hits and false misses on one pair of the adversarial mix. Returns the number of
+/// pairs, which is 1.
 pub(super) fn pairs(rng: &mut Rng, error_counts: &mut [ErrorCounts]) -> u64 {
     let case = adversarial(rng);
     let (triangles, rays) = ([case.triangle], [case.ray]);

@@ -19,7 +19,8 @@ pub enum Arithmetic {
     },
 }
 
-/// Returns how far a side and a ray may move relative to each other.
+/// Returns how far a triangle's side and a ray may move relative to each other with the given
+/// arithmetic.
 pub(super) fn moves(arithmetic: Arithmetic, reach: f64) -> f64 {
     match arithmetic {
         Arithmetic::Grid { step, q } => snap(step) + turn(q) * reach,
@@ -27,12 +28,12 @@ pub(super) fn moves(arithmetic: Arithmetic, reach: f64) -> f64 {
     }
 }
 
-/// Returns how far a point may move when it is snapped: half a step along each axis.
+/// Returns how far a point may move when it is snapped: up to half a step along each axis.
 pub(super) fn snap_of_one(step: f64) -> f64 {
     0.75_f64.sqrt() * step
 }
 
-/// Returns how far a corner may move relative to the eye, which is snapped too.
+/// Returns how far a corner may move relative to the eye if both are snapped.
 pub(super) fn snap(step: f64) -> f64 {
     2.0 * snap_of_one(step)
 }

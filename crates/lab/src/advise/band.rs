@@ -1,4 +1,4 @@
-//! Scans a band of rows: tests triangles at its pixels and counts the doubtful ones.
+//! Scans a band of an image's rows: tests triangles at its pixels and counts the doubtful pixels.
 
 use std::ops::Range;
 
@@ -69,7 +69,7 @@ impl<'a> Band<'a> {
         Self { input, rows: rows.clone(), pixels: pixels.collect(), shift }
     }
 
-    /// Tests a triangle at the pixels where it may matter.
+    /// Tests a triangle at the pixels where it may affect the answer.
     pub(super) fn visit(&mut self, index: u32, footprint: &Footprint) {
         let facet = self.input.facet(index as usize);
         let corners =

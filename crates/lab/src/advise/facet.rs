@@ -9,18 +9,19 @@ use super::vector::{Vec3d, distance, length, vector};
 pub(super) struct Facet {
     pub(super) corners: [Vec3d; 3],
     pub(super) normal: Vec3d,
-    /// `B × C`, `C × A`, and `A × B`, the normals of the planes through the eye and a side, and
-    /// their lengths.
+    /// `B × C`, `C × A`, and `A × B`, the normals of the planes through the eye and a side.
     pub(super) planes: [Vec3d; 3],
+    /// The lengths of the three normals in `planes`.
     pub(super) lengths: [f64; 3],
     /// The distance from the eye to the farther end of each side.
     pub(super) reaches: [f64; 3],
     /// A lower bound on the distance from the eye to any side.
     pub(super) near: f64,
-    /// The distance to the first corner, the length of the longest side, and the length of the
-    /// normal.
+    /// The distance from the eye to the first corner.
     pub(super) first: f64,
+    /// The length of the longest side.
     pub(super) side: f64,
+    /// The length of the normal, which is twice the triangle's area.
     pub(super) area: f64,
     /// `h4 h5 / |n|`, document A's condition number.
     pub(super) kappa: f64,
@@ -32,13 +33,14 @@ pub(super) struct Facet {
     pub(super) off: f64,
 }
 
-/// A facet at a pixel: its edge values, which are all positive inside, and where the ray meets its
-/// plane.
+/// A pixel's ray relative to a facet: the edge values, which are all positive inside the triangle,
+/// and the t at which the ray meets the facet's plane.
 pub(super) struct PlaneHit {
     pub(super) edges: [f64; 3],
     pub(super) slope: f64,
     pub(super) t: f64,
-    /// A lower bound on how far the ray passes inside the nearest side; negative outside.
+    /// A lower bound on the ray's distance from the nearest side; negative if the ray passes
+    /// outside.
     pub(super) margin: f64,
     /// The ray's distance from each side, computed only if the margin is not decisive.
     pub(super) sides: Option<[f64; 3]>,
@@ -98,7 +100,8 @@ impl Facet {
         PlaneHit { edges, slope, t: self.height / slope, margin: margin * self.near, sides: None }
     }
 
-    /// Whether the ray certainly passes outside, even allowing for rounding in these edge values.
+    /// Whether the ray certainly passes outside the triangle, even if the edge values in
+    /// `plane_hit` have rounding errors.
     pub(super) fn is_outside(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay) -> bool {
         let own = 1e-10 * self.reach() * self.reach() * pixel_ray.length;
         let most = plane_hit.edges.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));

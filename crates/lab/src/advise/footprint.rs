@@ -1,4 +1,4 @@
-//! The part of the image where a triangle may matter.
+//! Footprints: the part of an image where a triangle may affect the answer.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
@@ -19,7 +19,7 @@ pub(super) struct ScanInput<'a> {
     pub(super) forward: Vec3d,
 }
 
-/// The pixels where a triangle may matter.
+/// The pixels where a triangle may affect the answer.
 pub(super) struct Footprint {
     pub(super) columns: Range<u32>,
     pub(super) rows: Range<u32>,

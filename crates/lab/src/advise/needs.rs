@@ -10,33 +10,33 @@ use super::vector::{Vec3d, length, vector};
 /// measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Needs {
-    /// The number of triangles, and how many of them have no area or are not finite.
+    /// The number of triangles.
     pub triangles: usize,
-    /// See [`Self::triangles`].
+    /// The number of triangles that have no area or are not finite.
     pub degenerate: usize,
     /// The diagonal of the scene's bounding box.
     pub extent: f64,
     /// The largest absolute coordinate.
     pub offset: f64,
-    /// The shortest side and the smallest altitude of the triangles that have an area.
+    /// The length of the shortest side of any triangle that has an area.
     pub shortest_edge: f64,
-    /// See [`Self::shortest_edge`].
+    /// The smallest altitude of any triangle that has an area.
     pub smallest_altitude: f64,
-    /// The number of pixels, and how many of them show something.
+    /// The number of pixels.
     pub pixels: u64,
-    /// See [`Self::pixels`].
+    /// The number of pixels whose ray hits a triangle.
     pub hits: u64,
-    /// The distances of the nearest and the farthest visible surfaces.
+    /// The distance to the nearest visible surface.
     pub nearest: f64,
-    /// See [`Self::nearest`].
+    /// The distance to the farthest visible surface.
     pub farthest: f64,
     /// The width of a pixel at the nearest surface.
     pub pixel: f64,
     /// The share of hits where the ray meets the surface at an angle of less than six degrees.
     pub grazing: f64,
-    /// The smallest `|nrm · dir|` and the smallest t of any hit. `Threshold` must be below both.
+    /// The smallest `|nrm · dir|` of any hit. `Threshold` must be below it.
     pub smallest_slope: f64,
-    /// See [`Self::smallest_slope`].
+    /// The smallest t of any hit. `Threshold` must be below it.
     pub smallest_t: f64,
     /// The number of hits that the default `Threshold` loses.
     pub lost: u64,

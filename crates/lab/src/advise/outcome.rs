@@ -7,8 +7,9 @@ use super::arithmetic::{Arithmetic, snap, snap_of_one, turn};
 use super::facet::{Facet, PlaneHit};
 use super::pixel_ray::PixelRay;
 
-/// The unit roundoffs of f32 and f64.
+/// The unit roundoff of f32.
 const U: f64 = 1.0 / (1_u64 << 24) as f64;
+/// The unit roundoff of f64.
 const W: f64 = 1.0 / (1_u64 << 53) as f64;
 
 /// What an arithmetic may find for a facet at a pixel.
@@ -35,7 +36,7 @@ impl Facet {
     /// Returns a bound on the reference's error in an edge value, for directions of unit length and
     /// the given `rho = h4 h5 |d| / |n · d|`.
     fn double_bound(&self, rho: f64) -> f64 {
-        // Above this, the rounding errors in the derivation are no longer small.
+        // For a larger `rho`, the derivation's assumption of small rounding errors does not hold.
         if rho > 2.0_f64.powi(40) {
             return f64::INFINITY;
         }
@@ -44,7 +45,7 @@ impl Facet {
     }
 
     /// For a triangle seen edge-on, returns how far outside the triangle rounding can move a hit,
-    /// as a multiple of its longest side.
+    /// as a multiple of the triangle's longest side.
     pub(super) fn spill(&self) -> f64 {
         let slope = self.height.abs() / self.reach();
         let rho = self.side * self.side / slope;
@@ -91,7 +92,7 @@ impl Facet {
                 }
             }
         };
-        // The facet may begin at the eye or behind it.
+        // The range of t may begin at or below 0.
         match outcome {
             Outcome::Hit(_, hi) | Outcome::Doubtful(_, hi) if hi < 0.0 => Outcome::Miss,
             Outcome::Hit(lo, hi) if lo <= 0.0 => Outcome::Doubtful(lo, hi),
@@ -124,8 +125,8 @@ impl Facet {
         }
     }
 
-    /// Returns the possible outcomes if snapping moves the corners and the ray. As long as no side
-    /// crosses the ray during the move, the ray stays inside or outside.
+    /// Returns the possible outcomes if snapping moves the corners and the ray. A ray can change
+    /// between inside and outside only if a side crosses the ray during the move.
     fn on_grid(
         &self,
         step: f64,
@@ -136,7 +137,8 @@ impl Facet {
         let (snap, turn) = (snap(step), turn(q));
         let most = snap + turn * self.reach();
 
-        // Distances in the view direction stay within the triangle's range.
+        // After snapping, every point of the triangle is between `front` and `back` in the view
+        // direction.
         let (front, back) = (self.depth.0 - snap, self.depth.1 + snap);
         let off = turn * pixel_ray.length;
         let lo = front / (pixel_ray.depth + if front > 0.0 { off } else { -off });

@@ -12,17 +12,18 @@ use crate::methods::moller_trumbore::MollerTrumbore;
 use crate::methods::{Intersector, PlainRay};
 use crate::oracle::{self, exact_t};
 
-/// A pixel, and what is known about it so far.
+/// A pixel, and the results for it so far.
 pub(super) struct Pixel {
     pub(super) ray: Ray,
     pub(super) pixel_ray: PixelRay,
     pub(super) seen: Option<u32>,
-    /// One bit for each arithmetic.
+    /// One bit for each arithmetic, set if the pixel is doubtful in that arithmetic.
     pub(super) doubtful: u32,
-    /// For each arithmetic, an upper bound on the t at which it may find the visible triangle.
+    /// For each arithmetic, an upper bound on the t at which the arithmetic may find the visible
+    /// triangle.
     pub(super) far: Vec<f64>,
     pub(super) sampled: bool,
-    /// The exact closest hits, and an upper bound on their t.
+    /// An upper bound on the t of the exact closest hits, and the indices of their triangles.
     pub(super) closest: (f64, Vec<u32>),
     pub(super) single: (f32, Option<u32>),
 }
@@ -93,7 +94,7 @@ impl Pixel {
         }
     }
 
-    /// Whether a triangle has exactly the same t as the visible one.
+    /// Whether a triangle has exactly the same t as the visible triangle.
     fn is_tied(&self, index: u32, t: f64, input: &ScanInput<'_>) -> bool {
         let Some(seen) = self.seen else { return false };
         let other = input.facet(seen as usize).plane_hit(&self.pixel_ray).t;

@@ -1,8 +1,8 @@
-//! The ray of a pixel.
+//! The ray of a pixel, with its length and depth.
 
 use super::vector::Vec3d;
 
-/// A ray from the eye.
+/// The direction of a ray from the eye, and its length.
 #[derive(Clone, Copy)]
 pub(super) struct PixelRay {
     pub(super) dir: Vec3d,

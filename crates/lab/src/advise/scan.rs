@@ -1,8 +1,8 @@
-//! Scans all pixels of an image and all triangles that may matter there.
+//! Scans all pixels of an image, testing at each pixel the triangles that may affect the answer.
 //!
 //! The scan works in bands of rows, on all threads. A band visits the triangles whose footprint in
-//! the image, widened by the largest error, overlaps it, and tests each triangle only at the pixels
-//! that its footprint covers.
+//! the image, widened by the largest error, overlaps the band, and tests each triangle only at the
+//! pixels that its footprint covers.
 
 use intertri::{Hit, Triangle};
 use rayon::prelude::*;
@@ -20,8 +20,8 @@ const BAND: u32 = 16;
 /// Finds the doubtful pixels of an image and the exact answers for every `every`-th pixel.
 ///
 /// `seen` contains the hits of the pixels, row by row, computed in the reference's arithmetic with
-/// a threshold of 0. If a pixel has several possible answers, any of them will do. At most 32
-/// arithmetics can be compared.
+/// a threshold of 0. If a pixel has several possible answers, `seen` may contain any of them. At
+/// most 32 arithmetics can be compared.
 ///
 /// # Panics
 /// Panics if there are more than 32 arithmetics, if `seen` does not have one entry per pixel, or if

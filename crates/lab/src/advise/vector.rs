@@ -1,8 +1,8 @@
-//! Vectors of three f64.
+//! Three-dimensional f64 vectors, their lengths, and their distances.
 
 use intertri::simd::Vec3;
 
-/// A vector with one lane.
+/// A three-dimensional f64 vector: [`Vec3`] with a single lane.
 pub(super) type Vec3d = Vec3<f64>;
 
 /// Converts an f32 vector to f64.
@@ -15,7 +15,7 @@ pub(super) fn length(v: Vec3d) -> f64 {
     v.dot(v).sqrt()
 }
 
-/// Returns the distance of a segment from the origin.
+/// Returns the distance from the coordinate origin to the segment between `p` and `q`.
 pub(super) fn distance(p: Vec3d, q: Vec3d) -> f64 {
     let along = q - p;
     let square = along.dot(along);

@@ -1,4 +1,4 @@
-//! Logarithmic axes.
+//! Logarithmic axes of charts, and labels for their ticks.
 
 /// A logarithmic axis.
 #[derive(Clone, Copy, Debug)]

@@ -8,8 +8,9 @@ use crate::pareto::{Baseline, fastest, pareto_front};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// The width of a panel and the top of the upper panels.
+/// The width of a panel.
 const WIDTH: f64 = 704.0;
+/// The top of the upper panels.
 const TOP: f64 = 66.0;
 
 /// Draws four panels that show how much faster than the scalar f64 reference each method is at its

@@ -18,24 +18,24 @@ pub struct Race {
     pub width: u32,
     /// The height in pixels.
     pub height: u32,
-    /// Seconds for one ray per pixel.
+    /// The time with one ray per pixel, in seconds.
     pub rays: f64,
-    /// Seconds for the z-buffer or the shadow volumes.
+    /// The time with the z-buffer or the shadow volumes, in seconds.
     pub raster: f64,
 }
 
 impl Race {
-    /// `seen` finds the hit at each pixel, and `lit` determines whether that hit is lit.
+    /// The tasks: `seen` finds the hit at each pixel, and `lit` determines whether that hit is lit.
     pub const TASKS: [&str; 2] = ["seen", "lit"];
 }
 
 const PANEL: [f64; 2] = [560.0, 420.0];
-/// The axes' positions within a panel.
+// The positions of the axes within a panel.
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 545.0;
 const TOP: f64 = 40.0;
 const BOTTOM: f64 = 372.0;
-/// The colours of the image sizes, which colour-blind readers can tell apart.
+/// The colours of the image sizes, chosen so that colour-blind readers can tell them apart.
 const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const RASTER: &str = "6 4";
 

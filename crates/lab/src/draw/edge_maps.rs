@@ -17,8 +17,9 @@ const REACH: i32 = 16;
 const PIXEL: f64 = 4.0;
 const COLUMNS: usize = 9;
 
-/// Two triangles that share an edge, or six around a vertex, and a square of rays from one origin,
-/// whose directions differ by single steps in x and in y.
+/// Two triangles that share an edge, or six triangles around a vertex, and a square grid of rays.
+/// The rays share their origin, and the directions of neighbouring rays differ by one step in x or
+/// in y.
 struct Square {
     triangles: Vec<Triangle>,
     rays: Vec<Ray>,
@@ -41,7 +42,8 @@ impl Square {
         let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
         let moved = |x: f32, steps: i32| match by {
             Step::Single => step(x, steps),
-            // On the grid, the longest component, between 2 and 4, takes 18 bits.
+            // The longest component of the direction is between 2 and 4 and has 18 bits on the
+            // grid, so one grid step is 2^-16.
             Step::Grid => x + steps as f32 / 65_536.0,
         };
         let at =
@@ -91,8 +93,8 @@ impl Square {
                 let batch =
                     TestBatch { rays: self.rays.clone(), triangles: self.triangles.clone() };
                 let on_grid = crate::methods::on_grid(&batch).unwrap_or(batch);
-                // The method snaps each pair to its finest grid, which gives the same answer as the
-                // common grid.
+                // The method snaps each pair to the pair's own finest grid, which gives the same
+                // answer as the common grid.
                 let to = ask(method, on_grid.triangles[k], &on_grid.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
             } else {
@@ -128,7 +130,7 @@ pub fn edge_maps(caption: &str) -> Svg {
     for method in in_order() {
         columns.push((method.name, edge.by(method), vertex.by(method)));
         if method.name == "fixed" {
-            // On the grid, the rays above would all coincide.
+            // On the grid, rays one f32 step apart would all coincide, so use grid steps instead.
             let (edge, vertex) = (Square::edge(Step::Grid), Square::vertex(Step::Grid));
             columns.push(("fixed, in grid steps", edge.by(method), vertex.by(method)));
         }
@@ -203,10 +205,10 @@ mod tests {
             let seen = |sets: &[u32], k: u32| sets.iter().filter(|&&set| set & 1 << k != 0).count();
             assert!((0..2).all(|k| seen(&edge, k) > 200));
             assert!((0..6).all(|k| seen(&vertex, k) > 20));
-            assert!(edge.iter().chain(&vertex).all(|&set| set != 0), "the oracle sees no leak");
+            assert!(edge.iter().chain(&vertex).all(|&set| set != 0), "the oracle must see no leak");
             let fixed = METHODS.iter().find(|method| method.name == "fixed").unwrap();
             for sets in [Square::edge(by).by(fixed), Square::vertex(by).by(fixed)] {
-                assert!(sets.iter().all(|set| set.is_power_of_two()), "exactly once");
+                assert!(sets.iter().all(|set| set.is_power_of_two()), "each ray hits one triangle");
             }
         }
         assert!(edge_maps("").to_string().ends_with("</svg>"));

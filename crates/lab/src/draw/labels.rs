@@ -1,6 +1,6 @@
-//! Places labels next to their points. Each label tries positions all around its point, preferring
-//! nearer ones, so that overlaps become as small as possible. A label that has to move farther away
-//! gets a leader line to its point.
+//! Places labels next to their points. Each label tries positions all around its point, to keep
+//! overlaps as small as possible, and prefers positions nearer to the point. A label that has to
+//! move farther away gets a leader line to its point.
 
 use super::svg::width;
 
@@ -37,7 +37,7 @@ impl Area {
         side(0).max(0.0) * side(1).max(0.0)
     }
 
-    /// Returns how far this rectangle extends beyond another one, summed over both axes.
+    /// Returns how far this rectangle extends beyond another rectangle, summed over both axes.
     fn outside(&self, of: &Self) -> f64 {
         let side = |k: usize| (of.lo[k] - self.lo[k]).max(0.0) + (self.hi[k] - of.hi[k]).max(0.0);
         side(0) + side(1)

@@ -14,8 +14,8 @@ const ROW: f64 = 46.0;
 const GAP: f64 = 9.0;
 /// The space above a group of rows, for its heading.
 const HEADING: f64 = 34.0;
-/// The UTM northing, in metres, of the built-in house scene. The quoted shares are those at the
-/// measured distance nearest to it.
+/// The UTM northing, in metres, of the built-in house scene. The chart quotes the share of wrong
+/// answers at the measured distance nearest to this northing.
 const NORTHING: f64 = 528_980.0;
 
 /// Plots the share of wrong answers against a wall's distance from zero, for each method in

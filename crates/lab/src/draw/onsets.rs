@@ -8,13 +8,16 @@ use crate::stress::{Onset, SWEEPS, Sweep};
 
 /// The number of sweeps side by side.
 const COLUMNS: usize = 9;
-/// The size of a cell including its margins, and the margins to its right and above it.
+/// The size of a cell, including its margins.
 const CELL: [f64; 2] = [140.0, 38.0];
+/// The margins to the right of a cell and above it.
 const GAP: [f64; 2] = [28.0, 7.0];
 const LEFT: f64 = 188.0;
-/// The space above the first band, above a band's cells, and below them.
+/// The space above the first band.
 const TOP: f64 = 74.0;
+/// The space above a band's cells, for the headings.
 const HEADING: f64 = 56.0;
+/// The space below a band's cells.
 const FOOT: f64 = 52.0;
 /// The gap between the kernel's modes and the published methods.
 const BETWEEN: f64 = 12.0;

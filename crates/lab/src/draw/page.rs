@@ -1,5 +1,5 @@
-//! Combines charts and text into a self-contained HTML page, which loads no scripts, fonts, or
-//! other files.
+//! Combines charts and text into a self-contained HTML page that loads no scripts, fonts, or other
+//! files.
 
 use std::fmt::Write as _;
 
@@ -7,8 +7,8 @@ use super::svg::Svg;
 use crate::methods::METHODS;
 
 /// Background and text colours for light and dark mode. The charts are drawn on white; in dark
-/// mode, their lightness is inverted but their hues stay. On a narrow screen, they keep their size
-/// and scroll.
+/// mode, their lightness is inverted and their hues are kept. On a narrow screen, they keep their
+/// size and scroll.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #222222; --faint: #dddddd }
 @media (prefers-color-scheme: dark) {

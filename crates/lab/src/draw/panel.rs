@@ -1,4 +1,4 @@
-//! One panel of the chart, which shows all methods on one workload.
+//! Draws one panel of the chart, with all methods on one workload.
 
 use super::axis::{Log, power};
 use super::labels::{Area, Wanted, place};
@@ -8,10 +8,13 @@ use crate::methods::Method;
 use crate::tables::grouped;
 use crate::workloads::Workload;
 
-/// Positions within a panel: where the axes cross, where they end, and where the error axis breaks.
+/// The left end of a panel's axes.
 const LEFT: f64 = 72.0;
+/// The right end of a panel's axes.
 const RIGHT: f64 = 692.0;
+/// The top end of a panel's axes.
 const TOP: f64 = 46.0;
+/// The position where the error axis breaks.
 const BREAK: f64 = 350.0;
 /// The space to the right of the fastest method, for its name.
 const ROOM: f64 = 138.0;
@@ -31,7 +34,8 @@ pub(super) struct Point {
     pub(super) trials: u64,
 }
 
-/// Returns the height of a panel with this many methods in separate rows.
+/// Returns the height of a panel in which `rows` methods without observed errors have separate
+/// rows.
 pub(super) fn height(rows: usize) -> f64 {
     bottom(rows) + 52.0
 }

@@ -1,4 +1,4 @@
-//! Rasterizes an SVG.
+//! Renders SVG images as PNG files.
 
 use std::sync::Arc;
 

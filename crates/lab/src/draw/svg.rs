@@ -35,9 +35,9 @@ pub struct Font<'a> {
     pub(super) anchor: Anchor,
     pub(super) bold: bool,
     pub(super) fill: &'a str,
-    /// Rotated a quarter turn counter-clockwise.
+    /// Whether the text is rotated a quarter turn counter-clockwise.
     pub(super) upright: bool,
-    /// With a white border, so that it is legible on top of lines.
+    /// Whether the text has a white border, so that it is legible on top of lines.
     pub(super) halo: bool,
 }
 

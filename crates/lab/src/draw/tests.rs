@@ -56,9 +56,9 @@ fn texts(name: &str, svg: &Svg) -> Vec<String> {
     let texts: Vec<_> = svg.lines().filter_map(Text::parse).collect();
     for (i, a) in texts.iter().enumerate() {
         let inside = (0..2).all(|k| a.lo[k] >= 0.0 && a.hi[k] <= size[k]);
-        assert!(inside, "{name}: {:?} leaves the picture: {:?} {:?}", a.text, a.lo, a.hi);
+        assert!(inside, "{name}: {:?} extends beyond the image: {:?} {:?}", a.text, a.lo, a.hi);
         for b in &texts[..i] {
-            assert!(!a.meets(b), "{name}: {:?} lies on {:?}", a.text, b.text);
+            assert!(!a.meets(b), "{name}: {:?} overlaps {:?}", a.text, b.text);
         }
     }
     texts.into_iter().map(|text| text.text).collect()

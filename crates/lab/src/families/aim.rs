@@ -21,7 +21,7 @@ pub(super) fn wide(a: [f32; 3]) -> Point {
     a.map(f64::from)
 }
 
-/// Permutes the components of a vector and changes their signs, which is exact for any vector.
+/// A permutation of a vector's components, combined with sign changes. Applying it never rounds.
 #[derive(Clone, Copy)]
 pub(super) struct Turn([usize; 3], [f64; 3]);
 
@@ -95,8 +95,8 @@ pub(super) fn nudge(rng: &mut Rng, dir: [f32; 3]) -> [f32; 3] {
     dir.map(|x| step(x, rng.within(steps)))
 }
 
-/// Returns a nudged ray from one point toward another. Its direction is about as long as the
-/// distance, or about 1.
+/// Returns a nudged ray from one point toward another. The direction's length is about the distance
+/// between the points, or about 1.
 pub(super) fn shoot(rng: &mut Rng, origin: [f32; 3], to: Point) -> Ray {
     let way = add(to, wide(origin), -1.0);
     let longest = way.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -118,7 +118,7 @@ pub(super) fn aim(rng: &mut Rng, triangle: &Triangle) -> Ray {
 }
 
 /// Builds a scene of triangles and rays. The triangles are built around random points in a cube
-/// that grows with their number (the first one around 0), and each ray is built for one of the
+/// that grows with their number (the first triangle around 0), and each ray is built for one of the
 /// triangles.
 pub(super) fn soup(
     rng: &mut Rng,

@@ -13,13 +13,14 @@ use crate::rng::Rng;
 /// bits.
 const GRID: f64 = 262_144.0;
 
-/// Returns the largest icosphere with at most this many faces, or the smallest one.
+/// Returns the largest icosphere with at most `triangles` faces, or the smallest icosphere if none
+/// is small enough.
 fn largest_icosphere(triangles: usize) -> Mesh {
     Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
 }
 
-/// Returns the largest torus with at most this many faces and about twice as many quads around as
-/// across, or the smallest one.
+/// Returns the largest torus with at most `triangles` faces and about twice as many quads around as
+/// across, or the smallest torus if none is small enough.
 fn largest_torus(triangles: usize) -> Mesh {
     let mut across = 3;
     while 4 * (across + 1) * (across + 1) <= triangles {
@@ -28,7 +29,8 @@ fn largest_torus(triangles: usize) -> Mesh {
     Mesh::torus(triangles / (2 * across), across)
 }
 
-/// Returns the largest cube with at most this many faces, or the smallest one.
+/// Returns the largest cube with at most `triangles` faces, or the smallest cube if none is small
+/// enough.
 fn largest_cube(triangles: usize) -> Mesh {
     let mut n = 1;
     while 48 * (n + 1) * (n + 1) <= triangles {
@@ -37,7 +39,7 @@ fn largest_cube(triangles: usize) -> Mesh {
     Mesh::cube(n)
 }
 
-/// Returns the triangles of a mesh, or only some consecutive ones if fewer are requested.
+/// Returns all triangles of a mesh, or only `triangles` consecutive triangles if the mesh has more.
 fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     let mut all = mesh.triangles();
     if triangles < all.len() {
@@ -48,9 +50,9 @@ fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     all
 }
 
-/// Builds a scene from a mesh that is sheared, scaled, and moved so that no coordinate is special,
-/// and whose axes are permuted. The rays come from inside and outside and pass close to its edges
-/// and vertices.
+/// Shears, scales, and moves a mesh so that no coordinate is special, permutes its axes, and builds
+/// a scene from it. The rays come from inside and outside and pass close to the mesh's edges and
+/// vertices.
 fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     let (centre, size) = (rng.cube(), rng.log(0.1, 10.0));
     let mesh = mesh.map(|[x, y, z]| add(centre, [y + 0.1 * x, z - 0.2 * y, x + 0.3 * z], size));

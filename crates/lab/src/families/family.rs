@@ -20,9 +20,9 @@ pub struct Family {
 pub struct Param {
     /// What the parameter measures.
     pub name: &'static str,
-    /// One end of its range: the harmless one, if only one end is harmful.
+    /// One end of the range: the harmless end if only one end is harmful.
     pub from: f64,
-    /// The other end.
+    /// The other end of the range.
     pub to: f64,
 }
 
@@ -48,8 +48,9 @@ impl Family {
     /// Generates a scene for a given parameter (ignored if the family has none).
     ///
     /// The scene has the requested number of rays, or none if no triangles are requested. It has
-    /// the requested number of triangles, except that a closed mesh has the largest possible number
-    /// that does not exceed the request, if there is one.
+    /// the requested number of triangles, except that a closed mesh may have fewer: the largest
+    /// number that the mesh can have within the request. If even the smallest mesh has too many
+    /// triangles, the scene has only part of it.
     pub fn scene_at(&self, rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
         (self.make)(rng, x, triangles, rays)
     }

@@ -1,4 +1,5 @@
-//! Families whose rays are at the limits, `Threshold` and the interval of `t`, to the last bit.
+//! Families whose rays are within a few floating-point steps of a limit: the `Threshold` or an end
+//! of the interval of `t`.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::{Ray as F64Ray, Scene as F64Scene, THRESHOLD, Vector};
@@ -37,7 +38,7 @@ fn longest(n: Point) -> usize {
 
 /// Returns a direction with `nrm & dir` within a few f64 steps of `vd`. Its component along the
 /// normal's longest axis determines the first 24 bits, the second component the next bits, and the
-/// third the last.
+/// third component the last bits.
 fn solve(n: Point, vd: f64) -> [f32; 3] {
     let mut dir = [0.0_f32; 3];
     let mut rest = vd;
@@ -53,7 +54,8 @@ fn solve(n: Point, vd: f64) -> [f32; 3] {
 }
 
 pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // In a coordinate plane, vd is exactly a component of dir, so the threshold is rounded to f32.
+    // If the triangles are in a coordinate plane, vd is exactly a component of dir, so the
+    // threshold is rounded to f32.
     let flat = rng.one_in(2);
     let threshold = if flat { f64::from(x as f32) } else { x };
     let turn = Turn::random(rng);
@@ -111,7 +113,8 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
     // Aim the first ray at the first triangle, and use their `vd` or t as the threshold.
     if let (Some(triangle), Some(first)) = (scene.triangles.first(), scene.rays.first_mut()) {
         *first = aim(rng, triangle);
-        // A longer direction makes t smaller than `vd`, so that the last line of the test decides.
+        // A longer direction makes t smaller than `vd`, so that the comparison of t with the
+        // threshold decides.
         if rng.one_in(2) {
             first.dir = first.dir.map(|x| 64.0 * x);
         }
@@ -126,7 +129,7 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
 
 pub(super) fn interval(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     // In half of the scenes, heights and distances are small round numbers, so that many values of
-    // t are exact in f32. With full mantissas, hardly any are.
+    // t are exact in f32. With full mantissas, hardly any would be.
     let whole = rng.one_in(2);
     let turn = Turn::random(rng);
     let shape = |rng: &mut Rng, place| {

@@ -5,9 +5,9 @@
 //! edge values cover every distance from 0 that an error bound could have. Families in which a
 //! point must be met exactly use small integers instead, which prove nothing about rounding.
 //!
-//! Everything is generated from a seed with integers, `+ - * /`, and roots, so it has the same bits
-//! everywhere. If a family has a parameter, [`Family::param`] is its range, from harmless to
-//! harmful.
+//! The generators use only integers, `+ - * /`, and square roots, so a seed yields the same bits on
+//! every machine. If a family has a parameter, [`Family::param`] contains the parameter's range,
+//! from harmless to harmful.
 //!
 //! ```
 //! use intertri_lab::{families::FAMILIES, rng::Rng};

@@ -1,4 +1,5 @@
-//! Families that vary the range of numbers: scale, offset, zeros, subnormals, overflow, and NaN.
+//! Families that vary the magnitude of the inputs: scale, offset, zeros, subnormals, overflow, and
+//! NaN.
 
 use intertri::{Ray, Triangle};
 

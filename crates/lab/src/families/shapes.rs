@@ -213,8 +213,8 @@ pub(super) fn axis(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scen
         Triangle([0; 3].map(|_| [0, 1, 2].map(|axis| integer(rng, axis))))
     };
     soup(rng, triangles, rays, shape, |rng, triangle| {
-        // The ray passes through a corner or halfway between two, and starts an integer multiple of
-        // its direction away.
+        // The ray passes through a corner or halfway between two corners, and starts an integer
+        // multiple of its direction away.
         let (p, q) = (rng.pick(&triangle.0), rng.pick(&triangle.0));
         let to = [0, 1, 2].map(|k| f32::midpoint(p[k], q[k]));
         let mut dir = [0; 3].map(|_| rng.pick(&[-2.0, -1.0, 0.0, 0.0, 0.0, -0.0, 1.0]));

@@ -25,11 +25,11 @@ pub fn adversarial(rng: &mut Rng) -> Case {
     family.case(rng)
 }
 
-/// Every family, the ordinary ones first.
+/// Every family, with the ordinary families first.
 pub const FAMILIES: &[Family] = &[
     Family {
         name: "uniform",
-        what: "random triangles and random rays, which are not aimed",
+        what: "random triangles, and random rays that are not aimed at them",
         param: None,
         make: shapes::uniform,
     },

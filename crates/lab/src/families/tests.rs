@@ -1,3 +1,5 @@
+//! Tests that the families generate what their descriptions promise, with the same bits everywhere.
+
 use std::collections::BTreeSet;
 
 use intertri::{Ray, Triangle};
@@ -16,7 +18,7 @@ fn ask(triangle: &Triangle, ray: &Ray, threshold: f64) -> (f64, f64, bool) {
 
 /// Counts the cases of a family for which a condition holds.
 fn count(name: &str, n: usize, mut holds: impl FnMut(&Family, &mut Rng) -> bool) -> usize {
-    let family = find(name).expect("a family of this name");
+    let family = find(name).expect("the family exists");
     let mut rng = Rng::new(7);
     (0..n).filter(|_| holds(family, &mut rng)).count()
 }
@@ -85,7 +87,8 @@ fn rays_come_near_hitting() {
         let (mut hits, n) = (0, 4000);
         let mut rng = Rng::new(5);
         for _ in 0..n {
-            // Use no threshold, because some families stay below the default one.
+            // Use no threshold, because the values in some families are below the default
+            // threshold.
             let case = family.case(&mut rng);
             hits += usize::from(ask(&case.triangle, &case.ray, 0.0).2);
         }

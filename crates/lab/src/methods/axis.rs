@@ -9,9 +9,10 @@ use intertri::simd::{Lanes, Mask};
 /// same in all lanes and a permutation costs nothing. Otherwise, it costs six selections.
 #[derive(Clone, Copy)]
 pub(super) enum Axis<M> {
-    /// The same in every lane.
+    /// The same axis in every lane.
     Same(usize),
-    /// x in the lanes of the first mask, y in those of the second, and z in the others.
+    /// The x axis in the lanes of the first mask, the y axis in the lanes of the second, and the z
+    /// axis in the other lanes.
     Mixed(M, M),
 }
 

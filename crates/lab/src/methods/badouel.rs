@@ -1,6 +1,6 @@
-//! D. Badouel, "An efficient ray-polygon intersection", Graphics Gems, 1990. The test first
-//! intersects the plane, then computes two weights in the coordinate plane in which the triangle's
-//! projection is largest.
+//! Badouel's test (D. Badouel, "An efficient ray-polygon intersection", Graphics Gems, 1990). It
+//! first intersects the plane, then computes two weights in the coordinate plane in which the
+//! triangle's projection is largest.
 //!
 //! I. Wald's precomputed variant ("Realtime ray tracing and interactive global illumination",
 //! thesis, Saarland University, 2004) uses the same arithmetic as
@@ -17,14 +17,14 @@ use super::real::Real;
 #[derive(Clone, Copy, Debug)]
 pub struct Badouel;
 
-/// The plane and the triangle projected along the longest axis of the normal.
+/// The triangle's plane, and the triangle projected along the longest axis of the normal.
 #[derive(Clone, Copy)]
 pub struct Triangle<L: Lanes> {
     n: Vec3<L>,
     d: L,
     axis: Axis<L::Mask>,
     corner: [L; 2],
-    /// The sides from that corner, divided by twice the projected area.
+    /// The projected sides from `corner`, divided by twice the projected area.
     sides: [[L; 2]; 2],
 }
 

@@ -1,6 +1,6 @@
-//! D. Baldwin and M. Weber, "Fast ray-triangle intersections by coordinate transformation", Journal
-//! of Computer Graphics Techniques 5(3), 2016. The method uses an affine map that takes the
-//! triangle's corners to (0,0), (1,0), and (0,1) in the plane z = 0.
+//! The test by Baldwin and Weber (D. Baldwin and M. Weber, "Fast ray-triangle intersections by
+//! coordinate transformation", Journal of Computer Graphics Techniques 5(3), 2016). The method uses
+//! an affine map that takes the triangle's corners to (0,0), (1,0), and (0,1) in the plane z = 0.
 //!
 //! One column of the map is free; it is chosen so that the map never divides by a small number. If
 //! `k` is the longest axis of the normal, `i` and `j` are the next two axes, and `f1` and `f2` are
@@ -18,7 +18,8 @@ use super::axis::Axis;
 use super::intersector::{Intersector, PlainRay, splat3};
 use super::real::Real;
 
-/// The method. It stores the full 3×4 matrix, so the test does not need a branch on the axis.
+/// The test by Baldwin and Weber. It stores the full 3×4 matrix, so the test does not need a branch
+/// on the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct BaldwinWeber;
 
@@ -75,7 +76,7 @@ impl Intersector for BaldwinWeber {
         let &Triangle { rows: [row1, row2, row3], constants: [c1, c2, c3] } = triangle;
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The t at which the third coordinate becomes 0, and the other two coordinates there.
+        // The t at which the third coordinate becomes 0, and the other two coordinates at that t.
         let t = -(row3.dot(ray.origin) + c3) / row3.dot(ray.dir);
         let point = ray.origin + ray.dir * t;
         let u = row1.dot(point) + c1;

@@ -16,8 +16,8 @@ use super::real::{Number, Real};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// A request for the closest hits of batches in some layout. `nearest` receives one entry per ray,
-/// batch by batch.
+/// A request for the closest hits of batches in a given layout. `nearest` receives one entry per
+/// ray, batch by batch.
 pub(super) struct Closest<'a, M> {
     pub(super) intersector: M,
     pub(super) batches: &'a [TestBatch],

@@ -80,8 +80,8 @@ fn grid(batch: &TestBatch) -> Option<Grid> {
     Grid::around(batch.triangles.iter().flat_map(|t| t.0).chain(origins), Bits::FINE).ok()
 }
 
-/// Returns the batch as the `fixed` mode sees it: snapped to a grid and converted back to f32,
-/// which is exact. On the returned batch, `fixed` is exact. Returns `None` if the batch does not
+/// Returns the batch as the `fixed` mode sees it: snapped to a grid and converted back to f32
+/// without rounding. On the returned batch, `fixed` is exact. Returns `None` if the batch does not
 /// fit on any grid.
 pub fn on_grid(batch: &TestBatch) -> Option<TestBatch> {
     let grid = grid(batch)?;

@@ -5,7 +5,7 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method, with document A's threshold for the parallel test and for `t`.
+/// The `InterTri` test, with document A's threshold for the parallel test and for `t`.
 #[derive(Clone, Copy, Debug)]
 pub struct InterTri {
     /// The document's `Threshold`.

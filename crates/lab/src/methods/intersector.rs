@@ -4,7 +4,7 @@ use intertri::simd::Vec3;
 
 use super::real::Real;
 
-/// A way to test a ray against a triangle.
+/// A ray/triangle test, with its own prepared forms of rays and triangles.
 pub trait Intersector: Copy {
     /// A ray and the values computed once for it.
     type Ray<L: Real>: Copy;
@@ -44,6 +44,6 @@ pub(super) fn splat3<L: Real>([a, b, c]: [Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
 pub struct PlainRay<L> {
     /// The point at `t = 0`.
     pub origin: Vec3<L>,
-    /// The unit of `t`.
+    /// The direction, whose length is the unit of `t`.
     pub dir: Vec3<L>,
 }

@@ -1,4 +1,4 @@
-//! The kernel's modes as methods, in the same forms as the published ones.
+//! The kernel's modes as methods, in the same forms as the published methods.
 
 use std::time::Instant;
 
@@ -173,7 +173,8 @@ impl Waiting {
     /// Computes all waiting hits.
     #[inline(always)]
     fn answer<S: Simd>(&mut self, filter: &Filter<'_>, nearest: &mut [ClosestHit]) {
-        // Only original f64 coordinates need the pairs' ids, and there are none here.
+        // The pairs' ids serve only to look up original f64 coordinates, which the batches do not
+        // have.
         let ids = [(RayId(0), LeafSlot(0)); 8];
         let hits = filter.resolver().hits_in::<S>(&self.pairs, &ids, self.len);
         for (hit, &number) in hits.into_iter().zip(&self.numbers[..self.len]) {

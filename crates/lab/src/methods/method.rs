@@ -37,7 +37,10 @@ impl Method {
         rays: &[Ray],
         to: &mut [Answer],
     ) {
-        assert!(triangles.len() == rays.len() && rays.len() == to.len(), "slices of equal length");
+        assert!(
+            triangles.len() == rays.len() && rays.len() == to.len(),
+            "the slices must have equal lengths"
+        );
         (self.pairs)(level, threshold, triangles, rays, to);
     }
 

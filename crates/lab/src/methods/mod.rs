@@ -1,10 +1,10 @@
 //! The known ray/triangle tests, one file each, written once for any number of f32 or f64 lanes.
 //!
-//! All tests are two-sided and closed: a point on an edge or vertex is inside if the method's own
-//! arithmetic puts it there. All require `t > 0`, or `t` above the threshold of their source. All
-//! accept hits only with comparisons that are false for NaN, so that a NaN is a miss. Each method
-//! has its own types for the values that it computes once per triangle or ray, so that its test
-//! does not recompute them. As in the original publications, multiply-adds are not fused.
+//! All tests are two-sided and closed: a point that the method's own arithmetic puts on an edge or
+//! vertex is inside. All require `t > 0` or, if the original method has a threshold, `t` above the
+//! threshold. All accept hits only with comparisons that are false for NaN, so that a NaN is a
+//! miss. Each method has its own types for the values that it computes once per triangle or ray. As
+//! in the original publications, multiply-adds are not fused.
 //!
 //! To add a method, write a file with an implementation of [`Intersector`] and add a row to the
 //! table [`METHODS`].

@@ -1,17 +1,18 @@
-//! T. Möller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", Journal of
-//! Graphics Tools 2(1), 1997: Cramer's rule on two edges, in the two-sided variant.
+//! The two-sided test by Möller and Trumbore (T. Möller and B. Trumbore, "Fast, minimum storage
+//! ray/triangle intersection", Journal of Graphics Tools 2(1), 1997), which applies Cramer's rule
+//! to two edges.
 
 use intertri::simd::Vec3;
 
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method. A ray counts as parallel if the absolute value of the determinant is at most
-/// `epsilon`.
+/// The test by Möller and Trumbore. A ray counts as parallel if the absolute value of the
+/// determinant is at most `epsilon`.
 #[derive(Clone, Copy, Debug)]
 pub struct MollerTrumbore {
-    /// The bound on the determinant. 0 rejects only a determinant of 0. The paper's listing uses
-    /// 1e-6, which many implementations have kept.
+    /// The bound on the determinant. A bound of 0 rejects only a determinant of 0. The paper's
+    /// listing uses 1e-6, which many implementations have kept.
     pub epsilon: f64,
 }
 

@@ -44,9 +44,9 @@ const GRAZING: f64 = 24.0 * U;
 /// The assumed minimum length of the longest edge, 2^-48.
 const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// A factor that rounds the square root of a sum of squares up, and 2^-49, which is added to cover
-/// underflow.
+/// A factor that rounds the square root of a sum of squares up.
 const NORM_UP: f32 = 1.0 + 16.0 * U as f32;
+/// 2^-49, which is added to the length to cover underflow.
 const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
 
 /// A triangle relative to one origin.
@@ -104,7 +104,7 @@ impl SeenTriangle {
     }
 }
 
-/// Adds a packet's hits with the triangles to its closest hits.
+/// Updates a packet's closest hits with the packet's hits on the triangles.
 #[inline(always)]
 fn offer_all<S: Simd, const N: usize>(
     filter: &Filter<'_>,

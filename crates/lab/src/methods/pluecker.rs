@@ -1,9 +1,10 @@
-//! Plücker coordinates: R. Jones, "Intersecting a ray and a triangle with Plücker coordinates", Ray
-//! Tracing News 13(1), 2000. A line through `p` and `q` is the pair `(q - p, p × q)`. The sign of
-//! the permuted product of two lines shows on which side one line passes the other.
+//! The test with Plücker coordinates (R. Jones, "Intersecting a ray and a triangle with Plücker
+//! coordinates", Ray Tracing News 13(1), 2000). A line through `p` and `q` is the pair
+//! `(q - p, p × q)`. The sign of the permuted product of two lines shows on which side one line
+//! passes the other.
 //!
-//! The sides' Plücker coordinates are computed once, in scene coordinates. Nothing is translated to
-//! the ray's origin, which makes the test fast but less accurate.
+//! The sides' Plücker coordinates are computed once, in scene coordinates. The test is fast but
+//! less accurate, because no coordinates are translated to the ray's origin.
 
 use intertri::simd::Vec3;
 
@@ -14,7 +15,7 @@ use super::real::Real;
 #[derive(Clone, Copy, Debug)]
 pub struct Pluecker;
 
-/// The ray's line.
+/// The line of a ray, as Plücker coordinates, and the ray's origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<L> {
     origin: Vec3<L>,
@@ -22,7 +23,7 @@ pub struct Ray<L> {
     moment: Vec3<L>,
 }
 
-/// The lines of the sides and the plane.
+/// The lines of a triangle's sides, and its plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle<L> {
     sides: [Vec3<L>; 3],

@@ -1,4 +1,4 @@
-//! The number types that a method computes with: f32 or f64, in any number of lanes.
+//! The numeric types with which a method computes: f32 or f64, in any number of lanes.
 
 use intertri::simd::Lanes;
 

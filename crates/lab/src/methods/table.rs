@@ -20,7 +20,8 @@ use super::pluecker::Pluecker;
 use super::signed_volume::SignedVolume;
 use super::woop::Woop;
 
-/// A row of the table for a method in one precision. `$method` creates it from a threshold.
+/// Creates a row of the table for a method in one precision. `$method` creates the method from a
+/// threshold.
 macro_rules! method {
     ($name:literal, $source:literal, $method:expr, f32) => {
         method!(@ $name, $source, $method, 24, false)
@@ -52,7 +53,8 @@ macro_rules! method {
     };
 }
 
-/// A row of the table for a kernel mode. `$mode` creates it from a threshold and a level.
+/// Creates a row of the table for a kernel mode. `$mode` creates the mode from a threshold and a
+/// level.
 macro_rules! mode {
     ($name:literal, $mode:expr) => {
         mode!($name, $mode, |level, batch| {
@@ -81,8 +83,8 @@ macro_rules! mode {
     };
 }
 
-/// A row for a kernel mode that requires rays from one origin. `$filter` creates its filter from a
-/// threshold and a level.
+/// Creates a row of the table for a kernel mode that requires rays from one origin. `$filter`
+/// creates the mode's filter from a threshold and a level.
 macro_rules! one_origin {
     ($name:literal, $filter:expr) => {
         Method {
@@ -116,7 +118,7 @@ pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 /// Every method. All comparisons iterate over this table.
 ///
 /// Document D's own test is one-sided and leaves one edge open; here it is two-sided and closed,
-/// like all others.
+/// like all other methods.
 pub static METHODS: &[Method] = &[
     method!("InterTri f64", "document A", |threshold| InterTri { threshold }, f64),
     method!("InterTri f32", "document A", |threshold| InterTri { threshold }, f32),

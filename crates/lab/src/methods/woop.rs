@@ -1,7 +1,7 @@
-//! S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection", Journal of Computer
-//! Graphics Techniques 2(1), 2013. The method shears the scene so that the ray runs along the
-//! longest axis of its direction, and then tests the sides in the plane perpendicular to that axis.
-//! A value of exactly 0 in f32 is recomputed in f64.
+//! The watertight test (S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection",
+//! Journal of Computer Graphics Techniques 2(1), 2013). It shears the scene so that the ray runs
+//! along the longest axis of its direction, and then tests the sides in the plane perpendicular to
+//! that axis. A value of exactly 0 in f32 is recomputed in f64.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
@@ -10,7 +10,8 @@ use super::axis::Axis;
 use super::intersector::{Intersector, splat3};
 use super::real::{Number, Real};
 
-/// The method. Without `fall_back`, it is the bare f32 test that some implementations use.
+/// The watertight test. Without `fall_back`, it is the plain f32 test that some implementations
+/// use.
 #[derive(Clone, Copy, Debug)]
 pub struct Woop {
     /// Whether a value of 0 is recomputed in f64.
@@ -26,7 +27,8 @@ pub struct Ray<L: Lanes> {
 }
 
 impl<L: Lanes> Ray<L> {
-    /// Returns a corner relative to the origin, with the ray's axis last.
+    /// Returns a corner relative to the ray's origin, with its coordinates permuted so that the
+    /// ray's axis comes last.
     #[inline(always)]
     fn see(&self, corner: Vec3<L>) -> Vec3<L> {
         self.axis.turn(corner - self.origin)

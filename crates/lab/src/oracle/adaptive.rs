@@ -3,10 +3,11 @@
 //! Only signs and one quotient are needed. Each sign is computed by an adaptive predicate (J. R.
 //! Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
 //! Discrete & Computational Geometry 18, 1997; here from the `robust` crate), which is exact if its
-//! inputs are. The difference of two f32 numbers is exact in f64 unless one is about 2^29 times the
-//! other; in that case, the sign is computed in rationals. Products of f32 numbers stay far from
-//! the limits of f64's range, so neither underflow nor overflow affects the predicates. If products
-//! of f64 numbers might exceed that range, [`rational`](super::rational) computes the answer.
+//! inputs are exact. The difference of two f32 numbers is exact in f64 unless one is about 2^29
+//! times the other; in that case, the sign is computed in rationals. Products of f32 numbers stay
+//! far from the limits of f64's range, so neither underflow nor overflow affects the predicates. If
+//! products of f64 numbers might exceed that range, [`rational`](super::rational) computes the
+//! answer.
 
 use std::cmp::Ordering;
 
@@ -38,8 +39,8 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     }
     let [c1, c2, c3] = triangle.0;
 
-    // Does the triangle have an area? It has none if its projections to all three coordinate planes
-    // have none.
+    // Does the triangle have an area? It has none if its projections onto all three coordinate
+    // planes have no area.
     let flat = |x: usize, y: usize| {
         let point = |p: [S; 3]| Coord::<f64> { x: p[x].into(), y: p[y].into() };
         orient2d(point(c1), point(c2), point(c3)) == 0.0
@@ -64,8 +65,8 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     OracleAnswer::classify(edges, if slope.is_lt() { rise.reverse() } else { rise })
 }
 
-/// Whether products of three differences, and their parts, stay within f64's range. For f32 inputs,
-/// they always do.
+/// Whether products of three coordinate differences, and the terms into which the predicates split
+/// these products, stay within f64's range, as they always do for f32 inputs.
 fn is_tame<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|&x| {
@@ -128,6 +129,6 @@ pub(super) fn exact_difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> Option<Coord3
 }
 
 fn sign(x: f64) -> Ordering {
-    // Both zeros equal 0, and the predicates are never NaN for finite numbers.
+    // Both 0 and -0 compare equal to 0, and the predicates never return NaN for finite inputs.
     x.partial_cmp(&0.0).unwrap_or(Ordering::Equal)
 }

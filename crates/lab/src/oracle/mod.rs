@@ -12,8 +12,8 @@
 //! ```
 //!
 //! Only the signs of these values and one quotient are needed. [`answer()`] computes them with
-//! adaptive predicates, and [`rational`] with another formula in rational arithmetic. The two are
-//! tested against each other on every family.
+//! adaptive predicates, and [`rational`] with another formula in rational arithmetic. The two
+//! implementations are tested against each other on every family.
 
 mod adaptive;
 mod exact;

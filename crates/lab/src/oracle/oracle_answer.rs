@@ -38,7 +38,7 @@ pub struct OracleAnswer {
 impl OracleAnswer {
     /// Whether the open half-line `t > 0` meets the closed triangle.
     ///
-    /// A ray in the triangle's plane is not a hit, as the document's parallel test intends.
+    /// A ray in the triangle's plane is not a hit, as document A's parallel test intends.
     pub fn is_hit(self) -> bool {
         self.t == Ordering::Greater
             && matches!(

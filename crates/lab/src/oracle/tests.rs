@@ -1,3 +1,6 @@
+//! Tests the oracle's implementations against each other, against integer arithmetic, and against
+//! the scalar f64 reference.
+
 use std::cmp::Ordering;
 
 use intertri::{Ray, Triangle};

@@ -1,5 +1,5 @@
-//! Finds where methods begin to fail: families swept by their parameter, and f64 walls far from
-//! zero.
+//! Finds where methods begin to fail, by sweeping the parameters of families and by moving f64
+//! walls far from zero.
 
 mod clearance;
 mod offsets;

@@ -48,13 +48,13 @@ pub struct OffsetErrors {
     pub distance: f64,
     /// The method.
     pub method: &'static str,
-    /// The precision of its input.
+    /// The precision of the method's input.
     pub given: InputPrecision,
     /// The number of rays.
     pub trials: u64,
-    /// Rays that hit the wall, reported as misses.
+    /// The number of rays that hit the wall but are reported as misses.
     pub false_misses: u64,
-    /// Rays that miss the wall, reported as hits.
+    /// The number of rays that miss the wall but are reported as hits.
     pub false_hits: u64,
 }
 
@@ -65,22 +65,22 @@ impl OffsetErrors {
     }
 }
 
-/// The nearest and the farthest wall, in metres.
+/// The distances of the nearest and the farthest wall from zero, in metres.
 pub const DISTANCES: [f64; 2] = [1.0, 1e9];
 
 /// The number of rays per wall.
 const RAYS: u64 = 200;
 
-/// A wall of two triangles and rays that start close to it.
+/// A wall of two triangles, and rays that start close to the wall.
 struct Wall {
     halves: [Triangle64; 2],
     rays: Vec<Ray64>,
 }
 
-/// Tests the methods in [`ASKED`] on 4 m × 3 m walls at any angle, at `points` distances from zero
-/// on a logarithmic scale. At each distance, at least `cases` rays start 1 nm to 10 cm from a wall,
-/// on either side, and go toward it or away from it. A quarter of them pass through the diagonal
-/// where the wall's halves meet.
+/// Tests the methods in [`ASKED`] on 4 m × 3 m walls at random angles, at `points` distances from
+/// zero on a logarithmic scale. At each distance, at least `cases` rays start 1 nm to 10 cm from a
+/// wall, on either side, and go toward it or away from it. A quarter of them pass through the
+/// diagonal where the wall's halves meet.
 ///
 /// `exact` returns whether each ray hits the wall according to the `exact` mode; the true answers
 /// come from rationals. The counts depend only on the seed, `points`, and `cases`.
@@ -112,7 +112,7 @@ pub fn sweep_offsets(
                     (InputPrecision::AsGiven, _) => in_f64(&wall),
                     (InputPrecision::Rounded, name) => rounded(&wall, name),
                 };
-                assert_eq!(answers.len(), truth.len(), "an answer for each ray");
+                assert_eq!(answers.len(), truth.len(), "each ray must have an answer");
                 for (&truth, answer) in truth.iter().zip(answers) {
                     errors.trials += 1;
                     errors.false_misses += u64::from(truth && !answer);
@@ -211,8 +211,8 @@ mod tests {
         for errors in of("exact", InputPrecision::AsGiven) {
             assert_eq!((errors.share(), errors.trials), (0.0, 2000));
         }
-        // The distances range from a metre to a million kilometres, where the answers are little
-        // better than chance.
+        // The distances range from a metre to a million kilometres. At the largest distance, the
+        // answers are little better than chance.
         for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");

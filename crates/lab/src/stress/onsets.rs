@@ -20,13 +20,13 @@ pub struct Onset {
     /// The method.
     pub method: &'static str,
     /// The number of cases, which may be smaller than requested if few of the family's cases are
-    /// clear.
+    /// clear of all sides.
     pub trials: u64,
-    /// True hits reported as misses.
+    /// The number of true hits that the method reports as misses.
     pub false_misses: u64,
-    /// True misses reported as hits.
+    /// The number of true misses that the method reports as hits.
     pub false_hits: u64,
-    /// Disagreements with the scalar f64 reference.
+    /// The number of cases in which the method disagrees with the scalar f64 reference.
     pub not_reference: u64,
 }
 
@@ -37,7 +37,7 @@ impl Onset {
     }
 }
 
-/// A value of the parameter is kept only if at least this many cases are clear.
+/// A value of the parameter is kept only if at least this many cases are clear of all sides.
 const ENOUGH: u64 = 100;
 
 /// Runs all sweeps, with `points` values on a logarithmic scale and about `cases` cases for each.
@@ -71,7 +71,7 @@ fn value(sweep: &'static Sweep, parameter: f64, seed: u64, cases: u64) -> Vec<On
         onset.method = method.name;
     }
 
-    // Some families have few clear cases. If there are hardly any, skip the value.
+    // Some families have few clear cases. If hardly any case is clear, skip the value.
     let mut tries = 0;
     while none.trials < cases && tries < 16 * cases {
         tries += 512;

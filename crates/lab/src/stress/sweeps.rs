@@ -9,9 +9,9 @@ pub struct Sweep {
     pub axis: &'static str,
     /// The family.
     pub family: &'static str,
-    /// The harmless end.
+    /// The harmless end of the range.
     pub from: f64,
-    /// The other end.
+    /// The other end of the range.
     pub to: f64,
     /// Whether to count only rays that pass clear of all sides. False if closeness to a side is the
     /// parameter.

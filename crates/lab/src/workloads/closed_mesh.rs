@@ -9,8 +9,8 @@ use crate::test_batch::TestBatch;
 
 /// Creates a convex mesh on a grid with spacing `2^-bits` and rays from inside it, each aimed
 /// exactly at a vertex or a quarter point of an edge. Origin, direction, and target are free of
-/// rounding for up to 18 bits, and the grid of the `fixed` mode preserves them for up to 15 bits. A
-/// ray leaves such a mesh at one point.
+/// rounding for up to 18 bits, and the grid of the `fixed` mode preserves them for up to 15 bits.
+/// Each ray leaves the mesh at one point.
 pub fn closed_mesh(rng: &mut Rng, bits: u32, rays: usize) -> TestBatch {
     let steps = f64::from(1_u32 << bits);
     let stretch = [0; 3].map(|_| 0.5 + 0.49 * rng.unit());

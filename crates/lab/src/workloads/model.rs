@@ -1,4 +1,4 @@
-//! The model for camera and secondary rays.
+//! The triangle model for the `camera` and `secondary` workloads.
 
 use intertri::{Ray, Triangle, TriangleOf};
 
@@ -53,7 +53,8 @@ impl Model {
         self.triangles.is_empty()
     }
 
-    /// Creates an 8×8 tile of rays from a camera that sees the model at about 1024×1024 pixels.
+    /// Creates an 8×8 tile of rays from a camera that sees the model at about 1024×1024 pixels,
+    /// with the triangles nearest to the tile's middle ray.
     pub(super) fn tile(&self, rng: &mut Rng) -> TestBatch {
         let eye = round(add(self.centre, rng.direction(), 3.0 * self.radius)).map(f64::from);
         let (target, _) = rng.pick(&self.balls);
@@ -76,8 +77,8 @@ impl Model {
         TestBatch { rays, triangles: self.nearest(far) }
     }
 
-    /// Returns the neighbourhood of a triangle, with rays toward it from random points on the
-    /// model.
+    /// Returns a random triangle and its neighbours, with rays toward them from random points on
+    /// the model.
     pub(super) fn leaf(&self, rng: &mut Rng) -> TestBatch {
         let (target, _) = rng.pick(&self.balls);
         let triangles = self.nearest(|&(centre, radius)| distance(centre, target) - radius);
@@ -92,7 +93,8 @@ impl Model {
         TestBatch { rays, triangles }
     }
 
-    /// Returns the 32 triangles with the smallest distance, or all if there are fewer.
+    /// Returns the 32 triangles with the smallest distance `far`, or all triangles if there are
+    /// fewer.
     fn nearest(&self, far: impl Fn(&([f64; 3], f64)) -> f64) -> Vec<Triangle> {
         let mut order: Vec<_> = self.balls.iter().map(far).zip(0_usize..).collect();
         let by = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));

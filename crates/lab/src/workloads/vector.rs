@@ -1,4 +1,4 @@
-//! Vectors of three f64.
+//! Operations on three-dimensional f64 vectors.
 
 pub(super) fn add(a: [f64; 3], b: [f64; 3], scale: f64) -> [f64; 3] {
     [a[0] + b[0] * scale, a[1] + b[1] * scale, a[2] + b[2] * scale]

@@ -7,7 +7,7 @@ use crate::layout::Form;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// A kind of batch. Each has its own panel in the chart.
+/// A kind of batch. Each kind has its own panel in the chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workload {
     /// 8×8 tiles of camera rays, and the 32 triangles nearest to the tile's middle ray.

@@ -49,7 +49,7 @@ def revive(
     Raises
     ------
     ValueError
-        If they do not belong together.
+        If the three do not belong together.
     """
     arrays = isinstance(vertices, np.ndarray) and isinstance(faces, np.ndarray) and isinstance(tree, bytes)
     if not arrays or vertices.dtype.newbyteorder("=") not in (F32, F64) or faces.dtype.newbyteorder("=") != np.uint32:

@@ -236,8 +236,8 @@ for _end in _ENDS.values():
 
 
 def _plain_end(end: object, mesh: np.dtype[Any]) -> Floats | None:
-    """Returns one of the usual limits, given as a plain Python number, in the dtype of the rays.
-    Returns `None` for any other limit."""
+    """Returns a limit in the dtype of the rays if it is a plain Python 0, 1, or infinity. Returns
+    `None` for any other limit."""
     return _ENDS.get((mesh, end)) if type(end) in (float, int) else None
 
 
@@ -249,8 +249,8 @@ def rays(
     mesh: np.dtype[Any],
     names: tuple[str, str] = ("origins", "directions"),
 ) -> Rays:
-    """Converts rays for a mesh of a scalar type: to float32 if the mesh is float32 and nothing is
-    lost, otherwise to float64."""
+    """Converts rays for a mesh of the given dtype: to float32 if the mesh is float32 and no ray
+    loses precision, otherwise to float64."""
     plain = _plain_rays(origins, directions, t_min, t_max, mesh)
     if plain is not None:
         return plain

@@ -93,8 +93,8 @@ class HitLists(NamedTuple):
 
     @property
     def rays(self) -> NDArray[np.int64]:
-        """The ray of each hit. ``pandas.DataFrame(lists.hits, index=lists.rays)`` makes one
-        table."""
+        """The index of the ray of each hit. ``pandas.DataFrame(lists.hits, index=lists.rays)``
+        combines all lists in one table."""
         return _rays_of(self.offsets)
 
 
@@ -109,10 +109,10 @@ class SegmentLists(NamedTuple):
 
     @property
     def rays(self) -> NDArray[np.int64]:
-        """The ray of each segment."""
+        """The index of the ray of each segment."""
         return _rays_of(self.offsets)
 
 
 def _rays_of(offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Returns the ray of each item in the lists."""
+    """Returns the index of the ray of each item in the lists."""
     return np.repeat(np.arange(len(offsets) - 1, dtype=np.int64), np.diff(offsets))

@@ -78,7 +78,7 @@ class Media:
         self._native(self.dtype, threads)
 
     def _native(self, dtype: np.dtype[Any], threads: int | None) -> Media32 | Media64:
-        """Returns the hierarchy for a scalar type, which is built on first use."""
+        """Returns the hierarchy for a scalar type, building it on first use."""
         made = self._made.get(dtype)
         if made is None:
             arrays = [(_arrays.flat(mesh.vertices, dtype), mesh.faces.reshape(-1)) for mesh in self._meshes]

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 LEAST = 1 << 20
-"""Smaller arrays come from numpy, because the C library reuses their memory anyway."""
+"""The minimum size in bytes of an array with a block of its own. Smaller arrays come from numpy,
+because the C library reuses their memory anyway."""
 
 MOST = 1 << 28
-"""The maximum number of bytes that stay idle."""
+"""The maximum total size of idle blocks in bytes."""
 
 _PAGE = 1 << 21
 """Block sizes are multiples of this, the size of a huge page."""
@@ -25,8 +26,8 @@ _idle: list[mmap.mmap] = []
 
 
 class _Loan:
-    """Keeps a block in use while an array or a view of it exists, because numpy keeps alive the
-    object from which an array was made."""
+    """The object from which the arrays in a block are made. numpy keeps it alive while such an
+    array or a view of it exists, which keeps the block in use."""
 
     def __init__(self, block: mmap.mmap) -> None:
         self.__array_interface__ = np.frombuffer(block, np.uint8).__array_interface__

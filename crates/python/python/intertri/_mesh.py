@@ -43,11 +43,11 @@ class Mesh(PointQueries):
     Answers
     -------
     Answers do not depend on the order of rays, the number of threads, or the CPU. With
-    ``mode="exact"``, the default, hit or miss and the triangle are right for the coordinates as
-    given, and t, u, and v are the true values, rounded once. An edge or corner belongs to every
-    triangle that shares it, so no ray slips through. If several hits have the same t, the lowest
-    triangle wins. With ``mode="certified"``, answers are the same as those of a plain loop in
-    float64.
+    ``mode="exact"``, the default, the choice between hit and miss and the reported triangle are
+    right for the coordinates as given, and t, u, and v are the true values, rounded once. An edge
+    or corner belongs to every triangle that shares it, so no ray slips through. If several hits
+    have the same t, the lowest triangle wins. With ``mode="certified"``, answers are the same as
+    those of a plain loop in float64.
 
     Float64 rays are not rounded: if float32 cannot represent them, a float32 mesh builds and uses a
     second hierarchy, in float64. Pass ``rays.astype(np.float32)`` to avoid this.

@@ -1,4 +1,4 @@
-"""Point queries."""
+"""Point queries of a mesh: inside tests, winding numbers, voxels, and distances."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ._rays import RayQueries
 
 
 class PointQueries(RayQueries):
-    """Point queries."""
+    """The part of `Mesh` that answers point queries."""
 
     __slots__ = ()
 

@@ -1,4 +1,4 @@
-"""Ray queries."""
+"""Ray queries of a mesh: hits, crossings, visibility, and results derived from hits."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Mode: TypeAlias = Literal["exact", "certified"]
 
 
 class RayQueries(Triangles):
-    """Ray queries."""
+    """The part of `Mesh` that answers ray queries."""
 
     __slots__ = ()
 
@@ -228,7 +228,7 @@ class RayQueries(Triangles):
         Returns
         -------
         (..., 6)
-            The origins are NaN for misses, so these rays miss too.
+            The origins are NaN for misses, so rays from misses hit nothing.
 
         Examples
         --------
@@ -315,7 +315,8 @@ class RayQueries(Triangles):
         -------
         HitLists
             ``offsets`` (n + 1,) int64 and ``hits`` (m,) `HIT`: ray i has
-            ``hits[offsets[i]:offsets[i + 1]]``. ``lists.rays`` contains the ray of each hit.
+            ``hits[offsets[i]:offsets[i + 1]]``. ``lists.rays`` contains the index of the ray of
+            each hit.
 
         Examples
         --------
@@ -345,9 +346,9 @@ class RayQueries(Triangles):
     ) -> HitLists:
         """Finds every crossing of each ray with the mesh, in order of t. Always exact.
 
-        An edge or corner counts once. If the surface continues behind an edge, the ray crosses one
-        of the two triangles. If the ray only touches the silhouette there, it crosses an even
-        number of triangles or none.
+        An edge or corner counts once. If a ray passes through the surface at an edge, it crosses
+        one of the two triangles. If it only touches the silhouette at an edge or corner, it crosses
+        an even number of triangles or none.
 
         Returns
         -------
@@ -418,7 +419,7 @@ class RayQueries(Triangles):
 
     def hit_normals(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
         """Returns the unit normals of the triangles that were hit: (..., 3) float64, or NaN for
-        misses. They point to the side from which the corners run counter-clockwise.
+        misses. The normals point to the side from which the corners run counter-clockwise.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -431,7 +432,7 @@ class RayQueries(Triangles):
         return unit
 
     def _hits(self, hits: NDArray[np.void]) -> NDArray[np.void]:
-        """Checks hits of this mesh."""
+        """Checks that hits have a suitable dtype and refer to faces of this mesh."""
         found = np.asarray(hits)
         if not {"u", "v", "triangle"} <= set(found.dtype.names or ()):
             raise TypeError(f"hits has dtype {found.dtype}; pass what closest, closest_point, all or crossings returned")

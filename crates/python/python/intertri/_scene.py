@@ -20,15 +20,16 @@ ALL = 0xFFFFFFFF
 
 
 class Scene:
-    """Instances of meshes, each placed by a matrix, which can move between queries.
+    """Instances of meshes. Each instance is placed by a matrix and can move between queries.
 
     A vertex (x, y, z) is at ``((m[0, 0] * x + m[0, 1] * y) + m[0, 2] * z) + m[0, 3]`` along the
-    first axis, and so on, in float64. Results are the same as for a single mesh of all these
-    triangles, bit for bit. Instances share the hierarchy of their mesh, so a thousand placements
-    take little more memory than one. A scene keeps a mesh as it was when it was added: a later
-    ``refit`` of the mesh does not move its instances.
+    first axis, and so on, in float64. Results are the same, bit for bit, as for a single mesh of
+    all placed triangles. Instances share the hierarchy of their mesh, so a thousand placements take
+    little more memory than one. A scene keeps a mesh as it was when it was added: a later ``refit``
+    of the mesh does not move its instances.
 
-    Changes take effect when you commit them. A query uses the last commit before it started.
+    Changes take effect when you commit them. A query uses the last commit made before the query
+    started.
 
     Parameters
     ----------
@@ -201,8 +202,8 @@ class Scene:
     ) -> NDArray[np.void]:
         """Finds the closest hit of each ray. The arguments are the same as for `Mesh.closest`.
 
-        Only instances whose masks share a bit with ``mask`` are seen. If several hits have the same
-        t, the lowest instance wins, then the lowest triangle.
+        A ray can hit only instances whose masks share a bit with ``mask``. If several hits have the
+        same t, the lowest instance wins, then the lowest triangle.
 
         Returns
         -------

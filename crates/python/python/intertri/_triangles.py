@@ -22,7 +22,7 @@ _PIECE = 1 << 24
 @dataclass(slots=True)
 class Position:
     """The positions of the vertices and everything derived from them. When vertices move, the mesh
-    gets a new `Position`, so a thread that still works on the old one cannot leave stale data in
+    gets a new `Position`, so a thread that still uses the old `Position` cannot leave stale data in
     the new one."""
 
     vertices: NDArray[np.floating[Any]]
@@ -61,7 +61,7 @@ class Triangles:
         self._at, self._faces, self._moving = Position(corners), rows, threading.Lock()
 
     def _tree(self, dtype: np.dtype[Any], threads: int | None) -> Tree32 | Tree64:
-        """Returns the hierarchy for a scalar type, which is built on first use."""
+        """Returns the hierarchy for a scalar type, building it on first use."""
         at = self._at
         tree = at.trees.get(dtype)
         if tree is None:
@@ -140,7 +140,7 @@ class Triangles:
         """Moves the vertices to new positions.
 
         Positions are (n, 3) for the same faces, or (m, 3, 3) for a mesh made of triangles. With
-        ``indices``, only these rows of `vertices` move.
+        ``indices``, only the listed rows of `vertices` move.
 
         This is many times faster than building a new mesh. The answers are the same as a new
         mesh's, but the more the faces move relative to each other, the longer queries take. A query
@@ -170,7 +170,8 @@ class Triangles:
             If ``indices`` contains a vertex that does not exist. In that case, the mesh is
             unchanged.
         MemoryError, KeyboardInterrupt
-            The vertices keep their old positions, and the next query rebuilds the hierarchy.
+            If memory runs out or the call is interrupted. In that case, the vertices keep their old
+            positions, and the next query rebuilds the hierarchy.
 
         Examples
         --------

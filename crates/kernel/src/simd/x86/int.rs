@@ -1,7 +1,7 @@
 //! Integer lanes for AVX2 and AVX-512. `pmuldq` multiplies signed 32-bit integers into 64-bit
 //! products.
 //!
-//! The comment on registers in [`super::reg`] applies here too, including its `SAFETY` argument.
+//! The `SAFETY` argument in the module comment of [`super::reg`] also applies to this module.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -44,7 +44,7 @@ macro_rules! ints {
             }
             #[inline(always)]
             fn load_f32(from: &[f32]) -> Self {
-                let from: [f32; $n] = from[..$n].try_into().expect("N numbers");
+                let from: [f32; $n] = from[..$n].try_into().expect("the slice has N elements");
                 Self(cpu!($load_f32(from.as_ptr())))
             }
             #[inline(always)]
@@ -77,9 +77,9 @@ ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1
         /// `pmuldq` can multiply both halves. The two sums are combined at the end.
         #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-            // `pmuldq` reads the low half as signed. If its top bit is set, its value is too small
-            // by 2^32, and adding 2^31 before the shift carries one into the high half to
-            // compensate.
+            // `pmuldq` reads the low half as signed. If the top bit of the low half is set,
+            // `pmuldq` reads a value that is too small by 2^32; adding 2^31 before the shift
+            // compensates by carrying one into the high half.
             let half = Self(cpu!(_mm256_set1_epi64x(1 << 31)));
             let x = Self(cpu!(_mm256_srli_epi64::<32>((b[0] + half).0)));
             let y = Self(cpu!(_mm256_srli_epi64::<32>((b[1] + half).0)));

@@ -1,6 +1,6 @@
 //! Lane types for AVX2 and AVX-512.
 //!
-//! The comment on registers in [`reg`] applies here too, including its `SAFETY` argument.
+//! The `SAFETY` argument in the module comment of [`reg`] also applies to this module.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 mod int;
@@ -19,8 +19,8 @@ use shuffle::{
     transpose_f64,
 };
 
-/// Implements [`Simd::vectorize`] with a level's instructions. Code that can name the level runs
-/// inside [`Level::run`] or inside this function.
+/// Implements [`Simd::vectorize`] with a level's instructions. The call is sound because code that
+/// can name the level's type already runs inside [`Level::run`] or inside this function.
 macro_rules! vectorize {
     ($features:literal) => {
         #[inline(always)]
@@ -34,7 +34,7 @@ macro_rules! vectorize {
     };
 }
 
-/// 256-bit registers.
+/// The AVX2 level, with 256-bit registers.
 #[derive(Clone, Copy)]
 pub(super) struct Avx2;
 
@@ -88,7 +88,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// 512-bit registers, and narrower ones for fewer lanes.
+/// The AVX-512 level, with 512-bit registers, or narrower registers for fewer lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Avx512;
 
@@ -129,8 +129,8 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
         let (first, last) = (Reg::<__m256>::load(first), Reg::<__m256>::load(last));
-        // The cast costs nothing: the upper half, which it leaves undefined, is written
-        // immediately.
+        // The cast costs nothing. It leaves the upper half undefined, but the insertion overwrites
+        // that half.
         Reg(cpu!(_mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), last.0)))
     }
     #[inline(always)]

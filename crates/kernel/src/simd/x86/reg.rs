@@ -95,7 +95,7 @@ macro_rules! lanes {
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
                 // The multiply-add rounds once, and the error of a product fits in the same format,
-                // so this is exact.
+                // so the result is exact.
                 self.mul_add(b, -product)
             }
             #[inline(always)]
@@ -112,8 +112,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // Infinity has exactly the exponent bits set, so this clears the sign and the
-                // fraction, which leaves a power of two.
+                // Infinity has exactly the exponent bits set, so the bitwise AND clears the sign
+                // and the fraction and leaves a power of two.
                 Self(cpu!($and(self.0, $set1(<$scalar>::INFINITY))))
             }
             #[inline(always)]
@@ -149,7 +149,7 @@ macro_rules! lanes {
     };
 }
 
-/// Implements masks that are as wide as the registers of values.
+/// Implements masks that have the same width as the registers they apply to, as in AVX2.
 macro_rules! ones {
     ($reg:ty, $n:literal, $and:ident $or:ident $xor:ident $movemask:ident, $all:expr, $spread:expr) => {
         operator!(Ones<$reg>, BitAnd bitand $and);
@@ -192,14 +192,14 @@ _mm256_castsi256_ps(_mm256_set1_epi32(-1)), spread_8);
 ones!(__m256d, 4, _mm256_and_pd _mm256_or_pd _mm256_xor_pd _mm256_movemask_pd,
 _mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
 
-// These convert bits to masks. They are functions because closures might be compiled without the
-// level's instructions.
+// The following functions convert bits to masks. Closures in their place might be compiled without
+// the level's instructions.
 
 #[inline]
 #[target_feature(enable = "avx2")]
 fn spread_4(bits: i32) -> __m128 {
-    // Every lane gets all bits and keeps its own. If that bit is set, the comparison fills the
-    // lane.
+    // Copies all bits to every lane and keeps only the lane's own bit. The comparison fills each
+    // lane whose bit is set.
     let bit = _mm_setr_epi32(1, 2, 4, 8);
     _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(bits), bit), bit))
 }

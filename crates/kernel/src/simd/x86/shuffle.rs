@@ -1,6 +1,6 @@
 //! Operations across AVX2 and AVX-512 lanes: permutations, minima, and transpositions.
 //!
-//! The comment on registers in [`super::reg`] applies here too, including its `SAFETY` argument.
+//! The `SAFETY` argument in the module comment of [`super::reg`] also applies to this module.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
@@ -8,7 +8,7 @@ use core::arch::x86_64::*;
 use super::super::lanes::Lanes;
 use super::reg::Reg;
 
-/// Permutes eight lanes by the bytes of `order`; the instruction uses each byte modulo 8.
+/// Permutes eight lanes: lane i receives the lane whose index is byte i of `order`, modulo 8.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
@@ -32,7 +32,7 @@ pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
     (_mm_cvtsi128_si32(one) & 7) as usize
 }
 
-/// Transposes four rows of four values within each 128-bit part of a register, whatever its width.
+/// Transposes four rows of four values within each 128-bit part of a register of any width.
 macro_rules! columns {
     ($low:ident $high:ident, $a:expr, $b:expr, $c:expr, $d:expr) => {{
         let (a, b, c, d) = ($a, $b, $c, $d);

@@ -1,5 +1,4 @@
-//! Tests the methods on batches, in which every ray is tested against every triangle, on closed
-//! meshes and in every layout.
+//! Tests the methods on whole batches of rays and triangles, in every layout and on closed meshes.
 
 use intertri::Ray;
 use intertri::simd::Level;
@@ -46,8 +45,8 @@ fn watertight_methods_hold_water_and_others_leak() {
     }
 }
 
-/// Returns batches of every workload. Half of them have a number of rays and triangles that does
-/// not fill a register.
+/// Returns batches of every workload. In half of them, neither the rays nor the triangles fill
+/// whole registers.
 fn batches() -> Vec<TestBatch> {
     let (mut rng, model) = (Rng::new(5), Model::built_in());
     let mut all = Vec::new();

@@ -33,8 +33,8 @@ const CORNERS: [[f64; 3]; 3] = [[2.0, 3.0, 4.0], [6.0, 3.0, 8.0], [4.0, 9.0, 4.0
 const ORIGIN: [f64; 3] = [1.0, 1.0, 1.0];
 const DIR: [f64; 3] = [1.0, 5.0 / 3.0, 4.0 / 3.0];
 
-/// Runs the worked example for one method: the hit and its t from both sides, and misses all
-/// around.
+/// Checks one method on the worked example: the hit and its t from both sides of the triangle, and
+/// misses all around the triangle.
 fn worked_example<M: Intersector>(intersector: M) {
     let at = |u: f64, v: f64| {
         let point = [0, 1, 2].map(|k| {
@@ -117,8 +117,8 @@ fn woop_by_hand() {
 
 #[test]
 fn the_epsilon_is_the_papers() {
-    // The determinant is twice the area projected along the direction, which here equals the length
-    // of the second side.
+    // The determinant is twice the triangle's area projected along the direction. For these
+    // triangles, it equals the length of the second side.
     for (side, beyond) in [(1e-6, false), (1.1e-6, true), (-1e-6, false), (-1.1e-6, true)] {
         let corners = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, side, 5.0]];
         let hit = |epsilon| {
@@ -142,7 +142,7 @@ fn the_robust_form_takes_a_unit_of_rounding() {
 fn woop_falls_back_where_f32_cannot_tell() {
     // 8193 * 8191 = 8192 * 8192 - 1, but both products are the same in f32. The ray therefore seems
     // to pass exactly through the side from b to c, and triangles on either side of it both seem to
-    // be hit. In f64, they can be distinguished.
+    // be hit. In f64, the products differ, and only one of the triangles is hit.
     let (b, c) = ([8192.0, 8191.0, 1.0], [-8193.0, -8192.0, 1.0]);
     let vec3 = |[x, y, z]: [f32; 3]| Vec3 { x, y, z };
     for (y, is_hit) in [(10.0, true), (-10.0, false)] {

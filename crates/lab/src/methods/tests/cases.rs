@@ -73,7 +73,7 @@ fn inter_tri_in_f64_is_the_reference() {
                 let scene = F64Scene::from_triangles([case.triangle.0]);
                 let ray = F64Ray::new(case.ray.origin, case.ray.dir);
                 let mut t = f64::NAN;
-                // The document's listing reports a hit at t = infinity, which the kernel's interval
+                // Document A's listing reports a hit at t = infinity, which the kernel's interval
                 // excludes.
                 let hit = scene.inter_tri(0, &ray, &mut t) == 1 && (t.is_finite() || got.hit);
                 assert!(hit == got.hit && (!hit || t == got.t), "{} {}", family.name, method.name);
@@ -99,7 +99,8 @@ fn methods_fail_where_they_are_known_to() {
     let at =
         |family: &'static str, x: f64| move |rng: &mut Rng| find(family).unwrap().case_at(rng, x);
 
-    // An epsilon on the determinant fails at a small scale. The same test without it does not.
+    // An epsilon on the determinant fails at a small scale. The same test without an epsilon does
+    // not.
     assert!(misses("Möller–Trumbore ε f32", &at("scale", 1e-6)) > 0.99);
     assert!(misses("Möller–Trumbore f32", &at("scale", 1e-6)) < 0.35);
     // A threshold fails if the direction is short. Methods without a threshold do not.

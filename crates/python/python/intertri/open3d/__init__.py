@@ -1,7 +1,7 @@
 """A scene of several meshes with the interface of ``open3d.t.geometry.RaycastingScene``.
 
-Names, shapes, and dtypes of the results are the same as in Open3D, so a script only needs to change
-an import:
+Names, shapes, and dtypes of the results are the same as in Open3D, so you only need to change the
+import in a script:
 
 >>> import numpy as np
 >>> from intertri.open3d import RaycastingScene
@@ -116,8 +116,8 @@ def _wrap_like(asked: Any) -> Callable[[NDArray[Any]], Any]:
 
 
 def _array(value: Any, dtypes: tuple[np.dtype[Any], ...], last: int, name: str) -> NDArray[Any]:
-    """Converts an Open3D tensor or a numpy array, which must have one of these dtypes, to an array
-    (..., last)."""
+    """Converts an Open3D tensor or a numpy array to an array (..., last). The dtype must be one of
+    ``dtypes``."""
     array = _inputs.array(value, name)
     if array.dtype not in dtypes:
         raise TypeError(f"{name} has dtype {array.dtype}; it must be {' or '.join(map(str, dtypes))}")
@@ -198,7 +198,7 @@ class RaycastingScene:
         return len(self._faces) - 1
 
     def _scene(self) -> _Built:
-        """Returns all meshes as a single mesh, which is built on first use."""
+        """Returns all meshes as a single mesh, building it on first use."""
         if self._built is None:
             bases = np.cumsum([0] + [len(vertices) for vertices in self._vertices])
             starts = np.cumsum([0] + [len(faces) for faces in self._faces])

@@ -53,9 +53,9 @@ def ray_trace(
     Returns
     -------
     (n, 3) float64, (n,) int64
-        The points in order along the segment and the cell of each. If several cells share a point,
-        the lowest cell is returned. With ``first_point``, only the first point is returned, (3,),
-        if there is one.
+        The points in order along the segment, and the cell of each point. If several cells share a
+        point, the lowest cell is returned. With ``first_point``, only the first point is returned,
+        (3,), if there is one.
     """
     surface = _surface(mesh, "ray_trace")
     start, end = (points(value, name).astype(np.float64) for value, name in [(origin, "origin"), (end_point, "end_point")])
@@ -65,7 +65,7 @@ def ray_trace(
     hits = solid.all(start, end - start, t_max=1).hits
     starts, ends = solid.is_on_surface([start, end])
     if ends:
-        # The end is added below, so drop the hits of triangles on which it lies.
+        # The end of the segment is added below, so drop the hits on triangles that contain it.
         hits = hits[[not _is_on(solid, hit, end) for hit in hits]]
     hits = hits[_is_next(hits["t"])]
     nearest = solid.closest_point([start, end])["triangle"]
@@ -90,7 +90,7 @@ def multi_ray_trace(
     Returns
     -------
     (n, 3) float64, (n,) int64, (n,) int64
-        The points in order along each ray, with the ray and the cell of each. If several cells
+        The points in order along each ray, and the ray and the cell of each point. If several cells
         share a point, the lowest cell is returned. With ``first_point``, only the first point of
         each ray is returned.
     """

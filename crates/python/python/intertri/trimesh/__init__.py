@@ -156,8 +156,8 @@ class RayMeshIntersector:
     def intersects_location(
         self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, **options: Any
     ) -> tuple[Floats, Ints, Ints]:
-        """Finds where rays meet the mesh: locations (m, 3), and the ray (m,) and face (m,) of
-        each."""
+        """Finds where rays meet the mesh: locations (m, 3), and the ray (m,) and face (m,) of each
+        location."""
         triangles, rays, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits, return_locations=True, **options
         )
@@ -171,7 +171,7 @@ class RayMeshIntersector:
         max_hits: int = 100,
         return_locations: bool = False,
     ) -> tuple[Any, ...]:
-        """Returns the faces that rays meet (m,), the ray of each (m,), and, with
+        """Returns the faces that rays meet (m,), the rays that meet them (m,), and, with
         ``return_locations``, the locations (m, 3).
 
         Parameters
@@ -245,7 +245,7 @@ class RayMeshIntersector:
     def _entered_at_start(
         self, origins: Floats, directions: Floats, offsets: Ints, leaves: NDArray[np.bool_]
     ) -> tuple[Ints, NDArray[np.int32]] | None:
-        """Returns the rays that start on the mesh and go in, and a face on which each of them
+        """Returns the rays that start on the mesh and go in, each with a face on which it
         starts."""
         mesh = self.intertri
         if not len(origins) or not len(mesh):
@@ -260,7 +260,7 @@ class RayMeshIntersector:
             return None
         faces: NDArray[np.int32] = mesh.closest_point(origins[starting])["triangle"]
         if mesh.is_closed:
-            # A ray that later leaves the mesh more often than it enters must enter here.
+            # A ray that later leaves the mesh more often than it enters must enter at its origin.
             sides = np.concatenate([[0], np.cumsum(np.where(leaves, 1, -1))])
             enters = (sides[offsets[1:]] - sides[offsets[:-1]])[starting] != 0
         else:
@@ -318,7 +318,7 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
         raise ValueError(f"points have shape {at.shape}; it must be (n, 3)")
     found = asked.intertri.closest_point(at)
     near, distance, faces = asked.intertri.hit_points(found), found["distance"], found["triangle"].astype(np.int64)
-    # Even if the weights u and v truly sum to 1, rounding may hide that.
+    # If the exact weights u and v sum to 1, the rounded weights may not.
     without = np.stack([1 - found["u"] - found["v"] <= 2**-52, found["u"] == 0, found["v"] == 0], axis=-1)
     shared = np.flatnonzero(without.any(axis=-1) & (distance > 0) & (faces >= 0))
     if len(shared) == 0:
@@ -326,8 +326,8 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
     around = np.sort(np.asarray(mesh.vertex_faces), axis=1)
     normals, corners = np.asarray(mesh.face_normals), np.asarray(mesh.faces)
     for rows in np.array_split(shared, 1 + len(shared) * around.shape[1] // _MANY):
-        # These are the corner, or both ends of the edge: the first and last corner with a nonzero
-        # weight.
+        # The first and the last corner with a nonzero weight: the corner itself, or both ends of
+        # the edge.
         ends = [without[rows].argmin(axis=1), 2 - without[rows, ::-1].argmin(axis=1)]
         first, last = (corners[faces[rows], end] for end in ends)
         others = around[first]
