@@ -15,8 +15,8 @@ pub(crate) trait Triangles: Sync {
     /// Returns the triangles of a leaf in structure-of-arrays layout.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
     /// Returns the triangles of a leaf after a refit, and their bounds. A triangle that cannot be
-    /// hit inside a box gets a dead lane. The bounds cover all other triangles and those without
-    /// area, which keep their corners.
+    /// hit inside a box gets a dead lane. The bounds cover all other triangles. They also cover
+    /// triangles without area, which keep their corners in the leaf.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 

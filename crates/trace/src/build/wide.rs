@@ -167,7 +167,7 @@ fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
     block
 }
 
-/// Builds a node over up to eight numbered boxes, each of which is a leaf.
+/// Builds a node whose children are up to eight leaves, given by their boxes and indices.
 pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
     let all: [Aabb; 8] =
         std::array::from_fn(|i| boxes.get(i).map_or(Aabb::EMPTY, |(bounds, _)| *bounds));
@@ -180,8 +180,8 @@ pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
 }
 
 /// Assigns a slot to each child by octant. Rays of octant `s` visit slot `s` first, so that slot
-/// gets the child closest to where those rays come from. Greedily picks the best remaining pair of
-/// child and slot, as in Ylitie, Karras, and Laine (2017, section 3.3).
+/// gets the child closest to the side from which these rays come. Greedily picks the best remaining
+/// pair of a child and a slot, as in Ylitie, Karras, and Laine (2017, section 3.3).
 fn slots(boxes: &[Aabb]) -> [usize; 8] {
     let mut all = Aabb::EMPTY;
     for b in boxes {

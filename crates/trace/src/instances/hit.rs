@@ -27,7 +27,7 @@ impl InstanceId {
 pub struct SceneHit {
     /// The hit. Its triangle and geometry refer to the instance's mesh.
     pub hit: Hit,
-    /// The instance. Arbitrary if the hit is a miss.
+    /// The instance that was hit; arbitrary for a miss.
     pub instance: InstanceId,
     /// Whether the ray runs in the direction of the triangle's normal in world space, and thus
     /// leaves a closed mesh. A mirroring matrix flips the triangles.
@@ -50,7 +50,7 @@ impl SceneHit {
 pub struct SceneClosestPoint {
     /// The point. Its triangle and geometry refer to the instance's mesh.
     pub closest: ClosestPoint,
-    /// The instance. Arbitrary for [`SceneClosestPoint::NONE`].
+    /// The instance to which the triangle belongs; arbitrary for [`SceneClosestPoint::NONE`].
     pub instance: InstanceId,
 }
 

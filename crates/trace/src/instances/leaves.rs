@@ -33,7 +33,7 @@ pub(super) struct PlacedMesh<'a, S, X: BvhScalar> {
     pub(super) matrix: &'a Matrix,
     pub(super) instance: u32,
     pub(super) rule: Rule,
-    /// Only geometries whose masks share a bit with this one count.
+    /// Hits count only if the geometry's mask shares a bit with this mask.
     pub(super) mask: u32,
     pub(super) level: PhantomData<S>,
 }

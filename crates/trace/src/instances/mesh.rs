@@ -48,7 +48,7 @@ impl SceneMesh {
         }
     }
 
-    /// Computes the properties that a scene needs.
+    /// Computes the properties of the mesh that a scene needs.
     pub(super) fn extent(&self) -> Extent {
         match self {
             Self::F32(mesh) => Extent::of(mesh),

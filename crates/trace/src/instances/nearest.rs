@@ -2,7 +2,7 @@
 //! are transformed to world space, nearest first.
 //!
 //! Boxes are compared by lower bounds on their distances, and triangles by distances that are
-//! rounded once. Triangles that rounding cannot tell apart are compared exactly.
+//! rounded once. Triangles whose rounded distances are too close to decide are compared exactly.
 
 use std::ops::ControlFlow;
 

@@ -44,7 +44,7 @@ pub(super) fn patience() -> Patience {
     Patience::new(PATIENCE)
 }
 
-/// Traces up to sixteen rays through a scene, together if that pays off.
+/// Traces up to sixteen rays through a scene, together if that is faster.
 pub(super) struct TraceSome<'a, C> {
     pub(super) scene: &'a Committed,
     pub(super) rays: &'a [Ray64],

@@ -128,8 +128,8 @@ impl Scene {
         self.set_mask(id, if is_visible { u32::MAX } else { 0 })
     }
 
-    /// Sets the mask of an instance, initially `u32::MAX`. Queries consider the instance if their
-    /// own mask ([`SceneSnapshot::mask`]) shares a bit with it.
+    /// Sets the mask of an instance, initially `u32::MAX`. A query considers the instance only if
+    /// the query's mask ([`SceneSnapshot::mask`]) shares a bit with the instance's mask.
     ///
     /// # Errors
     /// Returns an error if the instance does not exist.

@@ -51,7 +51,7 @@ impl SceneSnapshot {
 
     /// Restricts queries to the instances and geometries whose masks
     /// ([`Scene::set_mask`](crate::Scene::set_mask), [`Bvh::set_mask`](crate::Bvh::set_mask)) share
-    /// a bit with this one.
+    /// a bit with `mask`.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -127,7 +127,7 @@ impl SceneSnapshot {
         hits.into_iter().zip(found).map(|(hit, found)| self.named(ray, found, hit)).collect()
     }
 
-    /// Completes a hit: names the triangle within its geometry, and adds the instance.
+    /// Completes a hit: sets the geometry and the triangle's index in it, and adds the instance.
     fn named(&self, ray: &Ray64, found: &Candidate, mut hit: Hit) -> SceneHit {
         if let Some(entry) = self.committed.mesh(found.instance as usize) {
             entry.mesh.tree().geometries.rename([&mut hit]);
@@ -143,7 +143,7 @@ impl SceneSnapshot {
         });
     }
 
-    /// Traces rays on this thread, together where that pays off. `collect[i]` belongs to `rays[i]`.
+    /// Traces rays on this thread, together if that is faster. `collect[i]` belongs to `rays[i]`.
     fn trace_each<C: Collect>(&self, rays: &[Ray64], collect: &mut [C], patience: &mut Patience) {
         let (scene, mask, rule) = (&*self.committed, self.mask, Rule::Closed);
         self.with_scratch(|scratch| {
@@ -157,7 +157,8 @@ impl SceneSnapshot {
 
     fn with_scratch(&self, trace: impl FnOnce(&mut SceneScratch)) {
         let scene = &*self.committed;
-        // Take the scratch out while it is in use. A nested query finds none and creates its own.
+        // Take the scratch out while it is in use. A nested query finds no scratch and creates its
+        // own.
         let kept = SCRATCH.try_with(Cell::take).ok().flatten();
         let mut scratch =
             kept.filter(|kept| kept.fits(scene)).unwrap_or_else(|| SceneScratch::new(scene));

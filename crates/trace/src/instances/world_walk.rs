@@ -68,7 +68,7 @@ fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
     for k in 0..3 {
         let (o, d) = (ray.origin[k], ray.dir[k]);
         if d == 0.0 {
-            // False for NaN, which counts as inside every box.
+            // The comparisons are false for NaN, so a NaN origin or side counts as inside.
             if o < lo[k] || o > hi[k] {
                 return None;
             }

@@ -136,7 +136,7 @@ fn endless<S: Scalar>(ray: &RayOf<S>) -> RayOf<S> {
     RayOf { t_max: S::INFINITY, ..*ray }
 }
 
-/// Creates a ray from a point in the direction that decides which side of a wall the point is on.
+/// Creates a ray from a point, in the direction that decides on which side of a wall the point is.
 fn toward_outside<S: Scalar>(point: [S; 3]) -> RayOf<S> {
     RayOf::new(point, WINDING_DIR.map(S::from))
 }

@@ -1,4 +1,4 @@
-//! The mesh interface of the closest-point search.
+//! What the closest-point search requires of a mesh: the trait `Mesh`, and its f32 implementation.
 
 use intertri::simd::{Lanes, Simd, Vec3};
 use intertri::{LeafSlot, Scalar, Triangle, TriangleOf};

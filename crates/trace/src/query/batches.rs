@@ -153,7 +153,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(mode, rays, |batch| batch.trace(answers))
     }
 
-    /// Runs `trace` on the rays, restricted to this thread if the query is set to do so.
+    /// Passes the rays to `trace` as a batch. If the query is set to do so, stays on this thread.
     fn with_batch<A>(
         &self,
         mode: Mode,

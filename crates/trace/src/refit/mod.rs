@@ -7,8 +7,8 @@
 //! ```
 //!
 //! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until the
-//! triangle can be hit again. A triangle without area keeps its corners there for closest-point
-//! queries.
+//! triangle can be hit again. A triangle without area keeps its corners in its lane for
+//! closest-point queries.
 
 mod error;
 #[cfg(test)]
@@ -80,7 +80,7 @@ impl Tree {
             Some(cost) => cost,
             None => self.cost()?,
         };
-        // Computed before the first refit, then compared with the cost after every refit.
+        // The cost as built is computed before the first refit, for comparison with later costs.
         self.cost_as_built = Some(cost_as_built);
 
         // Find the triangles that are not in the tree before changing it.
@@ -139,8 +139,8 @@ impl Tree {
         Ok(())
     }
 
-    /// Lists the triangles that belong outside the main tree: those that can be hit, and those
-    /// without area.
+    /// Lists the triangles that belong outside the main tree: first the triangles that can be hit,
+    /// then those that were left out of the tree and have no area.
     fn outside(
         &self,
         triangles: &(impl Triangles + ?Sized),

@@ -100,7 +100,7 @@ pub(super) fn numbers(
 ) -> Result<(), LoadError> {
     let wrong = LoadError::damaged("the numbers of its triangles are invalid");
     let (tree, unboxed) = leaves.split_at(boxed);
-    // One bit for each triangle seen.
+    // A bit for each triangle, which is set when the triangle is found.
     let mut seen = zeros::<u64>(triangles.div_ceil(64))?;
     let mut is_new = |index: u32| {
         let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));

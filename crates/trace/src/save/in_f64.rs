@@ -44,7 +44,8 @@ pub(crate) fn read64(
     // The extent of the corners along each axis, relative to the centre.
     let mut around = Aabb::EMPTY;
     parts.bounds.iter().for_each(|leaf| around.join(&leaf.bounds));
-    // Compute this from the corners instead of trusting the file, because the filter's error bounds
+    // Compute the reach from the corners instead of trusting the file, because the filter's error
+    // bounds
     // depend on it.
     let far = |axis: usize| (-around.lo[axis]).max(around.hi[axis]).max(0.0);
     let (centre, up) = frame.centre_and_exponent();

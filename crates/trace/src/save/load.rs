@@ -1,5 +1,5 @@
-//! Loads a hierarchy one section at a time. Each batch is checksummed, checked, and stored while it
-//! is in the cache.
+//! Loads a hierarchy one section at a time. Each batch of records is checksummed, checked, and
+//! stored while it is in the cache.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -35,8 +35,9 @@ pub(super) struct Parts {
     nodes: Option<Vec<Node>>,
     leaves: Option<Vec<Leaf>>,
     pub(super) bounds: Vec<LeafBounds>,
-    /// Only for f64: the frame of the copies, and the original triangles of each leaf.
+    /// The frame of the copies; only for f64.
     pub(super) frame: Option<LocalFrame>,
+    /// The original triangles of each leaf; only for f64.
     pub(super) originals: Option<Vec<EightTriangles>>,
     left_out: Option<Vec<u32>>,
     /// The number of triangles and the mask of each geometry.

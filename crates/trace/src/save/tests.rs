@@ -20,7 +20,7 @@ fn soup(count: usize) -> Vec<Triangle> {
             0 => triangles[i].0[2] = triangles[i].0[1],
             1 => triangles[i].0[1][2] = f32::NAN,
             2 => triangles[i] = triangles[i / 2],
-            // Needles, for some of which no box is known.
+            // Two needles. One of them has no box that bounds its hits.
             3 => triangles[i] = Triangle([[0.0; 3], [1.0, 1e-9, 0.5], [2.0, 3e-9, 1.0]]),
             _ => triangles[i] = Triangle([[0.1; 3], [1.1, 0.1, 0.1], [2.1, 0.100_000_01, 0.1]]),
         }

@@ -10,10 +10,10 @@ use crate::save::EightTriangles;
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 
-/// Coordinates up to this size do not overflow in lanes: `2^400`.
+/// Coordinates up to this size do not overflow in f64 lanes: `2^400`.
 const FAR_OUT: f64 = f64::from_bits((1023 + 400) << 52);
 
-/// A mesh in f64.
+/// A mesh in f64, and the tree over its f32 copies.
 #[derive(Clone, Copy)]
 pub(super) struct Mesh64<'a> {
     pub(super) tree: &'a Tree,

@@ -64,7 +64,7 @@ pub trait Backend: Scalar {
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A;
 
-    /// Converts several rays of a call to f32 and passes them to a traversal, along with their
+    /// Converts several rays of a batch to f32 and passes them to a traversal, along with their
     /// filter.
     fn with_rays<A>(
         tree: &Tree,

@@ -200,7 +200,7 @@ mod tests {
             let mut point = || [0; 3].map(|_| (number() * 64.0).round() / 8.0 - 4.0);
             let (a, b) = (point(), point());
             let mut c = [0, 1, 2].map(|k| 0.5 * a[k] + 0.5 * b[k]);
-            // As thin as one unit in the last place, or wider.
+            // Make the triangle as thin as one unit in the last place, or wider.
             let steps = if round % 2 == 0 { 1 } else { 1 << (round % 50) };
             c[round % 3] = f64::from_bits(c[round % 3].to_bits() + steps);
             let triangle = TriangleOf([a, b, c]);

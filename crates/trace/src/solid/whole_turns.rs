@@ -131,8 +131,9 @@ struct Product<L: Simd> {
     im: L::F64x8,
     turns: L::F64x8,
     /// The smallest squared distance of an edge's number from the negative axis, minus the limit
-    /// set by [`NEAR_AXIS`]; and the smallest squared distance of a corner.
+    /// set by [`NEAR_AXIS`].
     beside: L::F64x8,
+    /// The smallest squared distance of a corner from each point.
     corner: L::F64x8,
 }
 
@@ -141,7 +142,7 @@ struct Product<L: Simd> {
 struct Seen<L: Simd> {
     across: [L::F64x8; 2],
     excess: L::F64x8,
-    /// The squared distance.
+    /// The squared distance from the points.
     far: L::F64x8,
 }
 
@@ -444,8 +445,8 @@ mod tests {
         }
     }
 
-    /// If rays pass close to a corner and the sum is close to one half, the rounding of edges
-    /// decides.
+    /// Tests rays that pass close to a corner and whose sum is close to one half, so that the
+    /// rounding errors of edges decide the result.
     #[test]
     fn nearly_a_half_beside_a_corner() {
         let mut numbers = random();
@@ -461,7 +462,7 @@ mod tests {
                 [0, 1, 2].map(|k| corners[0][k] + s * (off[k] - f64::from(WINDING_DIR[k])))
             };
             let above = |s: f64| turns(&boundary, at(s)).rem_euclid(1.0) - 0.5;
-            // Find two positions between which the sum passes one half, not an integer.
+            // Find two positions whose sums are on either side of one half, not of an integer.
             let places = [0; 16].map(|_| 0.02 + 1.5 * random());
             let half = |s: &f64| above(*s).abs() < 0.25;
             let Some(mut a) = places.into_iter().find(half) else { continue };

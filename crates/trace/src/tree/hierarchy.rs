@@ -21,7 +21,7 @@ pub(crate) struct Leaf {
 
 const _: () = assert!(size_of::<Leaf>() == 384);
 
-/// Nodes and leaves over triangles or copies of them.
+/// A tree of nodes and leaves over triangles, or over f32 copies of f64 triangles.
 #[derive(Clone, Debug)]
 pub struct Tree {
     /// The nodes, with the root first. If a child is a leaf, the node stores its index in `leaves`.

@@ -174,7 +174,7 @@ mod tests {
     fn lanes_have_the_bounds_of_their_triangles() {
         let (m, tiny) = (f32::MAX, f32::MIN_POSITIVE);
         let wild = [f32::NAN, f32::INFINITY, m, -m, 0.0, -0.0, 1e-45, -tiny, 1e-20, -1e15, 1.0];
-        // Needles, some of which have no bound.
+        // The widths of needles. For the thinnest ones, no box bounds the hits.
         let thin = [1e-3, 1e-7, 1e-9, 3e-13, 1e-14, 1e-18];
         let plain = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
         let (mut seen, mut needles) = ([0; 4], 0);

@@ -33,8 +33,10 @@ pub(crate) struct Node {
     rows: [[f32; 8]; 8],
 }
 
-/// The row of the upper x sides, and the row of the children.
+/// The first row of upper sides.
 const UPPER: usize = 3;
+
+/// The row of the children.
 const CHILDREN: usize = 6;
 
 impl Node {

@@ -116,7 +116,7 @@ pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> 
     });
 }
 
-/// Modifies all items, using all threads, and returns the function's results.
+/// Calls a function that modifies each item, using all threads, and returns the function's results.
 pub(crate) fn update<T: Send, R: Zeroable + Send>(
     all: &mut [T],
     change: impl Fn(&mut T) -> R + Sync,

@@ -30,8 +30,9 @@ pub(super) struct Winding<'a, 'b, S: Simd> {
     along: &'b mut AlongAxis,
     /// The rays whose origins have not been found to be on a triangle.
     live: u32,
-    /// The crossings that the filter is certain of, and those that the resolver decides.
+    /// The signed crossings of each ray of which the filter is certain.
     sure: S::F32x16,
+    /// The containment of each origin, according to the crossings that the resolver decided.
     settled: [Containment; RAYS],
     work: usize,
     counts: &'b mut Counts,

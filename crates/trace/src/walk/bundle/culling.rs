@@ -60,8 +60,8 @@ impl Culling<'_> {
             let mut order = far_to_near(met, self.frustum.octant).to_le_bytes();
             if self.closest && met.count_ones() > 1 {
                 let mut middles = [0.0; 8];
-                // Twice the depth of each box's centre. For a wide frustum, this order is better
-                // than the octant's.
+                // Store twice the depth of each box's centre. For a wide frustum, sorting by this
+                // depth is better than the octant's order.
                 (near + self.frustum.far::<S::F32x8>(node)).store(&mut middles);
                 by_middle(&mut order[..met.count_ones() as usize], &middles);
             }

@@ -1,5 +1,5 @@
-//! Density: if triangles are small compared with the packets of a bundle, tracing rays one by one
-//! is faster.
+//! Decides whether triangles are so small compared with the packets of a bundle that tracing rays
+//! one by one is faster.
 //!
 //! ```text
 //!   ┌─────────────┐
@@ -25,8 +25,8 @@ const TOO_MANY: f32 = 56.0;
 /// The limit for closest-hit queries.
 const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
 
-/// Returns the packets of all groups that would reach too many triangles of the average size in
-/// these leaves.
+/// Returns the packets that would reach too many triangles if all triangles had the average size of
+/// those in these leaves.
 #[inline(always)]
 pub(crate) fn too_dense<S: Simd>(
     projection: &Projection<S>,
@@ -123,8 +123,8 @@ mod tests {
         }
     }
 
-    /// Rays toward the same points are traced in the order of tiles, but left to a stream in random
-    /// order, where no packet is narrower than the bundle.
+    /// If rays toward the same points are in the order of tiles, they are traced as a bundle. In
+    /// random order, where no packet is narrower than the bundle, they are left to a stream.
     #[test]
     fn bundles_in_random_order_are_not_split() {
         let at = |i: usize| [(i % 64) as f32 / 8.0 - 4.0, (i / 64) as f32 / 8.0 - 4.0];
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// The number of packets that a bundle leaves, and its work.
+    /// Returns the number of packets that a bundle leaves untraced, and its work.
     struct Work<'a>(&'a Bvh, &'a [Ray]);
 
     impl WithSimd for Work<'_> {

@@ -26,7 +26,7 @@ const LEAN: f32 = 1.25;
 /// The slopes are fitted to the rays of at most this many packets.
 const SAMPLE: usize = 16;
 
-/// The maximum coefficient: 2^40.
+/// The maximum coefficient of a form: 2^40.
 const LARGEST: f32 = (1_u64 << 40) as f32;
 
 /// A plane before which all rays end.
@@ -178,7 +178,7 @@ mod tests {
         // Rays end at the plane or up to 0.7 % before it.
         let off = |i: usize| (i * 13 % 8) as f32 * 1e-3;
         let mut rays: Vec<Ray> = (0..1024).map(|i| to_wall(i, off(i))).collect();
-        // A ray that is dead from the start may end elsewhere.
+        // A ray whose interval is empty is dead and may end elsewhere.
         rays[100] = rays[100].between(3.0, 2.0);
         for count in [16, 100, 1000, 1024] {
             let rays = &rays[..count];
@@ -194,8 +194,8 @@ mod tests {
         }
     }
 
-    /// Computes the fraction of the rounding margin that is used where it matters: between the
-    /// plane's own normal and the computed end of a ray.
+    /// Computes how much of the rounding margin is needed, as a fraction, so that no live ray ends
+    /// beyond the plane with the computed normal.
     struct Used<'a>(&'a [Ray]);
 
     impl WithSimd for Used<'_> {

@@ -3,7 +3,7 @@
 use super::projection::{GROUPS, PACKETS};
 
 /// The widths of parts in packets. A bundle that takes too much work is split into parts of the
-/// second width, and those into parts of the third.
+/// second width, and each of these parts into parts of the third.
 pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 
 /// A part is split once it has taken this many packet tests per ray.

@@ -13,9 +13,9 @@ const PAD: f32 = 10.0 / (1 << 24) as f32;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CullingPlane {
     normal: [f32; 3],
-    /// `normal · origin`
+    /// The dot product `normal · origin`.
     at: f32,
-    /// A bound on the rounding error.
+    /// A bound on the rounding error of a distance from the plane.
     pub(crate) pad: f32,
 }
 

@@ -105,7 +105,7 @@ mod tests {
         let [x, y, z] = axis(&far).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-2 * y.abs() && z == 0.0, "{x} {y} {z}");
 
-        // Already parallel to an axis, or equally spread in both directions.
+        // The spread is already parallel to an axis, or equal in both directions.
         assert_eq!(axis(&line(0.1, 0.0)), None);
         assert_eq!(axis(&line(0.0, 0.3)), None);
         assert_eq!(

@@ -385,8 +385,8 @@ fn side_by_side<S: Simd>(rays: &[Ray; 16]) -> [[S::F32x16; 4]; 2] {
     [S::columns(|i| half(&rays[i], 0)), S::columns(|i| half(&rays[i], 1))]
 }
 
-/// Replaces points that miss the projection with the first one that does not, or with its centre if
-/// all miss.
+/// Replaces points that miss the projection with the first point that does not, or with the centre
+/// of the projection if all points miss it.
 #[inline(always)]
 fn instead<S: Simd>(
     mut met: Points<S::F32x16>,

@@ -24,8 +24,10 @@ const U: f32 = f32::EPSILON / 2.0;
 /// The padding along an axis, as a fraction of the origin's coordinate.
 const PAD: f32 = 5.0 * U;
 
-/// Near planes are moved nearer by the first factor, and far planes farther by the second.
+/// Near planes are moved nearer by this factor.
 const NEARER: f32 = 1.0 - 6.0 * U;
+
+/// Far planes are moved farther by this factor.
 const FARTHER: f32 = 1.0 + 6.0 * U;
 
 /// The relative error of a computed negative t.
@@ -35,9 +37,9 @@ const BEFORE: f32 = 12.0 * U;
 /// 2^-65.
 const STEEPEST: f32 = power_of_two(-65);
 
-/// It is also raised to at least this fraction of the origin's largest coordinate and of the
-/// margin, and to at least this value, 2^-120, so that products with an inverse direction do not
-/// overflow.
+/// The magnitude is also raised to at least this fraction of the origin's largest coordinate and of
+/// the margin, and to at least this value, 2^-120, so that products with an inverse direction do
+/// not overflow.
 const LEAST: f32 = power_of_two(-120);
 
 /// A bound on the effect of underflow: 2^-120.
@@ -76,11 +78,13 @@ fn larger(a: f32, b: f32) -> f32 {
 /// A ray prepared for the slab test: x, y, z, and an unused fourth lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slabs {
-    /// The inverse direction, for near planes and for far planes.
+    /// The inverse direction for near planes.
     near_rd: [f32; 4],
+    /// The inverse direction for far planes.
     far_rd: [f32; 4],
-    /// The ray's contribution to the t of a plane, negated, to be added to that of the box's side.
+    /// The negated contribution of the ray's origin and padding to the t of a near plane.
     minus_near: [f32; 4],
+    /// The same for a far plane.
     minus_far: [f32; 4],
 }
 
@@ -93,12 +97,13 @@ struct Lines {
     /// The box in which the lines start.
     from: [[f32; 3]; 2],
     dir: [f32; 3],
-    /// The largest component of the direction, and the largest coordinate of the start.
+    /// The largest component of the direction.
     length: f32,
+    /// The largest coordinate of the start.
     away: f32,
     /// The minimum magnitude of a direction component.
     least: f32,
-    /// The start of t, at most 0.
+    /// The t at which the lines start, at most 0.
     start: f32,
 }
 
@@ -190,9 +195,9 @@ impl Slabs {
 struct Room<F> {
     /// The minimum magnitude of a direction component.
     least: F,
-    /// A length in space.
+    /// The amount that is a length in space.
     off: F,
-    /// A length in t.
+    /// The amount that is an interval of t.
     before: F,
 }
 
@@ -207,7 +212,8 @@ fn planes<F: Lanes<Scalar = f32>>(
     last: impl FnOnce() -> F,
 ) -> [F; 4] {
     let (size, splat) = (dir.abs(), F::splat);
-    // `flip` keeps the sign of a zero component: -0 enters boxes through their upper sides.
+    // `flip` keeps the sign of a zero component: a ray with -0 enters boxes through their upper
+    // sides.
     let rd = splat(1.0) / size.max(room.least).flip(dir);
     // Move near planes slightly nearer and far planes slightly farther, so that rounding never
     // loses a box.
@@ -353,7 +359,8 @@ mod tests {
     use crate::tree::{Aabb, Margin, Node};
     use crate::util::test_numbers::random;
 
-    /// Tests whether a ray meets a box before one t and after another.
+    /// Tests whether a ray meets a box up to the first t, and whether it meets the box from the
+    /// second t on.
     struct Meets<'a>(&'a Ray, Aabb, [f32; 2]);
 
     impl WithSimd for Meets<'_> {
@@ -403,8 +410,8 @@ mod tests {
         let mut random = random();
         for i in 0..300_000 {
             let [origin, dir, plane] = origin_direction_plane(&mut random);
-            // The f32 values just below and above the exact t. Products of two f32 are exact in
-            // f64, and so is the distance.
+            // Compute the f32 values just below and above the exact t. Products of two f32 are
+            // exact in f64, and so is the distance.
             let way = f64::from(plane) - f64::from(origin);
             let reached = |t: f32| f64::from(t) * f64::from(dir);
             let near = (way / f64::from(dir)) as f32;

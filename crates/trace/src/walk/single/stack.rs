@@ -73,14 +73,14 @@ impl Deref for LentScratch {
     type Target = TraversalScratch;
     #[inline]
     fn deref(&self) -> &TraversalScratch {
-        self.0.as_deref().expect("lent until dropped")
+        self.0.as_deref().expect("the scratch is lent until it is dropped")
     }
 }
 
 impl DerefMut for LentScratch {
     #[inline]
     fn deref_mut(&mut self) -> &mut TraversalScratch {
-        self.0.as_deref_mut().expect("lent until dropped")
+        self.0.as_deref_mut().expect("the scratch is lent until it is dropped")
     }
 }
 
@@ -192,7 +192,7 @@ impl Entries<'_> {
         met: <S::F32x8 as Lanes>::Mask,
         near: S::F32x8,
     ) -> u32 {
-        // Write all of them; the first ends up beyond the top.
+        // Write all children; the first one ends up beyond the top.
         let met = met.bits();
         let first = first_slot(met, octant);
         self.put::<S>(*top, node, far_to_near(met, octant), near);
