@@ -11,12 +11,12 @@ use crate::util::threads;
 /// The mesh number of an instance that was removed.
 pub(super) const NO_MESH: u32 = u32::MAX;
 
-/// If each product of a matrix entry and a coordinate is 0 or at least this large (2^-140),
-/// computing a corner in f64 lanes cannot underflow.
+/// If each product of a matrix entry and a coordinate is 0 or at least this large (2^-140), no sum
+/// of these products is too small for f64 lanes.
 const SMALLEST: f64 = f64::from_bits((1023 - 140) << 52);
 
-/// If every coordinate's terms have magnitudes whose sum is at most this (2^299), f64 lanes cannot
-/// overflow.
+/// If, for each coordinate, the sum of its terms' magnitudes is at most this (2^299), no coordinate
+/// is too large for f64 lanes.
 const LARGEST: f64 = f64::from_bits((1023 + 299) << 52);
 
 /// The number of instances to prepare at a time.

@@ -66,8 +66,8 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
             let plain = self.plain(leaf, ray);
             (miss, sure) = (miss & plain, sure & plain);
         }
-        // Lanes that are not certain misses are certain hits or need the exact test. Both are rare,
-        // so they are processed one at a time.
+        // Lanes that are not certain misses are certain hits or need the exact test. Both kinds are
+        // rare, so process them one lane at a time.
         let left = self.bvh.tree.present(leaf) & !miss;
         left == 0 || self.settle((leaf, left, sure), ray, collect)
     }

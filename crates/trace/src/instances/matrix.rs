@@ -24,8 +24,8 @@ const CORNER: f64 = 1.02 * W;
 /// World-space boxes are widened by this fraction of the magnitudes that [`sizes`] returns.
 const BOX: f64 = 20.0 * W;
 
-/// A bound on the error of an origin in mesh space, as a fraction of the origin's magnitude times the
-/// norm of the inverse.
+/// A bound on the error of an origin in mesh space, as a fraction of the origin's magnitude times
+/// the norm of the inverse.
 const ORIGIN: f64 = 5.0 * W;
 
 /// A bound on the error of a direction in mesh space, as a fraction of the direction's magnitude
@@ -42,7 +42,8 @@ const DEFECT: f64 = 1.0 / 1024.0;
 /// The error of an entry of `I - N A` is at most this fraction of the sum of its terms' magnitudes.
 const PRODUCT: f64 = 5.0 * W;
 
-/// Exceeds the effect of underflow even after multiplication by one of the fractions above.
+/// This value exceeds the effect of underflow, even after multiplication by one of the fractions
+/// above.
 const TINY: f64 = 4.0 * f64::MIN_POSITIVE;
 
 /// If a sum of magnitudes exceeds this (2^1000), its product with another such sum could overflow.
@@ -88,8 +89,8 @@ pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
 #[inline(always)]
 pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -> [[f64; 3]; 2] {
     let [mut from, mut to] = [[0.0; 3]; 2];
-    // Transform the centre and half the size: |A| maps the latter to the extent in world space,
-    // whatever the signs of the matrix. Halving first ensures that no sum overflows.
+    // Transform the centre and half the size: |A| maps half the size to half the extent in world
+    // space, whatever the signs of the matrix. Halving first ensures that no sum overflows.
     let middle = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
     let half = [0, 1, 2].map(|k| 0.5 * hi[k] - 0.5 * lo[k]);
     for k in 0..3 {

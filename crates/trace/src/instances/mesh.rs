@@ -9,7 +9,8 @@ use crate::scalar::BvhScalar;
 use crate::tree::{Node, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// A mesh that instances share: a [`Bvh`] in f32 or f64. An `Arc` of either converts into it.
+/// A mesh that instances share: a [`Bvh`] in f32 or f64. An `Arc` of either type converts into a
+/// `SceneMesh`.
 #[derive(Clone, Debug)]
 pub enum SceneMesh {
     /// A mesh in f32.

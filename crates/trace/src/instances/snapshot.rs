@@ -23,7 +23,7 @@ use crate::walk::packet::RAYS;
 /// Results are those of the `exact` mode on the world-space corners defined by
 /// [`Scene`](crate::Scene): t, u, and v are correctly rounded. If two hits have the same t, the
 /// lower instance wins, then the lower geometry, then the lower triangle. Hidden instances and
-/// geometries with mask 0 are ignored; [`SceneSnapshot::mask`] lets you ignore more.
+/// geometries with mask 0 are ignored; use [`SceneSnapshot::mask`] to ignore others.
 #[derive(Clone, Debug)]
 pub struct SceneSnapshot {
     pub(super) committed: Arc<Committed>,
@@ -98,7 +98,8 @@ impl SceneSnapshot {
     }
 
     /// Returns the ray's crossings with the meshes, sorted like [`SceneSnapshot::all`]. A crossing
-    /// at an edge or corner of a mesh counts for only one of the triangles that meet there.
+    /// at an edge or corner of a mesh counts for only one of the triangles that share the edge or
+    /// corner.
     pub fn crossings(&self, ray: &Ray64) -> Vec<SceneHit> {
         self.all_by(ray, Rule::Once)
     }

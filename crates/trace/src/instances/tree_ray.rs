@@ -64,8 +64,8 @@ impl TreeSlabs {
 /// number, also subtract [`f32::MIN_POSITIVE`].
 const DOWN: f32 = 1.0 - f32::EPSILON;
 
-/// Multiplying a positive normal f32 by this moves it up by at least one ulp. For a subnormal number,
-/// also add [`f32::MIN_POSITIVE`].
+/// Multiplying a positive normal f32 by this moves it up by at least one ulp. For a subnormal
+/// number, also add [`f32::MIN_POSITIVE`].
 const UP: f32 = 1.0 + f32::EPSILON;
 
 /// Converts a t to the slabs' units and rounds it down, but not below 0.

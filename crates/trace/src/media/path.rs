@@ -1,7 +1,7 @@
 //! Iterates over the segments of a single ray, from last to first.
 //!
-//! Infinitely far away, no mesh winds around the ray. Going back from there toward the start, each
-//! crossing changes the winding number of one mesh by one:
+//! At its far end, at infinity, the ray is outside all meshes. From this end back toward the start,
+//! each crossing changes the winding number of one mesh by one:
 //!
 //! ```text
 //!   rock    0 ─┤ enters ├─ 1 ──────────────── 1 ───────────┤ leaves ├─ 0        Read from right to left.

@@ -1,4 +1,5 @@
-//! What the closest-point search requires of a mesh: the trait `Mesh`, and its f32 implementation.
+//! Defines the trait `Mesh`, through which the closest-point search accesses a mesh, and implements
+//! it for f32.
 
 use intertri::simd::{Lanes, Simd, Vec3};
 use intertri::{LeafSlot, Scalar, Triangle, TriangleOf};

@@ -3,7 +3,7 @@
 //! ```text
 //!            light                  Because of rounding, a segment may end just before, on, or
 //!           ╱                       behind a surface. Such surfaces are ignored, so that none
-//!     ────●╱────  surface           shades itself by accident. All others are tested exactly.
+//!     ────●╱────  surface           shades itself by accident. Other surfaces are tested exactly.
 //! ```
 //!
 //! Rays are first traced without skip lists, so that they can be traced in bundles. Rays that hit

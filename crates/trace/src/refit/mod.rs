@@ -109,7 +109,7 @@ impl Tree {
         })
     }
 
-    /// Refits the boxes of all nodes to those of the leaves.
+    /// Refits the boxes of all nodes to the boxes of the leaves.
     fn fit_nodes(&mut self, leaves: &[LeafBounds]) -> Result<(), NoMemory> {
         // Nodes come after their parents, so going in reverse handles all children before their
         // parent.
@@ -147,8 +147,8 @@ impl Tree {
         bounds: &[LeafBounds],
         left_out: &[u32],
     ) -> Result<[Vec<u32>; 2], NoMemory> {
-        // Triangles in leaves that have become needles. No box bounds the hits that the reference
-        // finds on them.
+        // Some triangles in leaves have become needles. No box bounds the hits that the reference
+        // finds on a needle.
         let mut outside = Vec::new();
         for (leaf, bounds) in self.leaves.iter().zip(bounds) {
             for lane in lanes_of(bounds.thin) {

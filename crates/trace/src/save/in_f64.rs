@@ -45,8 +45,7 @@ pub(crate) fn read64(
     let mut around = Aabb::EMPTY;
     parts.bounds.iter().for_each(|leaf| around.join(&leaf.bounds));
     // Compute the reach from the corners instead of trusting the file, because the filter's error
-    // bounds
-    // depend on it.
+    // bounds depend on it.
     let far = |axis: usize| (-around.lo[axis]).max(around.hi[axis]).max(0.0);
     let (centre, up) = frame.centre_and_exponent();
     let frame = LocalFrame::of(centre, up, [far(0), far(1), far(2)]);

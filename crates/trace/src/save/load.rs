@@ -274,8 +274,8 @@ pub(super) fn in_batches(
     while left > 0 {
         let size = left.min((BATCH * threads::count() * block) as u64) as usize;
         let batch = input.take(size)?;
-        // Each thread checksums its own blocks while they are in the cache; `each` then reads them
-        // from there.
+        // Each thread checksums its own blocks while they are in the cache, where `each` then finds
+        // them.
         let sum = |i: usize| checksum(&batch[i * block..size.min((i + 1) * block)]);
         threads::extend(&mut sums, size.div_ceil(block), 1, sum)?;
         each(batch)?;

@@ -20,7 +20,7 @@ fn soup(count: usize) -> Vec<Triangle> {
             0 => triangles[i].0[2] = triangles[i].0[1],
             1 => triangles[i].0[1][2] = f32::NAN,
             2 => triangles[i] = triangles[i / 2],
-            // Two needles. One of them has no box that bounds its hits.
+            // Needles, whose boxes are padded.
             3 => triangles[i] = Triangle([[0.0; 3], [1.0, 1e-9, 0.5], [2.0, 3e-9, 1.0]]),
             _ => triangles[i] = Triangle([[0.1; 3], [1.1, 0.1, 0.1], [2.1, 0.100_000_01, 0.1]]),
         }
@@ -168,7 +168,7 @@ fn no_word_makes_an_answer_wrong() {
                 continue;
             };
             loaded += 1;
-            // The results must be those of a new tree over the same triangles.
+            // The results must equal those of a new tree over the same triangles.
             let anew = Bvh::new(&bvh.to_triangles()).unwrap();
             for ray in &rays(4) {
                 let mode = Mode::exact();

@@ -180,7 +180,7 @@ impl Backend for f64 {
     }
 }
 
-/// The number of points to sample when estimating where most of them are.
+/// The number of points to sample when estimating where most points are.
 const SAMPLE: usize = 1000;
 
 /// Returns the frame around all finite triangles.

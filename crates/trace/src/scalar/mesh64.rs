@@ -1,5 +1,5 @@
-//! An f64 mesh for closest-point queries: boxes come from the copies, while f64 lanes and exact
-//! arithmetic use the originals.
+//! An f64 mesh for closest-point queries. Its boxes are those of the f32 copies, while f64 lanes
+//! and exact arithmetic use the original triangles.
 
 use intertri::internal::LocalFrame;
 use intertri::simd::{Lanes, Simd, Vec3};
@@ -37,7 +37,8 @@ impl Mesh for Mesh64<'_> {
         // Corners are rebuilt from rounded edges, so they are less accurate than the leaf's box;
         // `room` covers the difference.
         let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
-        // Beyond 2^400, lanes could overflow. NaN makes their bounds inconclusive.
+        // Beyond 2^400, f64 lanes could overflow. A NaN coordinate makes the bounds computed in
+        // lanes inconclusive.
         let scaled = |x: f64| if (x * scale).abs() <= FAR_OUT { x * scale } else { f64::NAN };
         QueryPoint { within: [from, to], in_leaves, point: point.map(scaled) }
     }

@@ -85,8 +85,8 @@ pub trait Backend: Scalar {
         leaf: usize,
     ) -> [Vec3<L::F64x8>; 3];
 
-    /// Returns the centre and scale of the tree's units: a coordinate x becomes `(x - centre) *
-    /// scale`.
+    /// Returns the centre and scale of the tree's units. In these units, a coordinate x has the
+    /// value `(x - centre) * scale`.
     fn frame(originals: &Self::Originals) -> ([f64; 3], f64);
 
     /// Converts a point to the tree's units.

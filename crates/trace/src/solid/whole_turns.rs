@@ -384,8 +384,8 @@ mod tests {
         all.into_iter().map(shard).collect()
     }
 
-    /// Many distant loops each add little but together add almost a whole turn, so together they
-    /// are not far. This must hold even if squares of their areas overflow or underflow.
+    /// Many distant loops each add little but together add almost a whole turn, so their cluster
+    /// must not count as far, even if squares of their areas overflow or underflow.
     #[test]
     fn many_distant_loops_are_not_far() {
         let mut random = random();

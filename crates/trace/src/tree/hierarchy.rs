@@ -29,14 +29,14 @@ pub struct Tree {
     pub(crate) nodes: Vec<Node>,
     /// The triangles in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
-    /// For each leaf, a mask of the triangles without area. Rays ignore these, but closest-point
-    /// queries consider them. Empty if there are none.
+    /// For each leaf, a mask of the triangles without area. Rays ignore these triangles, but
+    /// closest-point queries consider them. Empty if all triangles have an area.
     pub(crate) degenerate: Vec<u8>,
     /// The number of leaves in the main tree, which come first. The other leaves contain needles,
     /// whose reference hits may be arbitrarily far outside them, and triangles that were not finite
     /// when the tree was built.
     pub(crate) boxed: usize,
-    /// The root of a second tree over the other leaves, or [`EMPTY`] if there are none.
+    /// The root of a second tree over the other leaves, or [`EMPTY`] if there are no other leaves.
     pub(crate) thin_root: u32,
     /// The largest coordinate magnitude of any triangle.
     pub(crate) reach: f32,
@@ -110,7 +110,7 @@ impl Tree {
     }
 
     /// Returns the index of the first leaf that is tested against every ray. If all hits are on
-    /// their triangles, there are no such leaves, and traversal starts at both roots.
+    /// their triangles, no leaf is tested against every ray, and traversal starts at both roots.
     #[inline(always)]
     pub(crate) fn first_unboxed(&self, resolver: Resolver<'_>) -> usize {
         if resolver.hits_lie_on_triangles() { self.leaves.len() } else { self.boxed }

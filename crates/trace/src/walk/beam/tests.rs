@@ -120,8 +120,8 @@ fn beams_give_each_ray_its_own_answer() {
     assert_eq!(left(&triangles, &points), 0);
 }
 
-/// Most rays are left untraced if they are far apart or have different directions. Results for the
-/// others must be correct.
+/// Most rays are left untraced if they are far apart or have different directions. The results of
+/// the other rays must be correct.
 #[test]
 fn beams_leave_what_is_too_much_work() {
     let triangles = balls();

@@ -152,7 +152,7 @@ mod tests {
     }
 
     /// The errors are at most 6 and 4 times the rounding error of an origin. The first exceeds half
-    /// of the allowance of the filter, `AWAY = 7u` in `exact.md`.
+    /// of what the filter allows: `AWAY = 7u` in `exact.md`.
     #[test]
     fn places_on_the_plane_are_known_so_well() {
         let margin = Margin::new(1.0, None);

@@ -22,7 +22,7 @@ pub(super) struct Culling<'a> {
 
 impl Culling<'_> {
     /// Fills `leaves` with the next leaves that a ray may reach before the depth `far`. Returns
-    /// their number, which is smaller than the slice only if there are no more.
+    /// their number, which is smaller than the slice only if no more leaves remain.
     #[inline(always)]
     pub(super) fn next_leaves<S: Simd>(
         &self,

@@ -26,7 +26,7 @@ const TOO_MANY: f32 = 56.0;
 const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
 
 /// Returns the packets that would reach too many triangles if all triangles had the average size of
-/// those in these leaves.
+/// the triangles in these leaves.
 #[inline(always)]
 pub(crate) fn too_dense<S: Simd>(
     projection: &Projection<S>,
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn groups_are_left_where_triangles_are_small_beside_packets() {
         // Use sheets of squares of a given size, and four groups of rays. The rays of the first two
-        // groups are closer together than those of the others.
+        // groups are closer together than the rays of the other two.
         let sheet = |size: f32| {
             let count = (8.0 / size) as usize;
             let at = |x: usize, y: usize| [x as f32 * size - 4.0, y as f32 * size - 4.0, 0.0];

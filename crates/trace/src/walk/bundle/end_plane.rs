@@ -69,7 +69,7 @@ fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
 fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let splat = S::F32x16::splat;
     // Start with the slopes of a least-squares fit and lower the form until it is below the inverse
-    // end of every ray. Any such plane is correct; a good fit culls more.
+    // end of every ray. Every plane lowered in this way is correct; a good fit culls more.
     let [along_x, along_y] = slopes(projection);
     let (mut least, mut ends) = (splat(f32::INFINITY), splat(f32::INFINITY));
     for packet in 0..projection.used {
@@ -165,7 +165,7 @@ mod tests {
     }
 
     /// Returns the difference between the inverse depth at which a ray ends and the form, relative
-    /// to the former.
+    /// to that inverse depth.
     fn room(ray: &Ray, (form, axes): ([f32; 3], [[f32; 3]; 3])) -> f64 {
         let [z, x, y] = axes.map(|axis| along(axis, ray));
         let form = form.map(f64::from);
@@ -194,8 +194,8 @@ mod tests {
         }
     }
 
-    /// Computes how much of the rounding margin is needed, as a fraction, so that no live ray ends
-    /// beyond the plane with the computed normal.
+    /// Computes the fraction of the rounding margin that is needed to keep the end of every live ray
+    /// in front of the plane with the computed normal.
     struct Used<'a>(&'a [Ray]);
 
     impl WithSimd for Used<'_> {

@@ -69,7 +69,7 @@ impl Frustum {
             met = met & ends.may_meet::<F>(node);
         }
         for side in &self.sides {
-            // Test the innermost corner: if even that one is outside, so is the whole box.
+            // Test the innermost corner: if this corner is outside, the whole box is outside.
             met = met & side.of_boxes::<F>(node, false).ge(F::splat(-side.pad));
         }
         (met.bits(), near)

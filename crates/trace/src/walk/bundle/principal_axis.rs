@@ -12,7 +12,7 @@ use intertri::simd::Lanes;
 
 use crate::util::lane_ops::total;
 
-/// Sums over directions, relative to one of them to reduce rounding errors.
+/// Sums over directions, relative to one of the directions to reduce rounding errors.
 pub(crate) struct Spread<F> {
     about: [f32; 3],
     count: usize,

@@ -190,14 +190,14 @@ impl Slabs {
     }
 }
 
-/// The amounts by which a ray's slabs are widened, apart from those that depend on its coordinates
-/// along an axis.
+/// The amounts by which a ray's slabs are widened, apart from the amounts that depend on its
+/// coordinates along an axis.
 struct Room<F> {
     /// The minimum magnitude of a direction component.
     least: F,
-    /// The amount that is a length in space.
+    /// The widening, as a length in space.
     off: F,
-    /// The amount that is an interval of t.
+    /// The additional widening, as an interval of t.
     before: F,
 }
 
@@ -378,7 +378,8 @@ mod tests {
     }
 
     /// Returns a 24-bit integer, often slightly above a power of two, where relative rounding
-    /// errors are largest, or slightly below one, where those of the inverse are.
+    /// errors are largest, or slightly below a power of two, where the errors of the inverse are
+    /// largest.
     fn digits(random: &mut impl FnMut() -> f32) -> f32 {
         let size = (23.0 * random()).floor().exp2();
         let off = (size * random()).floor();

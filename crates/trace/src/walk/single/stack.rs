@@ -249,7 +249,7 @@ impl Entries<'_> {
     #[inline(always)]
     fn put<S: Simd>(&mut self, top: u32, node: &Node, order: u64, near: S::F32x8) {
         let top = top as usize;
-        // Always write eight lanes. Those beyond the new `top` are garbage, which the next push
+        // Always write eight lanes. The lanes beyond the new `top` are garbage, which the next push
         // overwrites.
         S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[top..]);
         S::permute(near, order).store(&mut self.t[top..]);
@@ -327,7 +327,7 @@ mod tests {
                     let all = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
                     assert!(all.map(|slot| 10 + slot as u32).chain([BOTTOM]).eq(by_octant));
 
-                    // The nearest comes first, then the others in the octant's order.
+                    // The nearest child comes first, then the other children in the octant's order.
                     let slots = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
                     let mut slots: Vec<usize> = slots.collect();
                     let nearest =
