@@ -50,7 +50,7 @@ impl Containment {
         let times = match self {
             Self::Outside => 0,
             Self::Inside(times) => times,
-            // A point on the surface stays there, whatever the ray crosses later.
+            // A result of `Surface` is final, whatever the ray crosses later.
             Self::Surface => return self,
         };
         match times + leave {

@@ -211,7 +211,7 @@ fn moved_parts_change_no_answer() {
     let (triangles, mut random) = (room(20_000), Random(7));
     let mode = Mode::exact();
     let mut bvh = Bvh::new(&triangles).expect("the mesh is small enough");
-    // Rays from random points toward the centres of triangles.
+    // Aim rays from random points at the centres of triangles.
     let rays: Vec<Ray> = (0..400)
         .map(|i| {
             let [a, b, c] = triangles[i * 49].0;

@@ -27,8 +27,8 @@ pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
     tree.nodes.try_reserve_exact(parts.iter().map(|part| part.nodes.len()).sum())?;
     tree.blocks.try_reserve_exact(parts.iter().map(|part| part.blocks.len()).sum())?;
 
-    // The root of each subtree fills the gap that was reserved for it; its other nodes are
-    // appended.
+    // The root of each subtree fills the gap that was reserved for it. The other nodes of the
+    // subtree are appended.
     for (task, part) in below.iter().zip(parts) {
         let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
         let mut moved = part.nodes.into_iter().map(|mut node| {
@@ -62,7 +62,7 @@ fn in_parts(binary: &Binary, tasks: &[Task]) -> Result<Vec<Layout>, NoMemory> {
 }
 
 /// Writes the wide tree of a subtree. If `below` is given, subtrees smaller than [`PART`] are
-/// pushed there instead.
+/// pushed onto `below` instead.
 fn write_part(
     binary: &Binary,
     root: Subtree,
@@ -116,7 +116,8 @@ fn write_part(
 /// Returns the planned children of the wide node at the root of a subtree, and their number.
 fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     let mut out = [root; 8];
-    // Only the root of the whole tree can itself be a block; it becomes the only child.
+    // Only the root of the whole tree can itself be a block. In that case, the block becomes the
+    // only child of the wide root.
     if binary.is_block(root) {
         return (out, 1);
     }
@@ -189,11 +190,11 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
     }
     let scale = all.scale();
     let middle = all.centre(scale);
-    // The position of each child along the mean ray direction of each slot.
+    // Compute the position of each child along the mean ray direction of each slot.
     let mut along = [[0.0; 8]; 8];
     for (row, b) in along.iter_mut().zip(boxes) {
         // A slot's bits are the signs of the ray direction. Rays of octant o visit slot o first, so
-        // it should hold the child that is farthest against their direction.
+        // this slot should hold the child that is farthest against their direction.
         let c = b.centre(scale);
         let [x, y, z] = [c[0] - middle[0], c[1] - middle[1], c[2] - middle[2]];
         *row = [

@@ -121,7 +121,7 @@ pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
     /// Whether f64 lanes can process the ray and the corners without overflow or underflow.
     pub(super) is_tame: bool,
     pub(super) collect: &'a mut C,
-    /// Converts the ray's t to the units of the mesh's tree.
+    /// The factor that converts the ray's t to the units of the mesh's tree.
     pub(super) unit: f64,
     pub(super) go_on: bool,
 }

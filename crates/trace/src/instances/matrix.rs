@@ -108,8 +108,8 @@ pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inverse {
     rows: [[f64; 3]; 3],
-    /// The error of an origin is at most this fraction of its distance from the matrix's last
-    /// column.
+    /// The error of an origin in mesh space is at most this fraction of the distance between the
+    /// world-space origin and the matrix's last column.
     origin: f32,
     /// A bound on the relative error of a direction. NaN or large if there is no useful inverse.
     dir: f32,
@@ -268,8 +268,9 @@ mod tests {
     const EXTENT: Extent =
         Extent { bounds: [[-1.0; 3], [1.0; 3]], centre: [0.0; 3], scale: 1.0, least: 1.0 };
 
-    /// Corners that are placed far out are rounded by almost as much as the bound allows, but never
-    /// more. The matrix only translates and scales by a power of two, so its inverse is exact.
+    /// Corners placed far from the origin are rounded by almost as much as the bound allows, but
+    /// never more. The matrix only translates and scales by a power of two, so its inverse is
+    /// exact.
     #[test]
     fn corners_are_rounded_by_less_than_the_bound() {
         let mut random = random();

@@ -197,7 +197,7 @@ fn around(Triangle64([a, b, c]): &Triangle64) -> [[f64; 3]; 2] {
 /// Returns a lower bound on the distance from a point to a box, ignoring NaN coordinates.
 #[inline(always)]
 fn lower_bound(point: [f64; 3], [lo, hi]: &[[f64; 3]; 2]) -> f64 {
-    // The gap along each axis; `max` ignores NaN.
+    // Compute the gap along each axis; `max` ignores NaN.
     let gap = [0, 1, 2].map(|k| (lo[k] - point[k]).max(point[k] - hi[k]).max(0.0));
     let most = gap[0].max(gap[1]).max(gap[2]);
     // The largest gap is itself a lower bound.

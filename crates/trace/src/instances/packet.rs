@@ -52,7 +52,7 @@ pub(super) struct TraceSome<'a, C> {
     pub(super) mask: u32,
     pub(super) scratch: &'a mut SceneScratch,
     pub(super) patience: &'a mut Patience,
-    /// Collects the hits of each ray.
+    /// The collector of each ray's hits.
     pub(super) collect: &'a mut [C],
 }
 

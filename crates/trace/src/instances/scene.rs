@@ -44,12 +44,12 @@ use crate::tree::LEAF;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Indexed by instance number; removed instances have no mesh. Shared with the last snapshot
-    /// until the scene changes.
+    /// The instances as placed, indexed by instance number. Removed instances have no mesh. The
+    /// list is shared with the last snapshot until the scene changes.
     pub(super) placed: Arc<Vec<Placed>>,
     /// Instance numbers free for reuse.
     pub(super) free: Vec<u32>,
-    /// Indexed by mesh number; meshes without instances are dropped.
+    /// The meshes, indexed by mesh number. Meshes without instances are dropped.
     pub(super) meshes: Vec<Option<MeshEntry>>,
     /// The number of instances of each mesh.
     pub(super) uses: Vec<usize>,

@@ -130,7 +130,7 @@ pub(super) struct VisitOne<'a, S, C> {
     pub(super) is_tame: bool,
     pub(super) scratch: &'a mut TraversalScratch,
     pub(super) collect: &'a mut C,
-    /// Converts the ray's t to the units of the top tree.
+    /// The factor that converts the ray's t to the units of the top tree.
     pub(super) unit: f64,
     pub(super) level: PhantomData<S>,
 }

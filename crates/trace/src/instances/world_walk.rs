@@ -15,7 +15,7 @@ use intertri::simd::Simd;
 /// A bound on the relative error of a plane's t.
 const SHARE: f64 = 4.0 * f64::EPSILON;
 
-/// A traversal in world space.
+/// A traversal of a mesh's tree in world space.
 pub(super) struct WorldWalk<'a> {
     pub(super) tree: &'a Tree,
     pub(super) extent: &'a Extent,
@@ -74,7 +74,7 @@ fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
             }
             continue;
         }
-        // The side that the ray reaches first.
+        // Order the two sides so that the ray reaches `from` first.
         let (from, to) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
         let (from, to) = ((from - o) / d, (to - o) / d);
         let (from, to) = (from - SHARE * from.abs(), to + SHARE * to.abs());

@@ -132,7 +132,8 @@ impl<S: BvhScalar> Media<S> {
     }
 }
 
-/// Removes the end of a ray, because the winding numbers at its start depend on all crossings.
+/// Returns a ray without its far end, because the winding numbers at the ray's start depend on all
+/// crossings.
 fn endless<S: Scalar>(ray: &RayOf<S>) -> RayOf<S> {
     RayOf { t_max: S::INFINITY, ..*ray }
 }

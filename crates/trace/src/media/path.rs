@@ -26,7 +26,7 @@ pub(super) struct Path<'a> {
     start: f64,
     /// The t at which the next segment to be returned ends.
     end: f64,
-    /// The wall at that end.
+    /// The wall at the end of that segment.
     wall: Hit,
 }
 

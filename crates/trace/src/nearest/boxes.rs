@@ -28,7 +28,7 @@ pub(super) fn squares<F: Lanes<Scalar = f32>>(
     within: [Vec3<F>; 2],
     far: f32,
 ) -> (F::Mask, F) {
-    // A missing child has its lower sides above its upper sides.
+    // For a missing child, the lower sides are above the upper sides.
     let lo = Vec3 {
         x: F::load(node.sides(0, false)),
         y: F::load(node.sides(1, false)),

@@ -41,7 +41,7 @@ pub(crate) fn read64(
         return LoadError::damaged("it has no frame or no leaves");
     };
 
-    // The extent of the corners along each axis, relative to the centre.
+    // Compute the extent of the corners along each axis, relative to the centre.
     let mut around = Aabb::EMPTY;
     parts.bounds.iter().for_each(|leaf| around.join(&leaf.bounds));
     // Compute the reach from the corners instead of trusting the file, because the filter's error

@@ -29,7 +29,7 @@ const BATCH: usize = 1;
 /// The minimum number of records that a thread takes at a time.
 const LEAST: usize = 128;
 
-/// The contents of the sections.
+/// The contents of the sections that have been read.
 #[derive(Default)]
 pub(super) struct Parts {
     nodes: Option<Vec<Node>>,

@@ -51,7 +51,7 @@ pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u3
     let (mut live, mut sound, mut next) = (0, indices[0] != NONE, 0);
     for (lane, index) in indices.iter_mut().enumerate() {
         if *index == NONE {
-            // No index may follow an absent one.
+            // After a lane without a triangle, no index is valid.
             next = SILENT;
             continue;
         }

@@ -152,7 +152,8 @@ fn every_cut_and_every_damage_is_told() {
     assert!(Bvh::<f32>::from_bytes(&damaged).is_ok());
 }
 
-/// Changes each word and fixes up all checksums. The result must be an error or a sound hierarchy.
+/// Changes one word of a saved hierarchy at a time and recomputes all checksums. Loading must
+/// return an error or a sound hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let triangles = soup(120);

@@ -216,7 +216,7 @@ pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3
     crowd
 }
 
-/// Triangles to copy to f32.
+/// The triangles of a mesh, to be copied to f32.
 struct Copies<'a> {
     frame: LocalFrame,
     triangles: &'a [Triangle64],
@@ -306,9 +306,9 @@ impl WithSimd for CopyBlock<'_> {
 }
 
 thread_local! {
-    /// The copies of several rays.
+    /// The f32 copies of several rays, whose memory is kept between calls.
     static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
-    /// The coefficients of triangles, recomputed for each bundle.
+    /// Memory for the coefficients of triangles, which are recomputed for each bundle.
     static SCRATCH: RefCell<Vec<[HitCoefficients; 8]>> = const { RefCell::new(Vec::new()) };
 }
 

@@ -130,7 +130,8 @@ mod tests {
         assert_eq!(edges(&[flat[0], TriangleOf([a, b, [f32::NAN; 3]])]), 3);
     }
 
-    /// Loops traverse every open edge once for each excess triangle in that direction.
+    /// Checks that loops traverse each open edge in the direction in which more triangles traverse
+    /// it, once for each excess triangle.
     #[test]
     fn loops_are_all_that_is_open() {
         let at = |i: usize| [(i * 7 % 5) as f32, (i * 3 % 4) as f32, (i % 3) as f32];

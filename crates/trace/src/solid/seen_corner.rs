@@ -25,7 +25,7 @@ pub(super) struct Axes(pub(super) [[f64; 3]; 3]);
 /// A corner relative to a point.
 #[derive(Clone, Copy)]
 pub(super) struct SeenCorner {
-    /// The position perpendicular to the ray.
+    /// The components perpendicular to the ray.
     pub(super) across: [f64; 2],
     /// The difference between the distance from the point and the position along the ray.
     pub(super) excess: f64,

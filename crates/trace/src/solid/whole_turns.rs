@@ -30,10 +30,10 @@ const NEAR_AXIS: f64 = 1.0 / (1_u64 << 40) as f64;
 /// If a corner's squared distance is at least this, the products of a loop cannot underflow.
 const NEAR_CORNER: f64 = 1.0 / (1_u64 << 32) as f64;
 
-/// Exceeds the rounding error of an edge's solid angle, divided by 4π.
+/// An upper bound on the rounding error of an edge's solid angle, divided by 4π.
 const EDGE_OFF: f64 = 1.0 / (1_u64 << 24) as f64;
 
-/// Exceeds the relative rounding error of a squared distance.
+/// An upper bound on the relative rounding error of a squared distance.
 const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Computes, for up to eight rays, the integer nearest to the number of turns that a boundary adds
@@ -101,11 +101,11 @@ impl<S: Scalar> WholeTurns<'_, S> {
             let radius = splat(cluster.radius);
             let across = away * splat(1.0 - ROUNDING) - along * along;
             let passes_by = along.lt(splat(0.0)) | across.gt(radius);
-            // A lower bound on the product of the distances from the sphere's centre and from its
-            // surface.
+            // Compute a lower bound on the product of the distances from the sphere's centre and
+            // from its surface.
             let gap = away * splat(0.875) - (radius + radius);
-            // The fraction of all directions is at most this quotient, which is needed only if it
-            // is small.
+            // The cluster covers at most this quotient of all directions. The quotient is needed
+            // only if it is small.
             let (num, den) = (splat(cluster.area) * away, gap * gap);
             let is_far = passes_by & gap.gt(splat(0.0)) & num.lt(splat(far) * den);
             if is_far.bits() == (1 << POINTS) - 1 {

@@ -43,7 +43,7 @@ pub struct Tree {
     /// The maximum distance outside a triangle's box at which the reference may hit it, not
     /// counting a part that is proportional to the ray's origin.
     pub(crate) lean: f32,
-    /// A stack size that always suffices.
+    /// A stack size that suffices for every traversal.
     pub(crate) stack: usize,
     pub(crate) triangles: usize,
     /// The geometries of the triangles.
@@ -127,7 +127,7 @@ impl Tree {
     /// node groups eight neighbouring leaves, each node of the next level groups eight of these
     /// nodes, and so on.
     pub(crate) fn add_thin_nodes(&mut self, boxes: &[Aabb]) -> Result<(), NoMemory> {
-        // The number of nodes on each level, from the bottom up.
+        // Compute the number of nodes on each level, from the bottom up.
         let mut levels = Vec::new();
         let mut width = boxes.len();
         // Continue up to a single root. Even a lone leaf gets a node above it.

@@ -22,7 +22,7 @@ use crate::util::lane_ops::total;
 /// tracing its rays one by one is faster.
 const TOO_MANY: f32 = 56.0;
 
-/// The limit for closest-hit queries.
+/// The corresponding limit for closest-hit queries.
 const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
 
 /// Returns the packets that would reach too many triangles if all triangles had the average size of
@@ -44,7 +44,7 @@ pub(crate) fn too_dense<S: Simd>(
     let [w, h] = [sum[0] / triangles as f32, sum[1] / triangles as f32];
     let too_many = if closest { TOO_MANY_FOR_CLOSEST } else { TOO_MANY };
 
-    // The number of triangles that a packet reaches, averaged over its group.
+    // Estimate how many triangles a packet reaches, on average over its group.
     let mut packets = 0;
     for (number, (lo, hi)) in projection.rectangles().enumerate() {
         let used = projection.used.saturating_sub(16 * number).min(16);

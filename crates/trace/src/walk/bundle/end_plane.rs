@@ -234,7 +234,8 @@ mod tests {
         let levels: Vec<Level> = Level::all().collect();
         let mut most = 0.0_f64;
         for bundle in 0..200 {
-            // A few rays with similar directions that end at a plane with a random orientation.
+            // Choose a few rays with similar directions that end at a plane with a random
+            // orientation.
             let [axis, plane] = [(); 2].map(|()| [random(), random(), random()]);
             let ray = |dir: [f32; 3]| {
                 let slope = (0..3).map(|k| plane[k] * dir[k]).sum::<f32>().abs().max(1e-3);

@@ -114,7 +114,7 @@ mod tests {
                 let [x, y, z] = [0, 1, 2].map(|k| o[k] + d[k]);
                 let mut node = Node::NO_CHILDREN;
                 node.set(5, &Aabb { lo: [x, y, z, 0.0], hi: [x, y, z, 0.0] }, 0);
-                // The largest depth at which a hit still counts, as in bundles.
+                // Compute the largest depth at which a hit still counts, as for bundles.
                 let far = (0..3).map(|k| f64::from(depth[k]) * f64::from(d[k])).sum::<f64>() as f32;
                 let far = far + far * (1.0 / (1 << 18) as f32);
                 !projection.is_outlier(number)

@@ -129,8 +129,8 @@ impl Leaves {
                     let slots =
                         far_to_near(half, 0) + 0x0101_0101_0101_0101 * (16 * number + first) as u64;
                     let at = listed.tests;
-                    // Always write eight entries. Only those set in the mask count, because the
-                    // next write starts right after them.
+                    // Always write eight entries. Only the entries set in the mask count, because
+                    // the next write starts right after them.
                     packets[at..at + 8].copy_from_slice(&slots.to_le_bytes());
                     numbers[at..at + 8].fill(pair as u8);
                     listed.tests += half.count_ones() as usize;

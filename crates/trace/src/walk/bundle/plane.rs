@@ -44,8 +44,8 @@ impl CullingPlane {
     #[inline(always)]
     pub(crate) fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
-        // The signs of the normal determine which corner is lowest or highest along it. It is the
-        // same corner for all eight boxes.
+        // The signs of the normal determine which corner is lowest or highest along it. The choice
+        // is the same for all eight boxes.
         let x = node.sides(0, (normal[0] > 0.0) != low);
         let y = node.sides(1, (normal[1] > 0.0) != low);
         let z = node.sides(2, (normal[2] > 0.0) != low);

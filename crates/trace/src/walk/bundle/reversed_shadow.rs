@@ -80,7 +80,7 @@ fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
 /// A mask of all sixteen lanes.
 const ALL: u32 = 0xffff;
 
-/// Rays being reversed, sixteen at a time.
+/// The reversal of rays, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
     /// The largest distance from the point to the origin of a ray, along each axis.

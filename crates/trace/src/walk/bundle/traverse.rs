@@ -281,7 +281,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 let nearest = &projection.nearest[test.packet];
                 let outline = leaves.outline(test.number);
                 let maybe = nearest.maybe(&outline, points, &projection.ranges, live);
-                // Always write the test. The next one overwrites it unless `left` advances.
+                // Always write the test. The next test overwrites it unless `left` advances.
                 leaves.put(left, test);
                 left += usize::from(maybe);
             }
@@ -350,8 +350,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     /// Returns the depth beyond which no hit of the current packets can count.
     #[inline(always)]
     fn far(&mut self) -> f32 {
-        // The farthest depth at which any ray is still searching for a hit, with a margin for the
-        // rounding of the inverse.
+        // Compute the farthest depth at which any ray is still searching for a hit, with a margin
+        // for the rounding of the inverse.
         let depth = 1.0 / self.projection.least();
         depth + depth * (1.0 / (1 << 18) as f32)
     }

@@ -91,7 +91,8 @@ fn rays_without_an_interval_do_not_disturb_the_others() {
     assert!(traced > 100, "{traced}");
 }
 
-/// A direction may have a zero component with either sign, for example after it was negated.
+/// A direction may have a zero component with either sign, for example after the direction was
+/// negated.
 #[test]
 fn zeros_with_a_sign_miss_nothing() {
     let wall = Triangle::new([-1.0, -1.0, 0.0], [9.0, -1.0, 0.0], [-1.0, 9.0, 0.0]);

@@ -33,8 +33,8 @@ const FARTHER: f32 = 1.0 + 6.0 * U;
 /// The relative error of a computed negative t.
 const BEFORE: f32 = 12.0 * U;
 
-/// The magnitude of a direction component is raised to at least this fraction of the largest:
-/// 2^-65.
+/// The magnitude of a direction component is raised to at least this fraction of the largest
+/// component: 2^-65.
 const STEEPEST: f32 = power_of_two(-65);
 
 /// The magnitude is also raised to at least this fraction of the origin's largest coordinate and of
@@ -84,7 +84,7 @@ pub(crate) struct Slabs {
     far_rd: [f32; 4],
     /// The negated contribution of the ray's origin and padding to the t of a near plane.
     minus_near: [f32; 4],
-    /// The same for a far plane.
+    /// The negated contribution of the ray's origin and padding to the t of a far plane.
     minus_far: [f32; 4],
 }
 
@@ -220,7 +220,7 @@ fn planes<F: Lanes<Scalar = f32>>(
     let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
 
     // The rounding error of the origin's coordinate is a length in space. Divided by the direction,
-    // it becomes a length in t.
+    // it becomes an interval of t.
     let off = lo.abs().max(hi.abs()) * splat(PAD) + room.off;
     let mut pad = off * rd.abs() + room.before;
     let level = size.lt(room.least);

@@ -28,7 +28,7 @@ const LOOK: usize = 8;
 pub(crate) struct Stack {
     /// The children on each ray's stack, as bits.
     child: Vec<f32>,
-    /// The t at which their boxes begin.
+    /// The t at which the box of each child begins.
     t: Vec<f32>,
     /// The capacity per ray.
     each: usize,
