@@ -1,5 +1,5 @@
-//! Closest-point search in a scene: descends the tree of instances and then the meshes, whose boxes
-//! are transformed to world space, nearest first.
+//! Closest-point search in a scene: descends the tree of instances and then the trees of their
+//! meshes, nearest boxes first. The boxes of a mesh are transformed to world space.
 //!
 //! Boxes are compared by lower bounds on their distances, and triangles by distances that are
 //! rounded once. Triangles whose rounded distances are too close to decide are compared exactly.

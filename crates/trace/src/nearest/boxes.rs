@@ -1,5 +1,5 @@
-//! Lower bounds on the distances from a point to the eight boxes of a node or to the boxes of eight
-//! triangles.
+//! Computes lower bounds on the distances from a point to the eight boxes of a node or to the boxes
+//! of eight triangles.
 
 use intertri::simd::{Lanes, Vec3};
 

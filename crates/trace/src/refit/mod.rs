@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   leaves   new corners, live lanes, and boxes, in parallel
-//!   nodes    boxes around those of their children, from the last node up
+//!   nodes    boxes around their children's boxes, from the last node up
 //!   the rest triangles that no box can contain or that the build omitted
 //! ```
 //!

@@ -62,8 +62,8 @@ pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometrie
     Ok(geometries)
 }
 
-/// Checks that every box contains its contents, and that no triangle that must be tested against
-/// every ray is inside a box.
+/// Checks that every box contains its contents, and that the main tree contains no needles, whose
+/// hits no box bounds.
 pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadError> {
     let is_in = |inner: &Aabb, outer: &Aabb| {
         (0..3).all(|k| outer.lo[k] <= inner.lo[k] && inner.hi[k] <= outer.hi[k])

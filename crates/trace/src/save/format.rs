@@ -6,11 +6,11 @@
 //!   entry   0 kind: u32        4 record: u32        8 place: u64        16 size: u64       24 checksum: u64
 //! ```
 //!
-//! `boxed` is the number of leaves in the main tree; all other leaves are tested against every ray.
-//! `cost` is the cost of the tree as it was built, or NaN if it was never refitted. `record` is the
-//! size of a section's records. A section's checksum covers the checksums of its blocks, each of
-//! 1024 records. The header's checksum covers the other bytes of the header and the table, and
-//! thereby the whole file.
+//! `boxed` is the number of leaves in the main tree, which come first. `cost` is the cost of the
+//! tree as it was built, or NaN if it was never refitted. `record` is the size of a section's
+//! records. A section's checksum covers the checksums of its blocks, each of 1024 records. The
+//! header's checksum covers the other bytes of the header and the table, and thereby the whole
+//! file.
 //!
 //! **To add a section**, add a kind here, and the functions that read and write its records next to
 //! those for leaves. Readers reject files with an unknown kind unless the kind has the [`OPTIONAL`]

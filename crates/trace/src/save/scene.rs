@@ -10,7 +10,7 @@
 //! ```
 //!
 //! The checksum in the header of a mesh covers the whole mesh, so the last checksum covers the
-//! whole file. It also ensures that no mesh was replaced by one from another file.
+//! whole file. It also ensures that no mesh was replaced by a mesh from another file.
 
 use std::io::{self, Write};
 

@@ -2,9 +2,9 @@
 //! than the other.
 //!
 //! ```text
-//!   ┌──▶──┬──▶──┐        Each triangle traverses its edges in order. Where neighbours traverse an
-//!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. At each corner, as many of the
-//!   └──◀──┴──◀──┘        remaining edges enter as leave, so they form loops.
+//!   ┌──▶──┬──▶──┐        Each triangle traverses its edges in order. Edges that neighbours traverse in
+//!   ▲  ◀──┘  ◀──▼        opposite directions cancel. At each corner, as many of the remaining edges
+//!   └──◀──┴──◀──┘        enter as leave, so they form loops.
 //! ```
 
 use intertri::{Scalar, TriangleOf};

@@ -6,7 +6,7 @@
 //!    ▲           ▼            ▲           ▼         ·─────▶─────·
 //!    ·           ·     =      ·─────◀─────·    +    ▲           ▼
 //!    ▲           ▼                                  ·─────◀─────·
-//!    ·──◀──·──◀──·      Pieces, each closed by a chord, plus the loop of chords, cut again.
+//!    ·──◀──·──◀──·      Pieces, each closed by a chord, plus the loop of chords, divided again.
 //! ```
 //!
 //! `docs/numerics/winding.md`, section 5, derives the bound.

@@ -2,7 +2,7 @@
 //! time.
 //!
 //! ```text
-//!   clusters ──► far from all eight points, and all rays miss the sphere: a bound
+//!   cluster  ──► far from all eight points, and all rays miss the sphere: a bound
 //!            └──► otherwise its parts, down to loops: a product with one complex number per edge
 //!                                │
 //!   angle of the product ────────┴──► not near half a turn: turns are certain without computing an angle

@@ -1,5 +1,5 @@
-//! The order in which the children of a node are visited by rays of an octant, roughly sorted by
-//! position.
+//! Lookup tables for the order in which rays of an octant visit the children of a node, which is
+//! roughly front to back.
 
 /// Returns the slots in a mask, ordered from last to first for rays of an octant: one slot per
 /// byte, starting with the lowest byte.

@@ -1,4 +1,5 @@
-//! Pairs of a ray and a triangle that it hits, in the order in which they are found.
+//! Lists of pairs of a ray and a triangle that the ray hits, in the order in which the hits are
+//! found.
 
 use std::collections::BinaryHeap;
 

@@ -2,10 +2,10 @@
 //! it.
 //!
 //! ```text
-//!         ╱ │ │      Light rays toward a table end there, and the floor below is beyond the end
-//!   o ────▌ │ │      of each ray. For slanted surfaces, one depth is not enough. The inverse depths
-//!         ╲▌│ │      of a plane, however, are a linear form on the projection, as for triangles.
-//!           ▌ floor
+//!         ╱ │ │      Rays from a light to a table end at the table, so the floor below is beyond
+//!   o ────▌ │ │      all their ends. For slanted surfaces, one depth is not enough, but the
+//!         ╲▌│ │      inverse depths of a plane are a linear form on the projection, like those
+//!           ▌ floor  of a triangle.
 //! ```
 
 use intertri::internal::Frame;

@@ -1,4 +1,4 @@
-//! The parts of a bundle: if a part takes too much work, it is split into smaller ones.
+//! Splits a bundle that takes too much work into parts, and these parts into smaller ones.
 
 use super::projection::{GROUPS, PACKETS};
 

@@ -1,5 +1,5 @@
-//! Converts the results of tracing a bundle to the requested form: whether, which, or where rays
-//! hit.
+//! Converts the results of tracing a bundle to the requested form: whether rays hit anything, which
+//! triangles they hit, or all details of the hits.
 
 use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
 use intertri::simd::Simd;

@@ -7,9 +7,9 @@
 //!   o ────────►            o ◄────────
 //! ```
 //!
-//! Each ray misses L by a rounding error; `docs/numerics/projection.md`, section 6, widens all
-//! bounds accordingly. Whether a ray hits anything then agrees with the reference. The position of
-//! the hit is not computed.
+//! Each ray misses L by a rounding error. All bounds are widened accordingly, as derived in
+//! `docs/numerics/projection.md`, section 6. Whether a ray hits anything then agrees with the
+//! reference. The position of the hit is not computed.
 
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};

@@ -2,7 +2,7 @@
 //! shadow rays toward the sun or a light, and the rays of a moving scanner.
 //!
 //! ```text
-//!   sixteen rays ──► each box of a node, for all rays ──► each triangle of a leaf, for all rays at it
+//!   sixteen rays ──► each box of a node, for all rays ──► each triangle of a leaf, for rays that reach it
 //!                                                     └──► or each ray, for all eight triangles
 //! ```
 //!
