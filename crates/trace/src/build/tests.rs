@@ -1,3 +1,5 @@
+//! Tests that the builder produces valid trees of low cost, whatever the number of threads.
+
 use super::layout::{Layout, MAX_DEPTH};
 use super::{BuildError, binary, layout_at, prim_refs, wide};
 use crate::Bvh;

@@ -1,3 +1,5 @@
+//! Tests that closest-point queries return what a plain loop in integer arithmetic returns.
+
 use std::cmp::Ordering;
 
 use intertri::Triangle;

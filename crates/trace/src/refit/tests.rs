@@ -1,3 +1,5 @@
+//! Tests that a refitted hierarchy returns the same results as a newly built one.
+
 use intertri::{Mode, Ray, Triangle};
 
 use crate::util::test_numbers::random;

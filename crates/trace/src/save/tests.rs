@@ -1,3 +1,5 @@
+//! Tests that saved hierarchies load unchanged, and that damaged ones are rejected or still sound.
+
 use intertri::{Mode, Ray, Triangle};
 
 use super::format::{ENTRY, HEADER, OPTIONAL};
