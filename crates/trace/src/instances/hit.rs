@@ -30,12 +30,12 @@ pub struct SceneHit {
     /// The instance that was hit; arbitrary for a miss.
     pub instance: InstanceId,
     /// Whether the ray runs in the direction of the triangle's normal in world space, and thus
-    /// leaves a closed mesh. A mirroring matrix flips the triangles.
+    /// leaves a closed mesh at this hit. A mirroring matrix flips the triangles.
     pub leaves: bool,
 }
 
 impl SceneHit {
-    /// The result for a ray without a hit in a batch.
+    /// The result in a batch for a ray without a hit.
     pub const MISS: Self = Self { hit: Hit::MISS, instance: InstanceId(u32::MAX), leaves: false };
 
     /// Returns whether this is a hit.
@@ -55,7 +55,7 @@ pub struct SceneClosestPoint {
 }
 
 impl SceneClosestPoint {
-    /// The result for a point without a closest point in a batch.
+    /// The result in a batch for a point without a closest point.
     pub const NONE: Self = Self { closest: ClosestPoint::NONE, instance: InstanceId(u32::MAX) };
 
     /// Returns `self`, or `None` for [`SceneClosestPoint::NONE`].

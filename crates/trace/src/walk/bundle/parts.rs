@@ -1,4 +1,5 @@
-//! Splits a bundle that takes too much work into parts, and these parts into smaller ones.
+//! Splitting of bundles: a bundle that takes too much work is split into parts, which may be split
+//! again.
 
 use super::projection::{GROUPS, PACKETS};
 
@@ -31,7 +32,7 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
-    /// Splits a part into smaller ones and adds them.
+    /// Splits a part into smaller parts and adds these to the waiting parts.
     pub(super) fn add(&mut self, part: u64, level: usize) {
         let width = WIDTHS[level];
         // Add them in reverse, because the part added last is taken first.

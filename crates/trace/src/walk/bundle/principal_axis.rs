@@ -49,12 +49,12 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     }
 
     /// Returns the axis of greatest spread in the image plane, if the directions spread at least
-    /// twice as far along it as across it. Returns `None` if there is no such axis, or if it nearly
-    /// coincides with `right` or `up`.
+    /// twice as far along this axis as across it. Returns `None` if there is no such axis, or if it
+    /// nearly coincides with `right` or `up`.
     #[inline(always)]
     pub(crate) fn principal_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
         // Compute the sums of x x, x y, and y y relative to the mean, where x and y are the
-        // components along the axes.
+        // components along `right` and `up`.
         let sum = [total(self.sum[0]), total(self.sum[1]), total(self.sum[2])];
         let count = self.count as f32;
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);

@@ -44,7 +44,7 @@ fn rays_visit_only_the_boxes_that_they_meet() {
         for (i, hit) in hits.expect("the rays are coherent").iter().enumerate() {
             assert_eq!(hit.triangle, i as u32, "{}", level.name());
         }
-        // Eight rays against eight triangles, twice.
+        // Each group of eight rays is tested against eight triangles.
         assert_eq!(tests, 128, "{}", level.name());
     }
 }

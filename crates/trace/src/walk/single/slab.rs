@@ -37,9 +37,9 @@ const BEFORE: f32 = 12.0 * U;
 /// component: 2^-65.
 const STEEPEST: f32 = power_of_two(-65);
 
-/// The magnitude is also raised to at least this fraction of the origin's largest coordinate and of
-/// the margin, and to at least this value, 2^-120, so that products with an inverse direction do
-/// not overflow.
+/// The magnitude of a direction component is also raised to at least this fraction (2^-120) of the
+/// origin's largest coordinate and of the margin, and to at least this value itself, so that
+/// products with an inverse direction do not overflow.
 const LEAST: f32 = power_of_two(-120);
 
 /// A bound on the effect of underflow: 2^-120.
@@ -115,7 +115,7 @@ impl Slabs {
         Self::around::<S>([ray.origin, ray.origin], ray.dir, 0.0, margin)
     }
 
-    /// Prepares parallel lines that start in a box, where t counts from `start` on.
+    /// Prepares parallel lines that start in a box and whose t begins at `start`.
     #[inline(always)]
     pub(crate) fn around<S: Simd>(
         from: [[f32; 3]; 2],
@@ -283,8 +283,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         let is_plain =
             length.lt(splat(PLAIN)) & splat(1.0 / PLAIN).lt(length) & most.lt(splat(PLAIN));
 
-        // Written out without `map`, which is not always inlined and would then be compiled without
-        // the level's instructions.
+        // This code does not use `map`, which is not always inlined and would then be compiled
+        // without the level's instructions.
         let last = splat(2.0) * most / length;
         let x = planes(
             [from.x; 2],
@@ -423,7 +423,7 @@ mod tests {
             let (mut from, mut to) = ([0.0; 3], [dir; 3]);
             (from[axis], to[axis]) = (sign * origin, sign * dir);
             let ray = Ray::new(from, to);
-            // The box is flat along that axis and wide along the others.
+            // The box is flat along this axis and wide along the other two.
             let (mut lo, mut hi) = ([-1e30; 4], [1e30; 4]);
             (lo[axis], hi[axis]) = (sign * plane, sign * plane);
             for level in Level::all() {
