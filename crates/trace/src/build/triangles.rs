@@ -94,9 +94,9 @@ impl WithSimd for Moved<'_> {
     }
 }
 
-/// Fills the lanes that hold no triangle with a copy of one that can be hit or, if no triangle can
-/// be hit, with a dummy triangle that has an area. Without an area, the filler would be mistaken
-/// for a real triangle when a saved hierarchy is loaded.
+/// Fills the lanes that hold no triangle with a copy of a triangle that can be hit or, if no
+/// triangle can be hit, with a dummy triangle that has an area. Without an area, the filler would
+/// be mistaken for a real triangle when a saved hierarchy is loaded.
 fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let absent = 0xff & !present;
     if absent == 0 {

@@ -10,7 +10,7 @@ use super::mesh::SceneMesh;
 use super::snapshot::SceneSnapshot;
 use crate::tree::LEAF;
 
-/// A set of mesh instances, each placed by its own matrix, that may move between queries.
+/// A set of mesh instances that may move between queries, each placed by its own matrix.
 ///
 /// A matrix has three rows of four numbers, stored row by row. It places a corner (x, y, z) of the
 /// mesh at `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation

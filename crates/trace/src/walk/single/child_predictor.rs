@@ -15,9 +15,9 @@ const NODES: usize = 1024;
 /// Guesses for one hierarchy at a time.
 #[derive(Debug)]
 pub(crate) struct ChildPredictor {
-    /// For each node, the child that the last ray visited, stored twice: one copy is compared, the
-    /// other returned. The compiler must not know that they are equal, or it would return the value
-    /// that was compared.
+    /// For each node, the child that the last ray visited, stored twice: one copy is compared, and
+    /// the other is returned. The compiler must not know that they are equal, or it would return
+    /// the value that was compared.
     last: [[u32; 2]; NODES],
 }
 
