@@ -17,9 +17,9 @@ pub enum Containment {
 
 impl Containment {
     /// Returns whether the mesh winds around the point an odd number of times. Also true on the
-    /// surface. For a solid from [`Solid::assume_closed`](crate::Solid::assume_closed), this is
-    /// parity: whether a ray from the point crosses an odd number of triangles, whatever their
-    /// winding.
+    /// surface. For a solid from [`Solid::assume_closed`](crate::Solid::assume_closed), the result
+    /// is the parity: whether a ray from the point crosses an odd number of triangles, whatever
+    /// their winding.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -50,7 +50,7 @@ impl Containment {
         let times = match self {
             Self::Outside => 0,
             Self::Inside(times) => times,
-            // A point on the surface stays there, whatever the ray crosses later.
+            // A result of `Surface` is final, whatever the ray crosses later.
             Self::Surface => return self,
         };
         match times + leave {

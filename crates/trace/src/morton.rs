@@ -46,7 +46,7 @@ pub(crate) fn along_curve(
 
 /// Spreads the ten lowest bits, leaving two zeros between neighbours.
 fn spread(x: u32) -> u32 {
-    // Four steps, each of which splits the groups of bits further.
+    // Each of the four steps splits the groups of bits further.
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;
     let x = (x | x << 4) & 0x030c_30c3;

@@ -1,5 +1,5 @@
 //! Selects which triangles a query considers. Filtering runs out of line, on candidate lanes only,
-//! so traversal is shared and unfiltered queries pay nothing.
+//! so all queries share the same traversal code and unfiltered queries pay nothing.
 
 use std::fmt;
 
@@ -13,9 +13,9 @@ use crate::util::lane_ops::lanes_of;
 
 /// The sides of triangles to consider.
 ///
-/// A ray hits the front of a triangle if it runs against the normal; seen from there, the corners
-/// run counter-clockwise. The sign of the direction along the normal is decided exactly in every
-/// mode. If it is 0, the ray hits neither side.
+/// A ray hits the front of a triangle if it runs against the normal; seen from the front, the
+/// corners run counter-clockwise. The sign of the direction along the normal is decided exactly in
+/// every mode. If that sign is 0, the ray hits neither side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Faces {
     /// Consider both sides.
@@ -30,7 +30,7 @@ pub enum Faces {
 /// The triangles to consider for the rays of a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Selection<'a> {
-    /// A geometry is considered only if its own mask shares a bit with this one.
+    /// A geometry is considered only if its own mask shares a bit with this mask.
     pub(crate) mask: u32,
     pub(crate) faces: Faces,
     /// Hits whose triangles are skipped: one list per ray, or none.

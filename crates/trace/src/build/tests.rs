@@ -1,3 +1,5 @@
+//! Tests that the builder produces valid trees of low cost, whatever the number of threads.
+
 use super::layout::{Layout, MAX_DEPTH};
 use super::{BuildError, binary, layout_at, prim_refs, wide};
 use crate::Bvh;
@@ -41,7 +43,7 @@ fn room(count: usize) -> Vec<Triangle> {
 }
 
 fn checked(triangles: &[Triangle]) -> Layout {
-    let tree = layout_at(triangles, Level::best(), &|_, _| ()).expect("few enough triangles");
+    let tree = layout_at(triangles, Level::best(), &|_, _| ()).expect("the mesh is small enough");
     if let Err(why) = tree.check(triangles) {
         panic!("{} triangles: {why}", triangles.len());
     }
@@ -64,7 +66,8 @@ fn every_unit() {
     for exponent in [-149, -140, -126, -120, -70, 70, 120, 127] {
         let triangles = soup(5000, 0.1, (exponent as f32).exp2());
         let tree = checked(&triangles);
-        // Tree quality does not depend on the unit as long as coordinates keep all their bits.
+        // The cost does not depend on the unit of length as long as coordinates keep all their
+        // bits.
         if exponent > -126 {
             assert!((tree.cost() / plain - 1.0).abs() < 0.01, "{exponent}: {}", tree.cost());
         }
@@ -81,7 +84,7 @@ fn extremes() {
     triangles.push(Triangle([[1e-45, -0.0, 0.0], [-1e-45, 0.0, -0.0], [1e-45, 1e-45, 0.0]]));
     triangles.push(Triangle([[m; 3]; 3]));
     assert!(checked(&triangles).cost().is_finite());
-    // The extreme triangles alone.
+    // Build a tree over the extreme triangles alone.
     checked(&triangles[300..]);
     let corners = (0..5000_u32).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 0 { m } else { -m }));
     let small = |[x, y, z]: [f32; 3]| Triangle([[x, y, z], [x * 0.9, y, z], [x, y * 0.9, z]]);
@@ -112,7 +115,7 @@ fn triangles_at_one_place() {
     let tiny = Triangle([[0.0; 3], [1e-44, 0.0, 0.0], [0.0, 1e-44, 0.0]]);
     for one in [t, flat, speck, tiny] {
         let tree = checked(&vec![one; 100_000]);
-        // Full blocks are split in half repeatedly, with at most eight children per node.
+        // Identical triangles are split in half repeatedly, and a node has at most eight children.
         assert!(tree.depth <= 17, "{}", tree.depth);
         assert!(tree.blocks.len() == 100_000 / 8, "{}", tree.blocks.len());
     }
@@ -128,8 +131,8 @@ fn triangles_at_one_place() {
 fn triangles_on_a_line() {
     let along = |x: f32| Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]]);
     checked(&(1..10_000).map(|i| along(i as f32)).collect::<Vec<_>>());
-    // Each triangle is twice as far out as the previous one, so the heuristic would split them off
-    // one at a time.
+    // Each triangle is twice as far out as the previous one, so the heuristic would split off one
+    // triangle at a time.
     let far = (0..250).map(|i| along((i as f32 - 125.0).exp2()));
     let tree = checked(&far.flat_map(|t| [t; 40]).collect::<Vec<_>>());
     assert!(tree.depth <= MAX_DEPTH);
@@ -139,10 +142,11 @@ fn triangles_on_a_line() {
 fn large_triangles_are_put_where_they_cost_less() {
     for count in [20_000, 30_000, 100_000] {
         let triangles = room(count);
-        let refs = prim_refs::collect(&triangles[..]).expect("few enough triangles").refs;
-        let plain = binary::build(refs, Level::best(), &|_, _| ()).expect("few enough triangles");
-        let plain = wide::write(&plain).expect("few enough triangles");
-        plain.check(&triangles).expect("a valid tree");
+        let refs = prim_refs::collect(&triangles[..]).expect("the mesh is small enough").refs;
+        let plain =
+            binary::build(refs, Level::best(), &|_, _| ()).expect("the mesh is small enough");
+        let plain = wide::write(&plain).expect("the mesh is small enough");
+        plain.check(&triangles).expect("the tree is valid");
         let (cost, before) = (checked(&triangles).cost(), plain.cost());
         assert!(cost < 0.95 * before, "{cost}, before {before}");
     }
@@ -154,11 +158,13 @@ fn same_tree_on_any_number_of_threads() {
         let one = checked(&triangles);
         #[cfg(feature = "parallel")]
         for threads in [1, 2, 5] {
-            let pool =
-                rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("the thread pool starts");
             let other = pool
                 .install(|| layout_at(&triangles[..], Level::best(), &|_, _| ()))
-                .expect("few enough triangles");
+                .expect("the mesh is small enough");
             assert_eq!(one.blocks, other.blocks);
             assert_eq!(format!("{:?}", one.nodes), format!("{:?}", other.nodes));
         }
@@ -171,7 +177,8 @@ fn same_tree_at_every_level() {
     for triangles in [soup(30_000, 0.05, 3.0), room(30_000)] {
         let best = checked(&triangles);
         for level in Level::all() {
-            let other = layout_at(&triangles[..], level, &|_, _| ()).expect("few enough triangles");
+            let other =
+                layout_at(&triangles[..], level, &|_, _| ()).expect("the mesh is small enough");
             assert_eq!(best.blocks, other.blocks, "{}", level.name());
             let nodes = |layout: &Layout| format!("{:?}", layout.nodes);
             assert_eq!(nodes(&best), nodes(&other), "{}", level.name());
@@ -188,7 +195,7 @@ fn progress_reaches_the_end() {
         most.fetch_max(done, Ordering::Relaxed);
         calls.fetch_add(1, Ordering::Relaxed);
     };
-    layout_at(&triangles[..], Level::best(), &tell).expect("few enough triangles");
+    layout_at(&triangles[..], Level::best(), &tell).expect("the mesh is small enough");
     assert_eq!(most.into_inner(), 50_000);
     assert!((10..1000).contains(&calls.into_inner()));
 }
@@ -205,8 +212,8 @@ fn errors_are_for_people() {
 fn moved_parts_change_no_answer() {
     let (triangles, mut random) = (room(20_000), Random(7));
     let mode = Mode::exact();
-    let mut bvh = Bvh::new(&triangles).expect("few enough triangles");
-    // Rays from random points toward the centres of triangles.
+    let mut bvh = Bvh::new(&triangles).expect("the mesh is small enough");
+    // Aim rays from random points at the centres of triangles.
     let rays: Vec<Ray> = (0..400)
         .map(|i| {
             let [a, b, c] = triangles[i * 49].0;
@@ -225,9 +232,9 @@ fn moved_parts_change_no_answer() {
     };
     check(&bvh);
     let elsewhere: Vec<_> = triangles.iter().rev().copied().collect();
-    bvh.refit(&elsewhere).expect("the same number of triangles");
-    bvh.refit(&triangles).expect("the same number of triangles");
+    bvh.refit(&elsewhere).expect("the number of triangles is unchanged");
+    bvh.refit(&triangles).expect("the number of triangles is unchanged");
     check(&bvh);
     let bytes = bvh.to_bytes();
-    check(&Bvh::from_bytes(&bytes).expect("a saved hierarchy"));
+    check(&Bvh::from_bytes(&bytes).expect("the bytes are a saved hierarchy"));
 }

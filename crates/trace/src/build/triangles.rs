@@ -15,8 +15,8 @@ pub(crate) trait Triangles: Sync {
     /// Returns the triangles of a leaf in structure-of-arrays layout.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
     /// Returns the triangles of a leaf after a refit, and their bounds. A triangle that cannot be
-    /// hit inside a box gets a dead lane. The bounds cover all other triangles and those without
-    /// area, which keep their corners.
+    /// hit inside a box gets a dead lane. The bounds cover all other triangles. They also cover
+    /// triangles without area, which keep their corners in the leaf.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
@@ -94,9 +94,9 @@ impl WithSimd for Moved<'_> {
     }
 }
 
-/// Fills the lanes that hold no triangle with a copy of one that can be hit or, if no triangle can
-/// be hit, with a dummy triangle that has an area. Without an area, the filler would be mistaken
-/// for a real triangle when a saved hierarchy is loaded.
+/// Fills the lanes that hold no triangle with a copy of a triangle that can be hit or, if no
+/// triangle can be hit, with a dummy triangle that has an area. Without an area, the filler would
+/// be mistaken for a real triangle when a saved hierarchy is loaded.
 fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let absent = 0xff & !present;
     if absent == 0 {

@@ -27,8 +27,8 @@ pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
     tree.nodes.try_reserve_exact(parts.iter().map(|part| part.nodes.len()).sum())?;
     tree.blocks.try_reserve_exact(parts.iter().map(|part| part.blocks.len()).sum())?;
 
-    // The root of each subtree fills the gap that was reserved for it; its other nodes are
-    // appended.
+    // The root of each subtree fills the gap that was reserved for it. The other nodes of the
+    // subtree are appended.
     for (task, part) in below.iter().zip(parts) {
         let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
         let mut moved = part.nodes.into_iter().map(|mut node| {
@@ -62,7 +62,7 @@ fn in_parts(binary: &Binary, tasks: &[Task]) -> Result<Vec<Layout>, NoMemory> {
 }
 
 /// Writes the wide tree of a subtree. If `below` is given, subtrees smaller than [`PART`] are
-/// pushed there instead.
+/// pushed onto `below` instead.
 fn write_part(
     binary: &Binary,
     root: Subtree,
@@ -116,7 +116,8 @@ fn write_part(
 /// Returns the planned children of the wide node at the root of a subtree, and their number.
 fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     let mut out = [root; 8];
-    // Only the root of the whole tree can itself be a block; it becomes the only child.
+    // Only the root of the whole tree can itself be a block. In that case, the block becomes the
+    // only child of the wide root.
     if binary.is_block(root) {
         return (out, 1);
     }
@@ -167,7 +168,7 @@ fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
     block
 }
 
-/// Builds a node over up to eight numbered boxes, each of which is a leaf.
+/// Builds a node whose children are up to eight leaves, given by their boxes and indices.
 pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
     let all: [Aabb; 8] =
         std::array::from_fn(|i| boxes.get(i).map_or(Aabb::EMPTY, |(bounds, _)| *bounds));
@@ -180,8 +181,8 @@ pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
 }
 
 /// Assigns a slot to each child by octant. Rays of octant `s` visit slot `s` first, so that slot
-/// gets the child closest to where those rays come from. Greedily picks the best remaining pair of
-/// child and slot, as in Ylitie, Karras, and Laine (2017, section 3.3).
+/// gets the child closest to the side from which these rays come. Greedily picks the best remaining
+/// pair of a child and a slot, as in Ylitie, Karras, and Laine (2017, section 3.3).
 fn slots(boxes: &[Aabb]) -> [usize; 8] {
     let mut all = Aabb::EMPTY;
     for b in boxes {
@@ -189,11 +190,11 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
     }
     let scale = all.scale();
     let middle = all.centre(scale);
-    // The position of each child along the mean ray direction of each slot.
+    // Compute the position of each child along the mean ray direction of each slot.
     let mut along = [[0.0; 8]; 8];
     for (row, b) in along.iter_mut().zip(boxes) {
         // A slot's bits are the signs of the ray direction. Rays of octant o visit slot o first, so
-        // it should hold the child that is farthest against their direction.
+        // this slot should hold the child that is farthest against their direction.
         let c = b.centre(scale);
         let [x, y, z] = [c[0] - middle[0], c[1] - middle[1], c[2] - middle[2]];
         *row = [

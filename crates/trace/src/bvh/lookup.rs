@@ -97,7 +97,8 @@ impl<S: BvhScalar> Bvh<S> {
         Some(self.closest(&self.spawn_ray(hit, inward))?.t * length)
     }
 
-    /// Returns the slot of each triangle, indexed by the triangle's position.
+    /// Returns the leaf slot of each triangle, indexed by the triangle's position among all
+    /// triangles.
     fn slots(&self) -> &[LeafSlot] {
         self.slots.get_or_init(|| {
             let mut slots = vec![NOWHERE; self.tree.triangles];

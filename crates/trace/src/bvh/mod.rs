@@ -1,4 +1,4 @@
-//! The public `Bvh<S>`: how to build it and look up its triangles.
+//! The public type `Bvh<S>`: constructors, masks, and access to the triangles.
 
 mod closest_point;
 mod indexed;
@@ -57,7 +57,7 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 pub struct Bvh<S: BvhScalar = f32> {
     pub(crate) tree: Tree,
     pub(crate) originals: S::Originals,
-    /// See [`lookup`].
+    /// The leaf slot of each triangle; see [`lookup`].
     slots: OnceLock<Box<[LeafSlot]>>,
 }
 
@@ -241,7 +241,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// # Panics
     /// Panics if memory runs out.
     pub fn to_triangles(&self) -> Vec<TriangleOf<S>> {
-        self.try_to_triangles().expect("memory for the triangles of a hierarchy")
+        self.try_to_triangles().expect("not enough memory to list the triangles")
     }
 
     /// Like [`Bvh::to_triangles`], but returns an error if memory runs out.

@@ -32,7 +32,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// # Panics
     /// Panics if memory runs out; [`Bvh::write_to`] returns an error instead.
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.try_to_bytes().expect("memory for a saved hierarchy")
+        self.try_to_bytes().expect("not enough memory to save the hierarchy")
     }
 
     /// Like [`Bvh::to_bytes`], but returns an error if memory runs out.

@@ -1,4 +1,4 @@
-//! How queries collect the hits that traversal finds.
+//! Collectors for the hits that traversal finds: the closest hit, any hit, or all hits.
 
 use std::cmp::Ordering;
 
@@ -20,9 +20,9 @@ impl Candidate {
     }
 }
 
-/// How a query collects hits.
+/// Receives the hits of a query and decides which ones to keep.
 pub(super) trait Collect {
-    /// Whether hits farther than those already collected are ignored.
+    /// Whether hits farther away than a hit already collected are ignored.
     const SHORTENS: bool;
 
     /// Whether hits count regardless of geometry masks.

@@ -11,11 +11,12 @@ use crate::util::threads;
 /// The mesh number of an instance that was removed.
 pub(super) const NO_MESH: u32 = u32::MAX;
 
-/// If all products of matrix entries and coordinates are 0 or at least this large (2^-140), no sum
-/// of them is too small for f64 lanes.
+/// If each product of a matrix entry and a coordinate is 0 or at least this large (2^-140), no sum
+/// of these products is too small for f64 lanes.
 const SMALLEST: f64 = f64::from_bits((1023 - 140) << 52);
 
-/// The largest sum that is safe for f64 lanes: 2^299.
+/// If, for each coordinate, the sum of its terms' magnitudes is at most this (2^299), no coordinate
+/// is too large for f64 lanes.
 const LARGEST: f64 = f64::from_bits((1023 + 299) << 52);
 
 /// The number of instances to prepare at a time.
@@ -27,7 +28,7 @@ pub(super) struct Placed {
     pub(super) matrix: Matrix,
     /// The number of its mesh, or [`NO_MESH`].
     pub(super) mesh: u32,
-    /// Queries consider the instance if their mask shares a bit with this one.
+    /// Queries consider the instance only if their mask shares a bit with this mask.
     pub(super) mask: u32,
 }
 
@@ -46,7 +47,7 @@ pub(super) struct Frame {
     pub(super) is_tame: bool,
 }
 
-/// A scene that no longer changes.
+/// A committed scene, which no longer changes.
 #[derive(Debug)]
 pub(super) struct Committed {
     pub(super) placed: Arc<Vec<Placed>>,

@@ -27,15 +27,15 @@ impl InstanceId {
 pub struct SceneHit {
     /// The hit. Its triangle and geometry refer to the instance's mesh.
     pub hit: Hit,
-    /// The instance. Arbitrary if the hit is a miss.
+    /// The instance that was hit; arbitrary for a miss.
     pub instance: InstanceId,
     /// Whether the ray runs in the direction of the triangle's normal in world space, and thus
-    /// leaves a closed mesh. A mirroring matrix flips the triangles.
+    /// leaves a closed mesh at this hit. A mirroring matrix flips the triangles.
     pub leaves: bool,
 }
 
 impl SceneHit {
-    /// The result for a ray without a hit in a batch.
+    /// The result in a batch for a ray without a hit.
     pub const MISS: Self = Self { hit: Hit::MISS, instance: InstanceId(u32::MAX), leaves: false };
 
     /// Returns whether this is a hit.
@@ -50,12 +50,12 @@ impl SceneHit {
 pub struct SceneClosestPoint {
     /// The point. Its triangle and geometry refer to the instance's mesh.
     pub closest: ClosestPoint,
-    /// The instance. Arbitrary for [`SceneClosestPoint::NONE`].
+    /// The instance to which the triangle belongs; arbitrary for [`SceneClosestPoint::NONE`].
     pub instance: InstanceId,
 }
 
 impl SceneClosestPoint {
-    /// The result for a point without a closest point in a batch.
+    /// The result in a batch for a point without a closest point.
     pub const NONE: Self = Self { closest: ClosestPoint::NONE, instance: InstanceId(u32::MAX) };
 
     /// Returns `self`, or `None` for [`SceneClosestPoint::NONE`].

@@ -33,7 +33,7 @@ pub(super) struct PlacedMesh<'a, S, X: BvhScalar> {
     pub(super) matrix: &'a Matrix,
     pub(super) instance: u32,
     pub(super) rule: Rule,
-    /// Only geometries whose masks share a bit with this one count.
+    /// Hits count only if the geometry's mask shares a bit with this mask.
     pub(super) mask: u32,
     pub(super) level: PhantomData<S>,
 }
@@ -66,8 +66,8 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
             let plain = self.plain(leaf, ray);
             (miss, sure) = (miss & plain, sure & plain);
         }
-        // Lanes that are not certain misses are certain hits or need the exact test. Both are rare,
-        // so they are processed one at a time.
+        // Lanes that are not certain misses are certain hits or need the exact test. Both kinds are
+        // rare, so process them one lane at a time.
         let left = self.bvh.tree.present(leaf) & !miss;
         left == 0 || self.settle((leaf, left, sure), ray, collect)
     }
@@ -121,7 +121,7 @@ pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
     /// Whether f64 lanes can process the ray and the corners without overflow or underflow.
     pub(super) is_tame: bool,
     pub(super) collect: &'a mut C,
-    /// Converts the ray's t to the units of the mesh's tree.
+    /// The factor that converts the ray's t to the units of the mesh's tree.
     pub(super) unit: f64,
     pub(super) go_on: bool,
 }

@@ -21,12 +21,15 @@ const W: f64 = f64::EPSILON / 2.0;
 /// four times.
 const CORNER: f64 = 1.02 * W;
 
-/// Boxes in world space are widened by this fraction of the same magnitudes.
+/// World-space boxes are widened by this fraction of the magnitudes that [`sizes`] returns.
 const BOX: f64 = 20.0 * W;
 
-/// Error bounds for an origin and a direction in mesh space, as fractions of their magnitude times
-/// the norm of the inverse and, for the direction, also times the norm of the matrix.
+/// A bound on the error of an origin in mesh space, as a fraction of the origin's magnitude times
+/// the norm of the inverse.
 const ORIGIN: f64 = 5.0 * W;
+
+/// A bound on the error of a direction in mesh space, as a fraction of the direction's magnitude
+/// times the norms of the inverse and of the matrix.
 const DIR: f64 = 4.1 * W;
 
 /// `ρ / (1 - ρ)` is at most this factor times ρ for ρ up to [`DEFECT`], including rounding.
@@ -39,10 +42,11 @@ const DEFECT: f64 = 1.0 / 1024.0;
 /// The error of an entry of `I - N A` is at most this fraction of the sum of its terms' magnitudes.
 const PRODUCT: f64 = 5.0 * W;
 
-/// Exceeds the effect of underflow even after multiplication by one of the fractions above.
+/// This value exceeds the effect of underflow, even after multiplication by one of the fractions
+/// above.
 const TINY: f64 = 4.0 * f64::MIN_POSITIVE;
 
-/// Products of sums of magnitudes above this (2^1000) could overflow.
+/// If a sum of magnitudes exceeds this (2^1000), its product with another such sum could overflow.
 const ENORMOUS: f64 = f64::from_bits((1023 + 1000) << 52);
 
 /// A factor that rounds sums of magnitudes up.
@@ -85,8 +89,8 @@ pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
 #[inline(always)]
 pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -> [[f64; 3]; 2] {
     let [mut from, mut to] = [[0.0; 3]; 2];
-    // Transform the centre and half the size: |A| maps the latter to the extent in world space,
-    // whatever the signs of the matrix. Halving first ensures that no sum overflows.
+    // Transform the centre and half the size: |A| maps half the size to half the extent in world
+    // space, whatever the signs of the matrix. Halving first ensures that no sum overflows.
     let middle = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
     let half = [0, 1, 2].map(|k| 0.5 * hi[k] - 0.5 * lo[k]);
     for k in 0..3 {
@@ -104,8 +108,8 @@ pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inverse {
     rows: [[f64; 3]; 3],
-    /// The error of an origin is at most this fraction of its distance from the matrix's last
-    /// column.
+    /// The error of an origin in mesh space is at most this fraction of the distance between the
+    /// world-space origin and the matrix's last column.
     origin: f32,
     /// A bound on the relative error of a direction. NaN or large if there is no useful inverse.
     dir: f32,
@@ -139,8 +143,8 @@ impl Inverse {
             return Self::NONE;
         }
         let (mut size, mut corner) = (0.0_f64, 0.0_f64);
-        // The last summand is rounded once and the others four times; see (1) in the proof, here
-        // without its factor w.
+        // The last summand is rounded once and the others four times. This is bound (1) in the
+        // proof, without the factor w.
         let rounded = [0, 1, 2].map(|i| 4.0 * sizes[i] - 3.0 * m[4 * i + 3].abs());
         for [x, y, z] in rows.map(|row| row.map(f64::abs)) {
             size = size.max(x + y + z);
@@ -185,8 +189,8 @@ impl Inverse {
         let near = (splat(self.corner.into()) + off_origin * largest(from)) * scale;
         let room = near + splat(INVERSE) * off_dir * (largest(origin) + reach + near);
         let room = room * splat(UP);
-        // A margin of a hundredth of the mesh costs little. If it is much larger, traversal in
-        // world space is faster.
+        // A margin of a hundredth of the mesh costs little. If the margin is much larger, traversal
+        // in world space is faster.
         (TreeRay { origin, dir, room }, room.le(splat(0.25) * reach))
     }
 }
@@ -264,8 +268,9 @@ mod tests {
     const EXTENT: Extent =
         Extent { bounds: [[-1.0; 3], [1.0; 3]], centre: [0.0; 3], scale: 1.0, least: 1.0 };
 
-    /// Corners that are placed far out are rounded by almost as much as the bound allows, but never
-    /// more. The matrix only translates and scales by a power of two, so its inverse is exact.
+    /// Corners placed far from the origin are rounded by almost as much as the bound allows, but
+    /// never more. The matrix only translates and scales by a power of two, so its inverse is
+    /// exact.
     #[test]
     fn corners_are_rounded_by_less_than_the_bound() {
         let mut random = random();
@@ -292,9 +297,9 @@ mod tests {
         assert!(worst > 0.6, "{worst}");
     }
 
-    /// A ray through a world-space point, transformed to mesh space, passes within its bound of
-    /// that point's original position. The matrix consists of small integers, so placing the point
-    /// involves no rounding.
+    /// Transforms rays through placed vertices back to mesh space. Each ray must pass the original
+    /// vertex within the ray's error bound. The matrix consists of small integers, so placing the
+    /// point involves no rounding.
     #[test]
     fn rays_in_the_frame_pass_within_their_room() {
         let mut random = random();
@@ -306,7 +311,7 @@ mod tests {
             for (i, m) in m.iter_mut().enumerate() {
                 *m = if i % 4 == 3 { whole(1e6) } else { whole(size) };
             }
-            // From one vertex to another in a mesh whose coordinates are multiples of 1/64.
+            // The ray runs from one vertex to another; mesh coordinates are multiples of 1/64.
             let [from, to] = [0; 2].map(|_| [0; 3].map(|_| whole(64.0) / 64.0));
             let placed = |p| {
                 let Vec3 { x, y, z } = placed(&m, Vec3::<f64>::splat(p));

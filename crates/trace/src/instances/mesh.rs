@@ -9,7 +9,8 @@ use crate::scalar::BvhScalar;
 use crate::tree::{Node, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// A mesh that instances share: a [`Bvh`] in f32 or f64. An `Arc` of either converts into it.
+/// A mesh that instances share: a [`Bvh`] in f32 or f64. An `Arc` of either type converts into a
+/// `SceneMesh`.
 #[derive(Clone, Debug)]
 pub enum SceneMesh {
     /// A mesh in f32.
@@ -48,7 +49,7 @@ impl SceneMesh {
         }
     }
 
-    /// Computes the properties that a scene needs.
+    /// Computes the properties of the mesh that a scene needs.
     pub(super) fn extent(&self) -> Extent {
         match self {
             Self::F32(mesh) => Extent::of(mesh),

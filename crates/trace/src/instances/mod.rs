@@ -1,5 +1,5 @@
-//! Scenes of instances: copies of a mesh that share its tree, each placed in the world by a matrix.
-//! Scenes can be edited.
+//! Scenes of instances, which can be edited. Instances are copies of a mesh that share its tree,
+//! each placed in the world by a matrix.
 //!
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings

@@ -1,8 +1,8 @@
-//! Closest-point search in a scene: descends the tree of instances and then the meshes, whose boxes
-//! are transformed to world space, nearest first.
+//! Closest-point search in a scene: descends the tree of instances and then the trees of their
+//! meshes, nearest boxes first. The boxes of a mesh are transformed to world space.
 //!
 //! Boxes are compared by lower bounds on their distances, and triangles by distances that are
-//! rounded once. Triangles that rounding cannot tell apart are compared exactly.
+//! rounded once. Triangles whose rounded distances are too close to decide are compared exactly.
 
 use std::ops::ControlFlow;
 
@@ -197,7 +197,7 @@ fn around(Triangle64([a, b, c]): &Triangle64) -> [[f64; 3]; 2] {
 /// Returns a lower bound on the distance from a point to a box, ignoring NaN coordinates.
 #[inline(always)]
 fn lower_bound(point: [f64; 3], [lo, hi]: &[[f64; 3]; 2]) -> f64 {
-    // The gap along each axis; `max` ignores NaN.
+    // Compute the gap along each axis; `max` ignores NaN.
     let gap = [0, 1, 2].map(|k| (lo[k] - point[k]).max(point[k] - hi[k]).max(0.0));
     let most = gap[0].max(gap[1]).max(gap[2]);
     // The largest gap is itself a lower bound.

@@ -3,7 +3,7 @@
 //! ```text
 //!   sixteen rays ──► tree of instances ──► instance ──► rays that reach it, in mesh space ──► its tree
 //!                                                                                                │
-//!                    each ray that reaches it ◄── moved to world space once ◄── a leaf ◄─────────┘
+//!              each ray that reaches the leaf ◄── moved to world space once ◄── a leaf ◄─────────┘
 //! ```
 //!
 //! Each lane does what [`Trace`] does for a single ray. Boxes are widened by the largest margin
@@ -44,7 +44,7 @@ pub(super) fn patience() -> Patience {
     Patience::new(PATIENCE)
 }
 
-/// Traces up to sixteen rays through a scene, together if that pays off.
+/// Traces up to sixteen rays through a scene, together if that is faster.
 pub(super) struct TraceSome<'a, C> {
     pub(super) scene: &'a Committed,
     pub(super) rays: &'a [Ray64],
@@ -52,7 +52,7 @@ pub(super) struct TraceSome<'a, C> {
     pub(super) mask: u32,
     pub(super) scratch: &'a mut SceneScratch,
     pub(super) patience: &'a mut Patience,
-    /// Collects the hits of each ray.
+    /// The collector of each ray's hits.
     pub(super) collect: &'a mut [C],
 }
 
@@ -97,9 +97,9 @@ struct World<'a> {
     origin: [[f64; RAYS]; 3],
     dir: [[f64; RAYS]; 3],
     t_min: [f64; RAYS],
-    /// A bit for each ray that may hit something.
+    /// A mask of the rays that may hit something.
     live: u32,
-    /// A bit for each ray whose values neither overflow nor underflow in f64 lanes.
+    /// A mask of the rays whose values neither overflow nor underflow in f64 lanes.
     tame: u32,
 }
 
@@ -178,7 +178,7 @@ struct InTree {
     unit: [f64; RAYS],
     /// The largest distance outside a triangle's box at which a hit of any ray may appear.
     room: f64,
-    /// A bit for each ray that could be transformed.
+    /// A mask of the rays that could be transformed.
     some: u32,
     negative: [u32; 3],
 }
@@ -199,7 +199,7 @@ struct VisitInstances<'a, 'b, S, C> {
     collect: &'b mut [C],
     /// For each ray, the t beyond which hits no longer count; NaN if the ray is finished.
     until: [f64; RAYS],
-    /// A bit for each active ray.
+    /// A mask of the active rays.
     live: u32,
     /// The factor that converts each ray's t to the units of the top tree.
     unit: [f64; RAYS],
@@ -370,7 +370,7 @@ impl<S: Simd, C: Collect> VisitTogether<S::F32x16> for VisitInstances<'_, '_, S,
 struct VisitLeaves<'a, S, X: BvhScalar, C> {
     mesh: PlacedMesh<'a, S, X>,
     rays: &'a [Ray64],
-    /// A bit for each ray whose values neither overflow nor underflow in f64 lanes.
+    /// A mask of the rays whose values neither overflow nor underflow in f64 lanes.
     tame: u32,
     collect: &'a mut [C],
     /// For each ray, the t beyond which hits no longer count; NaN if the ray is finished.

@@ -13,7 +13,7 @@ use crate::solid::WINDING_DIR;
 use crate::util::threads;
 
 /// Point queries. As in [`Bvh::closest_point`](crate::Bvh::closest_point) and
-/// [`Solid`](crate::Solid), geometry masks have no effect. Instance masks do.
+/// [`Solid`](crate::Solid), geometry masks have no effect, but instance masks do.
 impl SceneSnapshot {
     /// Returns the point of all instances that is closest to a given point, within a radius. The
     /// result is what [`Bvh::closest_point`](crate::Bvh::closest_point) would find among the

@@ -59,7 +59,7 @@ impl Scene {
     /// # Panics
     /// Panics if memory runs out; [`Scene::write_to`] returns an error instead.
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.try_to_bytes().expect("memory for a saved scene")
+        self.try_to_bytes().expect("not enough memory to save the scene")
     }
 
     /// Like [`Scene::to_bytes`], but returns an error if memory runs out.

@@ -10,7 +10,7 @@ use super::mesh::SceneMesh;
 use super::snapshot::SceneSnapshot;
 use crate::tree::LEAF;
 
-/// A set of mesh instances, each placed by its own matrix, that may move between queries.
+/// A set of mesh instances that may move between queries, each placed by its own matrix.
 ///
 /// A matrix has three rows of four numbers, stored row by row. It places a corner (x, y, z) of the
 /// mesh at `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation
@@ -44,12 +44,12 @@ use crate::tree::LEAF;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Indexed by instance number; removed instances have no mesh. Shared with the last snapshot
-    /// until the scene changes.
+    /// The instances as placed, indexed by instance number. Removed instances have no mesh. The
+    /// list is shared with the last snapshot until the scene changes.
     pub(super) placed: Arc<Vec<Placed>>,
     /// Instance numbers free for reuse.
     pub(super) free: Vec<u32>,
-    /// Indexed by mesh number; meshes without instances are dropped.
+    /// The meshes, indexed by mesh number. Meshes without instances are dropped.
     pub(super) meshes: Vec<Option<MeshEntry>>,
     /// The number of instances of each mesh.
     pub(super) uses: Vec<usize>,
@@ -128,8 +128,8 @@ impl Scene {
         self.set_mask(id, if is_visible { u32::MAX } else { 0 })
     }
 
-    /// Sets the mask of an instance, initially `u32::MAX`. Queries consider the instance if their
-    /// own mask ([`SceneSnapshot::mask`]) shares a bit with it.
+    /// Sets the mask of an instance, initially `u32::MAX`. A query considers the instance only if
+    /// the query's mask ([`SceneSnapshot::mask`]) shares a bit with the instance's mask.
     ///
     /// # Errors
     /// Returns an error if the instance does not exist.

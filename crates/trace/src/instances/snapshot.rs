@@ -23,7 +23,7 @@ use crate::walk::packet::RAYS;
 /// Results are those of the `exact` mode on the world-space corners defined by
 /// [`Scene`](crate::Scene): t, u, and v are correctly rounded. If two hits have the same t, the
 /// lower instance wins, then the lower geometry, then the lower triangle. Hidden instances and
-/// geometries with mask 0 are ignored; [`SceneSnapshot::mask`] lets you ignore more.
+/// geometries with mask 0 are ignored; use [`SceneSnapshot::mask`] to ignore others.
 #[derive(Clone, Debug)]
 pub struct SceneSnapshot {
     pub(super) committed: Arc<Committed>,
@@ -51,7 +51,7 @@ impl SceneSnapshot {
 
     /// Restricts queries to the instances and geometries whose masks
     /// ([`Scene::set_mask`](crate::Scene::set_mask), [`Bvh::set_mask`](crate::Bvh::set_mask)) share
-    /// a bit with this one.
+    /// a bit with `mask`.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -98,7 +98,8 @@ impl SceneSnapshot {
     }
 
     /// Returns the ray's crossings with the meshes, sorted like [`SceneSnapshot::all`]. A crossing
-    /// at an edge or corner of a mesh counts for only one of the triangles that meet there.
+    /// at an edge or corner of a mesh counts for only one of the triangles that share the edge or
+    /// corner.
     pub fn crossings(&self, ray: &Ray64) -> Vec<SceneHit> {
         self.all_by(ray, Rule::Once)
     }
@@ -127,7 +128,7 @@ impl SceneSnapshot {
         hits.into_iter().zip(found).map(|(hit, found)| self.named(ray, found, hit)).collect()
     }
 
-    /// Completes a hit: names the triangle within its geometry, and adds the instance.
+    /// Completes a hit: sets the geometry and the triangle's index in it, and adds the instance.
     fn named(&self, ray: &Ray64, found: &Candidate, mut hit: Hit) -> SceneHit {
         if let Some(entry) = self.committed.mesh(found.instance as usize) {
             entry.mesh.tree().geometries.rename([&mut hit]);
@@ -143,7 +144,7 @@ impl SceneSnapshot {
         });
     }
 
-    /// Traces rays on this thread, together where that pays off. `collect[i]` belongs to `rays[i]`.
+    /// Traces rays on this thread, together if that is faster. `collect[i]` belongs to `rays[i]`.
     fn trace_each<C: Collect>(&self, rays: &[Ray64], collect: &mut [C], patience: &mut Patience) {
         let (scene, mask, rule) = (&*self.committed, self.mask, Rule::Closed);
         self.with_scratch(|scratch| {
@@ -157,7 +158,8 @@ impl SceneSnapshot {
 
     fn with_scratch(&self, trace: impl FnOnce(&mut SceneScratch)) {
         let scene = &*self.committed;
-        // Take the scratch out while it is in use. A nested query finds none and creates its own.
+        // Take the scratch out while it is in use. A nested query finds no scratch and creates its
+        // own.
         let kept = SCRATCH.try_with(Cell::take).ok().flatten();
         let mut scratch =
             kept.filter(|kept| kept.fits(scene)).unwrap_or_else(|| SceneScratch::new(scene));

@@ -89,7 +89,7 @@ impl Top {
         [false, true].map(|upper| {
             [0, 1, 2].map(|axis| {
                 let side = f64::from(node.sides(axis, upper)[slot]) / scale;
-                // Exceeds the rounding error of the sum.
+                // This margin exceeds the rounding error of the sum.
                 let room = f64::EPSILON * (side.abs() + centre[axis].abs()) + f64::MIN_POSITIVE;
                 side + centre[axis] + if upper { room } else { -room }
             })

@@ -52,7 +52,8 @@ pub(super) struct Trace<'a, C> {
     pub(super) scene: &'a Committed,
     pub(super) ray: &'a Ray64,
     pub(super) rule: Rule,
-    /// Only instances and geometries whose masks share a bit with this one count.
+    /// Hits count only if the masks of the instance and the geometry both share a bit with this
+    /// mask.
     pub(super) mask: u32,
     pub(super) scratch: &'a mut SceneScratch,
     pub(super) collect: &'a mut C,
@@ -129,7 +130,7 @@ pub(super) struct VisitOne<'a, S, C> {
     pub(super) is_tame: bool,
     pub(super) scratch: &'a mut TraversalScratch,
     pub(super) collect: &'a mut C,
-    /// Converts the ray's t to the units of the top tree.
+    /// The factor that converts the ray's t to the units of the top tree.
     pub(super) unit: f64,
     pub(super) level: PhantomData<S>,
 }

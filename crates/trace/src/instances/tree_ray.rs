@@ -60,9 +60,12 @@ impl TreeSlabs {
     }
 }
 
-/// Multiplying a positive normal f32 by one of these moves it down or up by at least one ulp.
-/// Subnormal numbers also need [`f32::MIN_POSITIVE`].
+/// Multiplying a positive normal f32 by this moves it down by at least one ulp. For a subnormal
+/// number, also subtract [`f32::MIN_POSITIVE`].
 const DOWN: f32 = 1.0 - f32::EPSILON;
+
+/// Multiplying a positive normal f32 by this moves it up by at least one ulp. For a subnormal
+/// number, also add [`f32::MIN_POSITIVE`].
 const UP: f32 = 1.0 + f32::EPSILON;
 
 /// Converts a t to the slabs' units and rounds it down, but not below 0.
@@ -136,7 +139,7 @@ mod tests {
         let (least, most) = (f32::from_bits(1), f32::MAX);
         let some = [0.0, least, f32::MIN_POSITIVE, 0.7, 1.0, 1.0_f32.next_down(), 3e30, most];
         for t in some {
-            // Values that round to this f32 or to one of its neighbours.
+            // Try values of t that round to this f32 or to one of its neighbours.
             let (below, above) = (f64::from(t.next_down()), f64::from(t.next_up()));
             let near = [f64::from(t), 0.5 * (below.max(0.0) + f64::from(t)), above.min(1e300)];
             for (unit, t) in [1.0, 0.125, 1024.0].iter().flat_map(|u| near.map(|t| (*u, t / u))) {

@@ -15,7 +15,7 @@ use intertri::simd::Simd;
 /// A bound on the relative error of a plane's t.
 const SHARE: f64 = 4.0 * f64::EPSILON;
 
-/// A traversal in world space.
+/// A traversal of a mesh's tree in world space.
 pub(super) struct WorldWalk<'a> {
     pub(super) tree: &'a Tree,
     pub(super) extent: &'a Extent,
@@ -68,13 +68,13 @@ fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
     for k in 0..3 {
         let (o, d) = (ray.origin[k], ray.dir[k]);
         if d == 0.0 {
-            // False for NaN, which counts as inside every box.
+            // The comparisons are false for NaN, so a NaN origin or side counts as inside.
             if o < lo[k] || o > hi[k] {
                 return None;
             }
             continue;
         }
-        // The side that the ray reaches first.
+        // Order the two sides so that the ray reaches `from` first.
         let (from, to) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
         let (from, to) = ((from - o) / d, (to - o) / d);
         let (from, to) = (from - SHARE * from.abs(), to + SHARE * to.abs());

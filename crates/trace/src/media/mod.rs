@@ -27,8 +27,9 @@ use path::Path;
 /// from medium to medium.
 ///
 /// Each mesh is a geometry of the hierarchy, in the given order. Meshes may be nested, touch, or
-/// overlap: where several wind around a point, the last one in the list decides, so list them from
-/// the outside in. Where no mesh winds around a point, the medium is `None`, that is, the outside.
+/// overlap: where several meshes wind around a point, the last one in the list decides, so list
+/// them from the outside in. Where no mesh winds around a point, the medium is `None`, that is, the
+/// outside.
 ///
 /// Every point in space and every part of a ray has exactly one medium. Crossings at the same t are
 /// evaluated together, so touching solids have no gap between them, and the order of crossings is
@@ -131,12 +132,13 @@ impl<S: BvhScalar> Media<S> {
     }
 }
 
-/// Removes the end of a ray, because the winding numbers at its start depend on all crossings.
+/// Returns a ray without its far end, because the winding numbers at the ray's start depend on all
+/// crossings.
 fn endless<S: Scalar>(ray: &RayOf<S>) -> RayOf<S> {
     RayOf { t_max: S::INFINITY, ..*ray }
 }
 
-/// Creates a ray from a point in the direction that decides which side of a wall the point is on.
+/// Creates a ray from a point, in the direction that decides on which side of a wall the point is.
 fn toward_outside<S: Scalar>(point: [S; 3]) -> RayOf<S> {
     RayOf::new(point, WINDING_DIR.map(S::from))
 }

@@ -1,15 +1,15 @@
 //! Iterates over the segments of a single ray, from last to first.
 //!
-//! Infinitely far away, no mesh winds around the ray. Going back from there toward the start, each
-//! crossing changes the winding number of one mesh by one:
+//! At its far end, at infinity, the ray is outside all meshes. From this end back toward the start,
+//! each crossing changes the winding number of one mesh by one:
 //!
 //! ```text
 //!   rock    0 ─┤ enters ├─ 1 ──────────────── 1 ───────────┤ leaves ├─ 0        Read from right to left.
 //!   steel   0 ──────────── 0 ─┤ enters ├─ 1 ─┤ leaves ├─ 0 ──────────── 0
 //! ```
 //!
-//! Crossings with the same t change all their winding numbers at once. Rounding preserves order, so
-//! crossings with the same exact t also have the same rounded t.
+//! Crossings with the same t take effect together. Rounding preserves order, so crossings with the
+//! same exact t also have the same rounded t.
 
 use intertri::{Crossing, Hit, RayOf, Scalar};
 
@@ -24,20 +24,22 @@ pub(super) struct Path<'a> {
     /// The meshes that wind around the ray just before `end`, with their winding numbers.
     winding: Vec<(u32, i32)>,
     start: f64,
-    /// The end of the next segment to be returned, and the wall at that end.
+    /// The t at which the next segment to be returned ends.
     end: f64,
+    /// The wall at the end of that segment.
     wall: Hit,
 }
 
 impl<'a> Path<'a> {
-    /// Expects all crossings after the start of a ray, regardless of its `t_max`.
+    /// Creates the iterator from all crossings after the start of a ray, including those beyond
+    /// `t_max`.
     pub(super) fn new<S: Scalar>(
         media: &'a [u32],
         ray: &RayOf<S>,
         crossings: &'a [Crossing],
     ) -> Self {
         let (start, end): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
-        // A crossing at t = 0 never counts.
+        // Replace a negative `t_min` with 0. A crossing at t = 0 never counts.
         let start = if start < 0.0 { 0.0 } else { start };
         Self { media, crossings, winding: Vec::new(), start, end, wall: Hit::MISS }
     }
@@ -60,7 +62,7 @@ impl<'a> Path<'a> {
         hit.is_hit().then_some(MediumCrossing { hit, left, entered })
     }
 
-    /// Returns the last of the meshes that wind around the ray.
+    /// Returns the last, by index, of the meshes that wind around the ray just before `end`.
     fn mesh(&self) -> Option<u32> {
         self.winding.iter().map(|&(mesh, _)| mesh).max()
     }
@@ -69,7 +71,8 @@ impl<'a> Path<'a> {
         mesh.map(|mesh| self.media[mesh as usize])
     }
 
-    /// Moves back across a wall.
+    /// Moves from behind a wall to its front by undoing the crossing's change to the winding
+    /// number.
     fn cross(&mut self, Crossing { hit, leaves }: &Crossing) {
         let times = if *leaves { 1 } else { -1 };
         match self.winding.iter().position(|&(mesh, _)| mesh == hit.geometry) {
@@ -101,7 +104,7 @@ impl Iterator for Path<'_> {
             let before = self.mesh();
             if t < end && self.medium_of(before) != self.medium_of(after) {
                 // The ray crosses the later of the two meshes here, because that mesh winds around
-                // it on only one side.
+                // the ray on only one side of the crossing.
                 let mesh = before.max(after);
                 let wall_here = tied.iter().find(|crossing| Some(crossing.hit.geometry) == mesh);
                 self.end = t;

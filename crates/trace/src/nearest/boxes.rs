@@ -1,15 +1,15 @@
-//! Lower bounds on the distances from a point to the eight boxes of a node or to the boxes of eight
-//! triangles.
+//! Computes lower bounds on the distances from a point to the eight boxes of a node or to the boxes
+//! of eight triangles.
 
 use intertri::simd::{Lanes, Vec3};
 
 use crate::tree::Node;
 
-/// A bound on the relative excess of a computed squared distance over the exact one: `2^-20`.
+/// A computed squared distance exceeds the exact one by at most this fraction, `2^-20`.
 const SHARE: f64 = 1.0 / (1_u64 << 20) as f64;
 
-/// A bound on the absolute error of a squared distance from underflow and from subnormal numbers
-/// read as 0: `2^-120`.
+/// A bound on the absolute error of a squared distance that results from underflow or from reading
+/// subnormal numbers as 0: `2^-120`.
 const TINY: f64 = f64::from_bits((1023 - 120) << 52);
 
 /// Returns the largest squared distance that [`squares`] may compute for a box that contains a
@@ -19,15 +19,16 @@ pub(super) fn far_for(most: f64) -> f32 {
     ((most * (1.0 + SHARE) + TINY) as f32).next_up()
 }
 
-/// Returns a mask of the boxes that may contain a point whose squared distance is at most `far`,
-/// and the squared distance of each box. The two points of `within` enclose the query point.
+/// Returns a mask of the boxes that may contain a point at a squared distance of at most `far` from
+/// the query point, and the squared distance to each box. The two points of `within` enclose the
+/// query point.
 #[inline(always)]
 pub(super) fn squares<F: Lanes<Scalar = f32>>(
     node: &Node,
     within: [Vec3<F>; 2],
     far: f32,
 ) -> (F::Mask, F) {
-    // A missing child has its lower sides above its upper sides.
+    // For a missing child, the lower sides are above the upper sides.
     let lo = Vec3 {
         x: F::load(node.sides(0, false)),
         y: F::load(node.sides(1, false)),
@@ -54,7 +55,7 @@ pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
     to_boxes(lo, hi, within).le(F::splat(far))
 }
 
-/// Returns the squared distances to eight boxes.
+/// Returns the squared distances from the query point to eight boxes.
 #[inline(always)]
 fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, [from, to]: [Vec3<F>; 2]) -> F {
     let none = F::splat(0.0);

@@ -15,8 +15,8 @@ pub struct ClosestPoint {
     /// is infinite if it exceeds the range of f64.
     pub distance: f64,
     /// The point. The error of each coordinate is at most `2^-50` of the triangle's largest
-    /// coordinate, plus `2^-1073` if that is subnormal in f64. The point is never outside the
-    /// triangle's bounding box.
+    /// coordinate, plus `2^-1073` if that fraction is subnormal in f64. The point is never outside
+    /// the triangle's bounding box.
     pub point: [f64; 3],
     /// The barycentric weight of the triangle's second corner, rounded once.
     pub u: f64,
@@ -30,8 +30,8 @@ pub struct ClosestPoint {
 }
 
 impl ClosestPoint {
-    /// The result for a point without a closest point in a batch: infinitely far away, on triangle
-    /// `u32::MAX`.
+    /// The result in a batch for a point that has no closest point: an infinite distance and
+    /// triangle `u32::MAX`.
     pub const NONE: Self = Self {
         distance: f64::INFINITY,
         point: [f64::NAN; 3],
@@ -50,7 +50,7 @@ impl ClosestPoint {
         let first = (1.0 - u) - v;
         let at = |axis: usize| {
             let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());
-            // Rounding may leave the box or the range of f64.
+            // Rounding may move the point out of the triangle's box or beyond the range of f64.
             ((first * a + u * b) + v * c).clamp(a.min(b).min(c), a.max(b).max(c))
         };
         Self { distance, point: [at(0), at(1), at(2)], u, v, ..Self::NONE }

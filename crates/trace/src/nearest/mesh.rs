@@ -1,4 +1,5 @@
-//! The mesh interface of the closest-point search.
+//! Defines the trait `Mesh`, through which the closest-point search accesses a mesh, and implements
+//! it for f32.
 
 use intertri::simd::{Lanes, Simd, Vec3};
 use intertri::{LeafSlot, Scalar, Triangle, TriangleOf};

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   boxes      lower bounds in f32 lanes; boxes certainly farther than a known triangle are skipped
-//!   triangles  bounds in f64 lanes; nearly always, one remains, or neighbours that share the point
+//!   triangles  bounds in f64 lanes usually leave one triangle, or neighbours that share the point
 //!   the rest   exact signs and integers determine the closest triangle, its distance, and its point
 //! ```
 //!

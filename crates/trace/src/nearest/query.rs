@@ -42,7 +42,7 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
         // Process neighbouring points in sequence, so that the last leaf found is a good first
-        // guess. If memory runs out while sorting them, keep the given order.
+        // guess. If there is not enough memory to sort the points, keep the given order.
         let order =
             along_curve(&tree.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
         for i in 0..points.len() {

@@ -1,3 +1,5 @@
+//! Tests that closest-point queries return what a plain loop in integer arithmetic returns.
+
 use std::cmp::Ordering;
 
 use intertri::Triangle;
@@ -36,8 +38,8 @@ fn assert_plain(triangles: &[Triangle], points: &[[f32; 3]], radius: f64) -> usi
     found
 }
 
-/// Tests points and triangles on a small grid, where most distances tie, at extreme exponents, and
-/// at arbitrary coordinates.
+/// Compares random points and triangles with the reference: on a small grid, where many distances
+/// are equal, at extreme exponents, and at arbitrary coordinates.
 #[test]
 fn it_is_the_plain_loop() {
     let mut number = random();
@@ -116,11 +118,11 @@ fn balls_far_and_near() {
         on += usize::from(distance == 0.0);
         assert_eq!(distance, solid.signed_distance(point));
     }
-    assert!(inside > 20 && on > 20, "{inside} inside, {on} on it");
+    assert!(inside > 20 && on > 20, "{inside} inside, {on} on the surface");
     assert!(solid.signed_distance([f32::NAN, 0.0, 0.0]).is_nan());
 }
 
-/// One triangle degenerates to a segment, another to a point.
+/// Queries a mesh in which one triangle degenerates to a segment and another to a point.
 #[test]
 fn triangles_without_an_area_are_segments_and_points() {
     let floor = Triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
@@ -130,7 +132,7 @@ fn triangles_without_an_area_are_segments_and_points() {
     let found = near([6.5, 5.0, 6.0]);
     assert_eq!((found.triangle, found.distance, found.point), (1, 1.0, [6.5, 5.0, 5.0]));
     assert_eq!([found.u, found.v], [0.75, 0.0]);
-    // The third corner, which lies in the interior of the segment.
+    // The closest point is now the third corner, which lies in the interior of the segment.
     assert_eq!(
         near([6.0, 5.0, 6.0]),
         ClosestPoint { point: [6.0, 5.0, 5.0], u: 0.0, v: 1.0, ..found }

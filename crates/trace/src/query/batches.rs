@@ -17,9 +17,9 @@ use crate::util::threads;
 ///
 /// Batches are faster if rays that are adjacent in the slice are also close in space. The fastest
 /// are rays that share an origin and form the pixels of an image, in rows of any width or in tiles,
-/// such as 32×32 pixels in Z-order: the library detects them and traces 1024 at a time in a narrow
-/// cone. Other coherent rays, such as parallel ones, are traced sixteen at a time. Results do not
-/// depend on the order.
+/// such as 32×32 pixels in Z-order: the library detects them and traces them 1024 at a time in a
+/// narrow cone. Other coherent rays, such as parallel ones, are traced sixteen at a time. Results
+/// do not depend on the order.
 ///
 /// If a `Vec` of results cannot be allocated, the program aborts, as with any `Vec`; the `…_into`
 /// variants use your memory instead. Methods that return lists of hits report an error.
@@ -153,7 +153,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(mode, rays, |batch| batch.trace(answers))
     }
 
-    /// Runs `trace` on the rays, restricted to this thread if the query is set to do so.
+    /// Passes the rays to `trace` as a batch. If the query is set to do so, stays on this thread.
     fn with_batch<A>(
         &self,
         mode: Mode,

@@ -1,4 +1,4 @@
-//! `Query` combines the mode, the selection of triangles, scratch memory, and all methods that
+//! The type `Query`: the mode, the selection of triangles, scratch memory, and all methods that
 //! trace rays.
 
 mod batches;
@@ -36,7 +36,7 @@ use crate::walk::single::{LentScratch, SingleRay, TraversalScratch};
 /// let mut query = bvh.query().mode(Mode::certified());
 /// let (mut ray, mut path) = (Ray::new([0.0; 3], [1.0, 0.0, 0.0]), 0.0);
 /// for _ in 0..3 {
-///     let hit = query.closest(&ray).expect("a hit on one of the walls");
+///     let hit = query.closest(&ray).expect("the ray hits one of the walls");
 ///     path += hit.t;
 ///     ray = Ray::new([ray.origin[0] + ray.dir[0] * hit.t as f32, 0.0, 0.0], ray.dir.map(|d| -d));
 ///     ray.t_min = 0.5;
@@ -48,7 +48,7 @@ pub struct Query<'a, S: BvhScalar = f32> {
     bvh: &'a Bvh<S>,
     mode: Mode,
     selection: Selection<'a>,
-    /// The part of the selection that traversal has to check.
+    /// The filter that traversal applies, or `None` if all triangles are considered.
     active: ActiveSelection<'a>,
     on_this_thread: bool,
     scratch: LentScratch,
@@ -281,7 +281,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// A function that traces a single f32 ray; it is compiled in this crate.
+/// A function that traces a single f32 ray, such as a search for its closest hit.
 type Verb<A> = fn(SingleRay<'_>) -> A;
 
 impl<S: BvhScalar> Clone for Query<'_, S> {

@@ -82,8 +82,8 @@ impl<S: BvhScalar> Bvh<S> {
         self.query().visible_batch(segments)
     }
 
-    /// Traces one ray without creating a [`Query`](crate::Query), which would account for a
-    /// twentieth of the time.
+    /// Traces one ray without creating a [`Query`](crate::Query), which would take a twentieth of
+    /// the total time.
     #[inline(always)]
     fn trace_alone<A>(&self, ray: &RayOf<S>, verb: Verb<A>) -> A {
         let selection = Selection::ALL.active(&self.tree);

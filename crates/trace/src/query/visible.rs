@@ -3,7 +3,7 @@
 //! ```text
 //!            light                  Because of rounding, a segment may end just before, on, or
 //!           ╱                       behind a surface. Such surfaces are ignored, so that none
-//!     ────●╱────  surface           shades itself by accident. All others are tested exactly.
+//!     ────●╱────  surface           shades itself by accident. Other surfaces are tested exactly.
 //! ```
 //!
 //! Rays are first traced without skip lists, so that they can be traced in bundles. Rays that hit
@@ -18,7 +18,8 @@ use super::Query;
 use crate::scalar::BvhScalar;
 use crate::selection::Selection;
 
-/// An end is on a triangle if its distance is at most this many rounding units.
+/// The end of a segment counts as on a triangle if its distance is at most this many rounding
+/// units.
 const UNITS: f64 = 16.0;
 
 /// The number of segments to copy and trace at a time.
@@ -105,7 +106,7 @@ impl<S: BvhScalar> Query<'_, S> {
 
         // These segments hit something, possibly only the surfaces at their ends.
         let hidden: Vec<_> = (0..segments.len()).filter(|&i| visible[i]).collect();
-        // Nearly all of them hit only the triangle on which one of their ends lies.
+        // Nearly all of these segments hit only the triangle on which one of their ends lies.
         let rays: Vec<_> = hidden.iter().map(|&i| rays[i]).collect();
         let lists: Vec<_> = match selection.skip {
             [] => Vec::new(),

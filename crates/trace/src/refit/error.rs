@@ -6,7 +6,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RefitError {
-    /// The number of triangles differs from that of the build.
+    /// The number of triangles differs from the number in the hierarchy.
     Count {
         /// The number of triangles in the hierarchy.
         expected: usize,

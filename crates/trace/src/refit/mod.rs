@@ -2,13 +2,13 @@
 //!
 //! ```text
 //!   leaves   new corners, live lanes, and boxes, in parallel
-//!   nodes    boxes around those of their children, from the last node up
+//!   nodes    boxes around their children's boxes, from the last node up
 //!   the rest triangles that no box can contain or that the build omitted
 //! ```
 //!
 //! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until the
-//! triangle can be hit again. A triangle without area keeps its corners there for closest-point
-//! queries.
+//! triangle can be hit again. A triangle without area keeps its corners in its lane for
+//! closest-point queries.
 
 mod error;
 #[cfg(test)]
@@ -80,7 +80,7 @@ impl Tree {
             Some(cost) => cost,
             None => self.cost()?,
         };
-        // Computed before the first refit, then compared with the cost after every refit.
+        // The cost as built is computed before the first refit, for comparison with later costs.
         self.cost_as_built = Some(cost_as_built);
 
         // Find the triangles that are not in the tree before changing it.
@@ -109,7 +109,7 @@ impl Tree {
         })
     }
 
-    /// Refits the boxes of all nodes to those of the leaves.
+    /// Refits the boxes of all nodes to the boxes of the leaves.
     fn fit_nodes(&mut self, leaves: &[LeafBounds]) -> Result<(), NoMemory> {
         // Nodes come after their parents, so going in reverse handles all children before their
         // parent.
@@ -139,16 +139,16 @@ impl Tree {
         Ok(())
     }
 
-    /// Lists the triangles that belong outside the main tree: those that can be hit, and those
-    /// without area.
+    /// Lists the triangles that belong outside the main tree: first the triangles that can be hit,
+    /// then those that were left out of the tree and have no area.
     fn outside(
         &self,
         triangles: &(impl Triangles + ?Sized),
         bounds: &[LeafBounds],
         left_out: &[u32],
     ) -> Result<[Vec<u32>; 2], NoMemory> {
-        // Triangles in leaves that have become needles. No box bounds the hits that the reference
-        // finds on them.
+        // Some triangles in leaves have become needles. No box bounds the hits that the reference
+        // finds on a needle.
         let mut outside = Vec::new();
         for (leaf, bounds) in self.leaves.iter().zip(bounds) {
             for lane in lanes_of(bounds.thin) {

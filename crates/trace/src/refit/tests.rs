@@ -1,9 +1,11 @@
+//! Tests that a refitted hierarchy returns the same results as a newly built one.
+
 use intertri::{Mode, Ray, Triangle};
 
 use crate::util::test_numbers::random;
 use crate::{Bvh, Refit, RefitError};
 
-/// Returns a sphere with the given number of rings and a function applied to its corners.
+/// Returns a sphere with the given number of rings, after applying `moved` to each corner.
 fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     use std::f32::consts::PI;
     let corner = |i: usize, j: usize| {
@@ -45,7 +47,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
         assert_eq!(near(bvh), near(&anew));
     }
 
-    // The rays of an image, to test bundles.
+    // Trace the rays of an image, to test bundles.
     let middle = [0, 1, 2].map(|k| lo[k] * 0.5 + hi[k] * 0.5);
     let eye = [0, 1, 2].map(|k| middle[k] * 2.0 + (hi[k] - lo[k]) * 1.5 + 1.0);
     let pixel = |i: usize| {

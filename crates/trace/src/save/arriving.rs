@@ -1,4 +1,4 @@
-//! Storage for the records of a section as they arrive.
+//! Storage for the records of a section while they are being read.
 
 use bytemuck::Zeroable;
 
@@ -6,9 +6,9 @@ use super::format::Entry;
 use super::input::Input;
 use crate::util::memory::{NoMemory, zeros};
 
-/// Memory for the records of a section. If all records are certain to follow, it is allocated at
-/// once, so that each thread is the first to touch its own pages. Otherwise, it grows as records
-/// arrive.
+/// Memory for the records of a section. If all records are certain to follow, the memory is
+/// allocated at once, so that each thread is the first to touch its own pages. Otherwise, the
+/// memory grows as records arrive.
 pub(super) struct Arriving<T> {
     all: Vec<T>,
     done: usize,

@@ -62,8 +62,8 @@ pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometrie
     Ok(geometries)
 }
 
-/// Checks that every box contains its contents, and that no triangle that must be tested against
-/// every ray is inside a box.
+/// Checks that every box contains its contents, and that the main tree contains no needles, whose
+/// hits no box bounds.
 pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadError> {
     let is_in = |inner: &Aabb, outer: &Aabb| {
         (0..3).all(|k| outer.lo[k] <= inner.lo[k] && inner.hi[k] <= outer.hi[k])
@@ -100,7 +100,7 @@ pub(super) fn numbers(
 ) -> Result<(), LoadError> {
     let wrong = LoadError::damaged("the numbers of its triangles are invalid");
     let (tree, unboxed) = leaves.split_at(boxed);
-    // One bit for each triangle seen.
+    // A bit for each triangle, which is set when the triangle is found.
     let mut seen = zeros::<u64>(triangles.div_ceil(64))?;
     let mut is_new = |index: u32| {
         let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));

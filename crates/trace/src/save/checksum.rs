@@ -1,5 +1,5 @@
-//! XXH64 with seed 0, as specified at <https://xxhash.com>. It detects damage, not tampering, and
-//! runs at memory speed.
+//! Computes XXH64 checksums with seed 0, as specified at <https://xxhash.com>. A checksum detects
+//! damage, not tampering. The computation runs at memory speed.
 
 const P1: u64 = 0x9e37_79b1_85eb_ca87;
 const P2: u64 = 0xc2b2_ae3d_27d4_eb4f;

@@ -6,15 +6,15 @@
 //!   entry   0 kind: u32        4 record: u32        8 place: u64        16 size: u64       24 checksum: u64
 //! ```
 //!
-//! `boxed` is the number of leaves in the main tree; all other leaves are tested against every ray.
-//! `cost` is the cost of the tree as it was built, or NaN if it was never refitted. `record` is the
-//! size of a section's records. A section's checksum covers the checksums of its blocks, each of
-//! 1024 records. The header's checksum covers its other bytes and the table, and thereby the whole
+//! `boxed` is the number of leaves in the main tree, which come first. `cost` is the cost of the
+//! tree as it was built, or NaN if it was never refitted. `record` is the size of a section's
+//! records. A section's checksum covers the checksums of its blocks, each of 1024 records. The
+//! header's checksum covers the other bytes of the header and the table, and thereby the whole
 //! file.
 //!
-//! **To add a section**, add a kind here, and its records next to those of leaves. Readers reject
-//! files with an unknown kind unless the kind has the [`OPTIONAL`] bit set. If the layout of nodes
-//! or leaves changes, increment [`VERSION`].
+//! **To add a section**, add a kind here, and the functions that read and write its records next to
+//! those for leaves. Readers reject files with an unknown kind unless the kind has the [`OPTIONAL`]
+//! bit set. If the layout of nodes or leaves changes, increment [`VERSION`].
 
 use super::checksum::checksum;
 use super::error::LoadError;
@@ -32,8 +32,10 @@ pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
 /// The format version. Version 1 omitted triangles without area.
 pub(super) const VERSION: u32 = 2;
 
-/// The size of the header and of a table entry.
+/// The size of the header.
 pub(super) const HEADER: usize = 64;
+
+/// The size of a table entry.
 pub(super) const ENTRY: usize = 32;
 
 /// Sections start at multiples of this, so that they are aligned when a file is mapped into memory.
@@ -51,20 +53,24 @@ const RECORD: usize = 4096;
 /// Readers may skip unknown kinds that have this bit set.
 pub(super) const OPTIONAL: u32 = 1 << 31;
 
-/// The kinds of sections and their record sizes.
+// The kinds of sections, each followed by the size of its records.
+
+/// The section of nodes.
 pub(super) const NODES: u32 = 1;
 pub(super) const NODE: usize = 256;
+/// The section of leaves in an f32 hierarchy.
 pub(super) const LEAVES: u32 = 2;
 pub(super) const LEAF_SIZE: usize = 320;
+/// The section that lists the indices of omitted triangles.
 pub(super) const LEFT_OUT: u32 = 3;
 pub(super) const NUMBER: usize = 4;
+/// The section of triangle counts and masks, with one record per geometry.
 pub(super) const GEOMETRIES: u32 = 4;
 pub(super) const GEOMETRY: usize = 8;
-
-/// The sections that replace [`LEAVES`] in an f64 hierarchy: the frame of the copies and the
-/// leaves.
+/// The section of an f64 hierarchy that contains the frame of the f32 copies.
 pub(super) const FRAME: u32 = 5;
 pub(super) const FRAME_SIZE: usize = 32;
+/// The section of leaves in an f64 hierarchy, which replaces [`LEAVES`].
 pub(super) const LEAVES64: u32 = 6;
 pub(super) const LEAF64_SIZE: usize = 608;
 
@@ -243,7 +249,7 @@ pub(super) fn checksum_of_blocks(blocks: &[u64]) -> u64 {
     checksum(&blocks.iter().flat_map(|sum| sum.to_le_bytes()).collect::<Vec<u8>>())
 }
 
-/// See [`super::seal`].
+/// Recomputes the checksums of a saved hierarchy; see [`super::seal`].
 pub(super) fn seal(bytes: &mut [u8]) {
     if bytes.len() < HEADER {
         return;

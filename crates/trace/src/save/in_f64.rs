@@ -41,11 +41,11 @@ pub(crate) fn read64(
         return LoadError::damaged("it has no frame or no leaves");
     };
 
-    // The extent of the corners along each axis, relative to the centre.
+    // Compute the extent of the corners along each axis, relative to the centre.
     let mut around = Aabb::EMPTY;
     parts.bounds.iter().for_each(|leaf| around.join(&leaf.bounds));
-    // Compute this from the corners instead of trusting the file, because the filter's error bounds
-    // depend on it.
+    // Compute the reach from the corners instead of trusting the file, because the filter's error
+    // bounds depend on it.
     let far = |axis: usize| (-around.lo[axis]).max(around.hi[axis]).max(0.0);
     let (centre, up) = frame.centre_and_exponent();
     let frame = LocalFrame::of(centre, up, [far(0), far(1), far(2)]);

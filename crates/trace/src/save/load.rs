@@ -1,5 +1,5 @@
-//! Loads a hierarchy one section at a time. Each batch is checksummed, checked, and stored while it
-//! is in the cache.
+//! Loads a hierarchy one section at a time. Each batch of records is checksummed, checked, and
+//! stored while it is in the cache.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -29,14 +29,15 @@ const BATCH: usize = 1;
 /// The minimum number of records that a thread takes at a time.
 const LEAST: usize = 128;
 
-/// The contents of the sections.
+/// The contents of the sections that have been read.
 #[derive(Default)]
 pub(super) struct Parts {
     nodes: Option<Vec<Node>>,
     leaves: Option<Vec<Leaf>>,
     pub(super) bounds: Vec<LeafBounds>,
-    /// Only for f64: the frame of the copies, and the original triangles of each leaf.
+    /// The frame of the copies; only for f64.
     pub(super) frame: Option<LocalFrame>,
+    /// The original triangles of each leaf; only for f64.
     pub(super) originals: Option<Vec<EightTriangles>>,
     left_out: Option<Vec<u32>>,
     /// The number of triangles and the mask of each geometry.
@@ -273,8 +274,8 @@ pub(super) fn in_batches(
     while left > 0 {
         let size = left.min((BATCH * threads::count() * block) as u64) as usize;
         let batch = input.take(size)?;
-        // Each thread checksums its own blocks while they are in the cache; `each` then reads them
-        // from there.
+        // Each thread checksums its own blocks while they are in the cache, where `each` then finds
+        // them.
         let sum = |i: usize| checksum(&batch[i * block..size.min((i + 1) * block)]);
         threads::extend(&mut sums, size.div_ceil(block), 1, sum)?;
         each(batch)?;

@@ -5,10 +5,10 @@
 //!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' indices
 //! ```
 //!
-//! An index with its highest bit set belongs to a triangle that cannot be hit. It is either a
-//! triangle without area, stored with its own corners, or, in a refitted hierarchy, one that is
-//! currently not finite, stored with the corners of some triangle that has an area. If all bits are
-//! set, the lane holds no triangle.
+//! An index with its highest bit set belongs to a triangle that cannot be hit. This triangle either
+//! has no area and is stored with its own corners or, in a refitted hierarchy, is currently not
+//! finite and is stored with the corners of another triangle that has an area. If all bits are set,
+//! the lane holds no triangle.
 
 use intertri::TriangleBlock;
 use intertri::simd::{Simd, WithSimd};
@@ -51,7 +51,7 @@ pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u3
     let (mut live, mut sound, mut next) = (0, indices[0] != NONE, 0);
     for (lane, index) in indices.iter_mut().enumerate() {
         if *index == NONE {
-            // No index may follow an absent one.
+            // After a lane without a triangle, no index is valid.
             next = SILENT;
             continue;
         }

@@ -31,7 +31,7 @@ pub(super) fn write_frame(frame: &LocalFrame, to: &mut [u8]) {
 }
 
 /// Writes a leaf, in which some lanes may hold triangles without area. Lanes without a triangle
-/// repeat a live triangle or, if there is none, a dummy that has an area.
+/// repeat a live triangle or, if no triangle is live, a dummy that has an area.
 pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles, to: &mut [u8]) {
     let first = lanes_of(leaf.block.live()).next();
     let corners = (0..9).flat_map(|row| (0..8).map(move |lane| (row / 3, row % 3, lane)));

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! The checksum in the header of a mesh covers the whole mesh, so the last checksum covers the
-//! whole file. It also ensures that no mesh was replaced by one from another file.
+//! whole file. It also ensures that no mesh was replaced by a mesh from another file.
 
 use std::io::{self, Write};
 
@@ -37,10 +37,14 @@ pub const SAVED_SCENE_MAGIC: [u8; 8] = *b"\x89ITSC\r\n\x1a";
 
 const VERSION: u32 = 1;
 
-/// The kinds of sections and their record sizes.
+// The kinds of sections, each followed by the size of its records.
+
+/// The section that records the scalar type of each mesh.
 const MESHES: u32 = 1;
+/// The section of instances.
 const INSTANCES: u32 = 2;
 const INSTANCE: usize = 104;
+/// The section of free instance numbers.
 const FREE: u32 = 3;
 const NUMBER: usize = 4;
 
@@ -127,7 +131,7 @@ impl Write for Written<'_> {
     }
 }
 
-/// Copies the header's part of a chunk of bytes that begins at offset `at`.
+/// Copies the bytes of a chunk that belong to the header. The chunk begins at offset `at`.
 fn keep(header: &mut [u8; HEADER], at: u64, bytes: &[u8]) {
     if at < HEADER as u64 {
         let rest = &mut header[at as usize..];

@@ -1,4 +1,4 @@
-//! Writes a hierarchy.
+//! Writes hierarchies in the saved format.
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,7 +29,7 @@ impl Write for Bytes {
     }
 }
 
-/// A NaN with the same bits on every platform.
+/// The cost stored for a tree that was never refitted: a NaN with the same bits on every platform.
 const NO_COST: f64 = f64::from_bits(0x7ff8 << 48);
 
 /// A section to write: the number and size of its records, and a function that writes a record.

@@ -1,3 +1,5 @@
+//! Tests that saved hierarchies load unchanged, and that damaged ones are rejected or still sound.
+
 use intertri::{Mode, Ray, Triangle};
 
 use super::format::{ENTRY, HEADER, OPTIONAL};
@@ -20,7 +22,7 @@ fn soup(count: usize) -> Vec<Triangle> {
             0 => triangles[i].0[2] = triangles[i].0[1],
             1 => triangles[i].0[1][2] = f32::NAN,
             2 => triangles[i] = triangles[i / 2],
-            // Needles, for some of which no box is known.
+            // Needles, whose boxes are padded.
             3 => triangles[i] = Triangle([[0.0; 3], [1.0, 1e-9, 0.5], [2.0, 3e-9, 1.0]]),
             _ => triangles[i] = Triangle([[0.1; 3], [1.1, 0.1, 0.1], [2.1, 0.100_000_01, 0.1]]),
         }
@@ -152,7 +154,8 @@ fn every_cut_and_every_damage_is_told() {
     assert!(Bvh::<f32>::from_bytes(&damaged).is_ok());
 }
 
-/// Changes each word and fixes up all checksums. The result must be an error or a sound hierarchy.
+/// Changes one word of a saved hierarchy at a time and recomputes all checksums. Loading must
+/// return an error or a sound hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let triangles = soup(120);
@@ -168,7 +171,7 @@ fn no_word_makes_an_answer_wrong() {
                 continue;
             };
             loaded += 1;
-            // The results must be those of a new tree over the same triangles.
+            // The results must equal those of a new tree over the same triangles.
             let anew = Bvh::new(&bvh.to_triangles()).unwrap();
             for ray in &rays(4) {
                 let mode = Mode::exact();

@@ -180,7 +180,7 @@ impl Backend for f64 {
     }
 }
 
-/// The number of points to sample when estimating where most of them are.
+/// The number of points to sample when estimating where most points are.
 const SAMPLE: usize = 1000;
 
 /// Returns the frame around all finite triangles.
@@ -207,7 +207,7 @@ pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3
     for k in 0..3 {
         let mut along: Vec<f64> = some.iter().map(|corner| corner[k]).collect();
         along.sort_unstable_by(f64::total_cmp);
-        // Ignore a tenth of the points at each end.
+        // Ignore a tenth of the points at each end of the axis.
         if let Some(last) = along.len().checked_sub(1) {
             crowd[0][k] = along[last / 10];
             crowd[1][k] = along[last - last / 10];
@@ -216,7 +216,7 @@ pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3
     crowd
 }
 
-/// Triangles to copy to f32.
+/// The triangles of a mesh, to be copied to f32.
 struct Copies<'a> {
     frame: LocalFrame,
     triangles: &'a [Triangle64],
@@ -271,8 +271,8 @@ impl Triangles for Copies<'_> {
 }
 
 impl Copies<'_> {
-    /// Copies the triangles in the present lanes, some of which are live. Other lanes repeat a
-    /// present one.
+    /// Copies the triangles in the lanes of `present`. Only those in the lanes of `live` can be
+    /// hit. All other lanes repeat the first present triangle.
     fn copied(&self, indices: &[u32; BLOCK], present: u32, live: u32) -> TriangleBlock<8> {
         let Some(first) = lanes_of(present).next() else { return TriangleBlock::of_copies(&[]) };
         let mut corners = [[[0.0; BLOCK]; 3]; 3];
@@ -306,9 +306,9 @@ impl WithSimd for CopyBlock<'_> {
 }
 
 thread_local! {
-    /// The copies of several rays.
+    /// The f32 copies of several rays, whose memory is kept between calls.
     static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
-    /// The coefficients of triangles, recomputed for each bundle.
+    /// Memory for the coefficients of triangles, which are recomputed for each bundle.
     static SCRATCH: RefCell<Vec<[HitCoefficients; 8]>> = const { RefCell::new(Vec::new()) };
 }
 
@@ -425,7 +425,7 @@ impl Originals for CopiedRays<'_> {
         // Different f64 origins may have the same f32 copy.
         let origin = |ray: &Ray64| ray.origin.map(f64::to_bits);
         if rays.iter().any(|ray| origin(ray) != origin(&rays[0])) {
-            // Only the copies share an origin.
+            // The f64 origins differ, so the shared-origin method cannot compute t, u, and v.
             for (&(ray, number), hit) in pairs.iter().zip(hits) {
                 let slot = slots.get(number as usize);
                 *hit =

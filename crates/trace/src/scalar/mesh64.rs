@@ -1,5 +1,5 @@
-//! An f64 mesh for closest-point queries: boxes come from the copies, while f64 lanes and exact
-//! arithmetic use the originals.
+//! An f64 mesh for closest-point queries. Its boxes are those of the f32 copies, while f64 lanes
+//! and exact arithmetic use the original triangles.
 
 use intertri::internal::LocalFrame;
 use intertri::simd::{Lanes, Simd, Vec3};
@@ -10,10 +10,10 @@ use crate::save::EightTriangles;
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 
-/// Coordinates up to this size do not overflow in lanes: `2^400`.
+/// Coordinates up to this size do not overflow in f64 lanes: `2^400`.
 const FAR_OUT: f64 = f64::from_bits((1023 + 400) << 52);
 
-/// A mesh in f64.
+/// A mesh in f64, and the tree over its f32 copies.
 #[derive(Clone, Copy)]
 pub(super) struct Mesh64<'a> {
     pub(super) tree: &'a Tree,
@@ -37,7 +37,8 @@ impl Mesh for Mesh64<'_> {
         // Corners are rebuilt from rounded edges, so they are less accurate than the leaf's box;
         // `room` covers the difference.
         let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
-        // Beyond 2^400, lanes could overflow. NaN makes their bounds inconclusive.
+        // Beyond 2^400, f64 lanes could overflow. A NaN coordinate makes the bounds computed in
+        // lanes inconclusive.
         let scaled = |x: f64| if (x * scale).abs() <= FAR_OUT { x * scale } else { f64::NAN };
         QueryPoint { within: [from, to], in_leaves, point: point.map(scaled) }
     }

@@ -64,7 +64,7 @@ pub trait Backend: Scalar {
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A;
 
-    /// Converts several rays of a call to f32 and passes them to a traversal, along with their
+    /// Converts several rays of a batch to f32 and passes them to a traversal, along with their
     /// filter.
     fn with_rays<A>(
         tree: &Tree,
@@ -85,8 +85,8 @@ pub trait Backend: Scalar {
         leaf: usize,
     ) -> [Vec3<L::F64x8>; 3];
 
-    /// Returns the centre and scale of the tree's units: a coordinate x becomes `(x - centre) *
-    /// scale`.
+    /// Returns the centre and scale of the tree's units. In these units, a coordinate x has the
+    /// value `(x - centre) * scale`.
     fn frame(originals: &Self::Originals) -> ([f64; 3], f64);
 
     /// Converts a point to the tree's units.

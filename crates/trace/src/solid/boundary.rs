@@ -2,9 +2,9 @@
 //! than the other.
 //!
 //! ```text
-//!   ┌──▶──┬──▶──┐        Each triangle traverses its edges in order. Where neighbours traverse an
-//!   ▲  ◀──┘  ◀──▼        edge in opposite directions, it cancels. At each corner, as many of the
-//!   └──◀──┴──◀──┘        remaining edges enter as leave, so they form loops.
+//!   ┌──▶──┬──▶──┐        Each triangle traverses its edges in order. Edges that neighbours traverse in
+//!   ▲  ◀──┘  ◀──▼        opposite directions cancel. At each corner, as many of the remaining edges
+//!   └──◀──┴──◀──┘        enter as leave, so they form loops.
 //! ```
 
 use intertri::{Scalar, TriangleOf};
@@ -48,7 +48,7 @@ impl<S: Scalar> Boundary<S> {
     /// Builds loops from sorted arcs. Each corner must have equally many incoming and outgoing
     /// arcs.
     fn of_arcs(arcs: &[(Corner<S>, Corner<S>)]) -> Result<Self, NoMemory> {
-        // At the first arc from each corner, the number of arcs from that corner already used.
+        // For each corner, the number of its outgoing arcs already used, stored at its first arc.
         let mut used = filled(arcs.len(), 0)?;
         let (mut corners, mut ends) = (room(2 * arcs.len())?, room(arcs.len())?);
         let mut first = 0;
@@ -66,8 +66,8 @@ impl<S: Scalar> Boundary<S> {
                     if to == from {
                         break;
                     }
-                    // Each corner has as many outgoing arcs as incoming ones, so there is always
-                    // one to continue with.
+                    // Each corner has as many outgoing arcs as incoming ones, so there is always an
+                    // arc to continue with.
                     at = arcs.partition_point(|arc| arc.0 < to);
                 }
                 ends.push(corners.len());
@@ -115,22 +115,23 @@ mod tests {
         let flat = [Triangle([a, b, c]), Triangle([c, b, a])];
         assert_eq!((edges(&flat), edges(&flat[..1])), (0, 3));
 
-        // An edge that is split in half on one side. A triangle without area closes the gap between
-        // the halves and the whole edge.
+        // Split an edge in half on one side. A triangle without area closes the gap between the
+        // halves and the whole edge.
         let halves = [Triangle([a, b, c]), Triangle([d, c, b]), Triangle([c, d, a])];
         assert_eq!(edges(&halves), 3);
         assert_eq!(edges(&[&halves[..], &[Triangle([b, a, d])]].concat()), 0);
         assert_eq!(edges(&[&halves[..], &[Triangle([a, b, d])]].concat()), 6);
 
-        // One triangle twice, and its reverse once.
+        // Include one triangle twice, and its reverse once.
         assert_eq!(edges(&[flat[0], flat[0], flat[1]]), 3);
         assert_eq!(edges(&[flat[0], flat[0], flat[1], flat[1]]), 0);
         assert_eq!(edges(&[]), 0);
-        // A triangle with a corner that is not finite.
+        // Include a triangle with a corner that is not finite.
         assert_eq!(edges(&[flat[0], TriangleOf([a, b, [f32::NAN; 3]])]), 3);
     }
 
-    /// Loops traverse every open edge once for each excess triangle in that direction.
+    /// Checks that loops traverse each open edge in the direction in which more triangles traverse
+    /// it, once for each excess triangle.
     #[test]
     fn loops_are_all_that_is_open() {
         let at = |i: usize| [(i * 7 % 5) as f32, (i * 3 % 4) as f32, (i % 3) as f32];

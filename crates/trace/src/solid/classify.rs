@@ -13,12 +13,14 @@ use crate::walk::beam::order;
 use crate::walk::single::{SingleRay, TraversalScratch, is_held};
 use crate::walk::{BatchOutput, one_ray};
 
-/// The direction in which crossings are counted. Any direction gives the same result; an unusual
-/// one rarely hits edges exactly.
+/// The direction in which crossings are counted. Every direction gives the same result, but rays in
+/// an unusual direction rarely hit edges exactly.
 pub const WINDING_DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
-/// The number of points to sort at a time, and the number of rays to generate at a time.
+/// The number of points to sort at a time.
 const SLAB: usize = 1 << 21;
+
+/// The number of rays to generate at a time.
 const PIECE: usize = 1 << 12;
 
 /// The prefetch distance, in points.

@@ -1,12 +1,12 @@
 //! Divides the loops of a boundary into small ones and builds a tree of bounding spheres over them,
-//! so that the parts far from a point can be bounded as a whole.
+//! so that the contribution of distant parts can be bounded as a whole.
 //!
 //! ```text
 //!    ·──▶──·──▶──·            ·──▶──·──▶──·
 //!    ▲           ▼            ▲           ▼         ·─────▶─────·
 //!    ·           ·     =      ·─────◀─────·    +    ▲           ▼
 //!    ▲           ▼                                  ·─────◀─────·
-//!    ·──◀──·──◀──·      Pieces, each closed by a chord, plus the loop of chords, cut again.
+//!    ·──◀──·──◀──·      Pieces, each closed by a chord, plus the loop of chords, divided again.
 //! ```
 //!
 //! `docs/numerics/winding.md`, section 5, derives the bound.
@@ -21,7 +21,7 @@ use crate::util::stop;
 /// The number of edges in a piece, not counting its chord.
 const PIECE: usize = 8;
 
-/// Exceeds the relative rounding errors of a radius and an area.
+/// A factor that covers the relative rounding errors of a radius and an area.
 const ROOM: f64 = 1.0 + 1.0e-9;
 
 /// The range of sizes for which clusters are used. Outside it, edges are summed one by one. The
@@ -31,8 +31,9 @@ const SIZES: [f64; 2] = [1e-60, 1e60];
 /// A bounding sphere around one or more loops.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cluster {
-    /// The centre of the sphere and its squared radius.
+    /// The centre of the sphere.
     pub(super) middle: [f64; 3],
+    /// The squared radius of the sphere.
     pub(super) radius: f64,
     /// The area of the triangles from the first corner of each loop to its edges, divided by 4π.
     pub(super) area: f64,
@@ -255,8 +256,8 @@ mod tests {
         }
     }
 
-    /// Spheres contain their loops, and their areas are never less than those of the loops. For a
-    /// convex planar loop, the area is tight.
+    /// Each sphere contains its loops, and the area stored with the sphere is never less than that
+    /// of the loops. For a convex planar loop, the stored area is tight.
     #[test]
     fn balls_and_areas_are_bounds() {
         for count in [3, 17, 200, 1000] {

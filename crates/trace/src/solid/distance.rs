@@ -1,4 +1,4 @@
-//! Signed distances: the distance to the mesh, with a sign for the side.
+//! Signed distances: the distance from a point to the mesh, negative if the point is inside.
 
 use intertri::internal::Bits;
 

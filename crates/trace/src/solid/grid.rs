@@ -17,9 +17,10 @@ use crate::scalar::BvhScalar;
 use crate::util::memory::{OutOfMemory, room};
 use crate::util::threads;
 
-/// The number of columns whose rays are traced together, and the number of columns that a thread
-/// fills at a time.
+/// The number of columns whose rays are traced together.
 const SLAB: usize = 1 << 14;
+
+/// The number of columns that a thread fills at a time.
 const PIECE: usize = 1 << 6;
 
 impl<S: BvhScalar> Solid<S> {

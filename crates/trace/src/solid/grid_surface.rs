@@ -23,12 +23,12 @@ use crate::util::{stop, threads};
 const LEAVES: usize = 1 << 7;
 
 /// With M the largest side of a triangle's box and N the largest component of its normal, the error
-/// in the height of its plane is less than this times `M³ / N`; see `docs/numerics/winding.md`,
-/// section 7.
+/// in the height of its plane is less than this value times `M³ / N`; see
+/// `docs/numerics/winding.md`, section 7.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// If N is less than `ROUNDING` times M², the whole triangle is within this times M of the line
-/// through its longest edge.
+/// If N is less than `ROUNDING` times M², the whole triangle is within this value times M of the
+/// line through its longest edge.
 const WIDTH: f64 = 8.0 * ROUNDING;
 
 /// For boxes outside this range of sizes, all points are tested, because products of three sides
@@ -76,7 +76,7 @@ fn add_points<S: Scalar>(
     axes: Axes<'_, S>,
     on: &mut Vec<usize>,
 ) -> Result<(), NoMemory> {
-    // The range of grid points in the triangle's box.
+    // Find the range of grid points in the triangle's box.
     let mut ranges = [const { 0..0 }; 3];
     for k in 0..3 {
         let mut corners = triangle.0.map(|corner| corner[k]);
@@ -96,7 +96,7 @@ fn add_points<S: Scalar>(
     };
     let shape = Shape::of(triangle);
     let at = |k: usize, i: usize| Into::<f64>::into(axes[k][i]) - shape.origin[k];
-    // The points on a line that are near a height, or all points if the height is NaN.
+    // Select the points on a line that are near a height, or all points if the height is NaN.
     let near = |k: usize, height: f64| {
         let (range, [low, high]) = (ranges[k].clone(), [height - shape.room, height + shape.room]);
         let lower = |x: &S| Into::<f64>::into(*x) - shape.origin[k] < low;
@@ -158,7 +158,7 @@ impl Shape {
             let sizes = v.map(f64::abs);
             (0..3).max_by(|&i, &j| sizes[i].total_cmp(&sizes[j])).unwrap_or(0)
         };
-        // The largest side of the box, and the edge that spans it.
+        // Find the largest side of the box and the edge that spans it.
         let side = |i: usize| edges[i][largest(edges[i])].abs();
         let longest = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
         let size = side(longest);
@@ -200,7 +200,7 @@ mod tests {
             let mut point = || [0; 3].map(|_| (number() * 64.0).round() / 8.0 - 4.0);
             let (a, b) = (point(), point());
             let mut c = [0, 1, 2].map(|k| 0.5 * a[k] + 0.5 * b[k]);
-            // As thin as one unit in the last place, or wider.
+            // Make the triangle as thin as one unit in the last place, or wider.
             let steps = if round % 2 == 0 { 1 } else { 1 << (round % 50) };
             c[round % 3] = f64::from_bits(c[round % 3].to_bits() + steps);
             let triangle = TriangleOf([a, b, c]);

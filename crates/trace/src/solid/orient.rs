@@ -28,8 +28,8 @@ pub struct Orientation {
     /// The number of pieces. Triangles belong to the same piece if edges with exactly two triangles
     /// connect them.
     pub pieces: usize,
-    /// The number of pieces with open edges. These are oriented consistently, facing away from the
-    /// centre of their bounding box.
+    /// The number of pieces with open edges. These pieces are oriented consistently, facing away
+    /// from the centre of their bounding box.
     pub open: usize,
     /// The number of one-sided pieces, such as a Möbius strip. Their triangles are not flipped.
     pub one_sided: usize,

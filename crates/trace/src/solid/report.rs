@@ -62,7 +62,7 @@ pub struct MeshReport<S = f32> {
 }
 
 impl<S: Scalar> MeshReport<S> {
-    /// Inspects triangles. Those that are not finite are ignored.
+    /// Inspects triangles. Triangles that are not finite are ignored.
     pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
         let (mut open, mut turned, mut uneven) = (Vec::new(), Vec::new(), Vec::new());
         for edge in Edges::of(triangles)?.shared().filter(|edge| !edge.is_closed()) {

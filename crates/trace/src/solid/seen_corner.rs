@@ -25,7 +25,7 @@ pub(super) struct Axes(pub(super) [[f64; 3]; 3]);
 /// A corner relative to a point.
 #[derive(Clone, Copy)]
 pub(super) struct SeenCorner {
-    /// The position perpendicular to the ray.
+    /// The components perpendicular to the ray.
     pub(super) across: [f64; 2],
     /// The difference between the distance from the point and the position along the ray.
     pub(super) excess: f64,
@@ -80,8 +80,8 @@ fn scaled(c: [f64; 3], p: [f64; 3]) -> [f64; 3] {
     if small.iter().all(|x| x.abs() < 1.0) {
         return small.map(|x| x * pow2(690));
     }
-    // The difference between the largest numbers overflows, but the difference between their
-    // quarters does not.
+    // The difference between two of the largest f64 values overflows, but the difference between
+    // their quarters does not.
     [0, 1, 2].map(|k| (0.25 * c[k] - 0.25 * p[k]) * pow2(-660))
 }
 

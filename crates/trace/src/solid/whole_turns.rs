@@ -2,7 +2,7 @@
 //! time.
 //!
 //! ```text
-//!   clusters ──► far from all eight points, and all rays miss the sphere: a bound
+//!   cluster  ──► far from all eight points, and all rays miss the sphere: a bound
 //!            └──► otherwise its parts, down to loops: a product with one complex number per edge
 //!                                │
 //!   angle of the product ────────┴──► not near half a turn: turns are certain without computing an angle
@@ -30,10 +30,10 @@ const NEAR_AXIS: f64 = 1.0 / (1_u64 << 40) as f64;
 /// If a corner's squared distance is at least this, the products of a loop cannot underflow.
 const NEAR_CORNER: f64 = 1.0 / (1_u64 << 32) as f64;
 
-/// Exceeds the rounding error of an edge's solid angle, divided by 4π.
+/// An upper bound on the rounding error of an edge's solid angle, divided by 4π.
 const EDGE_OFF: f64 = 1.0 / (1_u64 << 24) as f64;
 
-/// Exceeds the relative rounding error of a squared distance.
+/// An upper bound on the relative rounding error of a squared distance.
 const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Computes, for up to eight rays, the integer nearest to the number of turns that a boundary adds
@@ -101,11 +101,11 @@ impl<S: Scalar> WholeTurns<'_, S> {
             let radius = splat(cluster.radius);
             let across = away * splat(1.0 - ROUNDING) - along * along;
             let passes_by = along.lt(splat(0.0)) | across.gt(radius);
-            // A lower bound on the product of the distances from the sphere's centre and from its
-            // surface.
+            // Compute a lower bound on the product of the distances from the sphere's centre and
+            // from its surface.
             let gap = away * splat(0.875) - (radius + radius);
-            // The fraction of all directions is at most this quotient, which is needed only if it
-            // is small.
+            // The cluster covers at most this quotient of all directions. The quotient is needed
+            // only if it is small.
             let (num, den) = (splat(cluster.area) * away, gap * gap);
             let is_far = passes_by & gap.gt(splat(0.0)) & num.lt(splat(far) * den);
             if is_far.bits() == (1 << POINTS) - 1 {
@@ -131,8 +131,9 @@ struct Product<L: Simd> {
     im: L::F64x8,
     turns: L::F64x8,
     /// The smallest squared distance of an edge's number from the negative axis, minus the limit
-    /// set by [`NEAR_AXIS`]; and the smallest squared distance of a corner.
+    /// set by [`NEAR_AXIS`].
     beside: L::F64x8,
+    /// The smallest squared distance of a corner from each point.
     corner: L::F64x8,
 }
 
@@ -141,7 +142,7 @@ struct Product<L: Simd> {
 struct Seen<L: Simd> {
     across: [L::F64x8; 2],
     excess: L::F64x8,
-    /// The squared distance.
+    /// The squared distance from the points.
     far: L::F64x8,
 }
 
@@ -383,8 +384,8 @@ mod tests {
         all.into_iter().map(shard).collect()
     }
 
-    /// Many distant loops each add little but together add almost a whole turn, so together they
-    /// are not far. This must hold even if squares of their areas overflow or underflow.
+    /// Many distant loops each add little but together add almost a whole turn, so their cluster
+    /// must not count as far, even if squares of their areas overflow or underflow.
     #[test]
     fn many_distant_loops_are_not_far() {
         let mut random = random();
@@ -444,8 +445,8 @@ mod tests {
         }
     }
 
-    /// If rays pass close to a corner and the sum is close to one half, the rounding of edges
-    /// decides.
+    /// Tests rays that pass close to a corner and whose sum is close to one half, so that the
+    /// rounding errors of edges decide the result.
     #[test]
     fn nearly_a_half_beside_a_corner() {
         let mut numbers = random();
@@ -461,7 +462,7 @@ mod tests {
                 [0, 1, 2].map(|k| corners[0][k] + s * (off[k] - f64::from(WINDING_DIR[k])))
             };
             let above = |s: f64| turns(&boundary, at(s)).rem_euclid(1.0) - 0.5;
-            // Find two positions between which the sum passes one half, not an integer.
+            // Find two positions whose sums are on either side of one half, not of an integer.
             let places = [0; 16].map(|_| 0.02 + 1.5 * random());
             let half = |s: &f64| above(*s).abs() < 0.25;
             let Some(mut a) = places.into_iter().find(half) else { continue };

@@ -85,9 +85,9 @@ impl Aabb {
     }
 }
 
-// These use comparisons instead of `f32::min` and `f32::max`: a comparison takes one instruction,
-// and NaN does not occur. If two values are equal (zeros of either sign), the later one wins, which
-// keeps the operation associative.
+// `min` and `max` use comparisons instead of `f32::min` and `f32::max`: a comparison takes one
+// instruction, and NaN does not occur. If two values are equal (zeros of either sign), the later
+// one wins, which keeps the operation associative.
 #[inline(always)]
 fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })

@@ -25,7 +25,7 @@ impl Tree {
 }
 
 /// Returns the sum of the half surface areas of a node's children, and the half surface area of the
-/// box around all of them. The second is never 0.
+/// box around all of them. The second area is never 0.
 fn areas(node: &Node) -> [f64; 2] {
     let (mut lo, mut hi, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
     let half_area = |lo: &[f64; 3], hi: &[f64; 3]| {

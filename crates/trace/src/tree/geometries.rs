@@ -173,7 +173,7 @@ impl Geometries {
     }
 
     /// Returns whether every geometry is known to share a bit with a mask. Even if the result is
-    /// `false`, every geometry may share a bit with it.
+    /// `false`, every geometry may share a bit with the mask.
     #[inline(always)]
     pub(crate) fn all_have(&self, mask: u32) -> bool {
         self.common & mask != 0

@@ -21,7 +21,7 @@ pub(crate) struct Leaf {
 
 const _: () = assert!(size_of::<Leaf>() == 384);
 
-/// Nodes and leaves over triangles or copies of them.
+/// A tree of nodes and leaves over triangles, or over f32 copies of f64 triangles.
 #[derive(Clone, Debug)]
 pub struct Tree {
     /// The nodes, with the root first. If a child is a leaf, the node stores its index in `leaves`.
@@ -29,21 +29,21 @@ pub struct Tree {
     pub(crate) nodes: Vec<Node>,
     /// The triangles in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
-    /// For each leaf, a mask of the triangles without area. Rays ignore these, but closest-point
-    /// queries consider them. Empty if there are none.
+    /// For each leaf, a mask of the triangles without area. Rays ignore these triangles, but
+    /// closest-point queries consider them. Empty if all triangles have an area.
     pub(crate) degenerate: Vec<u8>,
     /// The number of leaves in the main tree, which come first. The other leaves contain needles,
     /// whose reference hits may be arbitrarily far outside them, and triangles that were not finite
     /// when the tree was built.
     pub(crate) boxed: usize,
-    /// The root of a second tree over the other leaves, or [`EMPTY`] if there are none.
+    /// The root of a second tree over the other leaves, or [`EMPTY`] if there are no other leaves.
     pub(crate) thin_root: u32,
     /// The largest coordinate magnitude of any triangle.
     pub(crate) reach: f32,
     /// The maximum distance outside a triangle's box at which the reference may hit it, not
     /// counting a part that is proportional to the ray's origin.
     pub(crate) lean: f32,
-    /// A stack size that always suffices.
+    /// A stack size that suffices for every traversal.
     pub(crate) stack: usize,
     pub(crate) triangles: usize,
     /// The geometries of the triangles.
@@ -110,7 +110,7 @@ impl Tree {
     }
 
     /// Returns the index of the first leaf that is tested against every ray. If all hits are on
-    /// their triangles, there are no such leaves, and traversal starts at both roots.
+    /// their triangles, no leaf is tested against every ray, and traversal starts at both roots.
     #[inline(always)]
     pub(crate) fn first_unboxed(&self, resolver: Resolver<'_>) -> usize {
         if resolver.hits_lie_on_triangles() { self.leaves.len() } else { self.boxed }
@@ -127,7 +127,7 @@ impl Tree {
     /// node groups eight neighbouring leaves, each node of the next level groups eight of these
     /// nodes, and so on.
     pub(crate) fn add_thin_nodes(&mut self, boxes: &[Aabb]) -> Result<(), NoMemory> {
-        // The number of nodes on each level, from the bottom up.
+        // Compute the number of nodes on each level, from the bottom up.
         let mut levels = Vec::new();
         let mut width = boxes.len();
         // Continue up to a single root. Even a lone leaf gets a node above it.

@@ -1,5 +1,6 @@
-//! The box in which a triangle can be hit. The reference may also hit the thinnest triangles
-//! outside it. A triangle without area is never hit, but is in the tree for closest-point queries.
+//! Computes the box in which a triangle can be hit. The reference may also hit the thinnest
+//! triangles outside this box. A triangle without area is never hit, but the tree contains it for
+//! closest-point queries.
 //!
 //! The reference computes the normal in f64, with an error relative to the product of two edge
 //! lengths. The thinner the triangle, the more its computed normal may lean, and the farther
@@ -67,7 +68,7 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     } else {
         let lean = ((LEAN * thinness * square.sqrt()) as f32).next_up();
         let padded = bounds.padded(lean);
-        // At query time, `Margin` adds a small lean to every box. A large one would widen all
+        // At query time, `Margin` adds a small lean to every box. A large lean would widen all
         // boxes, so pad only this triangle.
         if thinness <= THIN {
             HitBounds::Box { bounds, lean }

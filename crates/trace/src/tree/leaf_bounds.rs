@@ -29,9 +29,9 @@ const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127
 /// The boxes in which up to eight triangles can be hit.
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct LeafBounds {
-    /// The box around all triangles that have one, with or without area.
+    /// The box around all triangles that have a box, with or without area.
     pub bounds: Aabb,
-    /// The distance outside their boxes at which the reference may hit the `boxed` triangles.
+    /// The maximum distance outside its box at which the reference may hit a triangle in `boxed`.
     pub lean: f32,
     /// A mask of the triangles that are hit in or near their boxes.
     pub boxed: u32,
@@ -87,8 +87,8 @@ impl WithSimd for LaneBounds<'_> {
             bounds.lo[axis] = smallest_of_eight::<S>(lo);
             bounds.hi[axis] = -smallest_of_eight::<S>(hi);
         }
-        // Thinness times the longest edge, as in `hit_bounds`, but with 1-norms and a constant that
-        // accounts for them.
+        // Compute the thinness times the longest edge, as in `hit_bounds`, but with 1-norms and a
+        // constant that accounts for them.
         let lean = (square / normal) * longest * S::F32x8::splat(LEAN);
         let lean = -smallest_of_eight::<S>(Lanes::select(taken, -lean, S::F32x8::splat(0.0)));
         let mut leaf = LeafBounds { bounds, lean, boxed, ..LeafBounds::NONE };
@@ -174,7 +174,7 @@ mod tests {
     fn lanes_have_the_bounds_of_their_triangles() {
         let (m, tiny) = (f32::MAX, f32::MIN_POSITIVE);
         let wild = [f32::NAN, f32::INFINITY, m, -m, 0.0, -0.0, 1e-45, -tiny, 1e-20, -1e15, 1.0];
-        // Needles, some of which have no bound.
+        // The widths of needles. For the thinnest ones, no box bounds the hits.
         let thin = [1e-3, 1e-7, 1e-9, 3e-13, 1e-14, 1e-18];
         let plain = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
         let (mut seen, mut needles) = ([0; 4], 0);

@@ -44,9 +44,9 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// The reference accepts hits outside an edge that runs along a side of the box. The ray starts
-    /// on that side and leaves the box immediately; its coordinates along that axis are too small
-    /// to widen the box enough.
+    /// Tests rays that start in the plane of a box's side and immediately leave it outward. The
+    /// reference accepts hits outside an edge that runs along this side, but the rays' coordinates
+    /// along this axis are too small to widen the box enough.
     #[test]
     fn hits_beside_a_box_are_found() {
         let (mut random, mode) = (random(), Mode::certified());

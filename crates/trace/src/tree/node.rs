@@ -10,7 +10,7 @@ pub(crate) const EMPTY: u32 = u32::MAX;
 /// Marks a child that is a block of triangles. The other bits are the block's index.
 pub(crate) const LEAF: u32 = 1 << 31;
 
-/// The maximum number of leaves. More would need over 170 GB of memory.
+/// The maximum number of leaves. More leaves would need over 170 GB of memory.
 pub(crate) const MOST_LEAVES: usize = 1 << 29;
 
 /// The number of triangles in a block.
@@ -33,8 +33,10 @@ pub(crate) struct Node {
     rows: [[f32; 8]; 8],
 }
 
-/// The row of the upper x sides, and the row of the children.
+/// The first row of upper sides.
 const UPPER: usize = 3;
+
+/// The row of the children.
 const CHILDREN: usize = 6;
 
 impl Node {

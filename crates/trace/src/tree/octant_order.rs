@@ -1,8 +1,8 @@
-//! The order in which the children of a node are visited by rays of an octant, roughly sorted by
-//! position.
+//! Lookup tables for the order in which rays of an octant visit the children of a node, which is
+//! roughly front to back.
 
-/// Returns the slots in a mask, last to first for rays of an octant, one per byte starting with the
-/// lowest.
+/// Returns the slots in a mask, ordered from last to first for rays of an octant: one slot per
+/// byte, starting with the lowest byte.
 #[inline(always)]
 pub(crate) fn far_to_near(mask: u32, octant: usize) -> u64 {
     FAR_TO_NEAR[octant % 8][mask as usize % 256]
@@ -33,8 +33,8 @@ static FIRST: [[u8; 256]; 8] = {
     all
 };
 
-/// For each octant and mask, the slots in the mask, last to first, one per byte starting with the
-/// lowest.
+/// For each octant and mask, the slots in the mask from last to first: one slot per byte, starting
+/// with the lowest byte.
 static FAR_TO_NEAR: [[u64; 256]; 8] = {
     let mut all = [[0; 256]; 8];
     let mut at = 0;

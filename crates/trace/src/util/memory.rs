@@ -1,4 +1,4 @@
-//! Fallible allocation.
+//! Fallible allocation: functions that return an error if memory runs out.
 
 use std::collections::TryReserveError;
 use std::fmt;

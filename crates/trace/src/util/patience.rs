@@ -1,6 +1,6 @@
 //! Exponential backoff for optimizations that may not pay off.
 
-/// Decides when to try again. The wait doubles with each consecutive failure.
+/// Decides when to try an optimization again. The wait doubles with each consecutive failure.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patience {
     wait: usize,

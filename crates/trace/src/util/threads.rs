@@ -116,7 +116,7 @@ pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> 
     });
 }
 
-/// Modifies all items, using all threads, and returns the function's results.
+/// Calls a function that modifies each item, using all threads, and returns the function's results.
 pub(crate) fn update<T: Send, R: Zeroable + Send>(
     all: &mut [T],
     change: impl Fn(&mut T) -> R + Sync,
@@ -152,7 +152,7 @@ pub(crate) fn fill<E: Send>(
 pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool {
     let all = AtomicBool::new(true);
     pieces(of.chunks(piece_of(of.len(), 1 << 9)), |_, of| {
-        // After one piece has failed, the others need not be checked.
+        // After one piece has failed, the other pieces need not be checked.
         if all.load(Ordering::Relaxed) && !of.iter().all(&holds) {
             all.store(false, Ordering::Relaxed);
         }

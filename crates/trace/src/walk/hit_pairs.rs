@@ -1,10 +1,11 @@
-//! Pairs of a ray and a triangle that it hits, in the order in which they are found.
+//! Lists of pairs of a ray and a triangle that the ray hits, in the order in which the hits are
+//! found.
 
 use std::collections::BinaryHeap;
 
 use intertri::{Hit, LeafSlot, RayId};
 
-/// Pairs in any order. Their memory grows with the number of hits.
+/// A list of pairs in any order, whose memory grows with the number of hits.
 #[derive(Default)]
 pub struct HitPairs {
     pub(crate) pairs: Vec<(RayId, LeafSlot)>,
@@ -45,14 +46,14 @@ impl HitPairs {
         self.is_full |= found.is_err();
     }
 
-    /// Adds a pair. Memory for it must have been reserved.
+    /// Adds a pair. Memory for the pair must have been reserved.
     #[inline(always)]
     pub(crate) fn push(&mut self, ray: RayId, slot: LeafSlot) {
         self.pairs.push((ray, slot));
     }
 
     /// Adds a pair whose hit is known, and returns a reference through which to write the hit.
-    /// Memory for it must have been reserved.
+    /// Memory for the pair must have been reserved.
     #[inline(always)]
     pub(crate) fn push_hit(&mut self, ray: RayId, slot: LeafSlot) -> &mut Hit {
         self.push(ray, slot);
@@ -68,11 +69,11 @@ impl HitPairs {
     }
 }
 
-/// The nearest hits of a ray so far, up to the limit, each given by the largest t it can have. Hits
-/// beyond the largest of these do not count.
+/// The nearest hits of a ray so far, up to the limit, each given by the largest t it can have. Once
+/// the limit is reached, hits beyond the largest of these t do not count.
 #[derive(Default)]
 pub(crate) struct NearestFew {
-    /// The bits of each t. For positive numbers, bits sort in the same order as values.
+    /// The bits of each t. The bits of positive f32 values sort in the same order as the values.
     t_hi: BinaryHeap<u32>,
 }
 

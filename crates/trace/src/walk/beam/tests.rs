@@ -1,4 +1,4 @@
-//! Beams must return the correct result for each ray, and must handle the rays they are meant for.
+//! Tests that beams return the correct result for each ray and do not skip rays that suit them.
 
 use intertri::simd::Level;
 use intertri::{Counts, Mode, RayOf, Triangle, TriangleOf};
@@ -35,7 +35,7 @@ fn balls() -> Vec<Triangle> {
     triangles
 }
 
-/// Returns points among the shapes, corners, and points next to corners.
+/// Returns random points among the shapes, corners of triangles, and points next to corners.
 fn points(triangles: &[Triangle], count: usize) -> Vec<[f32; 3]> {
     let mut random = random();
     let mut points: Vec<[f32; 3]> =
@@ -92,7 +92,8 @@ fn left_of<S: BvhScalar>(
 }
 
 /// Returns points far back on the lines through corners and edges of triangles near the origin.
-/// There, the positions of rays are least accurate, but decisions must still be right.
+/// Rays from such distant points have the least accurate positions, but all decisions must still be
+/// right.
 fn far_back(triangles: &[Triangle], dir: [f32; 3], count: usize) -> Vec<[f32; 3]> {
     let mut random = random();
     let back = |i: usize| {
@@ -119,8 +120,8 @@ fn beams_give_each_ray_its_own_answer() {
     assert_eq!(left(&triangles, &points), 0);
 }
 
-/// Most rays are left untraced if they are far apart or have different directions. Results for the
-/// others must be correct.
+/// Most rays are left untraced if they are far apart or have different directions. The results of
+/// the other rays must be correct.
 #[test]
 fn beams_leave_what_is_too_much_work() {
     let triangles = balls();
@@ -129,7 +130,8 @@ fn beams_leave_what_is_too_much_work() {
     assert!(left(&triangles, &points) > 3 * levels * points.len() / 2);
 }
 
-/// With a thirtieth of the margin for distant origins, some hits would be missed.
+/// Traces rays from distant origins. With a thirtieth of the margin for such origins, some hits
+/// would be missed.
 #[test]
 fn rays_from_far_out_miss_nothing() {
     let triangles = balls();

@@ -60,9 +60,9 @@ pub(super) struct Tube<S: Simd> {
     /// A ray along the tube, from the centre of the lines' intersections with the plane.
     pub(super) axis: Ray,
     pub(super) slabs: Slabs,
-    /// The maximum distance of a line from the axis, along each coordinate, and the position of
-    /// each ray's line relative to the axis.
+    /// The maximum distance of a line from the axis, along each coordinate.
     pub(super) reach: [f32; 3],
+    /// The position of each ray's line relative to the axis.
     pub(super) beside: Vec3<S::F32x16>,
     /// A bound on the sum of the magnitudes of an origin's coordinates.
     pub(super) away: f32,
@@ -120,8 +120,8 @@ mod tests {
     use intertri::simd::{Lanes, Level, Simd, WithSimd};
     use intertri::{Ray, RayPacket};
 
-    /// Computes the errors of positions, in multiples of an origin's rounding error: along both
-    /// axes together and along a single axis.
+    /// Computes the errors of the lines' positions, in multiples of an origin's rounding error: the
+    /// sum along both axes, and the largest along a single axis.
     struct Off<'a>(&'a [Ray], Margin);
     impl WithSimd for Off<'_> {
         type Output = [f64; 2];
@@ -151,15 +151,15 @@ mod tests {
         }
     }
 
-    /// The errors are at most 6 and 4 times a rounding error, and more than half of what the filter
-    /// allows for them: `AWAY` in `exact.md`, 7u.
+    /// The errors are at most 6 and 4 times the rounding error of an origin. The first exceeds half
+    /// of what the filter allows: `AWAY = 7u` in `exact.md`.
     #[test]
     fn places_on_the_plane_are_known_so_well() {
         let margin = Margin::new(1.0, None);
         let (mut random, mut most) = (random(), [0.0_f64; 2]);
         for _ in 0..100_000 {
-            // The whole error is proportional to one coordinate, and most values have a relatively
-            // large unit in the last place.
+            // Choose directions for which the error is proportional to a single coordinate, and
+            // mostly values with a relatively large unit in the last place.
             let dir = [0.9999 - 1e-3 * random(), 0.9999 - 1e-3 * random(), 1.0];
             let ray = |_| {
                 let origin = [1e-3 * random(), 1e-3 * random(), 1.0 + 1e-2 * random()];

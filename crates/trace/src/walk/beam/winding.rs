@@ -30,8 +30,9 @@ pub(super) struct Winding<'a, 'b, S: Simd> {
     along: &'b mut AlongAxis,
     /// The rays whose origins have not been found to be on a triangle.
     live: u32,
-    /// The crossings that the filter is certain of, and those that the resolver decides.
+    /// For each ray, the sum of the signed crossings of which the filter is certain.
     sure: S::F32x16,
+    /// The containment of each origin, according to the crossings that the resolver decided.
     settled: [Containment; RAYS],
     work: usize,
     counts: &'b mut Counts,
@@ -84,7 +85,7 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
         self.work > BUDGET
     }
 
-    /// Decides, for the triangle in a slot, the rays that the filter leaves undecided.
+    /// Decides whether the rays that the filter leaves undecided cross the triangle in a slot.
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, slot: LeafSlot) {

@@ -22,7 +22,7 @@ pub(super) struct Culling<'a> {
 
 impl Culling<'_> {
     /// Fills `leaves` with the next leaves that a ray may reach before the depth `far`. Returns
-    /// their number, which is smaller than the slice only if there are no more.
+    /// their number, which is smaller than the slice only if no more leaves remain.
     #[inline(always)]
     pub(super) fn next_leaves<S: Simd>(
         &self,
@@ -60,8 +60,8 @@ impl Culling<'_> {
             let mut order = far_to_near(met, self.frustum.octant).to_le_bytes();
             if self.closest && met.count_ones() > 1 {
                 let mut middles = [0.0; 8];
-                // Twice the depth of each box's centre. For a wide frustum, this order is better
-                // than the octant's.
+                // Store twice the depth of each box's centre. For a wide frustum, sorting by this
+                // depth is better than the octant's order.
                 (near + self.frustum.far::<S::F32x8>(node)).store(&mut middles);
                 by_middle(&mut order[..met.count_ones() as usize], &middles);
             }

@@ -1,5 +1,5 @@
-//! Density: if triangles are small compared with the packets of a bundle, tracing rays one by one
-//! is faster.
+//! Decides whether triangles are so small compared with the packets of a bundle that tracing rays
+//! one by one is faster.
 //!
 //! ```text
 //!   ┌─────────────┐
@@ -22,11 +22,11 @@ use crate::util::lane_ops::total;
 /// tracing its rays one by one is faster.
 const TOO_MANY: f32 = 56.0;
 
-/// The limit for closest-hit queries.
+/// The corresponding limit for closest-hit queries.
 const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
 
-/// Returns the packets of all groups that would reach too many triangles of the average size in
-/// these leaves.
+/// Returns the packets that would reach too many triangles if all triangles had the average size of
+/// the triangles in these leaves.
 #[inline(always)]
 pub(crate) fn too_dense<S: Simd>(
     projection: &Projection<S>,
@@ -44,7 +44,7 @@ pub(crate) fn too_dense<S: Simd>(
     let [w, h] = [sum[0] / triangles as f32, sum[1] / triangles as f32];
     let too_many = if closest { TOO_MANY_FOR_CLOSEST } else { TOO_MANY };
 
-    // The number of triangles that a packet reaches, averaged over its group.
+    // Estimate how many triangles a packet reaches, on average over its group.
     let mut packets = 0;
     for (number, (lo, hi)) in projection.rectangles().enumerate() {
         let used = projection.used.saturating_sub(16 * number).min(16);
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn groups_are_left_where_triangles_are_small_beside_packets() {
         // Use sheets of squares of a given size, and four groups of rays. The rays of the first two
-        // groups are closer together than those of the others.
+        // groups are closer together than the rays of the other two.
         let sheet = |size: f32| {
             let count = (8.0 / size) as usize;
             let at = |x: usize, y: usize| [x as f32 * size - 4.0, y as f32 * size - 4.0, 0.0];
@@ -123,8 +123,8 @@ mod tests {
         }
     }
 
-    /// Rays toward the same points are traced in the order of tiles, but left to a stream in random
-    /// order, where no packet is narrower than the bundle.
+    /// If rays toward the same points are in the order of tiles, they are traced as a bundle. In
+    /// random order, where no packet is narrower than the bundle, they are left to a stream.
     #[test]
     fn bundles_in_random_order_are_not_split() {
         let at = |i: usize| [(i % 64) as f32 / 8.0 - 4.0, (i / 64) as f32 / 8.0 - 4.0];
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// The number of packets that a bundle leaves, and its work.
+    /// Returns the number of packets that a bundle leaves untraced, and its work.
     struct Work<'a>(&'a Bvh, &'a [Ray]);
 
     impl WithSimd for Work<'_> {

@@ -2,10 +2,10 @@
 //! it.
 //!
 //! ```text
-//!         ╱ │ │      Light rays toward a table end there, and the floor below is beyond the end
-//!   o ────▌ │ │      of each ray. For slanted surfaces, one depth is not enough. The inverse depths
-//!         ╲▌│ │      of a plane, however, are a linear form on the projection, as for triangles.
-//!           ▌ floor
+//!         ╱ │ │      Rays from a light to a table end at the table, so the floor below is beyond
+//!   o ────▌ │ │      all their ends. For slanted surfaces, one depth is not enough, but the
+//!         ╲▌│ │      inverse depths of a plane are a linear form on the projection, like those
+//!           ▌ floor  of a triangle.
 //! ```
 
 use intertri::internal::Frame;
@@ -26,7 +26,7 @@ const LEAN: f32 = 1.25;
 /// The slopes are fitted to the rays of at most this many packets.
 const SAMPLE: usize = 16;
 
-/// The maximum coefficient: 2^40.
+/// The maximum coefficient of a form: 2^40.
 const LARGEST: f32 = (1_u64 << 40) as f32;
 
 /// A plane before which all rays end.
@@ -69,7 +69,7 @@ fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
 fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let splat = S::F32x16::splat;
     // Start with the slopes of a least-squares fit and lower the form until it is below the inverse
-    // end of every ray. Any such plane is correct; a good fit culls more.
+    // end of every ray. Every plane lowered in this way is correct; a good fit culls more.
     let [along_x, along_y] = slopes(projection);
     let (mut least, mut ends) = (splat(f32::INFINITY), splat(f32::INFINITY));
     for packet in 0..projection.used {
@@ -165,7 +165,7 @@ mod tests {
     }
 
     /// Returns the difference between the inverse depth at which a ray ends and the form, relative
-    /// to the former.
+    /// to that inverse depth.
     fn room(ray: &Ray, (form, axes): ([f32; 3], [[f32; 3]; 3])) -> f64 {
         let [z, x, y] = axes.map(|axis| along(axis, ray));
         let form = form.map(f64::from);
@@ -178,7 +178,7 @@ mod tests {
         // Rays end at the plane or up to 0.7 % before it.
         let off = |i: usize| (i * 13 % 8) as f32 * 1e-3;
         let mut rays: Vec<Ray> = (0..1024).map(|i| to_wall(i, off(i))).collect();
-        // A ray that is dead from the start may end elsewhere.
+        // A ray whose interval is empty is dead and may end elsewhere.
         rays[100] = rays[100].between(3.0, 2.0);
         for count in [16, 100, 1000, 1024] {
             let rays = &rays[..count];
@@ -194,8 +194,8 @@ mod tests {
         }
     }
 
-    /// Computes the fraction of the rounding margin that is used where it matters: between the
-    /// plane's own normal and the computed end of a ray.
+    /// Computes the fraction of the rounding margin that is needed to keep the end of every live ray
+    /// in front of the plane with the computed normal.
     struct Used<'a>(&'a [Ray]);
 
     impl WithSimd for Used<'_> {
@@ -234,7 +234,8 @@ mod tests {
         let levels: Vec<Level> = Level::all().collect();
         let mut most = 0.0_f64;
         for bundle in 0..200 {
-            // A few rays with similar directions that end at a plane with a random orientation.
+            // Choose a few rays with similar directions that end at a plane with a random
+            // orientation.
             let [axis, plane] = [(); 2].map(|()| [random(), random(), random()]);
             let ray = |dir: [f32; 3]| {
                 let slope = (0..3).map(|k| plane[k] * dir[k]).sum::<f32>().abs().max(1e-3);

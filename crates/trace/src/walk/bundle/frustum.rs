@@ -69,7 +69,7 @@ impl Frustum {
             met = met & ends.may_meet::<F>(node);
         }
         for side in &self.sides {
-            // Test the innermost corner: if even that one is outside, so is the whole box.
+            // Test the innermost corner: if this corner is outside, the whole box is outside.
             met = met & side.of_boxes::<F>(node, false).ge(F::splat(-side.pad));
         }
         (met.bits(), near)
@@ -114,7 +114,7 @@ mod tests {
                 let [x, y, z] = [0, 1, 2].map(|k| o[k] + d[k]);
                 let mut node = Node::NO_CHILDREN;
                 node.set(5, &Aabb { lo: [x, y, z, 0.0], hi: [x, y, z, 0.0] }, 0);
-                // The largest depth at which a hit still counts, as in bundles.
+                // Compute the largest depth at which a hit still counts, as for bundles.
                 let far = (0..3).map(|k| f64::from(depth[k]) * f64::from(d[k])).sum::<f64>() as f32;
                 let far = far + far * (1.0 / (1 << 18) as f32);
                 !projection.is_outlier(number)

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   blocks ─► outlines ──► triangles in a group's window ──► packets that reach them ──► tests
-//!     8      4, of two blocks    up to 64 per group                 up to 16 each         one list
+//!     8      4 (one per two)     up to 64 per group                 up to 16 each         one list
 //! ```
 //!
 //! Each arrow is one loop over all leaves, because a branch per block or triangle would be
@@ -20,9 +20,13 @@ use crate::util::prefetch::Prefetch;
 /// The maximum number of leaves to process at once.
 pub(crate) const AT_ONCE: usize = 8;
 
-/// The maximum numbers of triangles, of pairs of a triangle and a group, and of tests.
+/// The maximum number of triangles.
 const TRIANGLES: usize = 8 * AT_ONCE;
+
+/// The maximum number of pairs of a triangle and a group.
 const PAIRS: usize = GROUPS * TRIANGLES;
+
+/// The maximum number of tests.
 const TESTS: usize = 16 * PAIRS;
 
 /// A test of a packet against one of the listed triangles.
@@ -34,7 +38,7 @@ pub(crate) struct PacketTest {
     pub(crate) number: usize,
 }
 
-/// The numbers of listed pairs and tests.
+/// The numbers of pairs and tests that have been listed.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct ListedTests {
     /// The number of pairs of a triangle and a group, by group.
@@ -46,13 +50,13 @@ pub(crate) struct ListedTests {
 pub(crate) struct Leaves {
     /// The indices of the leaves.
     pub(crate) blocks: [u32; AT_ONCE],
-    /// The outlines of the triangles in two blocks each.
+    /// The outlines of the triangles, with two blocks per entry.
     outlines: [Outlines; AT_ONCE / 2],
-    /// For each pair, the triangle's position among all blocks.
+    /// For each pair of a triangle and a group, the triangle's position among all blocks.
     places: [u8; PAIRS],
-    /// For each test, the packet and the index of the pair. A write of eight entries may extend
-    /// beyond the last test.
+    /// For each test, the packet. A write of eight entries may extend beyond the last test.
     packets: [u8; TESTS + 8],
+    /// For each test, the index of the pair, with the same spare entries.
     numbers: [u8; TESTS + 8],
 }
 
@@ -125,8 +129,8 @@ impl Leaves {
                     let slots =
                         far_to_near(half, 0) + 0x0101_0101_0101_0101 * (16 * number + first) as u64;
                     let at = listed.tests;
-                    // Always write eight entries. Only those set in the mask count, because the
-                    // next write starts right after them.
+                    // Always write eight entries. Only the entries set in the mask count, because
+                    // the next write starts right after them.
                     packets[at..at + 8].copy_from_slice(&slots.to_le_bytes());
                     numbers[at..at + 8].fill(pair as u8);
                     listed.tests += half.count_ones() as usize;

@@ -12,8 +12,8 @@ const LARGEST: f32 = (1 << 30) as f32;
 const LARGEST_REACH: f32 = (1_u128 << 80) as f32;
 
 /// Creates a frame that looks along `sum`. One of its axes follows the direction in which the rays
-/// spread most or, if none stands out, `step`. Returns `None` if there is no direction, or if
-/// coordinates are too large.
+/// spread most or, if no direction stands out, `step`. Returns `None` if there is no direction, or
+/// if coordinates are too large.
 #[inline(always)]
 pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     origin: [f32; 3],

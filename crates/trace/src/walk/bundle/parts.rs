@@ -1,9 +1,10 @@
-//! The parts of a bundle: if a part takes too much work, it is split into smaller ones.
+//! Splitting of bundles: a bundle that takes too much work is split into parts, which may be split
+//! again.
 
 use super::projection::{GROUPS, PACKETS};
 
 /// The widths of parts in packets. A bundle that takes too much work is split into parts of the
-/// second width, and those into parts of the third.
+/// second width, and each of these parts into parts of the third.
 pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 
 /// A part is split once it has taken this many packet tests per ray.
@@ -31,7 +32,7 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
-    /// Splits a part into smaller ones and adds them.
+    /// Splits a part into smaller parts and adds these to the waiting parts.
     pub(super) fn add(&mut self, part: u64, level: usize) {
         let width = WIDTHS[level];
         // Add them in reverse, because the part added last is taken first.

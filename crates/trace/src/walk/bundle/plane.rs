@@ -13,9 +13,9 @@ const PAD: f32 = 10.0 / (1 << 24) as f32;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CullingPlane {
     normal: [f32; 3],
-    /// `normal · origin`
+    /// The dot product `normal · origin`.
     at: f32,
-    /// A bound on the rounding error.
+    /// A bound on the rounding error of a distance from the plane.
     pub(crate) pad: f32,
 }
 
@@ -44,8 +44,8 @@ impl CullingPlane {
     #[inline(always)]
     pub(crate) fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
-        // The signs of the normal determine which corner is lowest or highest along it. It is the
-        // same corner for all eight boxes.
+        // The signs of the normal determine which corner is lowest or highest along it. The choice
+        // is the same for all eight boxes.
         let x = node.sides(0, (normal[0] > 0.0) != low);
         let y = node.sides(1, (normal[1] > 0.0) != low);
         let z = node.sides(2, (normal[2] > 0.0) != low);

@@ -12,7 +12,8 @@ use intertri::simd::Lanes;
 
 use crate::util::lane_ops::total;
 
-/// Sums over directions, relative to one of them to reduce rounding errors.
+/// Sums of directions and of their products, relative to one of the directions to reduce rounding
+/// errors.
 pub(crate) struct Spread<F> {
     about: [f32; 3],
     count: usize,
@@ -22,7 +23,7 @@ pub(crate) struct Spread<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Spread<F> {
-    /// Starts with no directions. The directions added later should be close to `dir`.
+    /// Creates empty sums. The directions added later should be close to `dir`.
     #[inline(always)]
     pub(crate) fn about(dir: [f32; 3]) -> Self {
         let zero = F::splat(0.0);
@@ -48,12 +49,12 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     }
 
     /// Returns the axis of greatest spread in the image plane, if the directions spread at least
-    /// twice as far along it as across it. Returns `None` if there is no such axis, or if it nearly
-    /// coincides with `right` or `up`.
+    /// twice as far along this axis as across it. Returns `None` if there is no such axis, or if it
+    /// nearly coincides with `right` or `up`.
     #[inline(always)]
     pub(crate) fn principal_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
-        // The sums of x x, x y, and y y relative to the mean, where x and y are the components
-        // along the axes.
+        // Compute the sums of x x, x y, and y y relative to the mean, where x and y are the
+        // components along `right` and `up`.
         let sum = [total(self.sum[0]), total(self.sum[1]), total(self.sum[2])];
         let count = self.count as f32;
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -72,7 +73,7 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
         if 16.0 * xy * xy <= xx * yy || !(xx + yy).is_finite() {
             return None;
         }
-        // Twice the eigenvalues of the symmetric matrix [xx xy; xy yy].
+        // Compute twice the eigenvalues of the symmetric matrix [xx xy; xy yy].
         let root = ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt();
         let (most, least) = (xx + yy + root, xx + yy - root);
         let [x, y] =
@@ -105,7 +106,7 @@ mod tests {
         let [x, y, z] = axis(&far).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-2 * y.abs() && z == 0.0, "{x} {y} {z}");
 
-        // Already parallel to an axis, or equally spread in both directions.
+        // The spread is already parallel to an axis, or equal in both directions.
         assert_eq!(axis(&line(0.1, 0.0)), None);
         assert_eq!(axis(&line(0.0, 0.3)), None);
         assert_eq!(

@@ -85,9 +85,9 @@ pub(crate) struct Group<S: Simd> {
     pub(crate) window: Windows<S::F32x16>,
     /// Triangles larger than this along x or y are likely to reach several packets.
     pub(crate) large: [f32; 2],
-    /// The smallest inverse depth at which a hit still counts, for each packet and for all current
-    /// packets.
+    /// The smallest inverse depth at which a hit still counts, for each packet.
     pub(crate) least: [f32; 16],
+    /// The minimum of `least` over all current packets.
     pub(crate) least_of_all: f32,
     /// Bit p is set if packet p is current.
     pub(crate) asked: u32,
@@ -129,8 +129,8 @@ impl<S: Simd> Projection<S> {
     }
 
     /// Projects rays and marks all of them as live, while prefetching some of the next rays.
-    /// Returns the window around them, or `None` if too many of them diverge too much, or if values
-    /// are too large or too small.
+    /// Returns the window around them, or `None` if too many rays diverge, or if values are too
+    /// large or too small.
     #[inline(always)]
     pub(crate) fn project(
         &mut self,
@@ -385,8 +385,8 @@ fn side_by_side<S: Simd>(rays: &[Ray; 16]) -> [[S::F32x16; 4]; 2] {
     [S::columns(|i| half(&rays[i], 0)), S::columns(|i| half(&rays[i], 1))]
 }
 
-/// Replaces points that miss the projection with the first one that does not, or with its centre if
-/// all miss.
+/// Replaces points that miss the projection with the first point that does not, or with the centre
+/// of the projection if all points miss it.
 #[inline(always)]
 fn instead<S: Simd>(
     mut met: Points<S::F32x16>,

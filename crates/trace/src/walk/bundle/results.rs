@@ -1,5 +1,5 @@
-//! Converts the results of tracing a bundle to the requested form: whether, which, or where rays
-//! hit.
+//! Converts the results of tracing a bundle to the requested form: whether rays hit anything, which
+//! triangles they hit, or all details of the hits.
 
 use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
 use intertri::simd::Simd;
@@ -35,8 +35,8 @@ pub(crate) struct Results {
     pub(super) seen: Vec<LeafSlot>,
     /// For each ray, the index in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(super) found: Vec<u32>,
-    /// For all-hits queries: triangles, each with a packet and the rays in it that hit. `seen` then
-    /// contains only triangles that are hit.
+    /// For all-hits queries: triangles, each with a packet and the rays of the packet that hit the
+    /// triangle. `seen` then contains only triangles that are hit.
     pub(super) every: Vec<PacketHits>,
     /// For each entry of `seen`, its triangle's index or its position in `hit`, plus one entry for
     /// rays without a hit.
@@ -44,11 +44,11 @@ pub(crate) struct Results {
     /// The slots of the triangles that are hit.
     hit: Vec<LeafSlot>,
     coefficients: Vec<[HitCoefficients; 8]>,
-    /// Original rays, each with the position of the triangle that it hits.
+    /// For f64 hierarchies: rays, each with the position of the triangle that it hits.
     pairs: Vec<(u32, u32)>,
     exact: Vec<[exact::HitCoefficients; 8]>,
     exact32: Vec<[exact::HitCoefficients32; 8]>,
-    /// The hits of originals, before they are rounded to f32.
+    /// The hits on the original f64 triangles, before rounding to f32.
     hits64: Vec<Hit>,
 }
 
@@ -127,7 +127,7 @@ impl Results {
                 originals.shared_origin_hits(rays, &self.seen, &known, hits);
                 self.pairs = known;
             }
-            // The positions of these hits are computed later.
+            // For these hits, t, u, and v are computed later.
             _ => {
                 self.each_hit(left, pairs, |pairs, ray, number| {
                     pairs.push(RayId(first.0 + ray as u32), self.seen[number]);
@@ -136,7 +136,7 @@ impl Results {
         }
     }
 
-    /// Lists all hits with their positions, using per-triangle values for the shared origin that
+    /// Lists all hits with t, u, and v. Values that depend only on a triangle and the shared origin
     /// are computed only once.
     #[inline(always)]
     fn list_met<S: Simd, C: SharedOriginHit>(
@@ -316,8 +316,8 @@ impl Results {
         hit.truncate(count);
     }
 
-    /// Computes the hits, using per-triangle values for the shared origin that are computed only
-    /// once.
+    /// Computes the hits. Values that depend only on a triangle and the shared origin are computed
+    /// only once.
     #[inline(always)]
     fn hits<S: Simd, C: SharedOriginHit<H>, H: HitRecord>(
         &self,

@@ -7,9 +7,9 @@
 //!   o ────────►            o ◄────────
 //! ```
 //!
-//! Each ray misses L by a rounding error; `docs/numerics/projection.md`, section 6, widens all
-//! bounds accordingly. Whether a ray hits anything then agrees with the reference. The position of
-//! the hit is not computed.
+//! Each ray misses L by a rounding error. All bounds are widened accordingly, as derived in
+//! `docs/numerics/projection.md`, section 6. Whether a ray hits anything then agrees with the
+//! reference. The position of the hit is not computed.
 
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};
@@ -80,7 +80,7 @@ fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
 /// A mask of all sixteen lanes.
 const ALL: u32 = 0xffff;
 
-/// Rays being reversed, sixteen at a time.
+/// The reversal of rays, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
     /// The largest distance from the point to the origin of a ray, along each axis.

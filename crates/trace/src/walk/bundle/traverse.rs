@@ -26,8 +26,8 @@ use super::results::{NOTHING, PacketHits, Results};
 use crate::tree::{EMPTY, Tree};
 use crate::util::prefetch::Prefetch;
 
-/// Traces bundles with a given goal: the closest hit of each ray or, with `any`, any hit, which
-/// reversed rays require.
+/// Traces bundles with a given goal: the closest hit of each ray or, if `any` is set, any hit.
+/// Reversed rays require `any`.
 #[derive(Clone, Copy)]
 pub(crate) struct Bundle<'a> {
     pub(crate) tree: &'a Tree,
@@ -57,7 +57,8 @@ pub(crate) enum Outcome {
 pub(crate) struct Scratch {
     stack: Pending,
     leaves: Leaves,
-    /// The rest of the stack from when a bundle was split, and from when a part of it was split.
+    /// The entries left on the stack when the bundle was split, and when one of its parts was
+    /// split.
     split: [Pending; 2],
 }
 
@@ -160,8 +161,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             work += std::mem::take(&mut self.work);
 
             // If a part takes too much work, continue with smaller parts from the current position.
-            // If one of the smallest parts still takes too much, or smaller ones would be no narrower,
-            // leave the rays to a stream.
+            // If one of the smallest parts still takes too much, or if smaller parts would be no
+            // narrower, leave the rays to a stream.
             if rest && !stack.is_empty() {
                 match split.get_mut(level) {
                     Some(split) if !self.projection.is_scattered(part) => {
@@ -281,7 +282,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 let nearest = &projection.nearest[test.packet];
                 let outline = leaves.outline(test.number);
                 let maybe = nearest.maybe(&outline, points, &projection.ranges, live);
-                // Always write the test. The next one overwrites it unless `left` advances.
+                // Always write the test. The next test overwrites it unless `left` advances.
                 leaves.put(left, test);
                 left += usize::from(maybe);
             }
@@ -306,7 +307,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     }
 
     /// Lists all hits found by the tests of several leaves, whose triangles are in `seen` from
-    /// `first` on. Only triangles that are hit stay there.
+    /// `first` on. Only triangles that are hit stay in `seen`.
     #[inline(always)]
     fn visit_every(
         &mut self,
@@ -350,8 +351,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     /// Returns the depth beyond which no hit of the current packets can count.
     #[inline(always)]
     fn far(&mut self) -> f32 {
-        // The farthest depth at which any ray is still searching for a hit, with a margin for the
-        // rounding of the inverse.
+        // Compute the farthest depth at which any ray is still searching for a hit, with a margin
+        // for the rounding of the inverse.
         let depth = 1.0 / self.projection.least();
         depth + depth * (1.0 / (1 << 18) as f32)
     }

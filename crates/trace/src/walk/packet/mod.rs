@@ -2,7 +2,7 @@
 //! shadow rays toward the sun or a light, and the rays of a moving scanner.
 //!
 //! ```text
-//!   sixteen rays ──► each box of a node, for all rays ──► each triangle of a leaf, for all rays at it
+//!   sixteen rays ──► each box of a node, for all rays ──► each triangle of a leaf, for rays that reach it
 //!                                                     └──► or each ray, for all eight triangles
 //! ```
 //!
@@ -25,8 +25,8 @@ use crate::walk::stream::Retired;
 use leaf_tests::LeafTests;
 pub(crate) use traverse::{Boxes, PacketStack, RAYS, VisitTogether};
 
-/// Along each axis, directions may differ from the first by at most this fraction of its largest
-/// component. Otherwise, rays diverge too soon.
+/// Along each axis, directions may differ from the first by at most this fraction of the first
+/// direction's largest component. Otherwise, rays diverge too soon.
 const SPREAD: f64 = 0.25;
 
 /// If fewer rays than this visit a node or leaf together, on average, tracing them as a stream is

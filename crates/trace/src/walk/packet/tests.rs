@@ -41,10 +41,10 @@ fn rays_visit_only_the_boxes_that_they_meet() {
         std::array::from_fn(|i| Ray::new([place(i) + 0.2, 0.2, 0.0], [0.0, 0.0, 1.0]));
     for level in Level::all() {
         let (hits, tests) = level.run(Trace(&bvh, &rays));
-        for (i, hit) in hits.expect("coherent").iter().enumerate() {
+        for (i, hit) in hits.expect("the rays are coherent").iter().enumerate() {
             assert_eq!(hit.triangle, i as u32, "{}", level.name());
         }
-        // Eight rays against eight triangles, twice.
+        // Each group of eight rays is tested against eight triangles.
         assert_eq!(tests, 128, "{}", level.name());
     }
 }
@@ -91,7 +91,8 @@ fn rays_without_an_interval_do_not_disturb_the_others() {
     assert!(traced > 100, "{traced}");
 }
 
-/// A direction may have a zero component with either sign, for example after it was negated.
+/// A direction may have a zero component with either sign, for example after the direction was
+/// negated.
 #[test]
 fn zeros_with_a_sign_miss_nothing() {
     let wall = Triangle::new([-1.0, -1.0, 0.0], [9.0, -1.0, 0.0], [-1.0, 9.0, 0.0]);
@@ -104,7 +105,7 @@ fn zeros_with_a_sign_miss_nothing() {
         let rays: [Ray; RAYS] = std::array::from_fn(ray);
         for level in Level::all() {
             let (hits, _) = level.run(Trace(&bvh, &rays));
-            let hits = hits.expect("coherent");
+            let hits = hits.expect("the rays are coherent");
             assert!(hits.iter().all(|hit| hit.t == 5.0), "{}: {:?}", level.name(), rays[0].dir);
         }
     }

@@ -15,9 +15,9 @@ const NODES: usize = 1024;
 /// Guesses for one hierarchy at a time.
 #[derive(Debug)]
 pub(crate) struct ChildPredictor {
-    /// For each node, the child that the last ray visited, stored twice: one copy is compared, the
-    /// other returned. The compiler must not know that they are equal, or it would return the value
-    /// that was compared.
+    /// For each node, the child that the last ray visited, stored twice: one copy is compared, and
+    /// the other is returned. The compiler must not know that they are equal, or it would return
+    /// the value that was compared.
     last: [[u32; 2]; NODES],
 }
 
@@ -32,8 +32,8 @@ impl ChildPredictor {
     #[inline(always)]
     pub(crate) fn follow(&mut self, node: u32, next: u32) -> u32 {
         let last = &mut self.last[node as usize % NODES];
-        // These load from memory immediately. `next` arrives only after the box tests, but the
-        // branch on the comparison is predicted.
+        // Both copies load from memory immediately. `next` arrives only after the box tests, but
+        // the branch on the comparison is predicted.
         let [guess, check] = *last;
         if next == check {
             return guess;
@@ -47,8 +47,8 @@ impl ChildPredictor {
 mod tests {
     use super::{ChildPredictor, NODES};
 
-    /// Guesses must not change the result, whether right or wrong, and whether for the same node or
-    /// one that shares its entry.
+    /// Guesses must not change the result, whether right or wrong, and whether they were made for
+    /// the same node or for one that shares its entry.
     #[test]
     fn what_is_given_is_what_was_asked_for() {
         let mut predictor = ChildPredictor::default();

@@ -14,7 +14,7 @@ use crate::tree::Tree;
 /// A single ray and the data needed to trace it.
 pub(crate) struct SingleRay<'a> {
     pub(crate) tree: &'a Tree,
-    /// Passed by reference, because it is larger than the parts that traversal reads.
+    /// The filter, by reference because it is larger than the parts that traversal reads.
     pub(crate) filter: &'a Filter<'a>,
     pub(crate) ray: &'a Ray,
     /// The ray's index in its query.

@@ -24,20 +24,22 @@ const U: f32 = f32::EPSILON / 2.0;
 /// The padding along an axis, as a fraction of the origin's coordinate.
 const PAD: f32 = 5.0 * U;
 
-/// Near planes are moved nearer by the first factor, and far planes farther by the second.
+/// Near planes are moved nearer by this factor.
 const NEARER: f32 = 1.0 - 6.0 * U;
+
+/// Far planes are moved farther by this factor.
 const FARTHER: f32 = 1.0 + 6.0 * U;
 
 /// The relative error of a computed negative t.
 const BEFORE: f32 = 12.0 * U;
 
-/// The magnitude of a direction component is raised to at least this fraction of the largest:
-/// 2^-65.
+/// The magnitude of a direction component is raised to at least this fraction of the largest
+/// component: 2^-65.
 const STEEPEST: f32 = power_of_two(-65);
 
-/// It is also raised to at least this fraction of the origin's largest coordinate and of the
-/// margin, and to at least this value, 2^-120, so that products with an inverse direction do not
-/// overflow.
+/// The magnitude of a direction component is also raised to at least this fraction (2^-120) of the
+/// origin's largest coordinate and of the margin, and to at least this value itself, so that
+/// products with an inverse direction do not overflow.
 const LEAST: f32 = power_of_two(-120);
 
 /// A bound on the effect of underflow: 2^-120.
@@ -76,11 +78,13 @@ fn larger(a: f32, b: f32) -> f32 {
 /// A ray prepared for the slab test: x, y, z, and an unused fourth lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slabs {
-    /// The inverse direction, for near planes and for far planes.
+    /// The inverse direction for near planes.
     near_rd: [f32; 4],
+    /// The inverse direction for far planes.
     far_rd: [f32; 4],
-    /// The ray's contribution to the t of a plane, negated, to be added to that of the box's side.
+    /// The negated contribution of the ray's origin and padding to the t of a near plane.
     minus_near: [f32; 4],
+    /// The negated contribution of the ray's origin and padding to the t of a far plane.
     minus_far: [f32; 4],
 }
 
@@ -93,12 +97,13 @@ struct Lines {
     /// The box in which the lines start.
     from: [[f32; 3]; 2],
     dir: [f32; 3],
-    /// The largest component of the direction, and the largest coordinate of the start.
+    /// The largest component of the direction.
     length: f32,
+    /// The largest coordinate of the start.
     away: f32,
     /// The minimum magnitude of a direction component.
     least: f32,
-    /// The start of t, at most 0.
+    /// The t at which the lines start, at most 0.
     start: f32,
 }
 
@@ -110,7 +115,7 @@ impl Slabs {
         Self::around::<S>([ray.origin, ray.origin], ray.dir, 0.0, margin)
     }
 
-    /// Prepares parallel lines that start in a box, where t counts from `start` on.
+    /// Prepares parallel lines that start in a box and whose t begins at `start`.
     #[inline(always)]
     pub(crate) fn around<S: Simd>(
         from: [[f32; 3]; 2],
@@ -185,14 +190,14 @@ impl Slabs {
     }
 }
 
-/// The amounts by which a ray's slabs are widened, apart from those that depend on its coordinates
-/// along an axis.
+/// The amounts by which a ray's slabs are widened, apart from the amounts that depend on its
+/// coordinates along an axis.
 struct Room<F> {
     /// The minimum magnitude of a direction component.
     least: F,
-    /// A length in space.
+    /// The widening, as a length in space.
     off: F,
-    /// A length in t.
+    /// The additional widening, as an interval of t.
     before: F,
 }
 
@@ -207,14 +212,15 @@ fn planes<F: Lanes<Scalar = f32>>(
     last: impl FnOnce() -> F,
 ) -> [F; 4] {
     let (size, splat) = (dir.abs(), F::splat);
-    // `flip` keeps the sign of a zero component: -0 enters boxes through their upper sides.
+    // `flip` keeps the sign of a zero component: a ray with -0 enters boxes through their upper
+    // sides.
     let rd = splat(1.0) / size.max(room.least).flip(dir);
     // Move near planes slightly nearer and far planes slightly farther, so that rounding never
     // loses a box.
     let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
 
     // The rounding error of the origin's coordinate is a length in space. Divided by the direction,
-    // it becomes a length in t.
+    // it becomes an interval of t.
     let off = lo.abs().max(hi.abs()) * splat(PAD) + room.off;
     let mut pad = off * rd.abs() + room.before;
     let level = size.lt(room.least);
@@ -277,8 +283,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         let is_plain =
             length.lt(splat(PLAIN)) & splat(1.0 / PLAIN).lt(length) & most.lt(splat(PLAIN));
 
-        // Written out without `map`, which is not always inlined and would then be compiled without
-        // the level's instructions.
+        // This code does not use `map`, which is not always inlined and would then be compiled
+        // without the level's instructions.
         let last = splat(2.0) * most / length;
         let x = planes(
             [from.x; 2],
@@ -353,7 +359,8 @@ mod tests {
     use crate::tree::{Aabb, Margin, Node};
     use crate::util::test_numbers::random;
 
-    /// Tests whether a ray meets a box before one t and after another.
+    /// Tests whether a ray meets a box up to the first t, and whether it meets the box from the
+    /// second t on.
     struct Meets<'a>(&'a Ray, Aabb, [f32; 2]);
 
     impl WithSimd for Meets<'_> {
@@ -371,7 +378,8 @@ mod tests {
     }
 
     /// Returns a 24-bit integer, often slightly above a power of two, where relative rounding
-    /// errors are largest, or slightly below one, where those of the inverse are.
+    /// errors are largest, or slightly below a power of two, where the errors of the inverse are
+    /// largest.
     fn digits(random: &mut impl FnMut() -> f32) -> f32 {
         let size = (23.0 * random()).floor().exp2();
         let off = (size * random()).floor();
@@ -403,8 +411,8 @@ mod tests {
         let mut random = random();
         for i in 0..300_000 {
             let [origin, dir, plane] = origin_direction_plane(&mut random);
-            // The f32 values just below and above the exact t. Products of two f32 are exact in
-            // f64, and so is the distance.
+            // Compute the f32 values just below and above the exact t. Products of two f32 are
+            // exact in f64, and so is the distance.
             let way = f64::from(plane) - f64::from(origin);
             let reached = |t: f32| f64::from(t) * f64::from(dir);
             let near = (way / f64::from(dir)) as f32;
@@ -415,7 +423,7 @@ mod tests {
             let (mut from, mut to) = ([0.0; 3], [dir; 3]);
             (from[axis], to[axis]) = (sign * origin, sign * dir);
             let ray = Ray::new(from, to);
-            // The box is flat along that axis and wide along the others.
+            // The box is flat along this axis and wide along the other two.
             let (mut lo, mut hi) = ([-1e30; 4], [1e30; 4]);
             (lo[axis], hi[axis]) = (sign * plane, sign * plane);
             for level in Level::all() {

@@ -28,7 +28,7 @@ const LOOK: usize = 8;
 pub(crate) struct Stack {
     /// The children on each ray's stack, as bits.
     child: Vec<f32>,
-    /// The t at which their boxes begin.
+    /// The t at which the box of each child begins.
     t: Vec<f32>,
     /// The capacity per ray.
     each: usize,
@@ -73,14 +73,14 @@ impl Deref for LentScratch {
     type Target = TraversalScratch;
     #[inline]
     fn deref(&self) -> &TraversalScratch {
-        self.0.as_deref().expect("lent until dropped")
+        self.0.as_deref().expect("the scratch is lent until it is dropped")
     }
 }
 
 impl DerefMut for LentScratch {
     #[inline]
     fn deref_mut(&mut self) -> &mut TraversalScratch {
-        self.0.as_deref_mut().expect("lent until dropped")
+        self.0.as_deref_mut().expect("the scratch is lent until it is dropped")
     }
 }
 
@@ -192,7 +192,7 @@ impl Entries<'_> {
         met: <S::F32x8 as Lanes>::Mask,
         near: S::F32x8,
     ) -> u32 {
-        // Write all of them; the first ends up beyond the top.
+        // Write all children; the first one ends up beyond the top.
         let met = met.bits();
         let first = first_slot(met, octant);
         self.put::<S>(*top, node, far_to_near(met, octant), near);
@@ -249,7 +249,7 @@ impl Entries<'_> {
     #[inline(always)]
     fn put<S: Simd>(&mut self, top: u32, node: &Node, order: u64, near: S::F32x8) {
         let top = top as usize;
-        // Always write eight lanes. Those beyond the new `top` are garbage, which the next push
+        // Always write eight lanes. The lanes beyond the new `top` are garbage, which the next push
         // overwrites.
         S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[top..]);
         S::permute(near, order).store(&mut self.t[top..]);
@@ -327,7 +327,7 @@ mod tests {
                     let all = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
                     assert!(all.map(|slot| 10 + slot as u32).chain([BOTTOM]).eq(by_octant));
 
-                    // The nearest comes first, then the others in the octant's order.
+                    // The nearest child comes first, then the other children in the octant's order.
                     let slots = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
                     let mut slots: Vec<usize> = slots.collect();
                     let nearest =
