@@ -116,7 +116,7 @@ test("after a corner is dragged, the counts equal those of the native library", 
   assert.deepEqual(dragged, await said());
 });
 
-test("sliders and keys change the picture, and the counts still equal the native ones", async () => {
+test("sliders and keys change the image, and the counts still equal those of the native library", async () => {
   await page.locator("#offset").fill("12");
   await page.locator("#scope").focus();
   const yaw = await page.inputValue("#yaw");
@@ -135,7 +135,7 @@ test("sliders and keys change the picture, and the counts still equal the native
   await page.click("#fan-reset");
 });
 
-test("dropped files of every format are drawn, with the same wrong pixels as natively", async () => {
+test("dropped files of every format are drawn, with the same wrong pixels as in the native library", async () => {
   for (const [name, bytes] of Object.entries(MODELS)) {
     await drop(page, name, bytes);
     await page.waitForFunction((name) => document.getElementById("model-title-out").textContent.startsWith(`${name},`), name);
@@ -161,7 +161,7 @@ test("dropped files of every format are drawn, with the same wrong pixels as nat
   assert.ok(colours > 20, `${colours} colours`);
 });
 
-test("an invalid file gets a clear message, and the page keeps working", async () => {
+test("an invalid file leads to a clear message, and the page keeps working", async () => {
   for (const [name, [bytes, words]] of Object.entries(BROKEN)) {
     await drop(page, name, bytes);
     await page.waitForFunction((name) => document.getElementById("model-error").textContent.includes(name), name);
