@@ -23,7 +23,7 @@ pub enum Class {
     Leak,
     /// The method hits the right triangles and additional ones.
     Double,
-    /// The method hits wrong triangles.
+    /// The hits differ in any other way.
     Wrong,
 }
 

@@ -98,7 +98,7 @@ test("after a corner is dragged, the counts equal those of the native library", 
   const said = async () => native("fan", ...await page.evaluate(() => window.intertri.fan.numbers()))
     .map(([, , leaks, doubles, wrongs]) => [leaks, doubles, wrongs]);
   assert.deepEqual(before, await said());
-  assert.ok(before[0].some((n) => n > 0), "some method has a leak, a double, or a wrong hit");
+  assert.ok(before[0].some((n) => n > 0), "at least one method has a leak, a double, or a wrong hit");
   assert.deepEqual(before.at(-1), [0, 0, 0]);
 
   for (const [corner, dx, dy] of [[0, -40, 25], [3, 30, 30]]) {

@@ -18,7 +18,8 @@ pub(crate) trait Visit {
     fn visit(&mut self, leaf: usize) -> Option<f32>;
 }
 
-/// The lanes that hold the origin and direction of a ray that is loaded as eight floats, as bits.
+/// A bit mask of the lanes that hold a ray's origin and direction when the ray is loaded as eight
+/// floats.
 const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
 /// Visits the leaves whose triangles a ray may hit, roughly front to back. If `closest` is true,
