@@ -23,8 +23,8 @@ pub(crate) trait Sink {
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
     pub(crate) triangles: &'a [Triangle],
-    /// Whether to report closest hits with their t, or all hits without t. If closest hits are
-    /// requested, a method can still report all hits, in the order of the triangles.
+    /// Whether to report only closest hits, with t, or all hits, without t. Even if only closest
+    /// hits are requested, a method can report all hits, in the order of the triangles.
     pub(crate) closest: bool,
 }
 

@@ -1,6 +1,7 @@
-// Tests docs/demo/index.html in a real browser: npm test. This needs Chromium (CHROMIUM, or /usr/bin/chromium) and the
-// native program that computes the same results. To build it, run this command in docs/demo:
-// cargo build --release --bin native --target-dir target/native. SHOTS=DIR saves screenshots.
+// Tests docs/demo/index.html in a real browser: npm test. The tests need Chromium, at the path in CHROMIUM or at
+// /usr/bin/chromium, and the native program, which computes the same results. To build the native program, run this
+// command in docs/demo: cargo build --release --bin native --target-dir target/native. If SHOTS=DIR is set, the tests
+// save screenshots in DIR.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -49,7 +50,7 @@ function native(...args) {
 }
 const shownCounts = (page) => page.$$eval("#methods tbody tr", (rows) =>
   rows.map((row) => [...row.querySelectorAll("td.n")].slice(0, 3).map((td) => Number(td.textContent.replaceAll(",", "")))));
-/** Drops a file with this name and content on the picture. */
+/** Drops a file with the given name and content on the image of the model. */
 async function drop(page, name, bytes) {
   await page.evaluate(([name, text]) => {
     const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));

@@ -253,7 +253,7 @@ fn compare(snapshot: &SceneSnapshot, flat: &Flat, rays: &[Ray64], what: &str) ->
 /// Returns the total number of rays to compare.
 fn rays() -> usize {
     let rays = std::env::var("INTERTRI_INSTANCE_RAYS").ok();
-    rays.map_or(200_000, |rays| rays.parse().expect("INTERTRI_INSTANCE_RAYS is a number"))
+    rays.map_or(200_000, |rays| rays.parse().expect("INTERTRI_INSTANCE_RAYS must be a number"))
 }
 
 /// Compares scenes with every kind of placement. Each scene is compared again after some instances

@@ -120,9 +120,9 @@ impl HitCollector<'_> {
         }
     }
 
-    /// Updates the winding number of the ray's origin. Returns whether the origin is on a triangle.
-    /// If the origin is on a triangle, the filter leaves this pair undecided: the numerator of t is
-    /// 0, and no edge value proves a miss.
+    /// Updates the winding number around the ray's origin. Returns whether the origin is on a
+    /// triangle. If the origin is on a triangle, the filter leaves this pair undecided: the
+    /// numerator of t is 0, and no edge value proves a miss.
     #[inline(always)]
     fn winding(&self, hits: &BlockHits, leaf: usize, containment: &mut Containment) -> bool {
         for lane in lanes_of(hits.sure) {
