@@ -71,7 +71,7 @@ pub(crate) struct Walk<'a> {
     pub(crate) nodes: &'a [Node],
     /// The number of leaves.
     pub(crate) leaves: usize,
-    /// The number of the first leaf without a usable box. The ray visits it and all later leaves.
+    /// The index of the first leaf that is visited regardless of its box, as are all later leaves.
     pub(crate) unboxed: usize,
     /// The root of a second tree, or [`EMPTY`].
     pub(crate) thin_root: u32,
