@@ -30,7 +30,8 @@ fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh 
     mesh
 }
 
-/// Returns a sphere of `rings` rings of triangles.
+/// Returns a sphere of radius 4 around the point `(centre, 4, 4)`, made of `rings` rings of
+/// triangles.
 fn globe(rings: usize, centre: f64) -> Mesh {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % rings) as f64 / rings as f64);
@@ -47,7 +48,7 @@ fn globe(rings: usize, centre: f64) -> Mesh {
     halves.collect()
 }
 
-/// Returns the mesh with its axes rotated by `by` places.
+/// Returns the mesh with the three coordinates of each corner rotated by `by` places.
 fn rolled(mesh: &Mesh, by: usize) -> Mesh {
     mesh.iter().map(|t| t.map(|p| [0, 1, 2].map(|k| p[(k + by) % 3]))).collect()
 }
@@ -72,8 +73,9 @@ fn check<S: BvhScalar>(solid: &Solid<S>, axes: [&[S]; 3]) -> [usize; 3] {
     counts
 }
 
-/// Checks four grids: with steps of 1/2, with steps of 1/3, with decreasing steps, and with corner
-/// coordinates and slightly larger numbers.
+/// Checks a mesh, moved by `offset`, on four grids: with steps of 1/2, with steps of 1/3, with
+/// decreasing steps, and with coordinates of corners and slightly larger values. Returns the total
+/// numbers of points inside, outside, and on the surface.
 fn check_all<S: BvhScalar>(mesh: &Mesh, offset: [f64; 3]) -> [usize; 3] {
     let corner = |p: [f64; 3]| [0, 1, 2].map(|k| S::nearest(p[k] + offset[k]));
     let triangles: Vec<TriangleOf<S>> = mesh.iter().map(|t| TriangleOf(t.map(corner))).collect();
@@ -140,8 +142,8 @@ fn grids_are_their_points() {
     assert!(counts.iter().all(|&count| count > 10_000), "{counts:?}");
 }
 
-/// Repeats the comparison with open meshes, with descending or non-finite coordinates, and with
-/// empty grids.
+/// Repeats the comparison for grids with descending or non-finite coordinates, for empty grids, and
+/// for an open mesh.
 #[test]
 fn other_grids_are_their_points() {
     let square = [[1.0, 1.0], [5.0, 1.0], [5.0, 5.0], [1.0, 5.0]];

@@ -1,5 +1,6 @@
-//! Tests that running out of memory never aborts the program, and that every call that can return
-//! an error does so. Each call is repeated, and a different allocation fails each time.
+//! Tests that the program never aborts when memory runs out. Calls that can return an error must do
+//! so, and all other calls must still return correct results. Each call is repeated, and a
+//! different allocation fails each time.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -11,20 +12,22 @@ use intertri_trace::internal::on_this_thread;
 use intertri_trace::intertri::{Hit, Ray, Ray64, Triangle, Triangle64};
 use intertri_trace::{Bvh, ClosestPoint, Containment, Media, Solid};
 
-/// Smaller allocations always succeed. They include each thread's scratch memory, which has a
-/// small, fixed size.
+/// Allocations of at least this many bytes can fail. Smaller allocations always succeed, among them
+/// each thread's scratch memory, which has a fixed size.
 const LEAST: usize = 1 << 19;
 
 /// The system allocator, with a switch that makes one of a thread's allocations fail.
 struct Failing;
 
 std::thread_local! {
-    /// The number of large allocations that succeed before one fails. If negative, all succeed.
+    /// The number of large allocations that succeed before one fails. If it is negative, all
+    /// allocations succeed.
     static LEFT: Cell<i64> = const { Cell::new(-1) };
     static HAS_FAILED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns whether the next allocation, of `size` bytes, must fail.
+/// Returns whether an allocation of `size` bytes must fail, and counts the allocation if it is
+/// large.
 fn fails(size: usize) -> bool {
     if size < LEAST || LEFT.get() < 0 {
         return false;
@@ -62,8 +65,8 @@ unsafe impl GlobalAlloc for Failing {
 static ALLOCATOR: Failing = Failing;
 
 /// Repeats a call, failing its first allocation, then its second, and so on, until no allocation is
-/// left to fail. Returns the number of failed allocations. `call` must return true if the result is
-/// correct, and false if it is an error.
+/// left to fail. Returns the number of allocations that were made to fail. `call` must return true
+/// if the result is correct, and false if it is an error.
 fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     for allocation in 0.. {
         // If the program aborts, this line is the last one printed.
@@ -77,7 +80,7 @@ fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
             return allocation as usize;
         }
     }
-    unreachable!("some call has no more allocations")
+    unreachable!("a call never stops allocating memory")
 }
 
 /// Returns a closed, bumpy ball of `rings` rings. Triangles at its poles are needles or have no
@@ -105,8 +108,8 @@ fn in_f32(triangles: &[Triangle64]) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle(t.0.map(|corner| corner.map(|x| x as f32)))).collect()
 }
 
-/// Checks every call that creates or changes a hierarchy or lists hits: it must return either an
-/// error or the same result as with enough memory.
+/// Checks the calls that allocate much memory: each must return either an error or the same result
+/// as with enough memory.
 macro_rules! calls {
     ($scalar:ty, $ray:ident, $triangles:expr) => {{
         let triangles = $triangles;
@@ -278,7 +281,7 @@ macro_rules! calls {
     }};
 }
 
-/// Runs part of the check itself, where no allocation may fail.
+/// Runs a part of the check in which no allocation is made to fail.
 fn without_failing<T>(work: impl FnOnce() -> T) -> T {
     let left = LEFT.replace(-1);
     let made = work();

@@ -29,8 +29,9 @@ fn scene() -> &'static Bvh {
     })
 }
 
-/// The width of the widest image and the height of the tallest one, in pixels.
+/// The width of the widest image, in pixels.
 const WIDEST: usize = 1100;
+/// The height of the tallest image, in pixels.
 const HIGHEST: usize = 41;
 
 /// Returns the ray from a camera through a pixel, offset from the pixel's centre by up to `jitter`
@@ -46,8 +47,8 @@ fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
     (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
 }
 
-/// Returns the expected closest hit in f32: the f64 hit or, in exact modes, the true values,
-/// rounded to f32.
+/// Returns the expected closest hit in f32. In exact modes, its t, u, and v are the true values,
+/// rounded once to f32; in other modes, they are those of the f64 hit, rounded to f32.
 fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hit>) -> Hit32 {
     let Some(hit) = hit else { return Hit32::MISS };
     match bvh.triangle(&hit) {
@@ -84,7 +85,7 @@ fn check(name: &str, rays: &[Ray]) {
                     triangle,
                     geometry,
                 });
-            assert_eq!(triangles[i], triangle, "{name}, ray {i}: its triangle, {mode:?}");
+            assert_eq!(triangles[i], triangle, "{name}, ray {i}: the closest triangle, {mode:?}");
             assert_eq!(any[i], closest.is_some(), "{name}, ray {i}: any hit, {mode:?}");
             let hits = alone.all(ray);
             assert_eq!(all.of(i), hits, "{name}, ray {i}: every hit, {mode:?}");
@@ -99,7 +100,7 @@ fn check(name: &str, rays: &[Ray]) {
             for crossing in &crossed {
                 count.add(crossing.leaves);
             }
-            assert_eq!(counts[i], count, "{name}, ray {i}: how often it crosses");
+            assert_eq!(counts[i], count, "{name}, ray {i}: the number of crossings");
         }
     }
     let wide = |ray: &Ray| {
@@ -278,7 +279,7 @@ fn parallel_rays_with_ends_and_nan_get_what_each_ray_gets_alone() {
 fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
     let rays = shuffled(parallel_rows([0.25, -0.1, 0.9], 500, 41, 0.2));
     check("parallel, shuffled", &rays);
-    // Rays toward the sun, from the points that camera rays hit.
+    // Trace rays toward the sun from the points that camera rays hit.
     let bvh = scene();
     let seen = rows(0, 700, 41, 0.0);
     let toward = |ray: &Ray| {
@@ -294,8 +295,8 @@ fn parallel_rays_from_a_surface_and_shuffled_get_what_each_ray_gets_alone() {
     check("toward the sun, shuffled", &shuffled([&rays[..]; 8].concat()));
 }
 
-/// Tests shadow rays from an image's hits toward a light, row by row. They are traced in bundles
-/// (reversed, so that they start at the light) or in packets.
+/// Tests shadow rays toward a light. The rays start at the hits of an image's camera rays, row by
+/// row, and are traced in bundles (reversed, so that they start at the light) or in packets.
 #[test]
 fn rays_toward_a_light_get_what_each_ray_gets_alone() {
     let bvh = scene();

@@ -1,5 +1,5 @@
-//! Tests that a batch of points inside, outside, on, and near the surface is classified like each
-//! point alone.
+//! Tests that classifying a batch of points returns the same results as classifying each point
+//! alone. The points are inside, outside, on, and near the surface.
 
 use intertri::Triangle;
 use intertri_trace::{Bvh, Containment, Solid};
@@ -25,7 +25,8 @@ fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
 
 #[test]
 fn a_batch_tells_what_single_points_are_told() {
-    // Two overlapping spheres, and a small one inside the first that is turned inside out.
+    // The mesh consists of two overlapping spheres and a small sphere, turned inside out, within
+    // the first one.
     let small = globe(8, 0.0).into_iter().map(|intertri::TriangleOf([a, b, c])| {
         Triangle([a, c, b].map(|corner| corner.map(|x| 0.25 * x)))
     });
@@ -33,8 +34,8 @@ fn a_batch_tells_what_single_points_are_told() {
         globe(16, 0.0).into_iter().chain(globe(20, 1.0)).chain(small).collect();
     let solid = Solid::new(&mesh).unwrap();
 
-    // Corners, midpoints of edges, points next to corners, a grid through the whole mesh, and
-    // extreme or invalid points.
+    // The points are corners, midpoints of edges, points next to corners, a grid through the whole
+    // mesh, and extreme or invalid points.
     let mut points: Vec<[f32; 3]> = mesh.iter().flat_map(|t| t.0).collect();
     points.extend(mesh.iter().map(|t| [0, 1, 2].map(|k| 0.5 * (t.0[0][k] + t.0[1][k]))));
     points.extend(mesh.iter().map(|t| [t.0[0][0].next_up(), t.0[0][1], t.0[0][2].next_down()]));
@@ -55,13 +56,13 @@ fn a_batch_tells_what_single_points_are_told() {
     assert!(count(Containment::Surface) >= 3 * mesh.len());
     let counts = [1, 2].map(|times| count(Containment::Inside(times)));
     assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
-    // Inside the inverted sphere, the winding numbers of the two spheres around the point cancel.
+    // Inside the inverted sphere, its winding number of -1 cancels that of the first sphere.
     assert_eq!(solid.classify([0.1, -0.02, 0.01]), Containment::Inside(1));
     assert_eq!(solid.classify([-0.1, -0.02, 0.01]), Containment::Outside);
     assert_eq!(solid.classify([0.5, 0.01, 0.02]), Containment::Inside(2));
 }
 
-/// Masks affect only rays, so they cannot remove a mesh from a solid.
+/// Masks affect only ray queries, so they cannot remove a mesh from a solid.
 #[test]
 fn masks_do_not_open_a_solid() {
     let (one, other) = (globe(12, 0.0), globe(12, 5.0));

@@ -12,7 +12,7 @@ function colour(name) {
 const packed = ([r, g, b]) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
 const mixed = (a, b, x) => a.map((c, i) => Math.round(c + (b[i] - c) * x));
 
-/** Returns the right, up, and forward directions of a view with these angles in degrees. */
+/** Returns the right, up, and forward directions of a view with the given angles, in degrees. */
 function axes(yaw, pitch) {
   const [y, p] = [yaw, pitch].map((angle) => angle * Math.PI / 180);
   const forward = [Math.sin(y) * Math.cos(p), Math.sin(p), Math.cos(y) * Math.cos(p)];
@@ -97,7 +97,7 @@ function scheduler(draw, rest) {
   };
 }
 
-/** Returns a function that runs a list of jobs, a few in each frame, until it is called with new ones. */
+/** Returns a function that runs a list of jobs, a few in each frame. If it is called again, it drops the old list. */
 function pieces() {
   let current = 0;
   return (jobs) => {

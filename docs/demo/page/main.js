@@ -1,6 +1,6 @@
-// ---- The page ----
+// ---- The golden results, and the start of the page ----
 
-/** State for the page's tests to read. */
+/** The state of the page, which its tests read. */
 const page = window.intertri = { ready: false };
 
 /** Computes the golden results and shows their hashes. */
@@ -49,7 +49,7 @@ async function start() {
   });
   setTimeout(() => {
     bits(engine);
-    page.fan.change(); // draws again, because the first time included compiling the module
+    page.fan.change(); // draws again, because the time of the first frame included compiling the module
     page.ready = true;
   }, 600);
 }

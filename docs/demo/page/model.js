@@ -58,7 +58,7 @@ function modelView(engine) {
   }
 
   const inPieces = pieces();
-  /** Traces the image at full resolution if needed, then compares the selected method with it, a few rows of tiles at a time. */
+  /** Traces the image at full resolution if needed, then compares the selected method with `exact`, a few rows of tiles at a time. */
   function rest() {
     if (state.triangles === 0) return;
     if (looked !== 1 || scale !== 1) guarded(() => trace(1));

@@ -10,7 +10,7 @@ use crate::fan::{CLASSES, Fan};
 use crate::methods::METHODS;
 use crate::model::Model;
 
-/// The state that is kept between calls.
+/// The state that the module keeps between calls.
 struct State {
     input: Vec<u8>,
     output: Vec<u8>,
@@ -28,11 +28,13 @@ fn state() -> MutexGuard<'static, State> {
 impl State {
     /// Decodes the input as little-endian f64 numbers.
     fn numbers(&self) -> Vec<f64> {
-        let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().expect("eight"));
+        let number = |bytes: &[u8]| {
+            f64::from_le_bytes(bytes.try_into().expect("each chunk has eight bytes"))
+        };
         self.input.chunks_exact(8).map(number).collect()
     }
 
-    /// Outputs the counts, then one byte per pixel.
+    /// Outputs the number of pixels in each class, then one byte for each pixel.
     fn put(&mut self, counts: [u32; CLASSES], pixels: &[u8]) {
         self.output.clear();
         for count in counts {
@@ -103,8 +105,8 @@ pub extern "C" fn fan_set() -> u32 {
     state.fan.is_some().into()
 }
 
-/// Outputs a method's counts and pixels for the fan. Returns 0 if there is no fan or no such
-/// method.
+/// Outputs a method's counts and pixels for the fan. Returns 0 if there is no fan or the method
+/// does not exist.
 #[unsafe(no_mangle)]
 pub extern "C" fn fan_picture(method: usize) -> u32 {
     let mut state = state();
@@ -149,7 +151,7 @@ pub extern "C" fn model_trace(first: usize, end: usize) {
 }
 
 /// Compares a method with the traced image in the tile rows `first..end`. Outputs the counts and
-/// one byte per pixel. Returns 0 if there is no model or no such method.
+/// one byte per pixel. Returns 0 if there is no model or the method does not exist.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_compare(method: usize, first: usize, end: usize) -> u32 {
     let mut state = state();

@@ -1,5 +1,5 @@
-//! A vertex where triangles meet, viewed through a square of pixels. A pixel can be smaller than
-//! the spacing of f32 numbers.
+//! Computes the vertex view: the methods test one ray for each pixel of a square image against
+//! triangles that share a vertex. A pixel can be smaller than the spacing of f32 numbers.
 
 use intertri::{Ray, RayPacket, Triangle};
 
@@ -15,15 +15,15 @@ const MAX_CORNERS: usize = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Class {
-    /// Both miss.
+    /// The method and `exact` both miss.
     Background,
-    /// Both hit the same triangles.
+    /// The method and `exact` hit the same triangles.
     Right,
     /// The method misses, but `exact` hits.
     Leak,
-    /// The method hits the right triangles and others.
+    /// The method hits the right triangles and additional ones.
     Double,
-    /// The method hits wrong triangles.
+    /// The hits differ in any other way.
     Wrong,
 }
 
@@ -117,7 +117,7 @@ impl Fan {
     /// that `exact` hits.
     ///
     /// # Panics
-    /// Panics if there is no such method.
+    /// Panics if the method does not exist.
     pub fn picture(&self, method: usize) -> ([u32; CLASSES], Vec<u8>) {
         let other = (method != METHODS.len() - 1).then(|| self.hit_by(method));
         let hit = other.as_ref().unwrap_or(&self.truth);

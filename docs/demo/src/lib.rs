@@ -1,5 +1,5 @@
-//! The computations behind `docs/demo/index.html`: images of a vertex, rendered with well-known
-//! methods; a model, traced with `exact`; and the golden results.
+//! The computations behind `docs/demo/index.html`: images of a vertex and of a model, traced with
+//! `exact` and with well-known methods, and the golden results.
 //!
 //! The page calls the functions in [`exports`]. They do not need `unsafe` blocks, because they do
 //! not take pointers: the page writes to one buffer of this module and reads from another.

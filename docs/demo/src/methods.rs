@@ -1,5 +1,5 @@
-//! A common interface to the methods that the page compares. They test packets of rays against
-//! triangles.
+//! The methods that the page compares, and a common interface to them. Each method tests packets of
+//! rays against triangles.
 
 use intertri::simd::{Level, Mask, Simd, Vec3, WithSimd};
 use intertri::{
@@ -11,8 +11,8 @@ use intertri_lab::methods::moller_trumbore::MollerTrumbore;
 use intertri_lab::methods::woop::Woop;
 use intertri_lab::methods::{Intersector, Number, Real};
 
-/// Receives hits: the packet, a bit mask of the lanes that hit, the triangle, and the t of each
-/// lane.
+/// Receives the hits of a packet on a triangle: the packet's index, a bit mask of the lanes that
+/// hit, the triangle's index, and the t of each lane.
 pub(crate) trait Sink {
     fn hits(&mut self, packet: usize, bits: u32, triangle: usize, t: &[f64; 8]);
 }
@@ -23,8 +23,8 @@ pub(crate) trait Sink {
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
     pub(crate) triangles: &'a [Triangle],
-    /// Whether to report closest hits with their t, or all hits without t. If closest hits are
-    /// requested, a method can still report all hits, in the order of the triangles.
+    /// Whether to report only closest hits, with t, or all hits, without t. Even if only closest
+    /// hits are requested, a method can report all hits, in the order of the triangles.
     pub(crate) closest: bool,
 }
 
@@ -60,8 +60,8 @@ macro_rules! mode {
     };
 }
 
-/// All methods, in the order in which the page shows them. The others are compared with the last
-/// one.
+/// All methods, in the order in which the page shows them. The last one is `exact`, with which the
+/// others are compared.
 pub static METHODS: [Method; 8] = [
     published!("Möller–Trumbore f32", MollerTrumbore { epsilon: 0.0 }, false),
     published!("Baldwin–Weber f32", BaldwinWeber, false),

@@ -1,5 +1,5 @@
-//! A model that is traced with `exact` through a hierarchy, and with the other methods for
-//! comparison.
+//! Computes the model view: traces a model with `exact` through a hierarchy, and with the other
+//! methods for comparison.
 
 use std::path::Path;
 
@@ -124,7 +124,7 @@ impl Model {
     /// pixel, row by row.
     ///
     /// # Panics
-    /// Panics if there is no such method.
+    /// Panics if the method does not exist.
     pub fn compare(
         &mut self,
         method: usize,
@@ -167,7 +167,7 @@ impl Model {
     }
 }
 
-/// Classifies a pixel. Here, `Double` means a hit where there is no triangle.
+/// Classifies a pixel. Here, `Double` means that the method hits a triangle where `exact` misses.
 fn classify(found: Option<u32>, truth: Option<u32>) -> Class {
     match (found, truth) {
         (None, None) => Class::Background,

@@ -1,5 +1,5 @@
-//! Lists the triangles that may be visible in each tile, a square of pixels. Every triangle of a
-//! model is projected onto the image, with a margin.
+//! Lists the triangles that may be visible in each tile of an image; a tile is a square of pixels.
+//! Every triangle of a model is projected onto the image, with a margin.
 //!
 //! The published methods have no hierarchy. With these lists, they find the same hits as a loop
 //! over all triangles.
@@ -46,8 +46,8 @@ impl View {
         })
     }
 
-    /// Returns the largest error, in pixels, that rounding to f32 and the methods' errors can
-    /// cause.
+    /// Returns an upper bound on the distance, in pixels, by which rounding to f32 and the errors
+    /// of a method can move a triangle.
     fn margin(&self) -> f64 {
         let longest = self.axes.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
         2.0 + longest * f64::from(f32::EPSILON) * 16.0 / self.pixel
@@ -74,7 +74,7 @@ pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
         if seen.iter().all(Option::is_none) {
             continue;
         }
-        // Casts saturate, so out-of-range numbers become the nearest number in range.
+        // Casts saturate, so a number that is out of range becomes the nearest integer in range.
         let first = |k: usize| ((low[k] - margin).max(0.0) / SIDE as f64) as usize;
         let end = |k: usize, n: usize| {
             let last = (high[k] + margin) / SIDE as f64;

@@ -103,7 +103,7 @@ test("the per-tile triangle lists lose no hit, at several zoom levels and distan
   }
 });
 
-test("an invalid file gets a clear message, and the next file is still read", () => {
+test("an invalid file leads to a clear message, and the next file is still read", () => {
   for (const [, engine] of both) {
     for (const [name, [bytes, words]] of Object.entries(BROKEN)) {
       assert.throws(() => engine.model(name, bytes), (e) => words.test(e.message) && !e.message.includes("\n"), name);

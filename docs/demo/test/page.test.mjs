@@ -1,6 +1,7 @@
-// Tests docs/demo/index.html in a real browser: npm test. This needs Chromium (CHROMIUM, or /usr/bin/chromium) and the
-// native program that computes the same results. To build it, run this command in docs/demo:
-// cargo build --release --bin native --target-dir target/native. SHOTS=DIR saves screenshots.
+// Tests docs/demo/index.html in a real browser: npm test. The tests need Chromium, at the path in CHROMIUM or at
+// /usr/bin/chromium, and the native program, which computes the same results. To build the native program, run this
+// command in docs/demo: cargo build --release --bin native --target-dir target/native. If SHOTS=DIR is set, the tests
+// save screenshots in DIR.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -49,7 +50,7 @@ function native(...args) {
 }
 const shownCounts = (page) => page.$$eval("#methods tbody tr", (rows) =>
   rows.map((row) => [...row.querySelectorAll("td.n")].slice(0, 3).map((td) => Number(td.textContent.replaceAll(",", "")))));
-/** Drops a file with this name and content on the picture. */
+/** Drops a file with the given name and content on the image of the model. */
 async function drop(page, name, bytes) {
   await page.evaluate(([name, text]) => {
     const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
@@ -98,7 +99,7 @@ test("after a corner is dragged, the counts equal those of the native library", 
   const said = async () => native("fan", ...await page.evaluate(() => window.intertri.fan.numbers()))
     .map(([, , leaks, doubles, wrongs]) => [leaks, doubles, wrongs]);
   assert.deepEqual(before, await said());
-  assert.ok(before[0].some((n) => n > 0), "some method has a leak, a double, or a wrong hit");
+  assert.ok(before[0].some((n) => n > 0), "at least one method has a leak, a double, or a wrong hit");
   assert.deepEqual(before.at(-1), [0, 0, 0]);
 
   for (const [corner, dx, dy] of [[0, -40, 25], [3, 30, 30]]) {
@@ -116,7 +117,7 @@ test("after a corner is dragged, the counts equal those of the native library", 
   assert.deepEqual(dragged, await said());
 });
 
-test("sliders and keys change the picture, and the counts still equal the native ones", async () => {
+test("sliders and keys change the image, and the counts still equal those of the native library", async () => {
   await page.locator("#offset").fill("12");
   await page.locator("#scope").focus();
   const yaw = await page.inputValue("#yaw");
@@ -135,7 +136,7 @@ test("sliders and keys change the picture, and the counts still equal the native
   await page.click("#fan-reset");
 });
 
-test("dropped files of every format are drawn, with the same wrong pixels as natively", async () => {
+test("dropped files of every format are drawn, with the same wrong pixels as in the native library", async () => {
   for (const [name, bytes] of Object.entries(MODELS)) {
     await drop(page, name, bytes);
     await page.waitForFunction((name) => document.getElementById("model-title-out").textContent.startsWith(`${name},`), name);
@@ -161,7 +162,7 @@ test("dropped files of every format are drawn, with the same wrong pixels as nat
   assert.ok(colours > 20, `${colours} colours`);
 });
 
-test("an invalid file gets a clear message, and the page keeps working", async () => {
+test("an invalid file leads to a clear message, and the page keeps working", async () => {
   for (const [name, [bytes, words]] of Object.entries(BROKEN)) {
     await drop(page, name, bytes);
     await page.waitForFunction((name) => document.getElementById("model-error").textContent.includes(name), name);

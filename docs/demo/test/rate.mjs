@@ -41,7 +41,7 @@ const measure = ([name, text]) => {
   }
   return { rate: numbers[0] * numbers[1] / best / 1e3, numbers };
 };
-/** Measures the milliseconds per frame, as drawn by the page, for each pixel width and method. */
+/** Measures the time that the page takes to draw a frame, in milliseconds, for each pixel width and method. */
 const pictures = async (zooms) => {
   const { fan, engine } = window.intertri;
   const rows = [];

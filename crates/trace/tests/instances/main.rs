@@ -24,7 +24,8 @@ struct Pair {
     placed: BTreeMap<InstanceId, (Mesh, Matrix, u32)>,
 }
 
-/// A flattened scene. `names` maps each geometry to its instance and to its index there.
+/// A flattened scene. `names` maps each of its geometries to an instance and to the geometry's
+/// index in the mesh of that instance.
 struct Flat {
     solid: Solid<f64>,
     names: Vec<(InstanceId, u32)>,
@@ -98,8 +99,8 @@ fn bits(hit: &SceneHit) -> (InstanceId, [u64; 3], u32, u32) {
     (*instance, [hit.t, hit.u, hit.v].map(f64::to_bits), hit.geometry, hit.triangle)
 }
 
-/// Returns a random ray near a scene: aimed at a corner, an edge, or an interior point, running
-/// along an edge or a wall, or arbitrary.
+/// Returns a random ray near a scene. Some rays are aimed at a corner, an edge, or an interior
+/// point of a triangle, some run along an edge or a wall, and the rest are arbitrary.
 fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     let Triangle64([a, b, c]) = numbers.one_of(triangles);
     let Triangle64([d, ..]) = numbers.one_of(triangles);
@@ -129,7 +130,8 @@ fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
         _ => Ray64::new(away, numbers.point()),
     };
     match numbers.below(6) {
-        // A target at t = 1 is exactly at the far end, which is excluded, or at the near end.
+        // Rays that are aimed at a point reach it at t = 1. This is the excluded far end of the
+        // first interval and the near end of the second.
         0 => ray.between(0.0, 1.0),
         1 => ray.between(1.0, f64::INFINITY),
         2 => ray.between(numbers.number(), 2.0 * numbers.number()),
@@ -137,8 +139,8 @@ fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     }
 }
 
-/// Returns a random point at or near a triangle's corner, the midpoint of an edge, or an interior
-/// point (up to rounding), or far from it.
+/// Picks a corner, the midpoint of an edge, or an interior point of a triangle (up to rounding),
+/// and returns a random point that is exactly there, nearby, or far away.
 fn point(numbers: &mut Numbers, triangles: &[Triangle64]) -> [f64; 3] {
     let [Triangle64([a, b, c]), Triangle64([d, ..])] = [0; 2].map(|_| numbers.one_of(triangles));
     let size = (0..3).map(|k| (d[k] - a[k]).abs().max((b[k] - a[k]).abs())).fold(0.0, f64::max);
@@ -164,7 +166,7 @@ fn check(pair: &mut Pair, numbers: &mut Numbers, rays: usize, what: &str) -> usi
     compare(&snapshot, &flat, &some[..rays], what)
 }
 
-/// Adds 64 rays in roughly the same direction, which are traced in packets. They are parallel,
+/// Adds 64 rays with similar directions, so that they are traced in packets. The rays are parallel,
 /// share an origin, or share an end point. Some are aimed at a corner or an edge, and a few have an
 /// empty interval or extreme coordinates.
 fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray64>) {
@@ -172,7 +174,7 @@ fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray6
     let length = first.dir.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let spread = length * numbers.one_of(&[1e-9, 1e-3, 0.02, 0.2]);
     let kind = numbers.below(3);
-    // If `flat` is below 3, the directions' component along that axis is +0 or -0.
+    // If `flat` is below 3, the component of every direction along that axis is +0 or -0.
     let (flat, zero) = (numbers.below(9), numbers.one_of(&[0.0, -0.0]));
     for i in 0..64 {
         let off = if i == 0 { [0.0; 3] } else { numbers.point().map(|x| x * 0.5 * spread) };
@@ -198,8 +200,8 @@ fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray6
             2 => one.dir = numbers.one_of(&[[0.0; 3], [f64::NAN; 3]]),
             _ => {}
         }
-        // These rays are rare because they need integer arithmetic, which takes a thousand times as
-        // long.
+        // Rays with extreme coordinates are added rarely, because they need integer arithmetic,
+        // which takes a thousand times as long.
         match numbers.below(5000) {
             0 => one.origin = [1e300; 3],
             1 => one.dir = one.dir.map(|x| x * numbers.one_of(&[1e-310, 1e-290, 1e290])),
@@ -251,11 +253,11 @@ fn compare(snapshot: &SceneSnapshot, flat: &Flat, rays: &[Ray64], what: &str) ->
 /// Returns the total number of rays to compare.
 fn rays() -> usize {
     let rays = std::env::var("INTERTRI_INSTANCE_RAYS").ok();
-    rays.map_or(200_000, |rays| rays.parse().expect("INTERTRI_INSTANCE_RAYS is a number"))
+    rays.map_or(200_000, |rays| rays.parse().expect("INTERTRI_INSTANCE_RAYS must be a number"))
 }
 
-/// Compares scenes with every kind of placement, and again after some instances have been moved,
-/// hidden, or removed and others added.
+/// Compares scenes with every kind of placement. Each scene is compared again after some instances
+/// have been moved, hidden, or removed and others have been added.
 #[test]
 fn answers_are_those_of_the_flattened_scene() {
     let mut numbers = Numbers(1);
@@ -338,8 +340,8 @@ fn triangles_without_an_area_are_near_points_alone() {
     assert_eq!(snapshot.classify(points[0]), Containment::Outside);
 }
 
-/// A snapshot keeps its state while the scene changes. If two hits have the same t, the lower
-/// instance wins.
+/// A snapshot keeps its state while the scene changes. If two hits have the same t, the hit on the
+/// instance with the lower number wins.
 #[test]
 fn a_snapshot_is_one_state() {
     let at = |z: f64| matrix(ONE, [1.0; 3], [0.0, 0.0, z]);

@@ -1,5 +1,5 @@
-//! Tests queries in rare cases: hidden geometries, needles, triangles without area, and equal
-//! distances.
+//! Tests ray and point queries of instanced scenes in rare cases: hidden geometries, needles,
+//! triangles without area, and equal distances.
 
 use std::sync::Arc;
 
@@ -63,7 +63,7 @@ fn needles_are_near_points_and_surfaces() {
         matrix(ONE, [1.0; 3], [0.0; 3]),
         matrix(ONE, [2.0, -1.0, 0.5], [0.1, 0.2, 0.3]),
         matrix(rotation(&mut numbers), [1.0; 3], [3.0, 0.1, 0.0]),
-        // These flatten the mesh, so rays are tested against boxes in world space.
+        // These placements flatten the mesh, so rays are tested against boxes in world space.
         matrix(ONE, [1.0, 0.0, 1.0], [0.0; 3]),
         matrix(ONE, [1.0, 1.0, 0.0], [0.0; 3]),
     ] {
@@ -71,7 +71,7 @@ fn needles_are_near_points_and_surfaces() {
         let id = pair.add(&mesh, placement);
         let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat(u32::MAX));
         if placement[0] == 1.0 && placement[5] == 1.0 {
-            // Through the last needle, between its edges.
+            // This ray passes through the last needle, between its edges.
             let hit = snapshot.closest(&Ray64::new([9.0, 5e-31, 3.0], [0.0, 0.0, -1.0])).unwrap();
             assert_eq!((hit.hit.triangle, hit.hit.t), (4, 3.0));
         }
@@ -84,7 +84,7 @@ fn needles_are_near_points_and_surfaces() {
             let found = snapshot.closest_point(a, f64::INFINITY).unwrap();
             assert_eq!((found.instance, found.closest.distance), (id, 0.0), "{index}");
             assert_eq!(snapshot.classify(b), flat.solid.classify(b), "{index}");
-            // Rays from above and along the needle.
+            // Trace a ray to the needle from above, and another one from the side.
             let bvh = flat.solid.bvh();
             for ray in [
                 Ray64::new(add(b, [0.0, 0.0, 1.0], 3.0), [0.0, 0.0, -1.0]),
@@ -98,8 +98,8 @@ fn needles_are_near_points_and_surfaces() {
     }
 }
 
-/// A triangle whose corners are collinear in the mesh may have an area in world space, because its
-/// corners are rounded.
+/// A triangle whose corners are collinear in the mesh may have an area in world space, because the
+/// transformed corners are rounded.
 #[test]
 fn triangles_get_an_area_by_rounding() {
     let mut numbers = Numbers(4);
@@ -121,7 +121,7 @@ fn triangles_get_an_area_by_rounding() {
             assert_eq!(snapshot.classify(point), expected, "{wide:?}");
             surfaces += usize::from(expected == Containment::Surface);
         }
-        // Rays through the corners, from all sides.
+        // Trace rays through the corners from all sides.
         for _ in 0..20 {
             let dir = numbers.point();
             let to = numbers.one_of(&[a, b, c]);

@@ -1,5 +1,5 @@
-//! Tests that a saved scene is loaded unchanged, and that any other bytes yield a one-line error or
-//! a sound scene.
+//! Tests that loading a saved scene restores it unchanged, and that loading damaged bytes results
+//! in a one-line error or a sound scene.
 
 use std::sync::Arc;
 
@@ -12,11 +12,12 @@ use intertri_trace::{
 use crate::scenes::{KINDS, Mesh, Numbers, ONE, matrix, meshes, placed, placement};
 use crate::{Pair, check};
 
-/// The size of the header and of a table entry.
+/// The size of a saved scene's header, in bytes.
 const HEADER: usize = 64;
+/// The size of an entry in the table of sections, in bytes.
 const ENTRY: usize = 32;
 
-/// Returns the address of an instance's mesh.
+/// Returns the address of an instance's mesh, which shows whether two instances share a mesh.
 fn address(scene: &Scene, id: InstanceId) -> usize {
     match scene.mesh(id).unwrap() {
         SceneMesh::F32(mesh) => Arc::as_ptr(mesh).addr(),
@@ -33,7 +34,8 @@ fn scenes_come_back_the_same() {
         let ids: Vec<InstanceId> = (0..20)
             .map(|i| pair.add(&meshes[i % meshes.len()], placement(&mut numbers, kind)))
             .collect();
-        // Remove all instances of one mesh and an instance of another, which frees their numbers.
+        // Remove all instances of one mesh and one instance of another mesh. This frees the numbers
+        // of the removed instances.
         for &id in [&ids[2], &ids[10], &ids[18]].into_iter().chain([&ids[7]]) {
             pair.remove(id);
         }
@@ -87,7 +89,8 @@ fn small() -> Scene {
     scene
 }
 
-/// The bytes must be the same everywhere. If the format changes, its version must be incremented.
+/// A saved scene must have the same bytes on every machine. If the format changes, its version must
+/// be incremented.
 #[test]
 fn the_format_is_the_specified_one() {
     let bytes = small().to_bytes();
@@ -95,12 +98,13 @@ fn the_format_is_the_specified_one() {
     assert!(bytes.starts_with(&SAVED_SCENE_MAGIC));
     let word = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
     assert_eq!([16, 24, 32].map(word), [4, 2, 0]);
-    // The meshes are saved hierarchies.
+    // Each mesh is stored as a saved hierarchy.
     let mesh = (word(40) as usize).next_multiple_of(64);
     let bvh = Bvh::<f64>::read_from(&bytes[mesh..]).unwrap();
     assert_eq!((bvh.len(), bvh.geometries()), (3, 2));
 }
 
+/// The length and the checksum of the saved scene that `small` makes.
 const FORMAT: (usize, u64) = (2888, 15_097_455_072_652_631_154);
 
 #[test]
@@ -134,7 +138,7 @@ fn every_cut_and_every_damage_is_an_error() {
     assert!(matches!(Scene::from_bytes(&newer), Err(SceneLoadError::Newer { .. })));
 }
 
-/// A mesh from another scene is rejected, even if it is intact.
+/// Replacing a mesh with a mesh from another scene is an error, even if the new mesh is intact.
 #[test]
 fn meshes_cannot_be_exchanged() {
     let good = small().to_bytes();
@@ -150,8 +154,8 @@ fn meshes_cannot_be_exchanged() {
     assert_eq!(error, "the saved scene is damaged: its meshes do not belong together");
 }
 
-/// If an attacker changes a word and fixes up the checksums, the result is an error or a sound
-/// scene.
+/// If a word is changed and the checksums are updated to match, loading results in an error or a
+/// sound scene.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let good = small().to_bytes();
@@ -202,7 +206,7 @@ fn no_word_makes_an_answer_wrong() {
         }
     }
     assert!(loaded > 100, "{loaded}");
-    // Sections that claim more records than there are bytes.
+    // Sections that claim to have more records than the file has bytes must be rejected.
     let mut bytes = good;
     for entry in 0..sections {
         let at = HEADER + entry * ENTRY + 16;

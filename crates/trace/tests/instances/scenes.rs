@@ -1,4 +1,5 @@
-//! Generates meshes and placements for tests of instanced scenes. They are the same on every run.
+//! Generates meshes and placements for the tests of instanced scenes. The meshes and placements are
+//! the same on every run.
 
 use std::sync::Arc;
 
@@ -78,7 +79,8 @@ pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     all
 }
 
-/// Returns random triangles of all shapes and sizes, some without area or with a NaN coordinate.
+/// Returns random triangles of various shapes and sizes. Some have no area, and some have a NaN
+/// coordinate.
 pub(crate) fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     let triangle = |numbers: &mut Numbers| {
         let (a, size) = (numbers.point(), 0.5 * numbers.number().abs().powi(3));
@@ -95,7 +97,8 @@ pub(crate) fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     (0..count).map(|_| triangle(numbers)).collect()
 }
 
-/// A mesh that instances share, with its geometries for the flattened scene.
+/// A mesh that several instances can share, and its triangles in f64, from which the flattened
+/// scene is built.
 #[derive(Clone)]
 pub(crate) struct Mesh {
     pub(crate) shared: SceneMesh,
@@ -132,7 +135,8 @@ impl Mesh {
     }
 }
 
-/// Returns a mask for each geometry. A mesh's only geometry is visible to all queries.
+/// Returns a mask for each geometry of a mesh. If the mesh has only one geometry, all queries see
+/// it.
 pub(crate) fn masks(count: usize) -> Vec<u32> {
     let of = |geometry: usize| if count == 1 { u32::MAX } else { [0b10, 0b11, 0b01][geometry % 3] };
     (0..count).map(of).collect()
@@ -150,7 +154,7 @@ pub(crate) fn meshes(numbers: &mut Numbers) -> Vec<Mesh> {
         Mesh::in_f64(vec![cube(3), Vec::new(), soup(numbers, 40)]),
         Mesh::in_f32(&[soup(numbers, 200)]),
         Mesh::in_f64(vec![soup(numbers, 120)]),
-        // Meshes far from their own origins.
+        // These meshes are far from the origin of their own coordinate system.
         Mesh::in_f64(vec![moved(1e6)]),
         Mesh::in_f32(&[moved(1e3)]),
     ]
@@ -183,8 +187,8 @@ pub(crate) fn matrix(a: [[f64; 3]; 3], diagonal: [f64; 3], at: [f64; 3]) -> Matr
 
 pub(crate) const ONE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// The number of placement kinds that [`placement`] distinguishes; they differ in size, shape, and
-/// position.
+/// The number of kinds of placement that [`placement`] can return. The kinds differ in scale,
+/// shape, and position.
 pub(crate) const KINDS: usize = 14;
 
 pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
@@ -237,8 +241,8 @@ pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
     }
 }
 
-/// Returns the position of a point in an instance. This is the definition: every operation is
-/// rounded, in this order.
+/// Returns the position in world space of a point of an instance. The position is defined by this
+/// order of operations, each of which is rounded.
 pub(crate) fn placed(m: &Matrix, [x, y, z]: [f64; 3]) -> [f64; 3] {
     [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
 }

@@ -1,7 +1,7 @@
 //! Computes the demo page's results natively, so that a test can compare them with the page's own.
 //!
 //!     native fan NUMBERS...          pixel counts, one line per method
-//!     native model FILE NUMBERS...   the same for a model; - means the built-in scene
+//!     native model FILE NUMBERS...   pixel counts for a model; - means the built-in scene
 //!     native golden                  the golden report
 //!     native rate FILE NUMBERS...    the best speed of exact, in millions of rays per second
 

@@ -18,7 +18,8 @@ pub(crate) trait Visit {
     fn visit(&mut self, leaf: usize) -> Option<f32>;
 }
 
-/// The lanes of a ray that hold its origin and direction.
+/// A bit mask of the lanes that hold a ray's origin and direction when the ray is loaded as eight
+/// floats.
 const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
 /// Visits the leaves whose triangles a ray may hit, roughly front to back. If `closest` is true,
@@ -68,15 +69,18 @@ pub(super) fn traverse<S: Simd>(
 #[derive(Clone, Copy)]
 pub(crate) struct Walk<'a> {
     pub(crate) nodes: &'a [Node],
-    /// The number of leaves. Leaves from `unboxed` on are visited regardless of their boxes.
+    /// The number of leaves.
     pub(crate) leaves: usize,
+    /// The index of the first leaf that is visited regardless of its box, as are all later leaves.
     pub(crate) unboxed: usize,
     /// The root of a second tree, or [`EMPTY`].
     pub(crate) thin_root: u32,
     pub(crate) octant: usize,
-    /// The ray's interval, and whether visitors may move its far end nearer.
+    /// The near end of the ray's interval.
     pub(crate) t_min: f32,
+    /// The far end of the ray's interval.
     pub(crate) far: f32,
+    /// Whether visitors may move the far end nearer.
     pub(crate) shortens: bool,
     /// Whether the nearest box of each node is visited first.
     pub(crate) closest: bool,
@@ -117,8 +121,8 @@ impl Walk<'_> {
             stack.push_root(&mut top, thin_root);
         }
         loop {
-            // Find the next leaf: one without a box, or the next one that begins before the best
-            // hit.
+            // Find the next leaf: either a leaf without a box or the next leaf that the traversal
+            // reaches.
             let leaf = if unboxed < leaves {
                 unboxed += 1;
                 unboxed - 1

@@ -1,4 +1,4 @@
-//! The active rays of a stream: 64 rays that take turns.
+//! The state of a stream's 64 active rays, and sets of the slots that hold these rays.
 
 use intertri::{ClosestHit, PreparedRay};
 
@@ -23,7 +23,7 @@ pub(super) struct RayState {
 
 const _: () = assert!(size_of::<RayState>() == 64);
 
-/// A ray's values that are needed only at leaves.
+/// The values of a ray that are needed only at leaves.
 #[derive(Clone, Copy)]
 pub(super) struct AtLeaves {
     pub(super) ray: PreparedRay,
@@ -46,8 +46,8 @@ impl Set {
     /// Adds a slot if `put` is true.
     #[inline(always)]
     pub(super) fn put(&mut self, place: usize, put: bool) {
-        // Avoid a branch: which ray goes where is practically random, so it would often be
-        // mispredicted.
+        // Avoid a branch, which would often be mispredicted: whether a slot is added is practically
+        // random.
         self.0 |= u64::from(put) << (place % ACTIVE);
     }
 
@@ -57,7 +57,7 @@ impl Set {
         Self(self.0 & !(a.0 | b.0))
     }
 
-    /// Returns the slots that are in either set.
+    /// Returns the slots that are in at least one of the two sets.
     #[inline(always)]
     pub(super) fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)

@@ -1,5 +1,5 @@
-//! Collects all hits of rays at leaves: as hit pairs, as crossing counts, or as winding numbers of
-//! the rays' origins.
+//! Collects every hit of the rays of a stream, leaf by leaf. The result is a list of hit pairs, the
+//! number of crossings of each ray, or the winding number around each ray's origin.
 
 use intertri::internal::BlockHits;
 use intertri::internal::exact::Side;
@@ -65,7 +65,8 @@ impl HitCollector<'_> {
             || is_limited && self.shorten(hits, pairs)
     }
 
-    /// Adds the undecided lanes that the resolver confirms as hits.
+    /// Adds the undecided lanes that the resolver confirms as hits. Returns whether the ray is
+    /// done.
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, first: usize, pairs: &mut HitPairs) -> bool {
@@ -87,6 +88,7 @@ impl HitCollector<'_> {
     }
 
     /// If the number of hits is limited, shortens the ray to the last hit that can still count.
+    /// Returns whether the ray is done.
     #[inline(never)]
     fn shorten(&mut self, hits: &BlockHits, pairs: &mut HitPairs) -> bool {
         if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
@@ -107,8 +109,8 @@ impl HitCollector<'_> {
     #[inline(always)]
     fn crossings(&self, hits: &BlockHits, leaf: usize, crossings: &mut Crossings) {
         for lane in lanes_of(hits.sure) {
-            // Strictly inside all edges, both rules agree, and the filter knows the side (exact.md,
-            // section 9).
+            // If a ray passes strictly inside all edges, a hit is always a crossing, and the filter
+            // knows its side (exact.md, section 9).
             crossings.add(hits.leaves >> lane & 1 != 0);
         }
         for lane in lanes_of(hits.undecided) {
@@ -118,9 +120,9 @@ impl HitCollector<'_> {
         }
     }
 
-    /// Updates the winding number of the ray's origin. Returns whether the origin is on a triangle.
-    /// The filter always leaves such a triangle undecided: T is 0, and no two edges have certain
-    /// signs that differ.
+    /// Updates the winding number around the ray's origin. Returns whether the origin is on a
+    /// triangle. If the origin is on a triangle, the filter leaves this pair undecided: the
+    /// numerator of t is 0, and no edge value proves a miss.
     #[inline(always)]
     fn winding(&self, hits: &BlockHits, leaf: usize, containment: &mut Containment) -> bool {
         for lane in lanes_of(hits.sure) {
@@ -170,8 +172,8 @@ impl HitCollector<'_> {
             BatchOutput::Crossings(all) => leaves.for_each(|leaves| all[number].add(leaves)),
             BatchOutput::Containments(all) => {
                 let starts_on = |slot| self.starts_on(slot);
-                // A ray that is traced alone reports only hits, and none at t = 0, so test
-                // separately whether it starts on a triangle.
+                // Tracing a ray alone finds only hits with t > 0, so test separately whether the
+                // ray starts on a triangle.
                 all[number] = if is_held(self.tree, self.ray.origin, starts_on) {
                     Containment::Surface
                 } else {

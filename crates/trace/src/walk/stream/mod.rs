@@ -1,8 +1,9 @@
-//! Ray streams for incoherent rays: many rays are active at once, and each advances one step at a
-//! time.
+//! Traces incoherent rays as streams: 64 rays are active at once, and in each round, every active
+//! ray advances by one node or one leaf.
 //!
-//! Rays are grouped by the kind of step they take next, as in Barringer and Akenine-Möller,
-//! *Dynamic Ray Stream Traversal* (2014). Unlike there, each ray has its own stack.
+//! Each round first handles all rays that are at a leaf, then all rays that are at a node.
+//! Barringer and Akenine-Möller, *Dynamic Ray Stream Traversal* (2014), also advance many rays
+//! together, but sort the rays at each node; here, each ray has its own stack.
 
 mod active;
 mod every_hit;

@@ -8,8 +8,8 @@ use super::active::{ACTIVE, RayState, Set};
 use crate::tree::{LEAF, Tree};
 use crate::walk::single::{BOTTOM, SlabLanes, Stack};
 
-/// Visits the current nodes of the rays in `at`, which all point into the same octant. Returns the
-/// rays that are now at an inner node, and the rays that hit no child.
+/// Visits the current node of each ray in `at`. The directions of all these rays must be in the
+/// octant `octant`. Returns the rays that are now at an inner node, and the rays that hit no child.
 #[inline(always)]
 pub(super) fn visit_nodes(
     level: Level,
@@ -53,7 +53,8 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
             let node = &tree.nodes[state.next as usize];
             let lanes = SlabLanes::<S::F32x8>::unpack(&state.slabs, OCTANT);
             let (met, near) = lanes.meet(node, state.t_min, state.far);
-            // Next, the ray visits the nearest child that it hits; the others go onto its stack.
+            // The ray next visits the nearest child that it hits; the other children that it hits
+            // go onto its stack.
             let next = stacks.push::<S>(&mut state.top, node, OCTANT, met, near);
             state.next = next;
             at_node.put(place, next & LEAF == 0);
@@ -63,7 +64,8 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
     }
 }
 
-/// Prefetches the nodes or leaves that these rays visit next.
+/// Prefetches the nodes or leaves that the rays in `at` visit next. `things` contains all nodes or
+/// all leaves.
 #[inline(always)]
 pub(super) fn prefetch_next<T>(things: &[T], states: &[RayState; ACTIVE], at: Set) {
     for place in at.places() {

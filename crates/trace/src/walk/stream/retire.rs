@@ -69,7 +69,7 @@ impl<'a> Retired<'a> {
     }
 }
 
-/// Writes each hit to its ray's position.
+/// Writes each hit to `to`, at the index of its ray.
 #[inline(always)]
 fn write<H: Copy>(to: &mut [H], ids: &[(RayId, LeafSlot)], hits: &[H]) {
     for (hit, &(id, _)) in hits.iter().zip(ids) {

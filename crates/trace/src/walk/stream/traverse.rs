@@ -40,7 +40,7 @@ use crate::walk::single::{
 /// limit is small so that prefetching is tested too.
 const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
 
-/// Traces the rays with these ids and writes their results to `output`.
+/// Traces the rays whose ids are in `ids`, and writes their results to `output`.
 pub(crate) struct Stream<'a, 'b> {
     pub(crate) tree: &'a Tree,
     pub(crate) filter: Filter<'a>,
@@ -62,7 +62,7 @@ impl WithSimd for Stream<'_, '_> {
         let Some(first) = rays.first() else { return };
         // Slots that have not held a ray yet need a placeholder, which is never read.
         let idle = AtLeaves { ray: filter.prepare_ray(first), closest: ClosestHit::new(0.0) };
-        // While this stream is traced, the rays that follow its last one are prefetched.
+        // While this stream is traced, prefetch the rays that follow its last ray.
         let next = ids.last().map_or(0, |&last| last.0 as usize + 1);
         let after = (ids.first().copied().unwrap_or_default(), ids.len());
         let memory = filter.resolver().memory_after(after, &rays[next..]);
@@ -177,8 +177,8 @@ impl Active<'_, '_> {
         }
     }
 
-    /// Starts waiting rays in the free slots. The few rays that a stream cannot handle are traced
-    /// one by one instead.
+    /// Starts waiting rays in the free slots, and returns the slots in which a ray was started. The
+    /// few rays that a stream cannot handle are traced one by one instead.
     #[inline(always)]
     fn start<'n, S: Simd>(
         &mut self,
