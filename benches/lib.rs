@@ -75,7 +75,7 @@ impl Workload {
 /// A contender's answer: the number of hits, and a checksum of the triangles and all bits of t.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
-    /// The number of rays that hit.
+    /// The number of rays that hit a triangle.
     pub hits: u64,
     /// The sum of the triangle indices and the bits of t.
     pub mixed: u64,
@@ -120,7 +120,7 @@ pub fn compare(title: &str, tests: usize, turns: usize, contenders: &mut [Conten
                 "{}: {answer:?} {truth:?}",
                 contender.name
             );
-            // The first two turns only warm up.
+            // The first two turns are only a warm-up.
             if turn >= 2 {
                 times.push(time);
             }

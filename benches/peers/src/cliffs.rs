@@ -28,7 +28,7 @@ use crate::{embree, pool, report, scenes, write_rows};
 pub enum Cause {
     /// One additional triangle, at increasing distances.
     Stray,
-    /// The same, traced with diffuse rays.
+    /// One additional triangle, as in `Stray`, with diffuse rays.
     StrayDiffuse,
     /// Ray origins at increasing distances from the points that the camera sees.
     Origin,
@@ -36,7 +36,7 @@ pub enum Cause {
     Thin,
     /// An increasing share of rays aimed at edges.
     Edges,
-    /// The same, with rays aimed at vertices.
+    /// An increasing share of rays aimed at vertices.
     Vertices,
     /// A globe with quads at its poles, half of which are needles.
     Poles,

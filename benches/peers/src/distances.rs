@@ -42,7 +42,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     println!("threads: {}", pool.current_num_threads());
     for name in &options.scene {
         let mesh = crate::scenes::scene(name)?.mesh;
-        let bounds = mesh.bounds().ok_or("no triangle")?;
+        let bounds = mesh.bounds().ok_or("the mesh has no triangles")?;
         let mut number = random();
         let mut coordinate = |k: usize| {
             let (lo, hi) = (bounds.min[k], bounds.max[k]);

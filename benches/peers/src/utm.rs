@@ -17,8 +17,9 @@ use crate::rays::{Order, primary, rounded};
 use crate::truth::Truth;
 use crate::{doubles, engines, report, scenes};
 
-/// The size of the scenes, and how far they are moved east and north, in metres.
+/// The size of the scenes in metres.
 const EXTENT: f64 = 1000.0;
+/// The distances by which the scenes are moved east and north, in metres.
 const MOVED: [f64; 2] = [5e5, 4.5e6];
 
 #[derive(clap::Args)]

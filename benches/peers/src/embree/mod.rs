@@ -25,7 +25,7 @@ pub use collector::Collector;
 use collector::collect;
 pub use instances::Instances;
 
-/// A device, a scene, a geometry, or any pointer.
+/// A pointer to a device, a scene, a geometry, or anything else.
 type Ptr = *mut c_void;
 
 /// Declares Embree's functions, and looks them up in the library.
@@ -110,7 +110,7 @@ impl Api {
         Err(error)
     }
 
-    /// Returns the library's version, as in "Embree 4.4.0".
+    /// Returns the library's name and version, such as "Embree 4.4.0".
     pub fn version(&self) -> String {
         // SAFETY: the device has the default configuration, is queried once and released.
         let version = unsafe {
@@ -128,11 +128,11 @@ impl Api {
 pub struct Build {
     pub robust: bool,
     pub high: bool,
-    /// Limit the library to AVX2, even if the CPU supports more.
+    /// Whether to limit the library to AVX2, even if the CPU supports more.
     pub avx2: bool,
     /// The number of threads for the build; 0 uses all.
     pub threads: u32,
-    /// Install a filter that collects every hit.
+    /// Whether to install a filter that collects every hit.
     pub collect: bool,
 }
 
@@ -141,7 +141,7 @@ pub struct Scene {
     api: Arc<Api>,
     device: Ptr,
     scene: Ptr,
-    /// The version, including minor and patch numbers, as in 40400.
+    /// The version, including minor and patch numbers, such as 40400 for 4.4.0.
     pub version: isize,
 }
 
@@ -310,7 +310,8 @@ impl<const N: usize> RayHit<N> {
 }
 
 impl<const N: usize> RayHit<N> {
-    /// Sets each ray's ID to its lane, for filters.
+    /// Returns rays without hits, each with its lane as its ID, so that filters can tell rays
+    /// apart.
     pub fn numbered() -> Self {
         Self { id: std::array::from_fn(|lane| lane as u32), ..Self::NONE }
     }
@@ -332,8 +333,8 @@ struct Context {
     flags: u32,
     filter: Ptr,
     instance: [u32; 2],
-    /// The caller's field, which points to the collector of hits. Version 4 has fewer fields before
-    /// it, but none of them is read.
+    /// The caller's field, which points to the collector of hits. In version 4, fewer fields
+    /// precede this one, but none of the preceding fields is read.
     collector: Ptr,
 }
 
@@ -353,7 +354,8 @@ impl<const N: usize> Embree<N> {
         Self { scene, question, count: 0, groups: vec![], triangles: vec![], t: vec![] }
     }
 
-    /// Traces rays. Saves the triangles and t, and whatever `keep` takes from each group's hits.
+    /// Traces rays. Stores each ray's triangle and t, and the values that `keep` extracts from each
+    /// group's hits.
     #[inline(always)]
     fn trace_keeping<K: Send>(
         &mut self,

@@ -156,10 +156,11 @@ fn cell(
     Ok(measure::measure(&mut engines, &rays, question, truth, seconds, pool, in_f32))
 }
 
-/// Returns the true answers for an engine, whose name contains the name of its input.
+/// Returns the true answers for an engine. The engine's name contains the name of its input.
 fn truth_of<'a>(inputs: &'a [Traced<'_>], engine: &str) -> Truth<'a> {
     let of_it = |input: &&Traced<'_>| engine.contains(input.name);
-    let input = inputs.iter().find(of_it).expect("the last name is part of every other");
+    let input =
+        inputs.iter().find(of_it).expect("every engine's name contains the name of an input");
     Truth::new(engine, &input.answers, input.triangles, &input.rays)
 }
 

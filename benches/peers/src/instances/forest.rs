@@ -76,7 +76,9 @@ impl Forest {
     /// rotated in its own frame.
     fn kitchen() -> Result<Self, String> {
         let kitchen = scene("kitchen")?;
-        let Light::Point { position } = kitchen.light else { return Err("no lamp".into()) };
+        let Light::Point { position } = kitchen.light else {
+            return Err("the kitchen has no lamp".into());
+        };
         let (mut meshes, mut placed) = (Vec::new(), Vec::new());
         for (i, object) in objects(&kitchen.mesh).into_iter().enumerate() {
             let bounds = object.bounds().ok_or("an object is empty")?;

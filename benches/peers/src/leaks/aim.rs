@@ -47,8 +47,8 @@ impl Aim {
     }
 }
 
-/// Returns random rays, each from one of the points toward a target. Every call returns the same
-/// rays.
+/// Returns random rays, each from one of the points in `inside` toward a target. Calls with the
+/// same arguments return the same rays.
 pub fn aims(target: Target, adjacency: &Adjacency, inside: &[[f32; 3]], rays: usize) -> Vec<Aim> {
     let points = adjacency.points();
     let ends: Vec<[u32; 2]> = match target {

@@ -12,16 +12,17 @@ use robust::{Coord, orient2d};
 
 use crate::scenes::random;
 
-/// The maximum number of point/triangle tests. Beyond it, rays share points.
+/// The maximum number of triangles times points. In a mesh with many triangles, fewer points are
+/// used, and several rays start at each.
 const TESTS: usize = 1 << 31;
 /// The margin, as a fraction of the longest side of the bounding box.
 const MARGIN: f32 = 1.0 / 1024.0;
 /// Origins are multiples of this fraction of the longest side, which makes more differences exact
 /// in f32.
 const STEP: f32 = 1.0 / 65536.0;
-/// The number of candidates per round. The search ends after `ROUNDS` rounds, even if it has found
-/// too few points.
+/// The number of candidates per round.
 const ROUND: usize = 1 << 12;
+/// The maximum number of rounds. If they yield too few points, the search fails.
 const ROUNDS: usize = 4096;
 
 /// A triangle with its bounding box, which is grown by the margin.

@@ -1,7 +1,7 @@
-//! Leaks: rays from inside a closed mesh, aimed at its vertices and edges, that hit nothing.
+//! Counts leaks: rays from inside a closed mesh, aimed at its vertices and edges, that hit nothing.
 //!
-//! Such a ray always has a hit, regardless of how its direction was rounded, so every miss is an
-//! error of the tracer.
+//! A ray from inside a closed mesh always hits it, regardless of how its direction was rounded, so
+//! every miss is an error of the tracer.
 
 mod aim;
 mod grid;
