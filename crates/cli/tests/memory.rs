@@ -1,4 +1,4 @@
-//! Tests that running out of memory results in one line and exit code 1, wherever it happens.
+//! Tests that the program ends with a one-line error and exit code 1 wherever memory runs out.
 #![cfg(target_os = "linux")]
 
 use crate::common;

@@ -66,8 +66,9 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
     assert_eq!(told["rounded"]["rays"], json!({"numbers": 0, "by_up_to": 0.0}));
 }
 
-/// Numbers that are all inexact in f32, and numbers that are all exact.
+/// A model whose nonzero coordinates are all inexact in f32.
 const DECIMALS: &str = "v 0.1 0.1 0.3\nv 1.1 0.1 0.3\nv 0.1 1.1 0.3\nf 1 2 3\n";
+/// A model whose coordinates are all exact in f32.
 const BINARY: &str = "v 0 0 0.25\nv 1 0 0.25\nv 0 1 0.75\nf 1 2 3\n";
 
 /// Returns the t in the first line of answers.

@@ -7,9 +7,9 @@ use std::io::Write as _;
 use crate::common::TestFolder;
 use serde_json::Value;
 
-/// The position of a surveyed wall, where adjacent f32 values are 1.6 cm apart to the east and 6.3
-/// cm apart to the north.
+/// The distance of a surveyed wall to the east, where adjacent f32 values are 1.6 cm apart.
 const EAST: f64 = 148_376.213;
+/// The distance of the wall to the north, where adjacent f32 values are 6.3 cm apart.
 const NORTH: f64 = 528_980.447;
 
 /// The four corners of a wall that runs east, 4 m long and 3 m high.

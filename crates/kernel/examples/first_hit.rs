@@ -11,11 +11,12 @@ fn main() {
     let ray = Ray::new([1.0, 0.5, -1.0], [0.0, 0.0, 2.0]);
 
     let mode = Mode::exact();
-    let hit = mode.closest(&mesh, &ray).expect("the ray goes through");
+    let hit = mode.closest(&mesh, &ray).expect("the ray hits the tetrahedron");
     assert_eq!((hit.triangle, hit.t), (0, 0.5));
     println!("face {} at t = {}, weights {} and {}", hit.triangle, hit.t, hit.u, hit.v);
 
-    // All hits in order of t, the hits in an interval, and whether there are any.
+    // List all hits in order of t, find the hits in an interval, and test whether there are any
+    // hits.
     for hit in mode.all(&mesh, &ray) {
         println!("crosses face {} at {:?}", hit.triangle, hit.point(&ray));
     }

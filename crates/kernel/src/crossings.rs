@@ -43,7 +43,8 @@ pub struct Crossings {
 }
 
 impl Crossings {
-    /// Counts one more crossing, which leaves or enters the mesh.
+    /// Counts one more crossing, at which the ray leaves the mesh if `leaves` is true, and
+    /// otherwise enters it.
     ///
     /// ```
     /// let mut crossings = intertri::Crossings::default();

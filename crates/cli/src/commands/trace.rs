@@ -206,9 +206,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 /// Returns the scalar to trace the model and the rays in: f32 if the engine only supports f32, or
 /// if no number is rounded.
 ///
-/// The choice depends on the format of the rays, but not on their numbers, so that no ray changes
-/// how another is traced. The answers of `exact` are the same in both scalars if f32 represents all
-/// numbers.
+/// The choice depends on the format of the rays, but not on their coordinates, so that no ray
+/// affects how another ray is traced. The answers of `exact` are the same in both scalars if f32
+/// represents all numbers.
 fn scalar(options: &Options, model: &Model, rays: &Rays<'_>) -> ScalarName {
     let single = !options.engine.is_exact() || rays.are_f32() && model.is_f32();
     options.scalar.unwrap_or(if single { ScalarName::F32 } else { ScalarName::F64 })
@@ -320,7 +320,7 @@ struct Done {
     outside: u64,
 }
 
-/// Reads, answers and writes at the same time.
+/// Reads rays, computes their answers and writes the answers, all at the same time.
 fn answer_all<T: Tracer>(
     options: &Options,
     question: &Question<'_, T>,

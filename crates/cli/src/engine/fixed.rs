@@ -124,7 +124,7 @@ impl FixedScene {
     }
 }
 
-/// A grid, in scene units.
+/// The properties of a grid, for reports. Lengths are in scene units.
 #[derive(Clone, Copy, Serialize)]
 pub(crate) struct GridReport {
     pub(crate) bits: u32,

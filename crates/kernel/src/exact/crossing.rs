@@ -21,10 +21,11 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Every triangle that contains it: the ray is tested against the closed triangle.
+    /// Every triangle that contains the edge or corner: the ray is tested against the closed
+    /// triangle.
     Closed,
-    /// Only one of two adjacent triangles that traverse it in opposite directions. The ray is moved
-    /// by (ε, ε², ε³).
+    /// Only one of two adjacent triangles that traverse their shared edge in opposite directions.
+    /// The ray is moved by (ε, ε², ε³).
     Once,
 }
 
@@ -39,8 +40,8 @@ pub enum Side {
 }
 
 impl Side {
-    /// Returns 1 if the ray leaves and -1 if it enters. The sum over a closed mesh is the winding
-    /// number of the origin.
+    /// Returns 1 if the ray leaves the mesh and -1 if it enters. The sum over a closed mesh is the
+    /// winding number of the origin.
     pub fn sign(self) -> i32 {
         match self {
             Self::Leaves => 1,
@@ -186,8 +187,8 @@ mod tests {
     use crate::exact::test_numbers::random;
     use crate::{Ray, Ray64, Triangle, TriangleOf};
 
-    /// Tests rays parallel to axis-aligned planes, within and next to them, and some that diverge
-    /// slightly. The fast path must agree with integers.
+    /// Tests rays within axis-aligned walls and parallel to walls, also if the ray or the wall is
+    /// slightly tilted. The fast path must agree with integers.
     #[test]
     fn rays_along_a_wall_are_answered_as_by_integers() {
         let (mut random, mut hits) = (random(), 0);

@@ -147,7 +147,7 @@ pub(super) fn plane_signs(
 /// `Equal` if the bound does not decide. No input may be subnormal.
 #[inline(always)]
 pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
-    // D is T with the direction, which is exact, in place of A.
+    // D is T with the direction in place of A. The direction is exact.
     let [over, under, _] = Sum::volume(dir, c2 - c1, c3 - c1).signs(VOLUME);
     over.cmp(&under)
 }

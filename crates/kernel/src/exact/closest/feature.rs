@@ -114,8 +114,9 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     )
 }
 
-/// Finds the feature from the signs of the six products `along`, of differences of two, and of
-/// `xy - zw` for four of them. Returns `None` if a necessary sign is unknown.
+/// Finds the feature from the signs of the six products `along`, of the differences of two such
+/// products, and of `xy - zw` for four such products. Returns `None` if a necessary sign is
+/// unknown.
 #[inline(always)]
 fn find(
     sign: impl Fn(usize) -> Option<Ordering>,

@@ -1,6 +1,6 @@
-//! Computes the distance and the weights in double-double arithmetic, and proves each rounding.
-//! This handles nearly every closest point. `docs/numerics/nearest.md`, section 6, has the bounds
-//! and the proof.
+//! Computes the distance and the weights of a closest point in double-double arithmetic, and proves
+//! each rounding. This method succeeds for nearly every point. `docs/numerics/nearest.md`, section
+//! 6, has the bounds and the proof.
 
 use core::marker::PhantomData;
 
@@ -13,11 +13,13 @@ use super::feature::Feature;
 use crate::simd::{Lanes, Vec3};
 use crate::{Scalar, TriangleOf};
 
-/// If squares, numerators and denominators are within these limits, nothing can underflow.
+/// `2^-400`: if squares, numerators and denominators are at least this large, nothing underflows.
 const SMALL: f64 = f64::from_bits((1023 - 400) << 52);
+/// `2^500`: squares, numerators and denominators must not exceed this limit.
 const LARGE: f64 = f64::from_bits((1023 + 500) << 52);
 
-/// Returns the closest point if all of its numbers are proven. The input must be tame.
+/// Returns the closest point if its distance and both weights are proven to be correctly rounded.
+/// The input must be tame.
 #[inline(always)]
 pub(super) fn closest<S: Scalar>(
     point: [S; 3],
