@@ -1,4 +1,4 @@
-//! Cliffs: measures how much longer the same rays take if a scene contains something that slows
+//! Measures cliffs: how much longer the same rays take if a scene contains something that slows
 //! tracers down.
 //!
 //! The obstacles include a stray triangle, distant origins, thin triangles, and rays aimed at
@@ -23,7 +23,7 @@ use crate::rays::{self, Kind, Order};
 use crate::truth::Truth;
 use crate::{embree, pool, report, scenes, write_rows};
 
-/// What makes a scene hostile.
+/// The property that makes a scene hostile to tracers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Cause {
     /// One additional triangle, at increasing distances.
@@ -92,7 +92,7 @@ pub struct Options {
     /// Scenes to trace; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// What makes the scenes hostile.
+    /// Properties that make the scenes hostile.
     #[arg(
         long,
         value_enum,

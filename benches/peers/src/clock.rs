@@ -54,7 +54,8 @@ fn sample() -> f64 {
     let start = Instant::now();
     let mut x = black_box([1_u64; CHAINS]);
     for _ in 0..LENGTH / 8 {
-        // Opaque to the compiler, which could otherwise fold the additions into one.
+        // The assembly is opaque to the compiler, which could otherwise fold the additions into
+        // one.
         macro_rules! add {
             ($($again:tt)*) => { $( { let _ = $again; x = x.map(add_to_itself); } )* };
         }

@@ -1,4 +1,4 @@
-//! The engines by name, and how to build each for a scene.
+//! Lists the engines by name, and builds them for a scene.
 
 use std::collections::HashMap;
 use std::sync::Arc;

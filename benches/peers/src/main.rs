@@ -155,8 +155,7 @@ struct ChartOptions {
     /// Draw speed and wrong answers over all scenes, instead of bars; also print them as a table.
     #[arg(long, conflicts_with_all = ["growth", "stability"])]
     fronts: bool,
-    /// Draw time against what makes a scene hostile, from files of `cliffs --json`; also print a
-    /// table.
+    /// Draw time against how hostile a scene is, from files of `cliffs --json`; also print a table.
     #[arg(long, conflicts_with = "growth")]
     stability: bool,
     /// Path to write the images to, without an extension.

@@ -22,7 +22,7 @@ pub struct Row {
     pub scene: String,
     pub triangles: usize,
     pub kind: String,
-    /// The severity of what makes the scene hostile, for `cliffs`.
+    /// How hostile the scene is, for `cliffs`.
     #[serde(default)]
     pub amount: f64,
     pub order: String,

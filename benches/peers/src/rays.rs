@@ -1,5 +1,5 @@
-//! The kinds of rays: from a camera, toward a light, diffuse, aimed at edges and vertices, and
-//! others.
+//! Generates the rays of each kind: from a camera, toward a light, diffuse, aimed at edges and
+//! vertices, and others.
 
 use intertri::{Mode, Ray, Ray64};
 use intertri_scene::{Camera, Scene, hit_point};

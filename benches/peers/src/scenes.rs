@@ -1,4 +1,4 @@
-//! The scenes: shared models and generated ones.
+//! Loads the shared models, and generates the other scenes.
 
 use std::path::{Path, PathBuf};
 

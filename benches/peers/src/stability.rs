@@ -1,4 +1,4 @@
-//! The stability chart, which plots nanoseconds per ray against what makes a scene hostile.
+//! Draws the stability chart, which plots nanoseconds per ray against how hostile a scene is.
 
 use intertri_lab::draw::{Anchor, Font, Log, Svg, power};
 

@@ -1,4 +1,4 @@
-//! The true answers, and a test of whether other answers are equally right.
+//! Holds the true answers, and tests whether other answers are equally right.
 
 use intertri::{Mode, RayOf, SliceScalar, TriangleOf};
 

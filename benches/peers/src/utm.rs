@@ -1,5 +1,5 @@
-//! Scenes at map coordinates: a kilometre across, half a million metres east and four and a half
-//! million north, in f64. Tracers in f32 get the same scene, rounded.
+//! Measures scenes at map coordinates, in f64: a kilometre across, half a million metres to the
+//! east and four and a half million to the north. Tracers in f32 trace the scene rounded to f32.
 
 use std::path::PathBuf;
 use std::sync::Arc;

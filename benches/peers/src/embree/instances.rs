@@ -1,4 +1,5 @@
-//! Embree's instances: scenes that contain one mesh each, placed by matrices.
+//! An engine that uses Embree's instances: scenes of one mesh each, which matrices place in a
+//! common scene.
 
 use std::ops::Range;
 use std::sync::Arc;

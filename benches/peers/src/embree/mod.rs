@@ -1,5 +1,5 @@
-//! Embree, version 3 or 4, through its C interface. The shared library is loaded at run time, so
-//! you can build this without having Embree installed.
+//! Engines that call Embree, version 3 or 4, through its C interface. The shared library is loaded
+//! at run time, so you can build this program without having Embree installed.
 //!
 //! Rays are stored as a structure of arrays, in groups that each hold the rays of one call. Each
 //! group is copied into the structure that Embree reads and writes, and the result is copied out. A

@@ -92,7 +92,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     options.json.as_ref().map_or(Ok(()), |path| crate::write_rows(path, &rows))
 }
 
-/// The triangles and rays that some of the engines trace, and the true answers.
+/// The triangles and rays of one input, and the true answers.
 struct Traced<'a> {
     name: &'static str,
     triangles: &'a [Triangle64],

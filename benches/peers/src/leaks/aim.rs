@@ -1,4 +1,4 @@
-//! Rays from points inside a mesh toward its vertices and the midpoints of its edges.
+//! Generates rays from points inside a mesh toward its vertices and the midpoints of its edges.
 
 use intertri::Ray;
 use intertri_raster::Adjacency;

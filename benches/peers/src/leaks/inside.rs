@@ -85,7 +85,7 @@ pub fn points(triangles: &[Triangle], count: usize) -> Result<Vec<[f32; 3]>, Str
     let hi = corners().reduce(|a, b| [0, 1, 2].map(|k| a[k].max(b[k]))).unwrap_or_default();
     let longest = [0, 1, 2].map(|k| hi[k] - lo[k]).into_iter().fold(0.0, f32::max);
     let bounded: Vec<_> = triangles.iter().map(|t| Bounded::new(t, MARGIN * longest)).collect();
-    // A power of two.
+    // Round the step down to a power of two.
     let step = (STEP * longest).log2().floor().exp2();
     let candidate = |i: usize| {
         let p = [0, 1, 2].map(|k: usize| {

@@ -1,4 +1,4 @@
-//! intertri's hit lists: all rays in one call, or one ray per call.
+//! Lists hits with intertri, for all rays in one call or for one ray per call.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -251,8 +251,9 @@ struct Trials<'a> {
     engines: Engines<'a>,
     /// All camera rays of the image, as measured by `bench`.
     primary: &'a [Ray],
-    /// The rays of the sample, and the exact answer for each.
+    /// The rays of the sample.
     rays: &'a [Ray],
+    /// The exact answer for each ray of the sample.
     sample: &'a [SampledPixel],
 }
 

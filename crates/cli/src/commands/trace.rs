@@ -214,7 +214,7 @@ fn scalar(options: &Options, model: &Model, rays: &Rays<'_>) -> ScalarName {
     options.scalar.unwrap_or(if single { ScalarName::F32 } else { ScalarName::F64 })
 }
 
-/// An engine for a model, and what the report needs to know about the model.
+/// An engine for a model, and the details of the model that the report contains.
 struct Traced<T> {
     engine: T,
     triangles: usize,

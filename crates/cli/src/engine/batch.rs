@@ -1,4 +1,4 @@
-//! A batch of rays and their answers, which are formatted while they are still in the cache.
+//! Traces rays in batches, and formats the answers while they are still in the cache.
 
 use std::time::Instant;
 

@@ -219,8 +219,8 @@ mod tests {
         assert!(hits > 1000, "{hits} hits");
     }
 
-    /// Tests rays toward edges, up to rounding, between points whose differences are often not
-    /// exact in f64.
+    /// Tests rays that are aimed at edges, up to rounding. The differences between the points are
+    /// often not exact in f64.
     #[test]
     fn two_parts_say_what_integers_say() {
         let mut random = random();
