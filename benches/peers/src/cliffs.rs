@@ -38,7 +38,7 @@ pub enum Cause {
     Edges,
     /// An increasing share of rays aimed at vertices.
     Vertices,
-    /// A globe with quads at its poles, half of which are needles.
+    /// A globe with quads at its poles. Half of the triangles of these quads are needles.
     Poles,
 }
 

@@ -334,8 +334,8 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     std::fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// Returns the answers of a mode at the portable level, tracing one ray per call, which runs none
-/// of the code for bundles or streams.
+/// Returns the answers of a mode at the portable level, tracing one ray per call. These calls run
+/// none of the code for bundles or streams.
 fn truth(bvh: &Arc<Bvh>, rays: &[Ray], question: Question, mode: Mode) -> Vec<Answer> {
     let mut single = Single::new(bvh.clone(), mode.at(Level::PORTABLE));
     single.load(rays, question);

@@ -63,13 +63,13 @@ impl Row {
 /// Returns the true answers for an engine, given its name.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Truth<'a>;
 
-/// Chooses the row to compare a row with.
+/// Returns the index of the row to compare a row with, given the index of that row.
 pub type Beside = fn(&[Row], usize) -> Option<usize>;
 
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
-/// The number of rays that are timed together on one thread. If the clock rate dips for some
+/// The number of rays that are timed together on one thread. If the clock rate dips for a few
 /// milliseconds, only a few parts are affected.
 const PART: usize = 1 << 16;
 

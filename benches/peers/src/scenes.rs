@@ -150,8 +150,8 @@ fn boxes(n: u32) -> Mesh {
     mesh
 }
 
-/// Returns a bumpy sphere. Each face of an octahedron is divided into `n * n` triangles, so there
-/// are `8 * n * n` in total. Adjacent faces have the same bits along their common edge.
+/// Returns a bumpy sphere. Each face of an octahedron is divided into `n * n` triangles, so the
+/// sphere has `8 * n * n` triangles. Adjacent faces compute the same bits along their common edge.
 fn displaced_sphere(n: u32) -> Mesh {
     let row = |i: u32| i * (i + 1) / 2;
     let mut mesh = Mesh::default();

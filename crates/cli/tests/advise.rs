@@ -10,8 +10,8 @@ fn advice(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(arguments)).unwrap()
 }
 
-/// Checks that no bound is below the counted number. Returns the names of the choices that are
-/// enough.
+/// Checks that no bound is below the number of wrong pixels in the sample. Returns the names of the
+/// choices that are enough.
 fn sound(report: &Value) -> Vec<String> {
     let mut enough = vec![];
     for choice in report["choices"].as_array().unwrap() {

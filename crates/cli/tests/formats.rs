@@ -51,7 +51,7 @@ fn a_byte_order_mark_and_blank_lines_before_the_names_are_no_binary() {
 #[test]
 fn raw_rays_that_begin_as_text_are_raw() {
     let place = place();
-    // The first numbers consist of letters and a line end.
+    // The bytes of the first numbers are letters and a line end.
     let mut rays = b"aaaabbbbccc\n".to_vec();
     rays.extend(&raw()[12..32]);
     rays.extend(&raw()[32..]);

@@ -1,6 +1,6 @@
 //! Tests that malformed files are read if nothing has to be guessed, and are never misread
-//! silently. One line for each kind of problem says what was omitted, repaired or guessed, and how
-//! often.
+//! silently. For each kind of problem, the program prints one line that says what was omitted,
+//! repaired or guessed, and how often.
 
 use crate::common::{TestFolder, one_line};
 
@@ -160,7 +160,7 @@ fn missing_texture_coordinates_are_not_an_error() {
     ] {
         notes("m.obj", format!("{SQUARE}{uvs}{face}\n"), "0,1,", &format!("{said}{line})"));
     }
-    // Unused numbers may be anything.
+    // Unused texture coordinates may have any value.
     reads("m.obj", format!("{SQUARE}vt nan nan\nf 1 2 3 4\n"), "0,1,");
 }
 

@@ -7,9 +7,9 @@ use std::io::Write as _;
 use crate::common::TestFolder;
 use serde_json::Value;
 
-/// The distance of a surveyed wall to the east, where adjacent f32 values are 1.6 cm apart.
+/// The easting of a surveyed wall, in metres, where adjacent f32 values are 1.6 cm apart.
 const EAST: f64 = 148_376.213;
-/// The distance of the wall to the north, where adjacent f32 values are 6.3 cm apart.
+/// The northing of the wall, in metres, where adjacent f32 values are 6.3 cm apart.
 const NORTH: f64 = 528_980.447;
 
 /// The four corners of a wall that runs east, 4 m long and 3 m high.

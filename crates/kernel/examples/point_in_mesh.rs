@@ -6,7 +6,7 @@ use intertri::fixed::{Bits, Fixed, Grid, GridError, blocks};
 
 fn main() -> Result<(), GridError> {
     // An octahedron of radius 3. Rays from lattice points run exactly through its edges and
-    // corners. A test that counts an edge there twice, or not at all, gives wrong answers.
+    // corners. A test that counts an edge or a corner twice, or not at all, gives wrong answers.
     let mut faces = vec![];
     for x in [3.0, -3.0] {
         for y in [3.0, -3.0] {

@@ -287,7 +287,7 @@ pub struct RayHit<const N: usize> {
     uv: [[f32; N]; 2],
     triangle: [u32; N],
     geometry: [u32; N],
-    /// The second element exists only in some builds.
+    /// The second element exists only in some builds of Embree.
     instance: [[u32; N]; 2],
 }
 

@@ -32,14 +32,14 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// Returns the ray as a typical caller computes it: its direction is the target minus the
-    /// origin, each rounded to f32.
+    /// Returns the ray as a typical caller computes it: the target is rounded to f32, and so is its
+    /// difference from the origin.
     pub fn ray(&self) -> Ray {
         let [a, b] = self.ends;
         Ray::new(self.origin, [0, 1, 2].map(|k| f32::midpoint(a[k], b[k]) - self.origin[k]))
     }
 
-    /// Returns whether the direction is exact, without any rounding.
+    /// Returns whether the direction is exact, because nothing was rounded.
     pub fn is_exact(&self) -> bool {
         let [a, b] = self.ends.map(|p| p.map(f64::from));
         let dir = self.ray().dir.map(f64::from);

@@ -1,7 +1,7 @@
 //! Finds points that are certainly inside a closed mesh.
 //!
-//! A ray along x from such a point crosses the surface an odd number of times. The signs of exact
-//! areas in the yz plane show which triangles it crosses. Each point keeps a margin from every
+//! A ray along x from a point inside crosses the surface an odd number of times. The signs of exact
+//! areas in the yz plane show which triangles the ray crosses. Each point keeps a margin from every
 //! triangle. The margin is wide enough for plain f64 to decide which triangles are ahead, and for
 //! the points to stay inside when `fixed` snaps them and the mesh to a grid.
 

@@ -48,8 +48,8 @@ pub(crate) trait Tracer: Sync {
     fn all(&self, ray: &RayOf<Self::Scalar>) -> Result<Vec<Hit>>;
 
     /// Returns the crossings of a ray, ordered by t, then by triangle, with each edge and corner
-    /// counted once. The list is empty for engines that do not support crossings, which `trace`
-    /// refuses.
+    /// counted once. Engines that do not support crossings return an empty list; `trace` refuses
+    /// `--crossings` for these engines.
     ///
     /// # Errors
     /// Returns an error if memory runs out.

@@ -90,8 +90,8 @@ pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32
     narrowed([t, u, v]).unwrap_or_else(|| attributes32_by_integers(ray, triangle))
 }
 
-/// Given numbers correctly rounded to f64, rounds the original numbers to f32 if the f64 values
-/// determine the results.
+/// Given exact numbers that were correctly rounded to f64, rounds the exact numbers to f32 if the
+/// f64 values determine the results.
 ///
 /// Rounding preserves order. So if the f64 neighbours of a number round to the same f32, so does
 /// every real number that rounds to that number. Around the midpoint of two f32 values, the

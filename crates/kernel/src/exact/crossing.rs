@@ -32,7 +32,7 @@ pub enum Rule {
 /// The side from which a ray crosses a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// With the normal, which means out of a mesh whose corners run counter-clockwise as seen from
+    /// With the normal. The ray then leaves a mesh whose corners run counter-clockwise as seen from
     /// outside.
     Leaves,
     /// Against the normal.
@@ -81,8 +81,8 @@ pub fn crossing_from<S: Scalar>(
 }
 
 /// Returns whether a triangle is perpendicular to an axis and the ray runs parallel to its plane.
-/// If so, D is 0, and there is no intersection. This is common for walls and floors, where all
-/// volumes may be 0, which could only be proven with integers.
+/// If so, D is 0, and the ray does not intersect the triangle. This case is common for walls and
+/// floors. All volumes may be 0 in this case, which only integers could prove.
 #[inline(always)]
 fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     let [a, b, c] = triangle.0;
@@ -93,7 +93,7 @@ fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 struct Undecided;
 
 /// Decides with two-part numbers. Rays that hit an edge or an end of the interval stay undecided,
-/// and so does everything else that these numbers cannot prove.
+/// as do all other cases that two-part numbers cannot prove.
 #[inline(never)]
 fn in_two_parts<S: Scalar>(
     ray: &RayOf<S>,

@@ -1,4 +1,4 @@
-//! Decides exactly from which side a ray approaches a triangle, which is the sign of D.
+//! Decides exactly from which side a ray approaches a triangle, by the sign of D.
 
 use core::cmp::Ordering;
 

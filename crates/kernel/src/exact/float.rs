@@ -112,8 +112,8 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let num = Sum { value: t.value.abs(), permanent: t.permanent };
     let (from, before) = beyond(&num, &den, rays.t_min);
     let (after, within) = beyond(&num, &den, rays.t_max);
-    // The signs have decided that t > 0, so an end at 0 or at infinity does not need a comparison,
-    // which might be undecided.
+    // The signs have decided that t > 0, so an end at 0 or at infinity needs no comparison. The
+    // comparison might be undecided.
     let from = from | rays.t_min.le(D::splat(0.0));
     let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !rays.t_min.le(D::splat(0.0))) | after;

@@ -17,7 +17,7 @@ use crate::hit_attributes::SharedOriginHit;
 use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
 
 /// A triangle relative to one origin, prepared to compute correctly rounded hits of rays from that
-/// origin. Its coordinates are f32, or f64 (`shared_origin64.rs`).
+/// origin. The coordinates are f32, or f64 (`shared_origin64.rs`).
 ///
 /// ```
 /// use intertri::internal::SharedOriginHit;

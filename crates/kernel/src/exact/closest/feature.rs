@@ -29,7 +29,7 @@ const SUM: f64 = 4.0 * f64::EPSILON;
 /// both sums.
 const AREA: f64 = 16.0 * f64::EPSILON;
 
-/// Returns whether rounding is the only error of f64 arithmetic on these numbers.
+/// Returns whether rounding is the only error of f64 arithmetic on these coordinates.
 #[inline(always)]
 pub(super) fn is_tame<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     is_plain(&RayOf::new(point, [S::ONE, S::ZERO, S::ZERO]), triangle)
