@@ -17,7 +17,7 @@ pub const FAINT: &str = "#dddddd";
 /// Ito.
 pub type Group = (&'static str, &'static str, &'static str);
 
-/// Our modes, and the other tracers.
+/// The groups that the charts show: our modes, and the other tracers.
 const GROUPS: [Group; 3] = [
     ("certified", "certified", "#D55E00"),
     ("exact", "exact", "#E69F00"),

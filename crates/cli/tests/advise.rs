@@ -71,7 +71,7 @@ fn more_tolerance_takes_fewer_bits() {
 #[test]
 fn a_small_model_gets_a_small_threshold() {
     let place = TestFolder::new();
-    // The whole model, scaled down to a trillionth.
+    // Scale the whole model down to a trillionth.
     let scale = |line: &str| match line.strip_prefix("v ") {
         None => format!("{line}\n"),
         Some(point) => {

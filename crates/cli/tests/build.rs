@@ -10,8 +10,8 @@ use crate::common::{MODEL, TestFolder};
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
                     v 148376.213 528980.447 3\nf 1 2 3\nf 1 1 2\nf 1 3 4\n";
 
-/// Rays that start a millimetre north and south of the wall, and run north and south from each
-/// point.
+/// Rays that run north and south, from a point a millimetre north of the wall and from a point a
+/// millimetre south of it.
 const NEAR: &str = "ox,oy,oz,dx,dy,dz\n148377,528980.448,1,0,1,0\n148377,528980.448,1,0,-1,0\n\
                     148377,528980.446,1,0,1,0\n148377,528980.446,1,0,-1,0\n";
 

@@ -55,8 +55,8 @@ fn a_fine_grid_changes_few_pixels_and_a_coarse_one_many_and_none_fails() {
     assert!(changed[2] > 500, "{changed:?}");
     assert_eq!(place.names(), ["intertri.diff.png", "intertri.png"]);
 
-    // The check also works the other way round. With the same grid twice, nothing differs and
-    // nothing is excused.
+    // The check also works the other way round. If both engines use the same grid, nothing differs
+    // and nothing is excused.
     let other =
         report(&place, "render --size 96x72 --engine fixed --grid 5 --check certified --json");
     assert_eq!(other["check"]["differing_pixels"], changed[2]);

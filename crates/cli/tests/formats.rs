@@ -115,8 +115,8 @@ fn a_record_of_raw64_is_64_bytes_rounded_to_f32() {
     let place = place();
     place.put("cut.f64", &raw64()[..100]);
     place.fails("trace m.obj --rays cut.f64", 1, &["cut.f64: ", "36 bytes", "64 bytes"]);
-    // Both files contain the same 0.1, and neither second ray hits anything: one starts at
-    // infinity, and the other too far away.
+    // Both files contain the same value of 0.1, and the second ray of each file hits nothing: one
+    // starts at infinity, and the other too far away.
     let ray = [0.1, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, f64::INFINITY];
     let far = [1e300, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, f64::INFINITY];
     let bytes: Vec<u8> = [ray, far].as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();

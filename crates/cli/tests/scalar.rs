@@ -56,7 +56,7 @@ fn a_ray_that_starts_a_nanometre_off_a_wall_does_not_hit_it_and_one_toward_it_do
         assert_eq!(back.len(), 9);
         for (cells, off) in back.iter().zip(&offsets) {
             let t: f64 = cells[2].parse().unwrap();
-            // The origin itself is rounded to f64.
+            // The origin is rounded to f64, so t may differ slightly from the distance in the file.
             assert!((t - off).abs() < 6e-11, "{cells:?} {off}");
         }
     }

@@ -24,6 +24,6 @@ fn main() {
     assert_eq!(mode.closest(&mesh, &inside).map(|hit| hit.triangle), Some(3));
     assert!(!mode.any(&mesh, &ray.between(2.0, 5.0)));
 
-    // There are no gaps, not even at a corner.
+    // No ray slips through, not even at a corner.
     assert!(mode.any(&mesh, &Ray::new([4.0, 0.0, -1.0], [0.0, 0.0, 1.0])));
 }

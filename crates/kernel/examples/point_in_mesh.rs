@@ -12,15 +12,15 @@ fn main() -> Result<(), GridError> {
         for y in [3.0, -3.0] {
             for z in [3.0, -3.0] {
                 let (a, b, c) = ([x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]);
-                // Counter-clockwise as seen from outside.
+                // Order the corners counter-clockwise as seen from outside.
                 let turned = x * y * z < 0.0;
                 faces.push(if turned { Triangle([a, c, b]) } else { Triangle([a, b, c]) });
             }
         }
     }
 
-    // 1024 grid steps per unit. `Grid::around` would find the finest grid that contains a set of
-    // points.
+    // Use 1024 grid steps per unit. `Grid::around` would find the finest grid that contains a set
+    // of points.
     let grid = Grid::at(Bits::FINE, 10, [0; 3])?;
     let facets = faces.iter().map(|t| grid.triangle(t)).collect::<Result<Vec<_>, _>>()?;
     let solid: Vec<_> = blocks(&facets).collect();

@@ -33,7 +33,8 @@ macro_rules! api {
     ($($field:ident = $name:literal: fn($($arg:ty),*) $(-> $ret:ty)?;)*) => {
         pub struct Api {
             $($field: unsafe extern "C" fn($($arg),*) $(-> $ret)?,)*
-            /// Never unloaded, because threads that built a scene may still be running.
+            /// The library. It is never unloaded, because threads that built a scene may still be
+            /// running.
             _library: ManuallyDrop<libloading::Library>,
         }
 

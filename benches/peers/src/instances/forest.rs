@@ -1,4 +1,5 @@
-//! Scenes of instances: a field of bunnies, and a kitchen split into five hundred objects.
+//! Generates scenes of instances: a field of bunnies, and a kitchen split into five hundred
+//! objects.
 
 use std::sync::Arc;
 
@@ -122,7 +123,7 @@ impl Forest {
         instances.flat_map(of).collect()
     }
 
-    /// Returns the rays of a kind.
+    /// Returns the rays of one kind.
     pub fn rays(
         &self,
         kind: Kind,

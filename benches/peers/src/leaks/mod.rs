@@ -24,7 +24,7 @@ use crate::{engines, report, scenes};
 #[derive(Args)]
 pub struct Options {
     /// Meshes to test, named like the scenes of the `rays` command. By default, all closed
-    /// generated meshes and all models in the folder. Open meshes are skipped.
+    /// generated meshes and all shared models. Open meshes are skipped.
     #[arg(long, value_delimiter = ',')]
     scene: Vec<String>,
     /// Number of rays per mesh and target.

@@ -1,4 +1,5 @@
-//! Warnings about tolerances that are too large for a scene, printed before it is drawn.
+//! Warnings about scenes that are too small, too distant or lit from too far away for the default
+//! tolerances or for f32. They are printed before the scene is drawn.
 
 use intertri::{Threshold, Triangle};
 use intertri_scene::{Coordinate, Light, Mesh, Scene};

@@ -40,7 +40,7 @@ const BATCHES: usize = 2;
 /// enough to keep all batches in the cache.
 const CHUNKS: usize = 4;
 
-/// Trace a file of rays: find the triangle that each hits, and where
+/// Trace a file of rays: find the triangle that each ray hits, and where
 ///
 /// RAYS have one of three formats. CSV begins with a header line: ox,oy,oz,t_min,dx,dy,dz,t_max in
 /// any order, where t_min (0) and t_max (inf) are optional. Raw has eight little-endian f32 per
@@ -358,7 +358,7 @@ fn answer_all<T: Tracer>(
             timed(&mut seconds.write, || output.write(batch.bytes()))
         },
     )?;
-    // At most as many threads worked at the same time as there were batches.
+    // The number of threads that worked at the same time cannot exceed the number of batches.
     let threads = threads.min(done.rays.div_ceil(size as u64) as usize).max(1);
     seconds.trace /= threads as f64;
     Ok(done)

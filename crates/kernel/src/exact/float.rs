@@ -23,7 +23,7 @@ const EDGE: f64 = 8.0 * HALF_ULP;
 /// A bound on the error of T, relative to its permanent.
 const VOLUME: f64 = 9.0 * HALF_ULP;
 
-/// A bound on the error of T - t D, relative to the permanent of T plus t times that of D.
+/// A bound on the error of T - t D, relative to the permanent of T plus t times the permanent of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
 /// The decisions made in f64 for each lane. A lane in none of the masks is undecided.
@@ -88,7 +88,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
     let miss = over & under;
     let none = D::Mask::from_bits(0);
-    // Few lanes get this far, so T and the interval are only computed for them.
+    // Few lanes get this far, so T and the interval are only computed if at least one does.
     if !(!miss).any() {
         return Decided { miss, closed: none, inside: none, leaves: none };
     }

@@ -46,7 +46,7 @@ impl<const C: usize, const N: usize> Offsets<C, N> {
     pub(super) fn new<S: Scalar>(scale: Scale, point: [S; 3], corners: [[S; 3]; 3]) -> Self {
         let p = scale.vector::<S, C>(point);
         let [a, b, c] = corners.map(|corner| minus(&scale.vector(corner), &p));
-        // In these differences of differences, the point cancels, so the edges are exact.
+        // The point cancels out of these differences of differences, which leaves the exact edges.
         Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }
     }
 
