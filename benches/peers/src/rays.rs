@@ -127,7 +127,7 @@ pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     (0..size * size).map(ray).collect()
 }
 
-/// Returns the rays of [`rays`] before their directions are rounded to f32. Rays aimed at edges and
+/// Returns the rays of [`rays()`] before their directions are rounded to f32. Rays aimed at edges and
 /// vertices then pass closer to their targets.
 pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let primary = primary(&scene.camera, size, order);

@@ -1,5 +1,5 @@
-//! Finds the first triangle that a ray hits, using only the kernel: `cargo run --example
-//! first_hit`.
+//! Finds the first triangle that a ray hits, using only the kernel:
+//! `cargo run --example first_hit`.
 
 use intertri::{Mode, Ray, Triangle};
 

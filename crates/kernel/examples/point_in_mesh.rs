@@ -1,5 +1,5 @@
-//! Decides exactly, on a grid, whether points are inside a closed mesh: `cargo run --example
-//! point_in_mesh`.
+//! Decides exactly, on a grid, whether points are inside a closed mesh:
+//! `cargo run --example point_in_mesh`.
 
 use intertri::Triangle;
 use intertri::fixed::{Bits, Fixed, Grid, GridError, blocks};

@@ -50,8 +50,8 @@ impl<const C: usize, const N: usize> Offsets<C, N> {
         Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }
     }
 
-    /// Returns the dot products of both edges with all corners: `ab·A, ac·A, ab·B, ac·B, ab·C,
-    /// ac·C`.
+    /// Returns the dot products of both edges with all corners:
+    /// `ab·A, ac·A, ab·B, ac·B, ab·C, ac·C`.
     #[inline(always)]
     pub(super) fn along(&self) -> [Int<N>; 6] {
         let ([a, b, c], [ab, ac]) = (&self.corners, &self.sides);
