@@ -17,7 +17,8 @@ pub struct Workload {
     pub triangles: Vec<Triangle>,
 }
 
-/// Returns a random triangle in the cube, with corners up to `size` from its centre.
+/// Returns a random triangle whose corners are, along each axis, up to `size` away from a random
+/// point of the cube from -1 to 1.
 fn triangle(rng: &mut Rng, size: f64) -> Triangle {
     let centre = rng.cube();
     let mut corner = || {
@@ -28,8 +29,9 @@ fn triangle(rng: &mut Rng, size: f64) -> Triangle {
 }
 
 impl Workload {
-    /// Returns rays with random origins in the cube and random directions, and triangles scattered
-    /// over the cube. No two rays of a packet are similar, and about one test in fifty is a hit.
+    /// Returns rays with random origins in the cube from -1 to 1 and random directions, and
+    /// triangles scattered over this cube. No two rays of a packet are similar, and about one test
+    /// in fifty is a hit.
     pub fn strewn(rays: usize, triangles: usize) -> Self {
         let mut rng = Rng::new(8);
         let f32s = |v: [f64; 3]| v.map(|x| x as f32);

@@ -115,12 +115,12 @@ struct Options {
     /// Order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Tiles)]
     order: Order,
-    /// Number of rays to compare with a plain loop over the f64 reference. By default, it is
-    /// smaller for large scenes, for which the loop is slow.
+    /// Number of rays to compare with a plain loop over the f64 reference. By default, fewer rays
+    /// are compared in large scenes, for which the loop is slow.
     #[arg(long)]
     reference: Option<usize>,
-    /// Quick run: unless set otherwise, only `certified` and Embree's fast and robust calls, for at
-    /// most 0.3 seconds, without the reference.
+    /// Finish quickly: unless set otherwise, measure only `certified` and Embree's fast and robust
+    /// calls, for at most 0.3 seconds, and skip the reference.
     #[arg(long)]
     quick: bool,
     /// File to write the figures to as JSON, for example for `chart`.

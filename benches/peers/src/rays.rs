@@ -127,8 +127,8 @@ pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     (0..size * size).map(ray).collect()
 }
 
-/// Returns the rays of [`rays()`] before their directions are rounded to f32. Rays aimed at edges and
-/// vertices then pass closer to their targets.
+/// Returns the rays of [`rays()`] before their directions are rounded to f32. Rays aimed at edges
+/// and vertices then pass closer to their targets.
 pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let primary = primary(&scene.camera, size, order);
     match kind {
@@ -189,7 +189,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
                 | Kind::Walls => {
                     let far =
                         if kind == Kind::Occlusion { 0.1 * size_of_scene } else { f64::INFINITY };
-                    // A point on the unit sphere around the tip of the normal.
+                    // Aim at a point on the unit sphere around the tip of the normal.
                     let d = direction(i as u64);
                     let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
                     widened(&Ray::new(origin, dir.map(|x| x as f32)).between(0.0, far as f32))

@@ -22,7 +22,7 @@ pub struct TinyBvh {
 }
 
 /// A ray as the C++ code expects it: 128 bytes, aligned to 64. The crate's type is half as large,
-/// and its `Ray::new` writes beyond its end, so rays are built here instead.
+/// and the crate's `Ray::new` writes beyond the end of a ray, so this program builds rays itself.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Padded {
