@@ -132,10 +132,10 @@ impl Data {
         let workload = Workload::view(512, 128, shared);
         let corners = workload.triangles.iter().flat_map(|t| t.0);
         let points = corners.chain(workload.rays.iter().map(|ray| ray.origin));
-        let grid = Grid::around(points, Bits::FINE).expect("finite points");
-        let triangle = |t| grid.triangle(t).expect("on the grid");
+        let grid = Grid::around(points, Bits::FINE).expect("the points are finite");
+        let triangle = |t| grid.triangle(t).expect("the triangle is on the grid");
         let triangles: Vec<Triangle> = workload.triangles.iter().map(triangle).collect();
-        let ray = |ray| grid.ray(ray).expect("on the grid");
+        let ray = |ray| grid.ray(ray).expect("the ray is on the grid");
         let rays: Vec<Ray> = workload.rays.iter().map(ray).collect();
         let (mut truth, mut nearest) = (Answer::default(), 0_u64);
         for ray in &rays {

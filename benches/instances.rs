@@ -1,6 +1,6 @@
-//! Benchmarks a field of instances of one globe on a single thread: primary, shadow and diffuse
-//! rays, compared with the flattened scene if it fits in memory, and commits after the instances
-//! have moved.
+//! Benchmarks a field of globes, which are instances of one mesh, on a single thread. Measures
+//! primary, shadow and diffuse rays, also in the flattened scene if it fits in memory, and commits
+//! after all instances have moved.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench instances
@@ -88,12 +88,12 @@ fn row(name: &str, count: usize, seconds: [f64; 3], note: &str) {
 
 fn field(mesh: &[Triangle], side: usize, is_flattened: bool) {
     let mut rng = Rng::new(5);
-    let bvh = Arc::new(Bvh::new(mesh).expect("memory"));
+    let bvh = Arc::new(Bvh::new(mesh).expect("not enough memory to build the hierarchy"));
     let mut scene = Scene::new();
     let mut flat = Vec::new();
     for i in 0..side * side {
         let m = placement(i, side, &mut rng);
-        scene.add(bvh.clone(), m).expect("it is finite");
+        scene.add(bvh.clone(), m).expect("the matrix is finite");
         let place = |[x, y, z]: [f64; 3]| {
             [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
         };
@@ -101,7 +101,7 @@ fn field(mesh: &[Triangle], side: usize, is_flattened: bool) {
             flat.extend(mesh.iter().map(|t| Triangle64(t.0.map(|c| place(c.map(f64::from))))));
         }
     }
-    let scene = scene.commit().expect("memory");
+    let scene = scene.commit().expect("not enough memory to commit the scene");
     let [primary, shadow, diffuse] = rays(&scene, side, &mut rng);
     println!("\n{} instances of {} triangles; million rays per second", side * side, mesh.len());
     println!("{:28} {:>8} {:>8} {:>8}", "", "primary", "shadow", "diffuse");
@@ -112,7 +112,7 @@ fn field(mesh: &[Triangle], side: usize, is_flattened: bool) {
     let times = [closest(&primary), of(&shadow, any(&shadow)), of(&diffuse, closest(&diffuse))];
     row("instances", primary.len(), times, "");
     if is_flattened {
-        let flat = Bvh::new(&flat).expect("memory");
+        let flat = Bvh::new(&flat).expect("not enough memory to build the flattened scene");
         let mut query = flat.query();
         let mut one_by_one = |rays: &[Ray64], any: bool| {
             seconds(|| {
@@ -142,18 +142,21 @@ fn field(mesh: &[Triangle], side: usize, is_flattened: bool) {
 
 /// Measures commits after all instances have moved.
 fn commits(mesh: &[Triangle], side: usize) {
-    let (mut rng, bvh) = (Rng::new(6), Arc::new(Bvh::new(mesh).expect("memory")));
+    let bvh = Bvh::new(mesh).expect("not enough memory to build the hierarchy");
+    let (mut rng, bvh) = (Rng::new(6), Arc::new(bvh));
     let mut scene = Scene::new();
     let ids: Vec<InstanceId> = (0..side * side)
-        .map(|i| scene.add(bvh.clone(), placement(i, side, &mut rng)).expect("it is finite"))
+        .map(|i| {
+            scene.add(bvh.clone(), placement(i, side, &mut rng)).expect("the matrix is finite")
+        })
         .collect();
     let mut best = f64::INFINITY;
     for _ in 0..5 {
         for (i, &id) in ids.iter().enumerate() {
-            scene.place(id, placement(i, side, &mut rng)).expect("it is there");
+            scene.place(id, placement(i, side, &mut rng)).expect("the instance exists");
         }
         let start = Instant::now();
-        let snapshot = scene.commit().expect("memory");
+        let snapshot = scene.commit().expect("not enough memory to commit the scene");
         best = best.min(start.elapsed().as_secs_f64());
         black_box(snapshot);
     }

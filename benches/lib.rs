@@ -17,7 +17,8 @@ pub struct Workload {
     pub triangles: Vec<Triangle>,
 }
 
-/// Returns a random triangle in the cube, with corners up to `size` from its centre.
+/// Returns a random triangle whose corners are, along each axis, up to `size` away from a random
+/// point of the cube from -1 to 1.
 fn triangle(rng: &mut Rng, size: f64) -> Triangle {
     let centre = rng.cube();
     let mut corner = || {
@@ -28,8 +29,9 @@ fn triangle(rng: &mut Rng, size: f64) -> Triangle {
 }
 
 impl Workload {
-    /// Returns rays with random origins in the cube and random directions, and triangles scattered
-    /// over the cube. No two rays of a packet are similar, and about one test in fifty is a hit.
+    /// Returns rays with random origins in the cube from -1 to 1 and random directions, and
+    /// triangles scattered over this cube. No two rays of a packet are similar, and about one test
+    /// in fifty is a hit.
     pub fn strewn(rays: usize, triangles: usize) -> Self {
         let mut rng = Rng::new(8);
         let f32s = |v: [f64; 3]| v.map(|x| x as f32);
@@ -75,7 +77,7 @@ impl Workload {
 /// A contender's answer: the number of hits, and a checksum of the triangles and all bits of t.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
-    /// The number of rays that hit.
+    /// The number of rays that hit a triangle.
     pub hits: u64,
     /// The sum of the triangle indices and the bits of t.
     pub mixed: u64,
@@ -120,7 +122,7 @@ pub fn compare(title: &str, tests: usize, turns: usize, contenders: &mut [Conten
                 "{}: {answer:?} {truth:?}",
                 contender.name
             );
-            // The first two turns only warm up.
+            // The first two turns are only a warm-up.
             if turn >= 2 {
                 times.push(time);
             }

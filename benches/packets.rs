@@ -2,7 +2,7 @@
 //! single rays against blocks of triangles.
 //!
 //! `cargo bench -p intertri-benches --bench packets` compares every answer with the scalar
-//! reference's. For each form, it prints a table of all contenders, which take turns; then
+//! reference's. For each kind of query, the contenders take turns and are listed in a table; then
 //! criterion measures each contender alone.
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -188,7 +188,7 @@ impl Data {
 }
 
 /// Returns the contenders for queries over a slice, one ray per call, along with a plain f32 loop:
-/// first those for closest hits, then those for any hits.
+/// first for closest-hit queries, then for any-hit queries.
 fn slices(data: &Data) -> [Vec<Contender<'_>>; 2] {
     let (rays, triangles) = (&data.rays[..], &data.triangles[..]);
     let plain = |run: fn(&[Ray], &[Triangle]) -> Answer| Contender {

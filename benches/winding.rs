@@ -13,8 +13,9 @@ use intertri_lab::rng::Rng;
 use intertri_trace::Solid;
 use intertri_trace::internal::on_this_thread;
 
-/// The number of points to classify and the number of winding numbers to compute.
+/// The number of points to classify.
 const POINTS: usize = 1_000_000;
+/// The number of winding numbers to compute.
 const NUMBERS: usize = 20_000;
 
 /// Returns a globe with `rings` rings of triangles.
@@ -65,7 +66,7 @@ fn main() {
         "", "open edges", "inside", "Mpoints/s", "Mnumbers/s"
     );
     for (name, mesh) in meshes(&mut rng) {
-        let solid = Solid::from_soup(&mesh).expect("small");
+        let solid = Solid::from_soup(&mesh).expect("the mesh is small enough");
         let mut best = [f64::INFINITY; 2];
         on_this_thread(|| {
             for _ in 0..3 {

@@ -1,5 +1,5 @@
-//! The `bvh` crate, which handles boxes and leaves the triangle test to the caller. The test used
-//! here is plain Möller-Trumbore, in f32 or f64.
+//! An engine that uses the `bvh` crate. The crate traverses boxes and leaves the triangle test to
+//! the caller; this engine uses plain Möller-Trumbore, in f32 or f64.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! The charts: bars for each scene and kind of ray, and speed against the number of triangles.
-//! The other charts share its helper functions.
+//! Draws two charts: bars for each scene and kind of ray, and speed against the number of
+//! triangles. The modules of the other charts also use the helper functions defined here.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ pub const FAINT: &str = "#dddddd";
 /// Ito.
 pub type Group = (&'static str, &'static str, &'static str);
 
-/// Our modes, and the other tracers.
+/// The groups that the charts show: our modes, and the other tracers.
 const GROUPS: [Group; 3] = [
     ("certified", "certified", "#D55E00"),
     ("exact", "exact", "#E69F00"),
@@ -44,12 +44,12 @@ pub fn titled([width, height]: [f64; 2], title: &str, caption: &str) -> Svg {
     svg
 }
 
-/// Formats a number of wrong answers for the tables.
+/// Formats a number of wrong answers for the tables, with "none" in place of 0.
 pub fn none_or(wrong: usize) -> String {
     if wrong == 0 { "none".into() } else { grouped(wrong) }
 }
 
-/// Returns the row that represents a group in a cell.
+/// Returns the row of the fastest engine in a group, or `None` if no row belongs to the group.
 pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     let of = |row: &&&Row| match row.engine.strip_prefix(group) {
         // The same library in a different precision counts as a different tracer.

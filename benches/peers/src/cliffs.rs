@@ -1,4 +1,4 @@
-//! Cliffs: measures how much longer the same rays take if a scene contains something that slows
+//! Measures cliffs: how much longer the same rays take if a scene contains something that slows
 //! tracers down.
 //!
 //! The obstacles include a stray triangle, distant origins, thin triangles, and rays aimed at
@@ -23,12 +23,12 @@ use crate::rays::{self, Kind, Order};
 use crate::truth::Truth;
 use crate::{embree, pool, report, scenes, write_rows};
 
-/// What makes a scene hostile.
+/// The property that makes a scene hostile to tracers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Cause {
     /// One additional triangle, at increasing distances.
     Stray,
-    /// The same, traced with diffuse rays.
+    /// One additional triangle, as in `Stray`, with diffuse rays.
     StrayDiffuse,
     /// Ray origins at increasing distances from the points that the camera sees.
     Origin,
@@ -36,9 +36,9 @@ pub enum Cause {
     Thin,
     /// An increasing share of rays aimed at edges.
     Edges,
-    /// The same, with rays aimed at vertices.
+    /// An increasing share of rays aimed at vertices.
     Vertices,
-    /// A globe with quads at its poles, half of which are needles.
+    /// A globe with quads at its poles. Half of the triangles of these quads are needles.
     Poles,
 }
 
@@ -92,7 +92,7 @@ pub struct Options {
     /// Scenes to trace; see the `rays` command.
     #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
     scene: Vec<String>,
-    /// What makes the scenes hostile.
+    /// Properties that make the scenes hostile.
     #[arg(
         long,
         value_enum,

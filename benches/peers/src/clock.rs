@@ -6,9 +6,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-/// The length of a chain, in which each addition depends on the one before, and the number of
-/// chains in a sample.
+/// The number of additions in a chain, each of which depends on the previous addition.
 const LENGTH: u32 = 100_000;
+/// The number of chains in a sample.
 const CHAINS: usize = 3;
 /// Measurements are discarded if the clock rate differs from the usual one by more than this ratio.
 const STEADY: f64 = 0.03;
@@ -24,8 +24,8 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Returns the additions per nanosecond in a chain, that is, the clock rate in GHz. It is the
-    /// better of two samples.
+    /// Returns the number of additions per nanosecond in a chain, which is the clock rate in GHz,
+    /// as the higher of two samples.
     pub fn now() -> f64 {
         sample().max(sample())
     }
@@ -41,8 +41,8 @@ impl Clock {
         self.seen.insert(at, clock);
     }
 
-    /// Returns whether a measurement at this clock rate counts. It does not count during a dip or a
-    /// boost, but it does once the rate has changed for good.
+    /// Returns whether a measurement at this clock rate counts. Measurements during a dip or a
+    /// boost do not count, unless the rate has changed for good.
     pub fn is_steady(&self, clock: f64) -> bool {
         self.seen
             .get(self.seen.len() * USUAL / 1000)
@@ -54,7 +54,8 @@ fn sample() -> f64 {
     let start = Instant::now();
     let mut x = black_box([1_u64; CHAINS]);
     for _ in 0..LENGTH / 8 {
-        // Opaque to the compiler, which could otherwise fold the additions into one.
+        // The assembly is opaque to the compiler, which could otherwise fold the additions into
+        // one.
         macro_rules! add {
             ($($again:tt)*) => { $( { let _ = $again; x = x.map(add_to_itself); } )* };
         }

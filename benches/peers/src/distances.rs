@@ -42,7 +42,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     println!("threads: {}", pool.current_num_threads());
     for name in &options.scene {
         let mesh = crate::scenes::scene(name)?.mesh;
-        let bounds = mesh.bounds().ok_or("no triangle")?;
+        let bounds = mesh.bounds().ok_or("the mesh has no triangles")?;
         let mut number = random();
         let mut coordinate = |k: usize| {
             let (lo, hi) = (bounds.min[k], bounds.max[k]);
@@ -53,7 +53,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         println!("{name}: {} triangles, {} random points", mesh.triangles.len(), points.len());
         compare(&mesh, &points, &pool, options.dump.as_deref().map(|folder| folder.join(name)))?;
 
-        // A grid, in which neighbours in the slice are neighbours in space.
+        // Also measure a grid of points, in which neighbours in the slice are neighbours in space.
         let side = (options.points as f64).cbrt() as usize;
         let at = |k: usize, i: usize| {
             let (lo, hi) = (bounds.min[k], bounds.max[k]);

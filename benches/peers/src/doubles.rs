@@ -1,4 +1,4 @@
-//! The f64 tracers by name, and an adapter for rays in f32.
+//! Builds the f64 tracers by name, and adapts them to rays in f32.
 
 use std::ops::Range;
 

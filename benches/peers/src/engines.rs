@@ -1,4 +1,4 @@
-//! The engines by name, and how to build each for a scene.
+//! Lists the engines by name, and builds them for a scene.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -40,7 +40,7 @@ pub const ENGINES: [(&str, &str); 46] = [
     ("exact-single", "one ray per call"),
     ("exact-query", "one ray per call, through a reused query"),
     ("exact-query-avx2", ""),
-    ("exact-query-triangles", "the same for the triangle alone"),
+    ("exact-query-triangles", "one ray per call, through a reused query, for the triangle alone"),
     ("exact-query-triangles-avx2", ""),
     ("fixed", "batch calls, including the time to snap to the grid, which changes answers"),
     ("embree-fast-1", "one ray per call; default build"),
@@ -59,9 +59,9 @@ pub const ENGINES: [(&str, &str); 46] = [
     ("obvhs-8", "compressed eight-way hierarchy, slow build"),
     ("tinybvh", "BVH8_CPU, one ray per call; only with the `tinybvh` feature"),
     ("bvh", "two-way hierarchy"),
-    ("bvh-f64", "the same in f64, with the scene and the rays widened"),
+    ("bvh-f64", "two-way hierarchy in f64, with the scene and the rays widened"),
     ("parry", "triangle mesh"),
-    ("parry-f64", "the same in f64"),
+    ("parry-f64", "triangle mesh in f64"),
     ("tinybvh-f64", "BVH_Double; this and the engines below are built by `programs/build`"),
     ("libigl", "its tree in f64, through Python, one call for all rays"),
     ("cgal", "its tree, with exact constructions"),
@@ -146,7 +146,7 @@ pub fn engines(
         let has = |word| name.split('-').any(|part| part == word);
         let engine: Option<Box<dyn Engine>> = match name {
             name if has("zero") => {
-                let threshold = Threshold::new(0.0).expect("0 is a threshold");
+                let threshold = Threshold::new(0.0).expect("0 is a valid threshold");
                 Some(ours(name, bvh, Mode::certified_with(threshold)))
             }
             name if has("certified") => {

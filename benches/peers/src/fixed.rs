@@ -1,6 +1,6 @@
-//! The `fixed` mode, through a hierarchy. Triangles and rays are first snapped to a grid, and each
-//! crossing is counted once. The answers are therefore exact on the grid, and differ from the
-//! others only because of the snapping.
+//! An engine that uses the `fixed` mode, through a hierarchy. Triangles and rays are first snapped
+//! to a grid, and each crossing is counted once. The answers are therefore exact on the grid, and
+//! differ from those of other engines only because of the snapping.
 
 use std::ops::Range;
 
@@ -52,7 +52,7 @@ impl Fixed {
 
 impl Engine for Fixed {
     fn load(&mut self, rays: &[Ray], question: Question) {
-        let nothing = self.grid.ray_of([0; 3], [1, 0, 0]).expect("a ray of integers");
+        let nothing = self.grid.ray_of([0; 3], [1, 0, 0]).expect("the ray is on the grid");
         self.rays = rays.to_vec();
         self.snapped = vec![nothing; rays.len()];
         self.any = question.any;

@@ -1,5 +1,5 @@
-//! The chart of speed and wrong answers over whole scenes, with a column per kind of ray and a row
-//! per tracer.
+//! Draws the chart of speed and wrong answers over whole scenes, with a column per kind of ray and
+//! a row per tracer.
 
 use intertri_lab::draw::{Anchor, Font, Svg};
 

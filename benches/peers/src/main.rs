@@ -115,12 +115,12 @@ struct Options {
     /// Order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Tiles)]
     order: Order,
-    /// Number of rays to compare with a plain loop over the f64 reference. By default, it is
-    /// smaller for large scenes, for which the loop is slow.
+    /// Number of rays to compare with a plain loop over the f64 reference. By default, fewer rays
+    /// are compared in large scenes, for which the loop is slow.
     #[arg(long)]
     reference: Option<usize>,
-    /// Quick run: unless set otherwise, only `certified` and Embree's fast and robust calls, for at
-    /// most 0.3 seconds, without the reference.
+    /// Finish quickly: unless set otherwise, measure only `certified` and Embree's fast and robust
+    /// calls, for at most 0.3 seconds, and skip the reference.
     #[arg(long)]
     quick: bool,
     /// File to write the figures to as JSON, for example for `chart`.
@@ -155,8 +155,7 @@ struct ChartOptions {
     /// Draw speed and wrong answers over all scenes, instead of bars; also print them as a table.
     #[arg(long, conflicts_with_all = ["growth", "stability"])]
     fronts: bool,
-    /// Draw time against what makes a scene hostile, from files of `cliffs --json`; also print a
-    /// table.
+    /// Draw time against how hostile a scene is, from files of `cliffs --json`; also print a table.
     #[arg(long, conflicts_with = "growth")]
     stability: bool,
     /// Path to write the images to, without an extension.
@@ -335,8 +334,8 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     std::fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// Returns the answers of a mode at the portable level, tracing one ray per call, which runs none
-/// of the code for bundles or streams.
+/// Returns the answers of a mode at the portable level, tracing one ray per call. These calls run
+/// none of the code for bundles or streams.
 fn truth(bvh: &Arc<Bvh>, rays: &[Ray], question: Question, mode: Mode) -> Vec<Answer> {
     let mut single = Single::new(bvh.clone(), mode.at(Level::PORTABLE));
     single.load(rays, question);

@@ -22,7 +22,7 @@ pub struct Row {
     pub scene: String,
     pub triangles: usize,
     pub kind: String,
-    /// The severity of what makes the scene hostile, for `cliffs`.
+    /// How hostile the scene is, for `cliffs`.
     #[serde(default)]
     pub amount: f64,
     pub order: String,
@@ -31,23 +31,23 @@ pub struct Row {
     pub rays: usize,
     /// Millions of rays per second, from the slow, median and fast times of each part of the rays.
     pub speed: [f64; 3],
-    /// The number of timed parts that count, and the number discarded because of an unusual clock
-    /// rate.
+    /// The number of timed parts that count.
     pub repeats: usize,
+    /// The number of timed parts discarded because of an unusual clock rate.
     pub dips: usize,
-    /// The engine that the ratio refers to, and the factor by which this engine was faster in the
-    /// same round: low, median and high. The ratio is `None` if no part counts for both engines in
-    /// the same round.
+    /// The engine that `ratio` refers to.
     pub base: String,
+    /// The factor by which this engine was faster than `base` in the same round: low, median and
+    /// high. It is `None` if no part counts for both engines in the same round.
     pub ratio: Option<[f64; 3]>,
-    /// The number of rays with a hit reported as a miss or vice versa, and the number with a hit on
-    /// a wrong triangle (or with a wrong t, if the engine guarantees every bit of it). [`Truth`]
-    /// decides when either of two triangles is right.
+    /// The number of rays with a hit reported as a miss or vice versa.
     pub wrong_hits: usize,
+    /// The number of rays with a hit on a wrong triangle (or with a wrong t, if the engine
+    /// guarantees every bit of t). [`Truth`] decides when either of two triangles is right.
     pub wrong_triangles: usize,
-    /// The number of true answers compared with a plain loop over the reference, and how many
-    /// differed.
+    /// The number of true answers compared with a plain loop over the reference.
     pub reference: usize,
+    /// The number of compared answers that differed from those of the plain loop.
     pub reference_wrong: usize,
 }
 
@@ -63,13 +63,13 @@ impl Row {
 /// Returns the true answers for an engine, given its name.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Truth<'a>;
 
-/// Chooses the row to compare a row with.
+/// Returns the index of the row to compare a row with, given the index of that row.
 pub type Beside = fn(&[Row], usize) -> Option<usize>;
 
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
-/// The number of rays that are timed together on one thread. If the clock rate dips for some
+/// The number of rays that are timed together on one thread. If the clock rate dips for a few
 /// milliseconds, only a few parts are affected.
 const PART: usize = 1 << 16;
 
@@ -288,7 +288,8 @@ mod tests {
         let answers = [hit(0), hit(0), hit(0), Answer::MISS];
         let rays = [Ray::new([0.0; 3], [0.0, 0.0, 1.0]); 4];
         let question = Question { any: false, coherent: true };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("the thread starts");
         let truth = |_: &str| Truth::without_ties(&answers);
         let rows = measure(&mut engines, &rays, question, &truth, 0.0, &pool, |_, _| None);
         let wrong = |row: &Row| (row.engine.clone(), row.wrong_hits, row.wrong_triangles);

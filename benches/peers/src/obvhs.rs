@@ -1,4 +1,4 @@
-//! The `obvhs` crate: a two-way and a compressed eight-way hierarchy.
+//! An engine that uses the `obvhs` crate, with a two-way or a compressed eight-way hierarchy.
 
 use std::ops::Range;
 use std::time::Duration;

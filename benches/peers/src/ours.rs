@@ -1,4 +1,4 @@
-//! The modes of intertri, through its hierarchy.
+//! Engines that use intertri's modes, through its hierarchy.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! The `parry3d` and `parry3d-f64` crates: triangle meshes with their own hierarchy.
+//! Engines that use the triangle meshes of the `parry3d` and `parry3d-f64` crates. Each mesh has
+//! its own hierarchy.
 
 use std::ops::Range;
 

@@ -119,7 +119,8 @@ fn write(path: &Path, triangles: &[Triangle64], rays: &[Ray64], question: Questi
 
 impl Engine<Ray64> for Program {
     fn load(&mut self, rays: &[Ray64], question: Question) {
-        // The file of the previous rays has the same name, so end their program first.
+        // The file of the previous rays has the same name, so first end the program that traces
+        // them.
         self.running = None;
         let running = self.must(Running::start(self, rays, question));
         self.running = Some(Mutex::new(running));

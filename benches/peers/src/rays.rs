@@ -1,5 +1,5 @@
-//! The kinds of rays: from a camera, toward a light, diffuse, aimed at edges and vertices, and
-//! others.
+//! Generates the rays of each kind: from a camera, toward a light, diffuse, aimed at edges and
+//! vertices, and others.
 
 use intertri::{Mode, Ray, Ray64};
 use intertri_scene::{Camera, Scene, hit_point};
@@ -15,7 +15,7 @@ pub enum Kind {
     Primary,
     /// From the points that the camera sees to a point light; any hit.
     Shadow,
-    /// The same segments in the opposite direction, from the light; any hit.
+    /// The segments of `Shadow` in the opposite direction, from the light; any hit.
     Light,
     /// From the points that the camera sees, cosine-distributed about the normal; closest hit.
     Diffuse,
@@ -127,8 +127,8 @@ pub fn primary(camera: &Camera, size: u32, order: Order) -> Vec<Ray> {
     (0..size * size).map(ray).collect()
 }
 
-/// Returns the same rays before their directions are rounded to f32. Rays aimed at edges and
-/// vertices then pass closer to their targets.
+/// Returns the rays of [`rays()`] before their directions are rounded to f32. Rays aimed at edges
+/// and vertices then pass closer to their targets.
 pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let primary = primary(&scene.camera, size, order);
     match kind {
@@ -189,7 +189,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
                 | Kind::Walls => {
                     let far =
                         if kind == Kind::Occlusion { 0.1 * size_of_scene } else { f64::INFINITY };
-                    // A point on the unit sphere around the tip of the normal.
+                    // Aim at a point on the unit sphere around the tip of the normal.
                     let d = direction(i as u64);
                     let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
                     widened(&Ray::new(origin, dir.map(|x| x as f32)).between(0.0, far as f32))
@@ -243,8 +243,8 @@ fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
 }
 
 /// Returns rays along z that start in front of the scene. The pixel's column selects a vertex, and
-/// the ray has the same x as the vertex, so it runs in the plane of any wall there. Each ray has
-/// its own height.
+/// the ray has the same x as the vertex, so the ray runs within any wall in the plane of that x.
+/// Each ray has its own height.
 fn walls(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     let mut across: Vec<f32> = scene.mesh.positions.iter().map(|p| p[0]).collect();
     across.sort_by(f32::total_cmp);
@@ -268,7 +268,7 @@ pub fn direction(i: u64) -> [f64; 3] {
             return unit(p);
         }
     }
-    unreachable!("some random point of the cube is in the ball")
+    unreachable!("at least one random point is in the ball")
 }
 
 /// Packs bits 0, 2, 4, ... into adjacent positions.

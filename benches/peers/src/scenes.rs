@@ -1,4 +1,4 @@
-//! The scenes: shared models and generated ones.
+//! Loads the shared models, and generates the other scenes.
 
 use std::path::{Path, PathBuf};
 
@@ -98,7 +98,7 @@ fn cornell_box() -> Result<Scene, String> {
         mesh.positions.extend(corners);
         mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     };
-    // The wall at one end of an axis, for a room from -1 to 1.
+    // Creates the wall at one end of an axis, for a room from -1 to 1.
     let wall = |axis: usize, end: f32, half: f32| {
         [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[u, v]| {
             let mut p = [end; 3];
@@ -110,7 +110,7 @@ fn cornell_box() -> Result<Scene, String> {
         quad(wall(axis, end, 1.0));
     }
     quad(wall(1, 0.98, 0.3));
-    // A short block and a tall one, rotated about the vertical axis.
+    // Add a short block and a tall one, rotated about the vertical axis.
     for (centre, half, turn) in [
         ([0.35, -0.7, 0.35], [0.3, 0.3, 0.3], [0.96, -0.28]),
         ([-0.35, -0.4, -0.3], [0.3, 0.6, 0.3], [0.96, 0.28]),
@@ -150,8 +150,8 @@ fn boxes(n: u32) -> Mesh {
     mesh
 }
 
-/// Returns a bumpy sphere. Each face of an octahedron is divided into `n * n` triangles, so there
-/// are `8 * n * n` in total. Adjacent faces have the same bits along their common edge.
+/// Returns a bumpy sphere. Each face of an octahedron is divided into `n * n` triangles, so the
+/// sphere has `8 * n * n` triangles. Adjacent faces compute the same bits along their common edge.
 fn displaced_sphere(n: u32) -> Mesh {
     let row = |i: u32| i * (i + 1) / 2;
     let mut mesh = Mesh::default();

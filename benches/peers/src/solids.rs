@@ -1,4 +1,4 @@
-//! Generated closed meshes: a cube, an icosahedron and a torus.
+//! Generates closed meshes: a cube, an icosahedron and a torus.
 
 use std::f64::consts::TAU;
 

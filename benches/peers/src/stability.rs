@@ -1,4 +1,4 @@
-//! The stability chart, which plots nanoseconds per ray against what makes a scene hostile.
+//! Draws the stability chart, which plots nanoseconds per ray against how hostile a scene is.
 
 use intertri_lab::draw::{Anchor, Font, Log, Svg, power};
 
@@ -150,8 +150,8 @@ fn labels(
     }
 }
 
-/// Formats the same figures as a Markdown table, with a row per case that lists the nanoseconds per
-/// ray and the wrong answers of each tracer.
+/// Formats the figures of the chart as a Markdown table, with a row per case that lists the
+/// nanoseconds per ray and the wrong answers of each tracer.
 pub fn table(rows: &[Row]) -> String {
     let tracers: Vec<Group> = OURS.into_iter().chain(OTHERS).collect();
     let names: Vec<&str> = tracers.iter().map(|(_, name, _)| *name).collect();

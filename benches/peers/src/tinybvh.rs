@@ -1,8 +1,10 @@
-//! tinybvh's `BVH8_CPU`, its fastest layout for single-ray calls, through the `tinybvh-rs` crate.
+//! An engine that uses tinybvh's `BVH8_CPU`, the fastest layout for single-ray calls, through the
+//! `tinybvh-rs` crate.
 //!
-//! It requires AVX2. The C++ code is compiled for the CPU of the build machine, and the crate
-//! offers this layout only to programs that are themselves compiled for AVX2. The crate has no
-//! any-hit query for this layout, so shadow rays search for the closest hit within their interval.
+//! The layout requires AVX2. The C++ code is compiled for the CPU of the build machine, and the
+//! crate offers this layout only to programs that are themselves compiled for AVX2. The crate has
+//! no any-hit query for this layout, so shadow rays search for the closest hit within their
+//! interval.
 
 use std::ops::Range;
 
@@ -20,7 +22,7 @@ pub struct TinyBvh {
 }
 
 /// A ray as the C++ code expects it: 128 bytes, aligned to 64. The crate's type is half as large,
-/// and its `Ray::new` writes beyond its end, so rays are built here instead.
+/// and the crate's `Ray::new` writes beyond the end of a ray, so this program builds rays itself.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Padded {

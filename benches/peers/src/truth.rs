@@ -1,4 +1,4 @@
-//! The true answers, and a test of whether other answers are equally right.
+//! Holds the true answers, and tests whether other answers are equally right.
 
 use intertri::{Mode, RayOf, SliceScalar, TriangleOf};
 
@@ -26,7 +26,8 @@ impl<'a> Truth<'a> {
         Self { answers, tied: Box::new(|ray, pair| tied(triangles, &rays[ray], pair)) }
     }
 
-    /// Accepts only these answers.
+    /// Creates a truth that accepts only the given answers, even if a ray hits two triangles at the
+    /// same t.
     pub fn without_ties(answers: &'a [Answer]) -> Self {
         Self { answers, tied: Box::new(|_, _| false) }
     }
@@ -34,7 +35,7 @@ impl<'a> Truth<'a> {
     /// Counts the rays with a hit reported as a miss or vice versa, and those with a hit on a wrong
     /// triangle. If every bit is guaranteed, another t counts as a wrong triangle.
     pub fn wrong(&self, answers: &[Answer], every_bit: bool) -> [usize; 2] {
-        assert_eq!(answers.len(), self.answers.len(), "an answer for each ray");
+        assert_eq!(answers.len(), self.answers.len(), "the number of answers must match");
         let (mut hits, mut triangles) = (0, 0);
         for (ray, (answer, truth)) in answers.iter().zip(self.answers).enumerate() {
             let pair = [answer.triangle, truth.triangle];
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "an answer for each ray")]
+    #[should_panic(expected = "the number of answers must match")]
     fn too_few_answers_are_not_taken_as_right() {
         Truth::without_ties(&[Answer::MISS; 2]).wrong(&[Answer::MISS], false);
     }

@@ -1,5 +1,5 @@
-//! Scenes at map coordinates: a kilometre across, half a million metres east and four and a half
-//! million north, in f64. Tracers in f32 get the same scene, rounded.
+//! Measures scenes at map coordinates, in f64: a kilometre across, half a million metres to the
+//! east and four and a half million to the north. Tracers in f32 trace the scene rounded to f32.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,8 +17,9 @@ use crate::rays::{Order, primary, rounded};
 use crate::truth::Truth;
 use crate::{doubles, engines, report, scenes};
 
-/// The size of the scenes, and how far they are moved east and north, in metres.
+/// The size of the scenes in metres.
 const EXTENT: f64 = 1000.0;
+/// The distances by which the scenes are moved east and north, in metres.
 const MOVED: [f64; 2] = [5e5, 4.5e6];
 
 #[derive(clap::Args)]
@@ -140,7 +141,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         let town = Town::new(name, options)?;
         let answers = town.truth();
         let mut engines = town.engines(options, api.as_ref())?;
-        // Each engine has its own rays, so only the number of these rays matters.
+        // Each engine has its own rays, so only the length of `rays` matters.
         let rays: Vec<Ray> = town.rays.iter().map(rounded).collect();
         let question = crate::rays::Kind::Primary.question();
         // Tracers in f32 trace the rounded scene, but the f64 scene defines what is right.

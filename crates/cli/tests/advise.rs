@@ -10,8 +10,8 @@ fn advice(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(arguments)).unwrap()
 }
 
-/// Checks that no bound is below the counted number. Returns the names of the choices that are
-/// enough.
+/// Checks that no bound is below the number of wrong pixels in the sample. Returns the names of the
+/// choices that are enough.
 fn sound(report: &Value) -> Vec<String> {
     let mut enough = vec![];
     for choice in report["choices"].as_array().unwrap() {
@@ -71,7 +71,7 @@ fn more_tolerance_takes_fewer_bits() {
 #[test]
 fn a_small_model_gets_a_small_threshold() {
     let place = TestFolder::new();
-    // The whole model, scaled down to a trillionth.
+    // Scale the whole model down to a trillionth.
     let scale = |line: &str| match line.strip_prefix("v ") {
         None => format!("{line}\n"),
         Some(point) => {

@@ -10,8 +10,8 @@ use crate::common::{MODEL, TestFolder};
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
                     v 148376.213 528980.447 3\nf 1 2 3\nf 1 1 2\nf 1 3 4\n";
 
-/// Rays that start a millimetre north and south of the wall, and run north and south from each
-/// point.
+/// Rays that run north and south, from a point a millimetre north of the wall and from a point a
+/// millimetre south of it.
 const NEAR: &str = "ox,oy,oz,dx,dy,dz\n148377,528980.448,1,0,1,0\n148377,528980.448,1,0,-1,0\n\
                     148377,528980.446,1,0,1,0\n148377,528980.446,1,0,-1,0\n";
 
@@ -53,7 +53,8 @@ fn a_saved_hierarchy_is_a_model() {
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
 }
 
-/// A library may have saved several meshes and masks, but the program treats them as one mesh.
+/// A file may contain several meshes with masks if another program saved it through the library.
+/// `intertri` treats the meshes as one.
 #[test]
 fn several_meshes_are_one_model() {
     let triangle = |x: f32| Triangle::new([x, -1.0, 5.0], [x + 1.0, -1.0, 5.0], [x, 1.0, 5.0]);
@@ -98,8 +99,8 @@ fn a_hierarchy_saved_in_f64_is_a_model_in_f64() {
     place.ok(&format!("render m.itri -o b.png {LOOK} --check oracle"));
     assert_eq!(place.read("a.png"), place.read("b.png"));
 
-    // Building a file from itself results in the same file. Such a model is saved in f64 by
-    // default, and its answers differ in f32.
+    // Building a file from itself results in the same file. This model needs f64, so it is saved in
+    // f64 by default, and its answers differ in f32.
     place.ok("build m.itri -o n.itri");
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
     place.ok("build m.obj -o n.itri");

@@ -43,7 +43,8 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
                 assert!(bytes.starts_with(b"<svg") && bytes.trim_ascii_end().ends_with(b"</svg>"));
             }
             _ => {
-                // A caption that names the machine and the contents, then a table.
+                // The file has a caption that names the machine and the contents, followed by a
+                // table.
                 let text = String::from_utf8(bytes).unwrap();
                 let (first, table) = text.split_once('\n').unwrap();
                 assert!([date, rustc, "seed 7"].iter().all(|word| first.contains(word)), "{first}");
@@ -147,8 +148,8 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
     assert_eq!(sums(&report["onsets"], "not_reference")["certified"], 0);
     assert!(sums(&report["onsets"], "false_misses")["Woop f32"] > 0);
 
-    // Walls far from zero: exact answers are never wrong for the coordinates as given, but they are
-    // for rounded ones.
+    // Walls far from zero: exact arithmetic gives no wrong answers for the coordinates as given,
+    // but many for rounded coordinates.
     let walls = report["offsets"].as_array().unwrap();
     let wrong = |given: &str| {
         let own = walls.iter().filter(|row| row["method"] == "exact" && row["given"] == given);

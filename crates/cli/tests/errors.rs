@@ -1,5 +1,5 @@
-//! Tests that every invalid input results in an exit code and one line that says what is wrong and
-//! where, and never in a panic.
+//! Tests that the program answers every invalid input with an exit code and one line that says what
+//! is wrong and where, and never panics.
 
 use crate::common;
 use crate::common::{MODEL, NO_SUCH_FILE, TestFolder};

@@ -122,8 +122,8 @@ fn other_engines_may_differ_where_the_oracle_says_so() {
             let line = format!("render --size {size}{light} --engine {engine} --check {check}");
             let check = &report(&place, &line)["check"];
             assert_eq!(check["differing_pixels"], check["excused_pixels"], "{line}: {check}");
-            // Exact shadow rays start on the surface, whereas the others end a ten-thousandth of
-            // the distance before it.
+            // Exact shadow rays start on the surface, whereas other shadow rays end a
+            // ten-thousandth of the distance before it.
             assert!(check["differing_pixels"].as_u64() < Some(25), "{line}: {check}");
         }
     }

@@ -1,4 +1,5 @@
-//! Tests files and streams: an existing file stays unchanged, or is replaced by a complete one.
+//! Tests how the program writes files and streams: an existing file stays unchanged, or is replaced
+//! by a complete one.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
@@ -68,7 +69,7 @@ fn a_picture_that_is_told_to_end_leaves_nothing() {
     }
 }
 
-/// `nohup` and the background jobs of a shell rely on this behaviour.
+/// `nohup` and the background jobs of a shell rely on ignored signals staying ignored.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_signal_that_was_ignored_at_the_start_is_ignored() {
@@ -124,8 +125,8 @@ fn nothing_is_written_onto_what_is_read() {
     let place = place();
     place.put("texture.png", "");
     let mut onto = vec!["m.obj", "./m.obj", "rays.csv"];
-    // On other systems, the program treats hard links as different files, and creating links needs
-    // permissions.
+    // Test links only on Unix. On other systems, the program treats hard links as different files,
+    // and creating links needs permissions.
     if cfg!(unix) {
         fs::hard_link(place.path("m.obj"), place.path("hard")).unwrap();
         fs::hard_link(place.path("rays.csv"), place.path("hard-rays")).unwrap();
@@ -218,7 +219,7 @@ fn a_closed_standard_output_is_an_error() {
 fn answers_do_not_wait_for_the_next_rays() {
     let raw = [0.25_f32, 0.25, 0.0, 0.0, 0.0, 0.0, 1.0, f32::INFINITY].map(f32::to_le_bytes);
     let raw = raw.as_flattened();
-    // Three writes; the last two end in the middle of a ray.
+    // Write each input in three pieces, each of which ends in the middle of a ray.
     let csv: [&[u8]; 3] =
         [b"\xef\xbb\xbf\nox,oy,oz,dx,dy,dz\n0.25,0.2", b"5,0,0,0,1\n0.25", b",0.25,0,0,0,1\n0"];
     let raw = [&raw[..5], &[&raw[5..], &raw[..9]].concat(), &[&raw[9..], &raw[..1]].concat()];
@@ -270,7 +271,8 @@ fn a_run_that_reaches_a_limit_leaves_nothing() {
     }
     for (name, number) in [("QUIT", 3), ("XCPU", 24)] {
         use std::os::unix::process::ExitStatusExt;
-        // The background jobs of a shell ignore SIGQUIT, and so would the program.
+        // If this test runs in a background job of a shell, the test and the program ignore
+        // SIGQUIT.
         if ignored() & (1 << (number - 1)) != 0 {
             println!("skipped: {name} is ignored here");
             continue;

@@ -43,7 +43,7 @@ fn a_fine_grid_changes_few_pixels_and_a_coarse_one_many_and_none_fails() {
         assert_eq!(check["excused_pixels"], check["differing_pixels"]);
         changed.push(check["differing_pixels"].as_u64().unwrap());
 
-        // Snapping moves points by at most half a step, and some hits move.
+        // Snapping moves points by at most half a step, which also moves some hits.
         assert_eq!(on["bits"], grid);
         let number = |of: &Value, name: &str| of[name].as_f64().unwrap();
         assert!(number(on, "moved") <= number(on, "step") / 2.0, "{on}");
@@ -55,8 +55,8 @@ fn a_fine_grid_changes_few_pixels_and_a_coarse_one_many_and_none_fails() {
     assert!(changed[2] > 500, "{changed:?}");
     assert_eq!(place.names(), ["intertri.diff.png", "intertri.png"]);
 
-    // The check also works the other way round. With the same grid twice, nothing differs and
-    // nothing is excused.
+    // The check also works the other way round. If both engines use the same grid, nothing differs
+    // and nothing is excused.
     let other =
         report(&place, "render --size 96x72 --engine fixed --grid 5 --check certified --json");
     assert_eq!(other["check"]["differing_pixels"], changed[2]);
@@ -163,7 +163,8 @@ fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
         );
         assert_eq!(place.names(), ["far.csv", "m.obj", "near.csv"]);
 
-        // With `--skip-outside`, such rays are misses, and are counted.
+        // With `--skip-outside`, rays that start outside the grid are misses, and the program
+        // counts them.
         let output = place.run(&format!("{line} --skip-outside"));
         let told = String::from_utf8(output.stderr).unwrap();
         assert_eq!((output.status.code(), told.lines().count()), (Some(0), 1), "{told}");

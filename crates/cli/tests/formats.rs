@@ -51,7 +51,7 @@ fn a_byte_order_mark_and_blank_lines_before_the_names_are_no_binary() {
 #[test]
 fn raw_rays_that_begin_as_text_are_raw() {
     let place = place();
-    // The first numbers consist of letters and a line end.
+    // The bytes of the first numbers are letters and a line end.
     let mut rays = b"aaaabbbbccc\n".to_vec();
     rays.extend(&raw()[12..32]);
     rays.extend(&raw()[32..]);
@@ -115,8 +115,8 @@ fn a_record_of_raw64_is_64_bytes_rounded_to_f32() {
     let place = place();
     place.put("cut.f64", &raw64()[..100]);
     place.fails("trace m.obj --rays cut.f64", 1, &["cut.f64: ", "36 bytes", "64 bytes"]);
-    // Both files contain the same 0.1, and neither second ray hits anything: one starts at
-    // infinity, and the other too far away.
+    // Both files contain the same value of 0.1, and the second ray of each file hits nothing: one
+    // starts at infinity, and the other too far away.
     let ray = [0.1, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, f64::INFINITY];
     let far = [1e300, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0, f64::INFINITY];
     let bytes: Vec<u8> = [ray, far].as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();

@@ -37,13 +37,13 @@ fn defects_are_counted_and_named() {
     assert!(doubled.contains(line), "{doubled}");
 }
 
-/// Decimals are compared as written, even if they are not exact in f32. Corners are the same if
-/// their coordinates are.
+/// Decimals are compared as written, even if they are not exact in f32. Two corners are the same if
+/// their coordinates are equal.
 #[test]
 fn the_numbers_are_those_of_the_file() {
     let place = TestFolder::new();
-    // The second face has its own vertices, and the last one is off by less than the precision of
-    // f32.
+    // The second face has its own vertices. The coordinate `z` is 3, or differs from 3 by less than
+    // the precision of f32.
     let faces = |z: &str| {
         format!(
             "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\

@@ -21,7 +21,7 @@ fn glb(copies: usize) -> Vec<u8> {
             r#"{{"bufferView":{view},"componentType":5126,"count":{count},"type":"{kind}"}}"#
         ));
     };
-    // A triangle strip.
+    // The sheet is a triangle strip.
     let sheet = (0..34).map(|i| [0.11 * i as f32, (0.9 * i as f32).sin(), (i % 2) as f32]);
     let uvs = (0..34).map(|i| [0.07 * i as f32, (i % 2) as f32]);
     add(sheet.collect::<Vec<_>>().as_flattened(), "VEC3", 3);

@@ -69,7 +69,7 @@ fn every_light_makes_a_picture_of_its_own() {
     for (i, picture) in pictures.iter().enumerate() {
         assert!(!pictures[..i].contains(picture), "{i}");
     }
-    // The sun is a distant light, and the length of its direction does not matter.
+    // A sun is equivalent to a distant light, and the length of its direction does not matter.
     let dark = |light: &str| report(&place, light)["dark"].as_i64().unwrap();
     assert!((dark("--sun 3,10,2") - dark("--light 30,100,20")).abs() < 5);
     assert_eq!(dark("--sun 3,10,2"), dark("--sun 3e-30,1e-29,2e-30"));

@@ -1,4 +1,4 @@
-//! Tests that running out of memory results in one line and exit code 1, wherever it happens.
+//! Tests that the program ends with a one-line error and exit code 1 wherever memory runs out.
 #![cfg(target_os = "linux")]
 
 use crate::common;
@@ -49,7 +49,7 @@ fn ends_well(place: &TestFolder, kilobytes: u32, arguments: &str) -> bool {
     let told = format!("{kilobytes} KB: {arguments}: {error}");
     match output.status.code() {
         Some(0) => assert_eq!(error, "", "{told}"),
-        // If a small allocation fails, the standard library or the C library reports that.
+        // If a small allocation fails, the standard library or the C library reports the failure.
         Some(1) if error.starts_with("memory allocation of ") => {}
         Some(1) if error.contains("Fatal glibc error: ") => {}
         Some(1) => assert!(error.starts_with("intertri: ") && error.lines().count() == 1, "{told}"),

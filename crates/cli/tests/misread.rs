@@ -1,6 +1,6 @@
 //! Tests that malformed files are read if nothing has to be guessed, and are never misread
-//! silently. One line for each kind of problem says what was omitted, repaired or guessed, and how
-//! often.
+//! silently. For each kind of problem, the program prints one line that says what was omitted,
+//! repaired or guessed, and how often.
 
 use crate::common::{TestFolder, one_line};
 
@@ -67,7 +67,7 @@ fn obj_words_in_place_of_numbers_are_errors_where_a_triangle_needs_them() {
             let model = format!("v 0 0 0\nv 1 0 0\n{line}\nv 0 1 0\nf 1 2 3 4\n");
             refuses("m.obj", model, &["m.obj:3: ", &format!("{word:?} is not a number")]);
         }
-        // Nothing depends on a fourth number, on normals, or on unused vertices.
+        // The answers do not depend on a fourth number, on normals, or on unused vertices.
         reads("m.obj", format!("{SQUARE}v 1 {word} 1\nf 1 2 3 4\n"), "0,1,");
         reads(
             "m.obj",
@@ -160,12 +160,12 @@ fn missing_texture_coordinates_are_not_an_error() {
     ] {
         notes("m.obj", format!("{SQUARE}{uvs}{face}\n"), "0,1,", &format!("{said}{line})"));
     }
-    // Unused numbers may be anything.
+    // Unused texture coordinates may have any value.
     reads("m.obj", format!("{SQUARE}vt nan nan\nf 1 2 3 4\n"), "0,1,");
 }
 
-/// Returns a PLY of the square with ASCII vertices, whose header states `format` and this number of
-/// faces.
+/// Returns a PLY of the square with ASCII vertices, and with a header that states `format` and this
+/// number of faces.
 fn ply(format: &str, faces: usize, payload: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -219,7 +219,7 @@ fn ply_binary_behind_lines_that_end_in_carriage_returns() {
     let header = ply("binary_little_endian", 1, "").split("0 0 0").next().unwrap().to_owned();
     let mut face: Vec<u8> = vec![4];
     face.extend([0_i32, 1, 2, 3].map(i32::to_le_bytes).as_flattened());
-    // In little-endian order, this is the smallest nonzero f32 whose first byte is a line feed.
+    // `first` is the smallest nonzero f32 whose first byte, in little-endian order, is a line feed.
     let first = f32::from_le_bytes([b'\n', 0, 0, 0]);
     let mut bytes: Vec<u8> = vec![];
     for point in [[first, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]] {
@@ -236,7 +236,8 @@ const FACETS: &str = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0
     endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex 0 1 0\n\
     endloop\nendfacet\n";
 
-/// Returns a binary STL of the same triangles, whose header states `promised` triangles.
+/// Returns a binary STL of the square's two triangles, with a header that states `promised`
+/// triangles.
 fn stl(promised: u32) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
     bytes.extend(promised.to_le_bytes());

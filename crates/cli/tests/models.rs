@@ -20,7 +20,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     gzip.finish().unwrap()
 }
 
-/// Returns the positions, at half size and moved, followed by the indices.
+/// Returns the pyramid's positions, at half size and moved, followed by its indices.
 fn buffer() -> Vec<u8> {
     let small = POINTS.as_flattened().iter().map(|x| x / 2.0 - 4.0);
     let mut bytes: Vec<u8> = small.flat_map(f32::to_le_bytes).collect();
@@ -63,7 +63,7 @@ fn ply(format: &str, faces: &str) -> String {
     )
 }
 
-/// Returns the positions, one per line.
+/// Returns the pyramid's positions, one per line.
 fn points() -> String {
     POINTS.map(|[x, y, z]| format!("{x} {y} {z}\n")).concat()
 }

@@ -10,7 +10,7 @@ use crate::common::TestFolder;
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
                     v 148376.213 528980.447 3\nf 1 2 3\nf 1 3 4\n";
 
-/// Rays that start a centimetre north of the wall and run north and south, and the same from a
+/// Rays that run north and south, from a point a centimetre north of the wall and from a point a
 /// centimetre south of it.
 const NEAR: &str = "ox,oy,oz,dx,dy,dz\n148377,528980.457,1,0,1,0\n148377,528980.457,1,0,-1,0\n\
                     148377,528980.437,1,0,1,0\n148377,528980.437,1,0,-1,0\n";
@@ -23,8 +23,8 @@ fn report(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(&format!("{arguments} --json"))).unwrap()
 }
 
-/// Issue 48 of mikedh/trimesh: two of these four rays were answered incorrectly unless f64 was
-/// requested.
+/// Issue 48 of mikedh/trimesh: two of the four rays in `NEAR` were answered incorrectly unless f64
+/// was requested.
 #[test]
 fn a_wall_in_utm_coordinates_is_where_the_file_says() {
     let place = TestFolder::new();
@@ -38,7 +38,7 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
             .map(|scalar| place.ok(&format!("trace wall.obj --rays near.csv {query} {scalar}")));
         assert_eq!(default, double, "{query}");
     }
-    // This holds regardless of the type that an ASCII PLY declares for its decimals.
+    // The answers are the same regardless of the type that an ASCII PLY declares for its decimals.
     let lines =
         |first| WALL.split_terminator('\n').filter_map(move |line| line.strip_prefix(first));
     let vertices = lines("v ").collect::<Vec<_>>().join("\n");
@@ -66,8 +66,9 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
     assert_eq!(told["rounded"]["rays"], json!({"numbers": 0, "by_up_to": 0.0}));
 }
 
-/// Numbers that are all inexact in f32, and numbers that are all exact.
+/// A model whose nonzero coordinates are all inexact in f32.
 const DECIMALS: &str = "v 0.1 0.1 0.3\nv 1.1 0.1 0.3\nv 0.1 1.1 0.3\nf 1 2 3\n";
+/// A model whose coordinates are all exact in f32.
 const BINARY: &str = "v 0 0 0.25\nv 1 0 0.25\nv 0 1 0.75\nf 1 2 3\n";
 
 /// Returns the t in the first line of answers.
@@ -115,7 +116,7 @@ fn engines_in_f32_say_what_they_round() {
         let words =
             ["only supports f32", "9 coordinates of the model", "5 numbers of the rays", "2.4e-8"];
         crate::common::one_line(&line, &output, 0, &words);
-        // Requesting f32 explicitly suppresses this line, and changes no answer.
+        // Requesting f32 explicitly suppresses the message, and changes no answer.
         assert_eq!(place.ok(&format!("{line} --scalar f32")), output.stdout);
         let output = place.run(&format!("{line} -o a.csv --json"));
         let told: Value = serde_json::from_slice(&output.stdout).unwrap();

@@ -53,7 +53,8 @@ fn rasterizer_and_rays_draw_the_same_built_in_scene() {
 
 #[test]
 fn a_difference_that_nothing_excuses_fails() {
-    // Relative to this threshold, the rays are parallel to the floor, but the z-buffer sees it.
+    // Relative to this threshold, the rays are parallel to the floor, but the z-buffer draws the
+    // floor.
     let place = TestFolder::new();
     place.put("m.obj", "v -9 0 -9\nv 9 0 -9\nv 0 0 9\nf 1 2 3\n");
     let look = "render m.obj --size 60x40 --eye 0,0.4,12 --target 0,0,0 --threshold 0.2";
@@ -76,7 +77,7 @@ fn what_the_rasterizer_cannot_do_is_refused() {
         let arguments = format!("render m.obj --size 20000x2 {options}");
         place.fails(&arguments, 1, &["20000x2", "16384"]);
     }
-    // Tracing rays has no such limit.
+    // The engines that trace rays accept this size.
     place.ok("render m.obj --size 20000x2");
     place.fails("render m.obj --wire=all", 2, &["--wire"]);
 }

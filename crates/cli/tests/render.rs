@@ -1,4 +1,4 @@
-//! Tests the images and reports of the compiled binary.
+//! Tests the images and reports of `intertri render`, through the compiled binary.
 
 use crate::common;
 use crate::common::{MODEL, TestFolder};
@@ -34,7 +34,7 @@ fn engines_of_one_arithmetic_draw_the_same_picture_byte_for_byte() {
 fn options_change_the_picture() {
     let place = TestFolder::new();
     place.put("m.obj", MODEL);
-    // This applies to the built-in scene as well as to a model.
+    // The options change the image of the built-in scene as well as that of a model.
     let mut pictures = Vec::new();
     for (i, options) in [
         "",
@@ -145,7 +145,7 @@ fn a_model_as_small_as_the_threshold_is_told_of() {
     };
     place.put("usual.obj", model(1.0)).put("tiny.obj", model(2f64.powi(-36)));
     place.ok("render usual.obj --size 61x45 -o usual.png");
-    // This model is small, but large enough.
+    // This model is small, but large enough for the default threshold.
     place.put("small.obj", model(2f64.powi(-20)));
     place.ok("render small.obj --size 61x45 --engine certified");
     // The exact engines have no threshold, and draw the model as it is.
@@ -155,7 +155,7 @@ fn a_model_as_small_as_the_threshold_is_told_of() {
     let output = place.run(tiny);
     common::one_line("tiny", &output, 0, &["hides", "triangles", "shadows", "--threshold 1e-"]);
     assert!(place.read("tiny.png") != place.read("usual.png"));
-    // With the recommended threshold, nothing is lost.
+    // With the recommended threshold, nothing is hidden.
     let told = String::from_utf8(output.stderr).unwrap();
     let told = told.trim_end().rsplit(' ').next().unwrap();
     place.ok(&format!("{tiny} --threshold {told}"));

@@ -7,9 +7,9 @@ use std::io::Write as _;
 use crate::common::TestFolder;
 use serde_json::Value;
 
-/// The position of a surveyed wall, where adjacent f32 values are 1.6 cm apart to the east and 6.3
-/// cm apart to the north.
+/// The easting of a surveyed wall, in metres, where adjacent f32 values are 1.6 cm apart.
 const EAST: f64 = 148_376.213;
+/// The northing of the wall, in metres, where adjacent f32 values are 6.3 cm apart.
 const NORTH: f64 = 528_980.447;
 
 /// The four corners of a wall that runs east, 4 m long and 3 m high.
@@ -56,7 +56,7 @@ fn a_ray_that_starts_a_nanometre_off_a_wall_does_not_hit_it_and_one_toward_it_do
         assert_eq!(back.len(), 9);
         for (cells, off) in back.iter().zip(&offsets) {
             let t: f64 = cells[2].parse().unwrap();
-            // The origin itself is rounded to f64.
+            // The origin is rounded to f64, so t may differ slightly from the distance in the file.
             assert!((t - off).abs() < 6e-11, "{cells:?} {off}");
         }
     }

@@ -1,4 +1,4 @@
-//! Tests the compiled binary with files of rays.
+//! Tests `intertri trace` through the compiled binary, with files of rays.
 
 use crate::common;
 use std::io::Read;
@@ -28,7 +28,7 @@ fn rays() -> Vec<Ray> {
 fn csv(rays: &[Ray]) -> String {
     let mut text = String::from("ox,oy,oz,t_min,dx,dy,dz,t_max\n");
     for ray in rays {
-        // Written with all digits, because a decimal stands for the nearest f64.
+        // Write all digits, because a decimal stands for the nearest f64.
         let cells = bytemuck::cast::<Ray, [f32; 8]>(*ray).map(|x| f64::from(x).to_string());
         text += &(cells.join(",") + "\n");
     }

@@ -1,5 +1,5 @@
-//! Finds the first triangle that a ray hits, using only the kernel: `cargo run --example
-//! first_hit`.
+//! Finds the first triangle that a ray hits, using only the kernel:
+//! `cargo run --example first_hit`.
 
 use intertri::{Mode, Ray, Triangle};
 
@@ -11,11 +11,12 @@ fn main() {
     let ray = Ray::new([1.0, 0.5, -1.0], [0.0, 0.0, 2.0]);
 
     let mode = Mode::exact();
-    let hit = mode.closest(&mesh, &ray).expect("the ray goes through");
+    let hit = mode.closest(&mesh, &ray).expect("the ray hits the tetrahedron");
     assert_eq!((hit.triangle, hit.t), (0, 0.5));
     println!("face {} at t = {}, weights {} and {}", hit.triangle, hit.t, hit.u, hit.v);
 
-    // All hits in order of t, the hits in an interval, and whether there are any.
+    // List all hits in order of t, find the hits in an interval, and test whether there are any
+    // hits.
     for hit in mode.all(&mesh, &ray) {
         println!("crosses face {} at {:?}", hit.triangle, hit.point(&ray));
     }
@@ -23,6 +24,6 @@ fn main() {
     assert_eq!(mode.closest(&mesh, &inside).map(|hit| hit.triangle), Some(3));
     assert!(!mode.any(&mesh, &ray.between(2.0, 5.0)));
 
-    // There are no gaps, not even at a corner.
+    // No ray slips through, not even at a corner.
     assert!(mode.any(&mesh, &Ray::new([4.0, 0.0, -1.0], [0.0, 0.0, 1.0])));
 }

@@ -1,5 +1,6 @@
-//! Tests one ray against eight triangles at a time in your own hierarchy. The hierarchy used here
-//! is a flat list of boxes with eight triangles each. `cargo run --release --example own_hierarchy`
+//! Uses the kernel in your own hierarchy, to test one ray against eight triangles at a time:
+//! `cargo run --release --example own_hierarchy`. The hierarchy used here is a flat list of boxes
+//! with eight triangles each.
 
 use intertri::{Hit, Mode, Ray, Triangle, TriangleBlock};
 
@@ -14,8 +15,8 @@ impl Leaf {
         Self([end(f32::min, f32::MAX), end(f32::max, f32::MIN)], TriangleBlock::new(triangles))
     }
 
-    /// Returns whether the ray enters the box. The box is slightly widened, so that rounding loses
-    /// no hit.
+    /// Returns whether the ray enters the box. The box is slightly widened, so that rounding does
+    /// not lose any hit.
     fn enters(&self, ray: &Ray) -> bool {
         let (mut near, mut far) = (0.0, f64::INFINITY);
         for k in 0..3 {

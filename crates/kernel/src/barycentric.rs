@@ -46,7 +46,7 @@ impl<D: Lanes<Scalar = f64>> Coefficients<D> {
         Self::along(c1 - origin, c2 - c1, c3 - c1)
     }
 
-    /// Computes the coefficients from the vector to c1 and the edges, in any coordinate axes.
+    /// Computes the coefficients from the vector to c1 and the edges, in any coordinate system.
     #[inline(always)]
     pub(crate) fn along(a: Vec3<D>, h4: Vec3<D>, h5: Vec3<D>) -> Self {
         Self { a, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }

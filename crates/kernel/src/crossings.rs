@@ -14,7 +14,7 @@ use crate::Hit;
 pub struct Crossing {
     /// The hit at the crossing.
     pub hit: Hit,
-    /// Whether the ray runs with the normal, which means out of a mesh whose corners run
+    /// Whether the ray runs with the normal. If so, it leaves a mesh whose corners run
     /// counter-clockwise as seen from outside.
     pub leaves: bool,
 }
@@ -43,7 +43,8 @@ pub struct Crossings {
 }
 
 impl Crossings {
-    /// Counts one more crossing, which leaves or enters the mesh.
+    /// Counts one more crossing, at which the ray leaves the mesh if `leaves` is true, and
+    /// otherwise enters it.
     ///
     /// ```
     /// let mut crossings = intertri::Crossings::default();

@@ -37,8 +37,8 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
     pub(crate) fn new([c1, c2, c3]: [Vec3<D>; 3]) -> Self {
         let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
 
-        // A triangle without area keeps the zero vector as its normal, which is parallel to every
-        // ray.
+        // A triangle without area keeps the zero vector as its normal, so every ray counts as
+        // parallel.
         let normal = h4.cross(h5);
         let length = normal.dot(normal).sqrt();
         let length = D::select(length.le(D::splat(0.0)), D::splat(1.0), length);

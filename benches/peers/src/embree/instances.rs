@@ -1,4 +1,5 @@
-//! Embree's instances: scenes that contain one mesh each, placed by matrices.
+//! An engine that uses Embree's instances: scenes of one mesh each, which matrices place in a
+//! common scene.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,8 +10,9 @@ use intertri_scene::Mesh;
 use super::{Api, Build, Embree, MEDIUM, Ptr, RayHit, Scene};
 use crate::engine::{Answer, Engine, Question};
 
-/// `RTC_GEOMETRY_TYPE_INSTANCE` and `RTC_FORMAT_FLOAT3X4_ROW_MAJOR`.
+/// `RTC_GEOMETRY_TYPE_INSTANCE`.
 const INSTANCE: i32 = 121;
+/// `RTC_FORMAT_FLOAT3X4_ROW_MAJOR`.
 const ROWS_OF_FOUR: i32 = 0x9134;
 
 impl Scene {

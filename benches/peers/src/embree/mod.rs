@@ -1,5 +1,5 @@
-//! Embree, version 3 or 4, through its C interface. The shared library is loaded at run time, so
-//! you can build this without having Embree installed.
+//! Engines that call Embree, version 3 or 4, through its C interface. The shared library is loaded
+//! at run time, so you can build this program without having Embree installed.
 //!
 //! Rays are stored as a structure of arrays, in groups that each hold the rays of one call. Each
 //! group is copied into the structure that Embree reads and writes, and the result is copied out. A
@@ -25,7 +25,7 @@ pub use collector::Collector;
 use collector::collect;
 pub use instances::Instances;
 
-/// A device, a scene, a geometry, or any pointer.
+/// A pointer to a device, a scene, a geometry, or anything else.
 type Ptr = *mut c_void;
 
 /// Declares Embree's functions, and looks them up in the library.
@@ -33,7 +33,8 @@ macro_rules! api {
     ($($field:ident = $name:literal: fn($($arg:ty),*) $(-> $ret:ty)?;)*) => {
         pub struct Api {
             $($field: unsafe extern "C" fn($($arg),*) $(-> $ret)?,)*
-            /// Never unloaded, because threads that built a scene may still be running.
+            /// The library. It is never unloaded, because threads that built a scene may still be
+            /// running.
             _library: ManuallyDrop<libloading::Library>,
         }
 
@@ -110,7 +111,7 @@ impl Api {
         Err(error)
     }
 
-    /// Returns the library's version, as in "Embree 4.4.0".
+    /// Returns the library's name and version, such as "Embree 4.4.0".
     pub fn version(&self) -> String {
         // SAFETY: the device has the default configuration, is queried once and released.
         let version = unsafe {
@@ -128,11 +129,11 @@ impl Api {
 pub struct Build {
     pub robust: bool,
     pub high: bool,
-    /// Limit the library to AVX2, even if the CPU supports more.
+    /// Whether to limit the library to AVX2, even if the CPU supports more.
     pub avx2: bool,
     /// The number of threads for the build; 0 uses all.
     pub threads: u32,
-    /// Install a filter that collects every hit.
+    /// Whether to install a filter that collects every hit.
     pub collect: bool,
 }
 
@@ -141,7 +142,7 @@ pub struct Scene {
     api: Arc<Api>,
     device: Ptr,
     scene: Ptr,
-    /// The version, including minor and patch numbers, as in 40400.
+    /// The version, including minor and patch numbers, such as 40400 for 4.4.0.
     pub version: isize,
 }
 
@@ -287,7 +288,7 @@ pub struct RayHit<const N: usize> {
     uv: [[f32; N]; 2],
     triangle: [u32; N],
     geometry: [u32; N],
-    /// The second element exists only in some builds.
+    /// The second element exists only in some builds of Embree.
     instance: [[u32; N]; 2],
 }
 
@@ -310,7 +311,8 @@ impl<const N: usize> RayHit<N> {
 }
 
 impl<const N: usize> RayHit<N> {
-    /// Sets each ray's ID to its lane, for filters.
+    /// Returns rays without hits, each with its lane as its ID, so that filters can tell rays
+    /// apart.
     pub fn numbered() -> Self {
         Self { id: std::array::from_fn(|lane| lane as u32), ..Self::NONE }
     }
@@ -332,8 +334,8 @@ struct Context {
     flags: u32,
     filter: Ptr,
     instance: [u32; 2],
-    /// The caller's field, which points to the collector of hits. Version 4 has fewer fields before
-    /// it, but none of them is read.
+    /// The caller's field, which points to the collector of hits. In version 4, fewer fields
+    /// precede this one, but none of the preceding fields is read.
     collector: Ptr,
 }
 
@@ -353,7 +355,8 @@ impl<const N: usize> Embree<N> {
         Self { scene, question, count: 0, groups: vec![], triangles: vec![], t: vec![] }
     }
 
-    /// Traces rays. Saves the triangles and t, and whatever `keep` takes from each group's hits.
+    /// Traces rays. Stores each ray's triangle and t, and the values that `keep` extracts from each
+    /// group's hits.
     #[inline(always)]
     fn trace_keeping<K: Send>(
         &mut self,

@@ -83,7 +83,7 @@ impl Input {
         Engine::<Ray64>::answers(&single)
     }
 
-    /// Returns our engines for this input, whose names begin with `name`.
+    /// Returns our engines for this input. Their names begin with `name`.
     pub fn ours(&self, name: &str, rays: &Arc<[Ray64]>) -> Vec<Named> {
         let (bvh, mode) = (&self.bvh, Mode::exact());
         let engine =

@@ -92,7 +92,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     options.json.as_ref().map_or(Ok(()), |path| crate::write_rows(path, &rows))
 }
 
-/// The triangles and rays that some of the engines trace, and the true answers.
+/// The triangles and rays of one input, and the true answers.
 struct Traced<'a> {
     name: &'static str,
     triangles: &'a [Triangle64],
@@ -156,10 +156,11 @@ fn cell(
     Ok(measure::measure(&mut engines, &rays, question, truth, seconds, pool, in_f32))
 }
 
-/// Returns the true answers for an engine, whose name contains the name of its input.
+/// Returns the true answers for an engine. The engine's name contains the name of its input.
 fn truth_of<'a>(inputs: &'a [Traced<'_>], engine: &str) -> Truth<'a> {
     let of_it = |input: &&Traced<'_>| engine.contains(input.name);
-    let input = inputs.iter().find(of_it).expect("the last name is part of every other");
+    let input =
+        inputs.iter().find(of_it).expect("every engine's name contains the name of an input");
     Truth::new(engine, &input.answers, input.triangles, &input.rays)
 }
 

@@ -1,4 +1,5 @@
-//! Scenes of instances: a field of bunnies, and a kitchen split into five hundred objects.
+//! Generates scenes of instances: a field of bunnies, and a kitchen split into five hundred
+//! objects.
 
 use std::sync::Arc;
 
@@ -76,7 +77,9 @@ impl Forest {
     /// rotated in its own frame.
     fn kitchen() -> Result<Self, String> {
         let kitchen = scene("kitchen")?;
-        let Light::Point { position } = kitchen.light else { return Err("no lamp".into()) };
+        let Light::Point { position } = kitchen.light else {
+            return Err("the kitchen has no lamp".into());
+        };
         let (mut meshes, mut placed) = (Vec::new(), Vec::new());
         for (i, object) in objects(&kitchen.mesh).into_iter().enumerate() {
             let bounds = object.bounds().ok_or("an object is empty")?;
@@ -120,7 +123,7 @@ impl Forest {
         instances.flat_map(of).collect()
     }
 
-    /// Returns the rays of a kind.
+    /// Returns the rays of one kind.
     pub fn rays(
         &self,
         kind: Kind,

@@ -1,4 +1,4 @@
-//! intertri's scenes of instances, as engines.
+//! Engines that trace intertri's scenes of instances.
 
 use std::ops::Range;
 use std::sync::Arc;

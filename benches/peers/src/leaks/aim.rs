@@ -1,4 +1,4 @@
-//! Rays from points inside a mesh toward its vertices and the midpoints of its edges.
+//! Generates rays from points inside a mesh toward its vertices and the midpoints of its edges.
 
 use intertri::Ray;
 use intertri_raster::Adjacency;
@@ -32,14 +32,14 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// Returns the ray as a typical caller computes it: its direction is the target minus the
-    /// origin, each rounded to f32.
+    /// Returns the ray as a typical caller computes it: the target is rounded to f32, and so is its
+    /// difference from the origin.
     pub fn ray(&self) -> Ray {
         let [a, b] = self.ends;
         Ray::new(self.origin, [0, 1, 2].map(|k| f32::midpoint(a[k], b[k]) - self.origin[k]))
     }
 
-    /// Returns whether the direction is exact, without any rounding.
+    /// Returns whether the direction is exact, because nothing was rounded.
     pub fn is_exact(&self) -> bool {
         let [a, b] = self.ends.map(|p| p.map(f64::from));
         let dir = self.ray().dir.map(f64::from);
@@ -47,8 +47,8 @@ impl Aim {
     }
 }
 
-/// Returns random rays, each from one of the points toward a target. Every call returns the same
-/// rays.
+/// Returns random rays, each from one of the points in `inside` toward a target. Calls with the
+/// same arguments return the same rays.
 pub fn aims(target: Target, adjacency: &Adjacency, inside: &[[f32; 3]], rays: usize) -> Vec<Aim> {
     let points = adjacency.points();
     let ends: Vec<[u32; 2]> = match target {

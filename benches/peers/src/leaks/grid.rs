@@ -1,4 +1,4 @@
-//! Rays whose aim is exact on the grid of the `fixed` mode.
+//! Counts leaks of rays whose aim is exact on the grid of the `fixed` mode.
 //!
 //! On the finest grid, differences between points can be longer than the longest direction. The
 //! grid used here is three bits coarser and directions are six bits longer, so the difference
@@ -16,7 +16,8 @@ pub const NAME: &str = "fixed-aimed";
 /// Bits per coordinate.
 const BITS: u32 = 17;
 
-/// Snaps the mesh, the origins and the targets, and returns the number of rays that then miss.
+/// Snaps the mesh, the origins and the targets to the grid, and returns the number of rays that
+/// miss the snapped mesh.
 pub fn leaks(triangles: &[Triangle], aims: &[Aim]) -> Result<usize, String> {
     let snapped = || {
         let points = triangles.iter().flat_map(|t| t.0);

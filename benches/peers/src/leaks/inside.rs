@@ -1,7 +1,7 @@
 //! Finds points that are certainly inside a closed mesh.
 //!
-//! A ray along x from such a point crosses the surface an odd number of times. The signs of exact
-//! areas in the yz plane show which triangles it crosses. Each point keeps a margin from every
+//! A ray along x from a point inside crosses the surface an odd number of times. The signs of exact
+//! areas in the yz plane show which triangles the ray crosses. Each point keeps a margin from every
 //! triangle. The margin is wide enough for plain f64 to decide which triangles are ahead, and for
 //! the points to stay inside when `fixed` snaps them and the mesh to a grid.
 
@@ -12,16 +12,17 @@ use robust::{Coord, orient2d};
 
 use crate::scenes::random;
 
-/// The maximum number of point/triangle tests. Beyond it, rays share points.
+/// The maximum number of triangles times points. In a mesh with many triangles, fewer points are
+/// used, and several rays start at each.
 const TESTS: usize = 1 << 31;
 /// The margin, as a fraction of the longest side of the bounding box.
 const MARGIN: f32 = 1.0 / 1024.0;
 /// Origins are multiples of this fraction of the longest side, which makes more differences exact
 /// in f32.
 const STEP: f32 = 1.0 / 65536.0;
-/// The number of candidates per round. The search ends after `ROUNDS` rounds, even if it has found
-/// too few points.
+/// The number of candidates per round.
 const ROUND: usize = 1 << 12;
+/// The maximum number of rounds. If they yield too few points, the search fails.
 const ROUNDS: usize = 4096;
 
 /// A triangle with its bounding box, which is grown by the margin.
@@ -84,7 +85,7 @@ pub fn points(triangles: &[Triangle], count: usize) -> Result<Vec<[f32; 3]>, Str
     let hi = corners().reduce(|a, b| [0, 1, 2].map(|k| a[k].max(b[k]))).unwrap_or_default();
     let longest = [0, 1, 2].map(|k| hi[k] - lo[k]).into_iter().fold(0.0, f32::max);
     let bounded: Vec<_> = triangles.iter().map(|t| Bounded::new(t, MARGIN * longest)).collect();
-    // A power of two.
+    // Round the step down to a power of two.
     let step = (STEP * longest).log2().floor().exp2();
     let candidate = |i: usize| {
         let p = [0, 1, 2].map(|k: usize| {

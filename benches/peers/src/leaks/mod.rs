@@ -1,7 +1,7 @@
-//! Leaks: rays from inside a closed mesh, aimed at its vertices and edges, that hit nothing.
+//! Counts leaks: rays from inside a closed mesh, aimed at its vertices and edges, that hit nothing.
 //!
-//! Such a ray always has a hit, regardless of how its direction was rounded, so every miss is an
-//! error of the tracer.
+//! A ray from inside a closed mesh always hits it, regardless of how its direction was rounded, so
+//! every miss is an error of the tracer.
 
 mod aim;
 mod grid;
@@ -24,7 +24,7 @@ use crate::{engines, report, scenes};
 #[derive(Args)]
 pub struct Options {
     /// Meshes to test, named like the scenes of the `rays` command. By default, all closed
-    /// generated meshes and all models in the folder. Open meshes are skipped.
+    /// generated meshes and all shared models. Open meshes are skipped.
     #[arg(long, value_delimiter = ',')]
     scene: Vec<String>,
     /// Number of rays per mesh and target.

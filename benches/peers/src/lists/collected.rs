@@ -14,7 +14,7 @@ use crate::engine::{Answer, CHUNK};
 pub struct Found {
     pub t: f32,
     pub triangle: u32,
-    // Stored only so that all lists cost the same: intertri's hits contain them as well.
+    // u and v are stored only so that all lists cost the same: intertri's hits also contain them.
     #[expect(dead_code, reason = "only the time to write it matters")]
     pub u: f32,
     #[expect(dead_code, reason = "only the time to write it matters")]

@@ -1,4 +1,5 @@
-//! Embree with a filter that collects each hit and then rejects it, so that traversal continues.
+//! Lists hits with Embree, using a filter that collects each hit and then rejects it, so that
+//! traversal continues.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! Lists every hit of each ray, sorted by t. Compares intertri's batches and single-ray calls with
-//! Embree, using a filter that collects and rejects every hit, and with obvhs, using a closure that
-//! does the same.
+//! Embree, whose filter collects and rejects every hit, and with obvhs, whose closure does the
+//! same.
 
 mod collected;
 mod embree;
@@ -136,7 +136,7 @@ fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
     rays.par_iter().map(|ray| answer(count(ray))).collect()
 }
 
-/// Stores a number of hits in place of an answer's triangle.
+/// Returns an answer that contains a number of hits in place of a triangle.
 fn answer(hits: usize) -> Answer {
     if hits == 0 { Answer::MISS } else { Answer { triangle: hits as u32, t: f64::NAN } }
 }

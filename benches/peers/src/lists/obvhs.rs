@@ -1,5 +1,5 @@
-//! obvhs with a closure that collects each hit and then reports a miss, so that traversal
-//! continues.
+//! Lists hits with obvhs, using a closure that collects each hit and then reports a miss, so that
+//! traversal continues.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! intertri's hit lists: all rays in one call, or one ray per call.
+//! Lists hits with intertri, for all rays in one call or for one ray per call.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub struct Batch {
     mode: Mode,
     limit: Option<usize>,
     rays: Vec<Ray>,
-    /// The index of the first ray and the lists of each traced part.
+    /// For each traced part of the rays, the index of its first ray and its lists.
     lists: Vec<(usize, HitLists)>,
 }
 
@@ -34,7 +34,7 @@ impl Engine for Batch {
     fn trace(&mut self, part: Range<usize>) {
         let query = self.bvh.query().mode(self.mode);
         let lists = query.all_batch(&self.rays[part.clone()], self.limit);
-        let lists = lists.expect("memory for the lists");
+        let lists = lists.expect("not enough memory for the lists");
         self.lists.retain(|(first, old)| *first + old.len() <= part.start || *first >= part.end);
         self.lists.push((part.start, lists));
     }

@@ -207,7 +207,7 @@ struct Candidate {
     name: String,
     /// The total number of bits of a vertex's three coordinates.
     bits: u32,
-    /// `None` for exact arithmetic, which moves no point and leaves no doubt.
+    /// `None` for exact arithmetic, which moves no point and decides every case.
     arithmetic: Option<Arithmetic>,
     /// `None` if no engine offers this choice.
     engine: Option<(EngineName, Bits)>,
@@ -251,8 +251,9 @@ struct Trials<'a> {
     engines: Engines<'a>,
     /// All camera rays of the image, as measured by `bench`.
     primary: &'a [Ray],
-    /// The rays of the sample, and the exact answer for each.
+    /// The rays of the sample.
     rays: &'a [Ray],
+    /// The exact answer for each ray of the sample.
     sample: &'a [SampledPixel],
 }
 
@@ -291,7 +292,7 @@ fn wrong_answers(engine: &RayEngine, rays: &[Ray], sample: &[SampledPixel]) -> u
 /// Measures an engine's speed in millions of rays per second, as the median of a few turns.
 fn speed(engine: &RayEngine, rays: &[Ray]) -> f64 {
     let mut hits = vec![Hit::MISS; rays.len()];
-    // The first turn only warms up.
+    // The first turn is only a warm-up.
     engine.closest(rays, &mut hits);
     let mut seconds = [0.0; TURNS];
     for seconds in &mut seconds {

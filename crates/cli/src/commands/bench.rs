@@ -211,7 +211,7 @@ fn measure(
     for &name in names {
         answers.push(Answers::of(rays_of(name).len(), kind.any)?);
     }
-    // The first turn only warms up.
+    // The first turn is only a warm-up.
     for turn in 0..=turns {
         for (k, engine) in contenders.iter().enumerate() {
             let rays = rays_of(names[k]);

@@ -147,7 +147,8 @@ impl fmt::Display for Report {
                     } = time;
                     format!("{at:.1} ({lo:.1}–{hi:.1}) of {lanes:<2}")
                 });
-                // `count` shows a count of zero with its confidence.
+                // If there are no errors, `count` also gives an upper bound on their share, at 95 %
+                // confidence.
                 let of = |errors| count(errors, verdict.trials);
                 write!(f, "{:22} {time:>23}  ", verdict.method)?;
                 if workload == Workload::Edges {

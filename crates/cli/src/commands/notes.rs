@@ -1,4 +1,5 @@
-//! Warnings about tolerances that are too large for a scene, printed before it is drawn.
+//! Warnings about scenes that are too small, too distant or lit from too far away for the default
+//! tolerances or for f32. They are printed before the scene is drawn.
 
 use intertri::{Threshold, Triangle};
 use intertri_scene::{Coordinate, Light, Mesh, Scene};
@@ -28,7 +29,8 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
         return None;
     }
     let hidden = triangles.iter().filter(|triangle| is_hidden(scene, triangle, threshold)).count();
-    // This threshold is as small relative to these rays as the default is to rays of length 1.
+    // Relative to rays of this length, the recommended threshold is at most as large as the default
+    // is relative to rays of length 1.
     let power = (length * threshold).log10().floor();
     (hidden > 0).then(|| {
         format!(
@@ -63,7 +65,7 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let farthest = ends.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let apart = f64::from(farthest) - f64::from(farthest.next_down());
     let size = span(bounds.min.map(f64::from), bounds.max.map(f64::from));
-    // Values below this are equally spaced.
+    // The f32 values below this limit are equally spaced.
     let why = if farthest < f32::MIN_POSITIVE { "is so small" } else { "lies so far from 0" };
     (size > 0.0 && apart > COARSE * size).then(|| {
         format!(

@@ -87,8 +87,8 @@ impl CameraOptions {
         let fov = self.fov.unwrap_or(Camera::FOV);
         let camera = if let Some(eye) = self.eye.map(WrittenPoint::of::<S>) {
             let middle = mesh.bounding_box().map_or([S::ZERO; 3], |bounds| {
-                // Halve the coordinates before adding them, so that the largest ones do not
-                // overflow.
+                // Halve the coordinates before adding them, so that the sum of two large
+                // coordinates does not overflow.
                 let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|p| p.map(Into::into));
                 [0, 1, 2].map(|axis| S::nearest(min[axis] * 0.5 + max[axis] * 0.5))
             });

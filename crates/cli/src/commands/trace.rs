@@ -40,7 +40,7 @@ const BATCHES: usize = 2;
 /// enough to keep all batches in the cache.
 const CHUNKS: usize = 4;
 
-/// Trace a file of rays: find the triangle that each hits, and where
+/// Trace a file of rays: find the triangle that each ray hits, and where
 ///
 /// RAYS have one of three formats. CSV begins with a header line: ox,oy,oz,t_min,dx,dy,dz,t_max in
 /// any order, where t_min (0) and t_max (inf) are optional. Raw has eight little-endian f32 per
@@ -206,15 +206,15 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 /// Returns the scalar to trace the model and the rays in: f32 if the engine only supports f32, or
 /// if no number is rounded.
 ///
-/// The choice depends on the format of the rays, but not on their numbers, so that no ray changes
-/// how another is traced. The answers of `exact` are the same in both scalars if f32 represents all
-/// numbers.
+/// The choice depends on the format of the rays, but not on their coordinates, so that no ray
+/// affects how another ray is traced. The answers of `exact` are the same in both scalars if f32
+/// represents all numbers.
 fn scalar(options: &Options, model: &Model, rays: &Rays<'_>) -> ScalarName {
     let single = !options.engine.is_exact() || rays.are_f32() && model.is_f32();
     options.scalar.unwrap_or(if single { ScalarName::F32 } else { ScalarName::F64 })
 }
 
-/// An engine for a model, and what the report needs to know about the model.
+/// An engine for a model, and the details of the model that the report contains.
 struct Traced<T> {
     engine: T,
     triangles: usize,
@@ -320,7 +320,7 @@ struct Done {
     outside: u64,
 }
 
-/// Reads, answers and writes at the same time.
+/// Reads rays, computes their answers and writes the answers, all at the same time.
 fn answer_all<T: Tracer>(
     options: &Options,
     question: &Question<'_, T>,
@@ -358,7 +358,7 @@ fn answer_all<T: Tracer>(
             timed(&mut seconds.write, || output.write(batch.bytes()))
         },
     )?;
-    // At most as many threads worked at the same time as there were batches.
+    // The number of threads that worked at the same time cannot exceed the number of batches.
     let threads = threads.min(done.rays.div_ceil(size as u64) as usize).max(1);
     seconds.trace /= threads as f64;
     Ok(done)

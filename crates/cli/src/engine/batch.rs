@@ -1,4 +1,4 @@
-//! A batch of rays and their answers, which are formatted while they are still in the cache.
+//! Traces rays in batches, and formats the answers while they are still in the cache.
 
 use std::time::Instant;
 
@@ -72,7 +72,7 @@ struct Answers {
 }
 
 impl Answers {
-    /// Traces rays, which are numbered from `first` on, and adds their answers. Returns how many
+    /// Traces rays and adds their answers. The rays are numbered from `first` on. Returns how many
     /// rays hit something.
     fn add<T: Tracer>(
         &mut self,

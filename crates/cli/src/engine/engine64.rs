@@ -33,7 +33,7 @@ impl Engine64 {
     }
 
     /// Creates the named engine, which must pass [`Engine64::check`], for the given triangles. If
-    /// given, `bvh` is used as the hierarchy over them.
+    /// `bvh` is given, it is used as the hierarchy over the triangles.
     pub(crate) fn new(
         name: EngineName,
         triangles: Vec<Triangle64>,

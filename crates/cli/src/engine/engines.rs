@@ -43,7 +43,7 @@ impl<'a> Engines<'a> {
         Self { bvh, ..self }
     }
 
-    /// Returns the named engine, and builds what it needs.
+    /// Returns the named engine, and builds the hierarchy or grid that the engine needs.
     pub(crate) fn engine(&mut self, name: EngineName) -> Result<RayEngine> {
         Ok(match name {
             EngineName::Exact => RayEngine::Hierarchy(self.bvh()?, Mode::exact()),

@@ -1,4 +1,4 @@
-//! The `fixed` engine: snaps a scene to an integer grid, and traces it exactly there.
+//! The `fixed` engine: snaps a scene to an integer grid, and traces the snapped scene exactly.
 
 use intertri::fixed::{Bits, Grid, GridError, Ray as Snapped};
 use intertri::{Crossing, Hit, Ray, Triangle};
@@ -94,8 +94,8 @@ impl FixedScene {
         Ok(crossings)
     }
 
-    /// Snaps rays to the grid and traces them there, in chunks that stay in the cache. `trace` gets
-    /// the snapped rays, both as integers and in f32.
+    /// Snaps rays to the grid and traces them, in chunks that stay in the cache. `trace` gets the
+    /// snapped rays, both as integers and in f32.
     fn chunks<T: Send>(
         &self,
         rays: &[Ray],
@@ -124,7 +124,7 @@ impl FixedScene {
     }
 }
 
-/// A grid, in scene units.
+/// The properties of a grid, for reports. Lengths are in scene units.
 #[derive(Clone, Copy, Serialize)]
 pub(crate) struct GridReport {
     pub(crate) bits: u32,

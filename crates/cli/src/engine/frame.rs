@@ -27,7 +27,7 @@ pub(crate) enum Shadows {
     None,
 }
 
-/// What the buffers of a frame contain, for error messages.
+/// The name of the buffers' elements in error messages.
 const PIXELS: &str = "pixels";
 
 /// The visibility buffer and the shadow mask.

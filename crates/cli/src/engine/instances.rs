@@ -40,7 +40,7 @@ impl Instances {
     }
 }
 
-/// Builds the hierarchy of a mesh. It is in f32, which takes less memory, if f32 can represent all
+/// Builds the hierarchy of a mesh. To save memory, the hierarchy is in f32 if f32 can represent all
 /// coordinates of the triangles.
 fn shared(mesh: &Mesh<f64>) -> Result<SceneMesh> {
     let all = triangles(mesh)?;

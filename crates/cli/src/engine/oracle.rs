@@ -93,7 +93,7 @@ mod tests {
         let (mode, mut hits) = (Mode::exact(), 0);
         for round in 0..300 {
             let cases: Vec<_> = (0..8).map(|_| adversarial(&mut rng)).collect();
-            // Some triangles are duplicates, which have equal t.
+            // Some triangles are duplicates of others, so their t are equal.
             let triangles: Vec<_> =
                 cases.iter().chain(&cases[..3]).map(|case| case.triangle).collect();
             for case in &cases {

@@ -100,7 +100,7 @@ mod tests {
             let mut seen = tiled(width, height).collect::<Vec<_>>();
             assert_eq!(seen[0], (0, 0));
             assert!(seen.iter().enumerate().all(|(i, &pixel)| tiles.place(pixel) == i));
-            // A band contains the same pixels as its rows.
+            // Each band contains exactly the pixels of its rows.
             let mut band = tiles.band().min(seen.len());
             assert!(seen[..band].iter().all(|&(_, y)| y < 32));
             seen.sort_unstable_by_key(|&(x, y)| (y, x));

@@ -14,7 +14,7 @@ use crate::error::Result;
 
 /// An engine for f32 coordinates.
 pub(crate) enum RayEngine {
-    /// A hierarchy, in a mode.
+    /// A hierarchy, and the mode to trace it in.
     Hierarchy(Arc<Bvh>, Mode),
     Fixed(Arc<FixedScene>),
     Reference(ReferenceScene),

@@ -22,7 +22,7 @@ impl ScalarName {
         if S::NAME == f32::NAME { Self::F32 } else { Self::F64 }
     }
 
-    /// Returns the text after the engine's name in a report, which is empty for f32.
+    /// Returns the text that follows the engine's name in a report. It is empty for f32.
     pub(crate) fn mention(self) -> &'static str {
         match self {
             Self::F32 => "",

@@ -34,11 +34,11 @@ pub(crate) trait Tracer: Sync {
         false
     }
 
-    /// Finds the closest hit of each ray. Only engines with a hierarchy count tests, and `fixed`
-    /// does not.
+    /// Finds the closest hit of each ray. Engines without a hierarchy do not count tests, nor does
+    /// `fixed`.
     fn closest(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [Hit]) -> Counts;
 
-    /// Finds whether each ray hits anything. Counts tests like `closest`.
+    /// Finds whether each ray hits anything. The same engines count tests as for `closest`.
     fn any(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [bool]) -> Counts;
 
     /// Returns every hit of a ray, ordered by t, then by triangle.
@@ -48,8 +48,8 @@ pub(crate) trait Tracer: Sync {
     fn all(&self, ray: &RayOf<Self::Scalar>) -> Result<Vec<Hit>>;
 
     /// Returns the crossings of a ray, ordered by t, then by triangle, with each edge and corner
-    /// counted once. The list is empty for engines that do not support crossings, which `trace`
-    /// refuses.
+    /// counted once. Engines that do not support crossings return an empty list; `trace` refuses
+    /// `--crossings` for these engines.
     ///
     /// # Errors
     /// Returns an error if memory runs out.

@@ -9,7 +9,7 @@ use intertri_scene::PartialFile;
 use crate::error::{Error, Result};
 use crate::io::standard_output;
 
-/// A sink of bytes.
+/// A destination for bytes: standard output, a file, a device or a pipe.
 pub(crate) struct Output {
     /// The name, for error messages.
     name: String,

@@ -181,7 +181,7 @@ mod tests {
             Ok(left > 0)
         };
         let work = |number: &mut u32| {
-            assert_ne!(*number, 700, "a worker that panics");
+            assert_ne!(*number, 700, "this worker panics on purpose");
             Ok(())
         };
         let whole = AssertUnwindSafe(|| run([0; 8], read, work, |_| Ok(())));

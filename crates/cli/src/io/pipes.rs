@@ -1,4 +1,4 @@
-//! The pipes at standard input and output.
+//! Enlarges the pipes at standard input and output.
 
 /// The capacity to request: the maximum that Linux allows unprivileged users by default.
 #[cfg(target_os = "linux")]
@@ -9,7 +9,7 @@ const CAPACITY: usize = 1 << 20;
 #[cfg(target_os = "linux")]
 pub(crate) fn widen_pipes() {
     use std::io::{stdin, stdout};
-    // This fails for anything but a pipe, and a pipe keeps its size if memory runs out.
+    // This call fails for anything other than a pipe. If memory runs out, a pipe keeps its size.
     let _ = rustix::pipe::fcntl_setpipe_size(stdin(), CAPACITY);
     let _ = rustix::pipe::fcntl_setpipe_size(stdout(), CAPACITY);
 }

@@ -40,8 +40,8 @@ pub(crate) fn watch() -> Result<()> {
     Ok(())
 }
 
-/// Returns the signals that were ignored when the program started, with bit 0 for signal 1. `nohup`
-/// ignores some signals, and shells do so for background jobs; they stay ignored.
+/// Returns the signals that were ignored when the program started, with bit 0 for signal 1. These
+/// signals stay ignored, because `nohup` and the background jobs of shells rely on that.
 #[cfg(target_os = "linux")]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Standard output, and a check that it is open.
+//! Checks that standard output is open, and opens it for writing without a buffer.
 
 use std::io::{self, Write};
 

@@ -25,7 +25,7 @@ pub(crate) struct AdviseReport {
     pub(crate) needs: Needs,
     /// The number of rays in the sample.
     pub(crate) sample: usize,
-    /// The number of primary rays of the image, which were used to measure speeds.
+    /// The number of primary rays of the image, all of which were used to measure speeds.
     pub(crate) rays: usize,
     pub(crate) choices: Vec<Choice>,
     /// The name of the recommended choice, if any is within the tolerance.

@@ -20,8 +20,9 @@ use crate::engine::oracle;
 use crate::engine::raster::Raster;
 use crate::error::Result;
 
-/// The colours of differing pixels, excused and unexcused.
+/// The colour of differing pixels that are excused.
 const EXCUSED: [u8; 3] = [64, 176, 255];
+/// The colour of differing pixels that are not excused.
 const UNEXCUSED: [u8; 3] = [255, 32, 32];
 
 /// The differences between two frames.

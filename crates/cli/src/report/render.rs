@@ -34,8 +34,9 @@ pub(crate) struct RenderReport {
     pub(crate) shadows: Shadows,
     /// Null if the engine has no threshold.
     pub(crate) threshold: Option<f64>,
-    /// The up direction, and whether the user set it.
+    /// The up direction.
     pub(crate) up: [f32; 3],
+    /// Whether the user set the up direction.
     #[serde(skip)]
     pub(crate) up_given: bool,
     /// The number of pixels. Each has a camera ray, unless the z-buffer drew the image.

@@ -44,7 +44,7 @@ impl Rounded {
     }
 }
 
-/// Writes one sentence.
+/// Writes the counts as one sentence.
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { model, rays } = self;

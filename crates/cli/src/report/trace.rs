@@ -31,7 +31,8 @@ pub(crate) struct TraceReport {
     pub(crate) rays: u64,
     /// The number of rays that hit something.
     pub(crate) hits: u64,
-    /// The number of rays that start outside the grid of the `fixed` engine, which count as misses.
+    /// The number of rays that count as misses because they start outside the grid of the `fixed`
+    /// engine.
     pub(crate) outside: u64,
     /// The grid of the `fixed` engine, if it was used.
     pub(crate) grid: Option<GridReport>,

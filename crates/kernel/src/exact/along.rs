@@ -90,8 +90,8 @@ pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32
     narrowed([t, u, v]).unwrap_or_else(|| attributes32_by_integers(ray, triangle))
 }
 
-/// Given numbers correctly rounded to f64, rounds the original numbers to f32 if the f64 values
-/// determine the results.
+/// Given exact numbers that were correctly rounded to f64, rounds the exact numbers to f32 if the
+/// f64 values determine the results.
 ///
 /// Rounding preserves order. So if the f64 neighbours of a number round to the same f32, so does
 /// every real number that rounds to that number. Around the midpoint of two f32 values, the
@@ -181,7 +181,7 @@ fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
             return 0.0;
         }
         let size = Quotient::new(&num.size(), &den.size(), exponent).to_f32();
-        // Zeros are positive.
+        // A zero is always positive.
         if num.sign() == den.sign() || size == 0.0 { size } else { -size }
     };
     [ratio(&numbers.volume(), scales.of_t()), ratio(&v, 0), ratio(&w, 0)]
@@ -197,8 +197,8 @@ fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
     if num.sign() == den.sign() { size } else { -size }
 }
 
-/// Compares the t of two triangles, which share a power of two, by cross-multiplying with the
-/// denominators.
+/// Compares the t of two triangles by cross-multiplying with the denominators. At common scales,
+/// both quotients are multiplied by the same power of two, which cancels.
 fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usize>(
     one: &Pair<S>,
     other: &Pair<S>,

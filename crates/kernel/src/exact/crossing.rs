@@ -21,17 +21,18 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Every triangle that contains it: the ray is tested against the closed triangle.
+    /// Every triangle that contains the edge or corner: the ray is tested against the closed
+    /// triangle.
     Closed,
-    /// Only one of two adjacent triangles that traverse it in opposite directions. The ray is moved
-    /// by (ε, ε², ε³).
+    /// Only one of two adjacent triangles that traverse their shared edge in opposite directions.
+    /// The ray is moved by (ε, ε², ε³).
     Once,
 }
 
 /// The side from which a ray crosses a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// With the normal, which means out of a mesh whose corners run counter-clockwise as seen from
+    /// With the normal. The ray then leaves a mesh whose corners run counter-clockwise as seen from
     /// outside.
     Leaves,
     /// Against the normal.
@@ -39,8 +40,8 @@ pub enum Side {
 }
 
 impl Side {
-    /// Returns 1 if the ray leaves and -1 if it enters. The sum over a closed mesh is the winding
-    /// number of the origin.
+    /// Returns 1 if the ray leaves the mesh and -1 if it enters. The sum over a closed mesh is the
+    /// winding number of the origin.
     pub fn sign(self) -> i32 {
         match self {
             Self::Leaves => 1,
@@ -80,8 +81,8 @@ pub fn crossing_from<S: Scalar>(
 }
 
 /// Returns whether a triangle is perpendicular to an axis and the ray runs parallel to its plane.
-/// If so, D is 0, and there is no intersection. This is common for walls and floors, where all
-/// volumes may be 0, which could only be proven with integers.
+/// If so, D is 0, and the ray does not intersect the triangle. This case is common for walls and
+/// floors. All volumes may be 0 in this case, which only integers could prove.
 #[inline(always)]
 fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     let [a, b, c] = triangle.0;
@@ -92,7 +93,7 @@ fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 struct Undecided;
 
 /// Decides with two-part numbers. Rays that hit an edge or an end of the interval stay undecided,
-/// and so does everything else that these numbers cannot prove.
+/// as do all other cases that two-part numbers cannot prove.
 #[inline(never)]
 fn in_two_parts<S: Scalar>(
     ray: &RayOf<S>,
@@ -186,8 +187,8 @@ mod tests {
     use crate::exact::test_numbers::random;
     use crate::{Ray, Ray64, Triangle, TriangleOf};
 
-    /// Tests rays parallel to axis-aligned planes, within and next to them, and some that diverge
-    /// slightly. The fast path must agree with integers.
+    /// Tests rays within axis-aligned walls and parallel to walls, also if the ray or the wall is
+    /// slightly tilted. The fast path must agree with integers.
     #[test]
     fn rays_along_a_wall_are_answered_as_by_integers() {
         let (mut random, mut hits) = (random(), 0);
@@ -218,8 +219,8 @@ mod tests {
         assert!(hits > 1000, "{hits} hits");
     }
 
-    /// Tests rays toward edges, up to rounding, between points whose differences are often not
-    /// exact in f64.
+    /// Tests rays that are aimed at edges, up to rounding. The differences between the points are
+    /// often not exact in f64.
     #[test]
     fn two_parts_say_what_integers_say() {
         let mut random = random();

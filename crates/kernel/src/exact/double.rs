@@ -52,8 +52,8 @@ pub(super) fn cross<D: Lanes>(a: Vec3<D>, b: Vec3<D>) -> [Double<D>; 3] {
     [minor(a.y, b.z, a.z, b.y), minor(a.z, b.x, a.x, b.z), minor(a.x, b.y, a.y, b.x)]
 }
 
-/// Returns the dot product of such a cross product and a vector, with an error of at most `40w²`
-/// times the permanent.
+/// Returns the dot product of a cross product in two-part numbers and a vector, with an error of at
+/// most `40w²` times the permanent.
 #[inline(always)]
 pub(super) fn dot<D: Lanes>([x, y, z]: &[Double<D>; 3], v: Vec3<D>) -> Double<D> {
     let (px, py, pz) = (product(x.high, v.x), product(y.high, v.y), product(z.high, v.z));

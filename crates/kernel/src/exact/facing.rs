@@ -1,4 +1,4 @@
-//! Decides exactly from which side a ray approaches a triangle, which is the sign of D.
+//! Decides exactly from which side a ray approaches a triangle, by the sign of D.
 
 use core::cmp::Ordering;
 
@@ -11,7 +11,7 @@ use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// Returns whether a ray runs with a triangle's normal or against it, or `None` if the ray is
-/// parallel to the plane or a number is not finite.
+/// parallel to the plane or a coordinate is not finite.
 ///
 /// ```
 /// use intertri::internal::exact::{Side, facing};

@@ -23,7 +23,7 @@ const EDGE: f64 = 8.0 * HALF_ULP;
 /// A bound on the error of T, relative to its permanent.
 const VOLUME: f64 = 9.0 * HALF_ULP;
 
-/// A bound on the error of T - t D, relative to the permanent of T plus t times that of D.
+/// A bound on the error of T - t D, relative to the permanent of T plus t times the permanent of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
 /// The decisions made in f64 for each lane. A lane in none of the masks is undecided.
@@ -88,7 +88,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
     let miss = over & under;
     let none = D::Mask::from_bits(0);
-    // Few lanes get this far, so T and the interval are only computed for them.
+    // Few lanes get this far, so T and the interval are only computed if at least one does.
     if !(!miss).any() {
         return Decided { miss, closed: none, inside: none, leaves: none };
     }
@@ -112,8 +112,8 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let num = Sum { value: t.value.abs(), permanent: t.permanent };
     let (from, before) = beyond(&num, &den, rays.t_min);
     let (after, within) = beyond(&num, &den, rays.t_max);
-    // The signs have decided that t > 0, so an end at 0 or at infinity does not need a comparison,
-    // which might be undecided.
+    // The signs have decided that t > 0, so an end at 0 or at infinity needs no comparison. The
+    // comparison might be undecided.
     let from = from | rays.t_min.le(D::splat(0.0));
     let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !rays.t_min.le(D::splat(0.0))) | after;
@@ -147,7 +147,7 @@ pub(super) fn plane_signs(
 /// `Equal` if the bound does not decide. No input may be subnormal.
 #[inline(always)]
 pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
-    // D is T with the direction, which is exact, in place of A.
+    // D is T with the direction in place of A. The direction is exact.
     let [over, under, _] = Sum::volume(dir, c2 - c1, c3 - c1).signs(VOLUME);
     over.cmp(&under)
 }

@@ -16,8 +16,8 @@ use crate::Hit;
 use crate::hit_attributes::SharedOriginHit;
 use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
 
-/// A triangle relative to one origin, prepared to compute correctly rounded hits of rays from
-/// there. Its coordinates are f32, or f64 (`shared_origin64.rs`).
+/// A triangle relative to one origin, prepared to compute correctly rounded hits of rays from that
+/// origin. The coordinates are f32, or f64 (`shared_origin64.rs`).
 ///
 /// ```
 /// use intertri::internal::SharedOriginHit;
@@ -208,7 +208,7 @@ fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> D
 
 /// Returns the error bound of the dot product of a cross product and a direction, divided by the
 /// sum of the direction's magnitudes. It is NaN if the vectors are not exact. This is not a
-/// closure, because that would be compiled without the level's instructions.
+/// closure, because a closure would be compiled without the level's instructions.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>, exact: D::Mask) -> D {
     let all = a.abs().permanents(b.abs()).norm1() * D::splat(SHARE);

@@ -15,9 +15,9 @@ fn is_subnormal(x: u32) -> u32 {
 }
 
 /// Returns whether the first tier may decide, because rounding is the only error of f64 arithmetic
-/// on these numbers. No f32 may be subnormal, including the ends of the interval, because a CPU may
-/// be set to read subnormals as 0. No f64 may be so large that a product overflows, or so small
-/// that one underflows.
+/// on this ray and this triangle. No f32 may be subnormal, including the ends of the interval,
+/// because a CPU may be set to read subnormals as 0. No f64 may be so large that a product
+/// overflows, or so small that one underflows.
 #[inline(always)]
 pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     if const { is_f64::<S>() } {

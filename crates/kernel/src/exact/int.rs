@@ -31,7 +31,7 @@ impl<const N: usize> Int<N> {
         self.0[N - 1] >> 63 != 0
     }
 
-    /// Compares with 0.
+    /// Returns how the integer compares with 0.
     #[inline(always)]
     pub(super) fn sign(&self) -> Ordering {
         if self.is_negative() {
@@ -41,13 +41,13 @@ impl<const N: usize> Int<N> {
         any.cmp(&0)
     }
 
-    /// Returns the magnitude.
+    /// Returns the limbs of the magnitude.
     #[inline(always)]
     pub(super) fn size(&self) -> [u64; N] {
         if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
     }
 
-    /// Returns the same number with more limbs. It must not be negative.
+    /// Returns the same number with more limbs. The number must not be negative.
     #[inline(always)]
     pub(super) fn widened<const M: usize>(&self) -> Int<M> {
         const { assert!(M >= N) };

@@ -84,8 +84,8 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
 }
 
 /// Returns the order in which a ray meets two triangles, if it can be determined without a
-/// quotient: they are perpendicular to the same axis, or the ray passes through a corner or edge
-/// that they share. The result is meaningless unless the ray hits both.
+/// quotient: the triangles are perpendicular to the same axis, or the ray passes through a corner
+/// or edge that the triangles share. The result is meaningless unless the ray hits both.
 pub fn known_order<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,
@@ -119,8 +119,8 @@ pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, 
     attributes_from(Tier::Float, ray, triangle)
 }
 
-/// Returns the exact order in which a ray meets two triangles. Its line must meet each plane in
-/// exactly one point.
+/// Returns the exact order in which a ray meets two triangles. The ray's line must meet each plane
+/// in exactly one point.
 pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
     if let Some(order) = known_order(ray, one, other) {
         return order;

@@ -25,8 +25,8 @@ use crate::report::print::{print, tell};
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the image, and checks it if `--check` is set. `loaded` is the model if it is already
-/// loaded, which took `load` seconds.
+/// Draws the image, and checks it if `--check` is set. If the model is already loaded, `loaded`
+/// contains it, and `load` is the time for loading it, in seconds.
 pub(super) fn run(
     options: &Options,
     threshold: Option<Threshold>,
@@ -137,7 +137,8 @@ fn picture(options: &Options, scene: &Scene, raster: &Raster<'_>, frame: &Frame)
     Ok(image)
 }
 
-/// Returns the shadow method of the second engine, which is its own unless shadows are off.
+/// Returns the shadow method for the second engine: the engine's own method, unless shadows are
+/// off.
 fn check_shadows(shadows: Shadows, check: EngineName) -> Shadows {
     match (shadows, check) {
         (Shadows::None, _) => Shadows::None,

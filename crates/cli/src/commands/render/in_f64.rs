@@ -22,8 +22,8 @@ use crate::report::print::print;
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the image, and checks it if `--check` is set. `loaded` is the model if it is already
-/// loaded, which took `load` seconds.
+/// Draws the image, and checks it if `--check` is set. If the model is already loaded, `loaded`
+/// contains it, and `load` is the time for loading it, in seconds.
 pub(super) fn run(
     options: &Options,
     (loaded, load): (Option<Model>, f64),

@@ -1,5 +1,5 @@
-//! `intertri render` for models with instances, in f64 with the `exact` engine. It draws the same
-//! image as for the flattened model, but takes less memory.
+//! `intertri render` for models with instances, in f64 with the `exact` engine. The image is the
+//! same as for the flattened model, but takes less memory to draw.
 
 use std::time::Instant;
 

@@ -29,7 +29,7 @@ const SUM: f64 = 4.0 * f64::EPSILON;
 /// both sums.
 const AREA: f64 = 16.0 * f64::EPSILON;
 
-/// Returns whether rounding is the only error of f64 arithmetic on these numbers.
+/// Returns whether rounding is the only error of f64 arithmetic on these coordinates.
 #[inline(always)]
 pub(super) fn is_tame<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     is_plain(&RayOf::new(point, [S::ONE, S::ZERO, S::ZERO]), triangle)
@@ -114,8 +114,9 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     )
 }
 
-/// Finds the feature from the signs of the six products `along`, of differences of two, and of
-/// `xy - zw` for four of them. Returns `None` if a necessary sign is unknown.
+/// Finds the feature from the signs of the six products `along`, of the differences of two such
+/// products, and of `xy - zw` for four such products. Returns `None` if a necessary sign is
+/// unknown.
 #[inline(always)]
 fn find(
     sign: impl Fn(usize) -> Option<Ordering>,

@@ -11,16 +11,17 @@ use crate::simd::{Lanes, Vec3};
 /// Lower and upper bounds on the squared distances of the triangles in the lanes.
 #[derive(Clone, Copy)]
 pub struct Squares<D: Lanes> {
-    /// Each triangle is at least this far away.
+    /// The lower bound on the squared distance of each triangle.
     pub least: D,
-    /// Each triangle is at most this far away.
+    /// The upper bound on the squared distance of each triangle.
     pub most: D,
 }
 
 /// `2^-29`: the relative error of squares. [`PLACE`] bounds an additional error.
 const SHARE: f64 = 1.0 / (1_u64 << 29) as f64;
 
-/// `2^-64`, relative to the squared distance of the farthest corner.
+/// `2^-64`: the additional error of squares, relative to the squared distance of the farthest
+/// corner.
 const PLACE: f64 = SHARE * SHARE / 64.0;
 
 /// `2^-200`: a bound on the change of a square if the CPU reads subnormal numbers as 0.

@@ -46,12 +46,12 @@ impl<const C: usize, const N: usize> Offsets<C, N> {
     pub(super) fn new<S: Scalar>(scale: Scale, point: [S; 3], corners: [[S; 3]; 3]) -> Self {
         let p = scale.vector::<S, C>(point);
         let [a, b, c] = corners.map(|corner| minus(&scale.vector(corner), &p));
-        // In these differences of differences, the point cancels, so the edges are exact.
+        // The point cancels out of these differences of differences, which leaves the exact edges.
         Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }
     }
 
-    /// Returns the dot products of both edges with all corners: `ab·A, ac·A, ab·B, ac·B, ab·C,
-    /// ac·C`.
+    /// Returns the dot products of both edges with all corners:
+    /// `ab·A, ac·A, ab·B, ac·B, ab·C, ac·C`.
     #[inline(always)]
     pub(super) fn along(&self) -> [Int<N>; 6] {
         let ([a, b, c], [ab, ac]) = (&self.corners, &self.sides);

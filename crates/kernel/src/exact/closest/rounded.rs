@@ -1,6 +1,6 @@
-//! Computes the distance and the weights in double-double arithmetic, and proves each rounding.
-//! This handles nearly every closest point. `docs/numerics/nearest.md`, section 6, has the bounds
-//! and the proof.
+//! Computes the distance and the weights of a closest point in double-double arithmetic, and proves
+//! each rounding. This method succeeds for nearly every point. `docs/numerics/nearest.md`, section
+//! 6, has the bounds and the proof.
 
 use core::marker::PhantomData;
 
@@ -13,11 +13,14 @@ use super::feature::Feature;
 use crate::simd::{Lanes, Vec3};
 use crate::{Scalar, TriangleOf};
 
-/// If squares, numerators and denominators are within these limits, nothing can underflow.
+/// `2^-400`: the lower limit for squares, numerators and denominators. Nothing underflows if they
+/// are between this limit and [`LARGE`].
 const SMALL: f64 = f64::from_bits((1023 - 400) << 52);
+/// `2^500`: the upper limit for squares, numerators and denominators.
 const LARGE: f64 = f64::from_bits((1023 + 500) << 52);
 
-/// Returns the closest point if all of its numbers are proven. The input must be tame.
+/// Returns the closest point if its distance and both weights are proven to be correctly rounded.
+/// The input must be tame.
 #[inline(always)]
 pub(super) fn closest<S: Scalar>(
     point: [S; 3],
@@ -39,8 +42,8 @@ pub(super) fn closest<S: Scalar>(
             let to = (from + 1) % 3;
             let (x, y, edge) = (seen(from)?, seen(to)?, Offset::new(corners[to], corners[from])?);
             let den = Den::new(edge.along(&edge))?;
-            // The distance from a line is the area |x × edge| divided by the edge's length. Its
-            // square does not need a root until the end.
+            // The distance from a line is the area |x × edge| divided by the edge's length. Both
+            // are squared here, so the root is only taken at the end.
             let area = x.cross(&edge);
             let square = den.under(&area.along(&area))?;
             // The weights of the foot are the projections of the two ends on the edge, divided by
@@ -58,8 +61,8 @@ pub(super) fn closest<S: Scalar>(
             let a = seen(0)?;
             let ab = Offset::new(corners[1], corners[0])?;
             let ac = Offset::new(corners[2], corners[0])?;
-            // The distance from the plane is the volume a·n divided by |n|, which is also squared
-            // here.
+            // The distance from the plane is the volume a·n divided by |n|. Both are squared here
+            // as well.
             let normal = ab.cross(&ac);
             let den = Den::new(normal.along(&normal))?;
             let square = den.under(&normal.volume_squared(&a))?;
