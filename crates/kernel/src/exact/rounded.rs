@@ -1,4 +1,5 @@
-//! Correctly rounded t, u, and v: double-double arithmetic in lanes, with a proof of the rounding.
+//! Computes correctly rounded t, u, and v with double-double arithmetic in lanes. An error bound
+//! proves the rounding.
 //!
 //! ```text
 //!        ...●─────────────┼─────────────●───────────      f64 and halfway points. If both ends of
@@ -12,8 +13,8 @@ use super::double::{Double, cross, difference, dot};
 use crate::simd::{Lanes, Vec3};
 
 /// `2^-99`, which is `128w²`, where w is half an ulp of 1. The error of a double-double volume is
-/// at most half this value times its permanent. Division adds an error of at most half this value
-/// times the quotient's magnitude.
+/// at most half this value times the volume's permanent. Division adds an error of at most half
+/// this value times the quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
 /// A ray and a triangle in each lane, with coordinates that are exact in f64.

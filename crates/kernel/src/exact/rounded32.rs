@@ -1,5 +1,5 @@
-//! Correctly rounded t, u, and v in f32: plain f64 arithmetic with an error bound, which nearly
-//! always determines how the result rounds to f32.
+//! Computes correctly rounded t, u, and v in f32 with plain f64 arithmetic. The error bound nearly
+//! always determines how a result rounds to f32.
 //!
 //! ```text
 //!        ...●───────────┼───────────●──────      f32 and halfway points. If both ends of the
@@ -25,11 +25,11 @@ struct Over<D> {
     inverse: D,
 }
 
-/// The ends of the quotients' error intervals, in f32.
+/// The ends of the quotients' error intervals, rounded to f32.
 struct Ends<const N: usize> {
     least: [f32; N],
     most: [f32; N],
-    /// The lanes in which both ends are proven.
+    /// The lanes in which the error interval is valid.
     sure: u32,
 }
 
@@ -54,7 +54,7 @@ impl<D: Lanes<Scalar = f64>> Over<D> {
 }
 
 impl<const N: usize> Ends<N> {
-    /// Whether a lane's quotient is proven to be correctly rounded.
+    /// Returns whether a lane's quotient is proven to be correctly rounded.
     #[inline(always)]
     fn is_sure(&self, lane: usize) -> bool {
         self.sure >> lane & 1 != 0 && self.least[lane] == self.most[lane]
@@ -93,7 +93,7 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let (n, v, w) = (h4.cross_fused(h5), h5.cross_fused(a), a.cross_fused(h4));
         put_by_triangle::<S>([n, v, w, n], to.iter_mut().map(|seen| &mut seen.coefficients));
 
-        // Use the largest of the three bounds for all three.
+        // Use the largest of the three cross products' error bounds for all of them.
         let (abs_a, abs_h4, abs_h5) = (a.abs(), h4.abs(), h5.abs());
         let of_n = abs_h4.permanents(abs_h5);
         let most = (of_n.norm1().max(abs_h5.permanents(abs_a).norm1()))
@@ -116,7 +116,8 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
         let err = <S::F64x4 as Lanes>::splat(self.share * size);
 
-        // Divide all lanes by the last. The first lane is t, whose numerator is known.
+        // Divide all lanes by the last, which holds D. The first lane is t, whose numerator is
+        // already known.
         let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
         let num = Lanes::select(first, Lanes::splat(self.known), sums);
         let num_err = Lanes::select(first, Lanes::splat(self.known_err), err);
@@ -129,14 +130,14 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
 }
 
 /// Returns the f32 hits of the first `len` lanes, with t, u, and v correctly rounded. The other
-/// lanes are meaningless.
+/// elements are meaningless.
 #[inline(always)]
 pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     let mut hits = [Hit32::MISS; 8];
     let (doubt, mut unsure) = (if subnormals_are_read() { DOUBT } else { f64::NAN }, 0);
     let doubt = <S::F64x4 as Lanes>::splat(doubt);
-    // Process four at a time, because some CPUs lower their clock rate for even a single eight-lane
-    // division.
+    // Process four pairs at a time, because some CPUs lower their clock rate for even a single
+    // eight-lane division.
     for from in [0, 4] {
         let ([c1, c2, c3], origin, dir) = pairs.lanes::<S::F64x4>(from);
         let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
@@ -160,7 +161,7 @@ pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     hits
 }
 
-/// Computes the permanent of a volume from the permanents of a cross product and the other vector.
+/// Computes the permanent of a volume from the permanents of a cross product and the third vector.
 #[inline(always)]
 fn permanent<D: Lanes<Scalar = f64>>(product: Vec3<D>, by: Vec3<D>) -> D {
     product.dot_fused(by.abs())

@@ -145,7 +145,7 @@ mod tests {
             let dir = [0; 3].map(|_| (1000.0 * random()).round());
             let beside = [0; 3].map(|_| random());
             let far = 2.0_f64.powi(60);
-            // The point is exactly far · d, and the ray's origin is off by `beside`.
+            // The point is exactly `far · d`, and the ray's origin is displaced by `beside`.
             let point = dir.map(|d| d * far);
             let cross = |a: [f64; 3], b: [f64; 3]| {
                 [0, 1, 2].map(|k| {

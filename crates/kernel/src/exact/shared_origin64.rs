@@ -1,6 +1,6 @@
-//! Hit attributes for f64 rays with a common origin and triangles that they are known to hit. The
-//! attributes are correctly rounded; the values that depend only on the triangle and the origin are
-//! computed once.
+//! Computes hit attributes for f64 rays with a common origin and triangles that they are known to
+//! hit. The attributes are correctly rounded. Values that depend only on the triangle and the
+//! origin are computed once.
 //!
 //! `docs/numerics/f64.md`, section 3, has the bounds and the proof.
 
@@ -16,7 +16,7 @@ use super::tails::{DOUBT, TwoParts, cross_tails, difference, is_tame_quotient, t
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, prefetch};
 use crate::{Hit, Ray64, RayOf, Triangle64};
 
-/// The number of hits by which prefetching runs ahead of writing.
+/// How many hits ahead of the one being written to prefetch.
 const AHEAD: usize = 40;
 
 /// Computes the hits of rays with a common origin. Each pair is a ray's index and the position in
@@ -136,7 +136,7 @@ impl HitCoefficients {
         let (hit, sure) = self.meet::<S>(&sums, size, to);
         let sure = (sure & is_tame_quotient(hit)).bits() & 0b111 == 0b111;
 
-        // Load the direction together with the end of the interval, whose lane is ignored.
+        // Load the direction together with the end of the interval, whose lane is not used.
         let [.., x, y, z, t_max]: &[f64; 8] = bytemuck::cast_ref(ray);
         let size = <S::F64x4 as Lanes>::load(&[*x, *y, *z, *t_max]).abs();
         let tame = size.ge(Lanes::splat(TAME_DIR[0])) & size.le(Lanes::splat(TAME_DIR[1]));
@@ -145,7 +145,8 @@ impl HitCoefficients {
     }
 }
 
-/// `2^-200` and `2^300`, the limits of the magnitudes that the proof covers.
+/// The limits of the numerators' and denominators' magnitudes, `2^-200` and `2^300`, within which
+/// the proof holds.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
 /// Returns the error bound of a cross product's dot product with a direction, relative to the sum

@@ -92,8 +92,8 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
     for axis in axes {
         let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
-        // The first choice works unless the normal is lost in f64. In that case, try the opposite
-        // sign and then the other axes.
+        // The first choice works unless f64 is too imprecise for the normal. In that case, try the
+        // opposite sign and then the other axes.
         for step in [way, -way] {
             if let Some(next) = moved(&start, point, (axis, step), triangle) {
                 return next;
@@ -160,7 +160,8 @@ fn moved<S: Scalar>(
 
 /// Returns a triangle's normal, which may have any length. f64 can represent the normal of every
 /// f32 triangle, but not of every f64 triangle. For f64, the edges start at the corner opposite the
-/// longest edge, because the differences between a far corner and two near ones may be equal.
+/// longest edge, because the differences between a distant corner and two corners that are close
+/// together may round to the same vector.
 fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     if const { !is_f64::<S>() } {
         return triangle.normal();

@@ -1,5 +1,5 @@
-//! Correctly rounded t, u, and v for f64 input: like [`rounded`](super::rounded), but with
-//! differences in two parts.
+//! Computes correctly rounded t, u, and v for f64 input. This is like [`rounded`](super::rounded),
+//! but each difference of coordinates has two parts.
 //!
 //! ```text
 //!   A = a + a'    h4 = h + h'    h5 = k + k'        Each difference is exact, in two parts.
@@ -53,8 +53,8 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     a: &TwoParts<D>,
     b: &TwoParts<D>,
 ) -> [Double<D>; 3] {
-    // `a.rest × b.rest` is below w² of the first parts' product. The error bound covers it (f64.md,
-    // section 3).
+    // `a.rest × b.rest` is smaller than w² times the product of the first parts. The error bound
+    // covers it (f64.md, section 3).
     let rest = a.first.cross_fused(b.rest) + a.rest.cross_fused(b.first);
     with_rest(&cross(a.first, b.first), rest)
 }

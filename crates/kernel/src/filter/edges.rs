@@ -8,8 +8,9 @@
 //!   t = num / den                             c1  h4  c2
 //! ```
 //!
-//! V, W, and U divided by den are the weights of c2, c3, and c1. The corner is translated first, so
-//! large offsets cost no precision. `docs/numerics/certified.md` has the bounds and the proof.
+//! V, W, and U divided by den are the weights of c2, c3, and c1. Corner c1 is translated to the
+//! ray's origin first, so large offsets of the scene cost no precision.
+//! `docs/numerics/certified.md` has the bounds and the proof.
 
 use crate::packet::{RayLanes, RayPacket, TriangleBlock};
 use crate::simd::Vec3;
@@ -102,7 +103,7 @@ pub struct Rays<F> {
     len: F,
     /// `EDGE |d|₂`
     edge: F,
-    /// The part of the bound that depends on the origin.
+    /// The part of the edges' error bound that depends on the origin.
     off: F,
     /// `SLACK` times the part of A's error that does not depend on its length.
     num: F,
@@ -112,9 +113,9 @@ pub struct Rays<F> {
     grazing_add: F,
     /// `SLACK DEN |d|₂`
     den_err: F,
-    /// Any t above `above` is certainly beyond the near end of the interval; any t below `below`
-    /// certainly is not.
+    /// A t above this value is certainly beyond the near end of the interval.
     above: F,
+    /// A t below this value is certainly not beyond the near end of the interval.
     below: F,
 }
 
@@ -132,8 +133,8 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             & len.le(splat(bound::LARGEST))
             & len.ge(splat(bound::SHORTEST_DIR));
         let len = F::select(sane, len, splat(f32::NAN));
-        // How far a corner's copy may have moved relative to the origin's copy, apart from a
-        // fraction of |A|. This is 0 unless the scene was given in f64 (f64.md, section 4).
+        // The distance by which a corner's copy may have moved relative to the origin's copy, apart
+        // from a fraction of |A|. This is 0 unless the scene was given in f64 (f64.md, section 4).
         let copied = (org * splat(room.copied[0])).min(splat(room.copied[1]));
         // The part of an edge's bound that grows with the origin: the rounding of the reference's
         // hit point (`ORIGIN`), the rounding of copies, and the effect of underflow (`SMALL`,
@@ -192,7 +193,8 @@ impl Rays<f32> {
         Self::new(RayLanes::of_ray(ray), threshold, room)
     }
 
-    /// Widens the bound to cover all lines in this direction within a distance of `off`.
+    /// Widens the bound to cover all lines that have the ray's direction and pass within a distance
+    /// of `off`.
     #[inline(always)]
     pub(super) fn passed_within(mut self, off: f32) -> Self {
         self.off += self.len * off;
@@ -334,7 +336,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
     }
 
     /// Returns the lanes whose t is certainly outside the interval: above `far` or below the near
-    /// end. This is enough for most lanes and does not require a division.
+    /// end. This test is enough for most lanes and does not require a division.
     #[inline(always)]
     pub(super) fn out_of_range(&self, of: &Rays<F>, far: F) -> F::Mask {
         let Self { num, num_err, den, den_err } = *self;
@@ -455,8 +457,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut undecided = maybe & !hit;
         if undecided != 0 {
             // Make a last attempt with tighter bounds, which take several times as long to compute.
-            // Most of these lanes are rays near an edge, or rays that start on the triangle, so
-            // that t is near 0.
+            // Most of these lanes are rays near an edge, or rays that start on the triangle and
+            // therefore have a t near 0.
             let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);

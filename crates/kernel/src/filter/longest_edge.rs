@@ -40,8 +40,8 @@ mod tests {
     use super::*;
     use crate::simd::{Level, Simd, WithSimd};
 
-    /// Measures the longest edge of one triangle twice: in lanes, returning the first lane, and as
-    /// a scalar.
+    /// Computes the bound on one triangle's longest edge twice: in lanes, of which the first is
+    /// returned, and as a scalar.
     struct Measured([[f32; 3]; 3]);
 
     impl WithSimd for Measured {
@@ -59,8 +59,8 @@ mod tests {
         }
     }
 
-    /// Tests all kinds of numbers in all corners: the bound must hold, must not be much too large,
-    /// and must be NaN where f32 cannot decide.
+    /// Tests coordinates of all kinds in all corners: the bound must hold, must not be much too
+    /// large, and must be NaN where f32 cannot decide.
     #[test]
     fn no_edge_is_longer_than_its_bound() {
         let numbers = [0.0, -0.0, 1e-45, 3e-20, 1.0, 1.000_000_1, -3.7, 1e9, 1e12, -1e12];

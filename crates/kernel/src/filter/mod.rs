@@ -205,8 +205,8 @@ impl Filter<'_> {
     }
 
     /// Adds the live rays of a packet to `starts`, the depths at which rays begin to look for hits.
-    /// No hit has a t below the first `t_min`, and any t beyond the second is certainly past the
-    /// near end.
+    /// No hit has a t below `t_min[0]`, and any t above `t_min[1]` is certainly past the near end
+    /// of the interval.
     ///
     /// See [`Starts`] for an example.
     #[inline(always)]

@@ -1,14 +1,14 @@
-//! The worst case of rounding, to first order: numbers that record by how much each rounding may
-//! have changed them.
+//! Numbers that record, to first order, by how much each rounding may have changed them. Tests use
+//! them to find the worst case of rounding.
 //!
 //! ```text
 //!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ      one share per earlier rounding and
 //!                                            ±  u|value|     per copied input, plus the sum's own
 //! ```
 //!
-//! The filter's code runs on these numbers unchanged. No known input makes all roundings have the
-//! same sign, but a bound that covers even that case is guaranteed by its derivation. Products and
-//! sums are rounded separately, as on a level without fused operations.
+//! The filter's code runs on these numbers unchanged. No known input makes all roundings err in the
+//! same direction, but the bounds are derived to cover even that case. Products and sums are
+//! rounded separately, as on a level without fused operations.
 //!
 //! Rump and Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describes the
 //! general method.

@@ -53,7 +53,7 @@ impl<I: Ints> Edges<I> {
         let (nu, nv, nw) = (self.u.negative(), self.v.negative(), self.w.negative());
         let (zu, zv, zw) = (self.u.zero(), self.v.zero(), self.w.zero());
 
-        // Given the other signs, a zero rarely matters.
+        // A zero rarely matters, because the signs of the other determinants usually decide.
         let open = !(nu | nv | nw) | ((nu | zu) & (nv | zv) & (nw | zw));
         if lanes & open & (zu | zv | zw) == 0 {
             return (lanes & !(nu | nv | nw), lanes & nu & nv & nw);

@@ -1,4 +1,4 @@
-//! The f32 filter: most lanes are misses, and f32 arithmetic can prove it.
+//! The f32 filter: proves in f32 arithmetic that most lanes are misses.
 //!
 //! Integers up to 2^24 are exact in f32, and so are the differences computed here. Only products
 //! are rounded; `docs/fixed-point.md` derives by how much, with or without fused operations. Let

@@ -219,7 +219,7 @@ impl SeenTriangle {
             return None;
         }
         // If num is not 0, no normal is 0. Arrays compare by the first component that differs, so
-        // this is the sign that results from moving the direction by (e, e², e³).
+        // the comparison yields the sign that results from moving the direction by (e, e², e³).
         let ties = normals.map(|n| if n < [0; 3] { -1 } else { 1 });
         let normals_f32 = normals.map(|n| n.map(|x| x as f32));
         let norm = |n: &[f32; 3]| n[0].abs() + n[1].abs() + n[2].abs();

@@ -195,8 +195,8 @@ impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
         let mut more = true;
         for block in self.blocks {
             block.crossings_in::<S, true>(&ray, |crossing, index| {
-                // A block reports all of its crossings. Drop those that follow the one that ended
-                // the query.
+                // A block reports all of its crossings. Ignore the crossings after the one that
+                // ended the query.
                 more = more && (self.go_on)(crossing, index);
             });
             if !more {

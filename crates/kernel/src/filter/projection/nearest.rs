@@ -121,11 +121,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         numbers
     }
 
-    /// Tests N rays against the triangle `seen[number]` and stores the hits that are nearer. Only
-    /// the lanes in `live` take part; their points must be on the projection, and their intervals
-    /// must not contain NaN. `settle` decides undecided lanes; lane i is its ray `first + i`. Only
-    /// undecided tests are counted here: the caller counts those that its windows decide. Returns
-    /// whether anything may have changed.
+    /// Tests N rays against the triangle `seen[number]` and stores each hit that is nearer than the
+    /// ray's nearest hit so far. Only the lanes in `live` take part; their points must be on the
+    /// projection, and their intervals must not contain NaN. `settle` decides undecided lanes; lane
+    /// i is its ray `first + i`. Only undecided tests are counted here: the caller counts the tests
+    /// that its windows decide. Returns whether anything may have changed.
     #[inline(always)]
     pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -158,8 +158,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
 
-        // A hit whose bounds reach the end of its ray may be beyond that end, so it is settled as
-        // well.
+        // A hit whose bounds reach the end of its ray may be beyond that end, so the resolver
+        // settles it as well.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
         for lane in lanes_of((found.hit & !hits) | found.undecided) {
             hits |= u32::from(settle.hit(slot, first + lane).is_some()) << lane;
@@ -225,7 +225,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         Sample { weight, s, s_lo, s_hi, sure, maybe }
     }
 
-    /// Stores the hits on the triangle `seen[number]` that are nearer.
+    /// Stores each hit on the triangle `seen[number]` that is nearer than the ray's nearest hit so
+    /// far.
     #[inline(always)]
     fn offer<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -261,13 +262,13 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let mut kept = [None; 2];
         for lane in lanes_of(rest) {
             let ray = first + lane;
-            // If the ray has no hit yet, the far end may decide. If it has one, only the order of
+            // If the ray has no hit yet, its far end may decide. If it has a hit, only the order of
             // the two hits matters.
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
-            // An undecided triangle behind the other makes no difference. If both have the same t,
-            // for example at an edge that they share, the lower index wins.
+            // If the undecided triangle is behind the nearest hit so far, it makes no difference.
+            // If both have the same t, for example at a shared edge, the lower index wins.
             if let Some(other) = other
                 && !sure
                 && let Some(order) = settle.known_order(ray, slot, other)

@@ -1,4 +1,4 @@
-//! Projected triangles.
+//! Projects triangles and finds the windows through which rays may hit them.
 
 mod lanes;
 
@@ -54,8 +54,9 @@ pub struct Outlines {
     least: [f32; 16],
     /// If s exceeds this, the ray is certainly not parallel to the plane.
     parallel: [f32; 16],
-    /// A rectangle that contains the triangle.
+    /// The lowest x and y of a rectangle that contains the projected triangle.
     lo: [[f32; 16]; 2],
+    /// The highest x and y of the rectangle.
     hi: [[f32; 16]; 2],
     /// The error bound of the edge forms, which are divided by it.
     unit: [f32; 16],
@@ -159,8 +160,8 @@ impl Outlines {
         }
     }
 
-    /// Finds which of the triangles may be hit by a ray through the window that still looks for
-    /// hits with an inverse depth of at least `nearest`.
+    /// Finds which of the triangles may be hit by a ray that passes through the window and still
+    /// looks for hits with an inverse depth of at least `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
@@ -381,8 +382,8 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off_at(away);
         let [x, y] = frame.reach;
-        // The largest |s| on the part of the projection that rays reach. Offset rays and copies
-        // affect only the values there.
+        // The largest |s| on the part of the projection that rays reach. The errors of offset rays
+        // and copies depend only on the values of s there.
         let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
         let share = most.mul_add(off * splat(bound::OFF_DEPTH), splat(bound::DEPTH));
         // `DEPTH |s|₁ + LOST q`, plus `OFF_DEPTH off |s|₁ most` for rays that miss the origin

@@ -6,7 +6,7 @@ use super::frame::Points;
 use crate::Threshold;
 use crate::simd::Lanes;
 
-/// The depths at which rays begin to look for hits, per lane, for any number of packets.
+/// For each lane, the depths at which the rays of one or more packets begin to look for hits.
 ///
 /// ```
 /// use intertri::internal::{Points, Ranges, Starts};
