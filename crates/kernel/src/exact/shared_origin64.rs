@@ -145,8 +145,8 @@ impl HitCoefficients {
     }
 }
 
-/// The limits of the numerators' and denominators' magnitudes, `2^-200` and `2^300`, within which
-/// the proof holds.
+/// Within these limits, `2^-200` and `2^300`, the proof covers the magnitudes of a direction's
+/// components. A component of 0 is also covered.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
 /// Returns the error bound of a cross product's dot product with a direction, relative to the sum

@@ -180,7 +180,7 @@ impl Lanes for Worst {
         self * b + c
     }
     fn mul_error(self, _: Self, _: Self) -> Self {
-        unreachable!("no f32 is split here")
+        unreachable!("this level never splits an f32 into halves")
     }
     fn max(self, other: Self) -> Self {
         if self.value > other.value { self } else { other }

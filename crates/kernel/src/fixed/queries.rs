@@ -170,7 +170,7 @@ impl Fixed {
     /// # Panics
     /// Panics if the slices differ in length.
     pub fn closest_batch(&self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
-        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        assert_eq!(rays.len(), hits.len(), "`rays` and `hits` must have the same length");
         self.level.run(ClosestBatch { triangles, rays, hits });
     }
 

@@ -1,5 +1,5 @@
 //! Computes t, u, and v for rays and triangles that they are known to hit. t has the same bits as
-//! in document A, and the weights have the same bits as in document D.
+//! in document A; the weights follow document D.
 
 mod pairs;
 mod shared_origin;

@@ -1,5 +1,6 @@
-//! The closest hit of one ray so far. Hits are compared by f32 intervals where these decide,
-//! otherwise by t in f64, and by the resolver if the rounded values of t are equal.
+//! The closest hit of one ray so far. Two hits are compared by their f32 intervals of t. If the
+//! intervals overlap, the hits are compared by t in f64, and if those values are equal, by the
+//! resolver.
 
 use core::cmp::Ordering;
 
@@ -11,8 +12,8 @@ use crate::{LeafSlot, TriangleId};
 /// The closest hit of one ray so far.
 ///
 /// The mode's t is in `t_lo..=t_hi`. Two hits are compared by these intervals. If the intervals
-/// overlap, the hits are compared by their t in f64, and if these are equal, exactly. If both have
-/// the same t, the lower index wins.
+/// overlap, the hits are compared by t in f64, and if those values are equal, by the resolver. If
+/// both hits have the same t, the lower index wins.
 ///
 /// See [`Filter::closest_in`](crate::Filter::closest_in) for an example.
 ///
@@ -138,9 +139,10 @@ impl ClosestHit {
         let (triangle, slot) = new;
         let order = if self.is_hit() { pairs.known_order(lane, self.slot) } else { None };
         match order {
-            // Whether it is a hit makes no difference.
+            // The triangle is behind the closest hit, so it makes no difference whether the ray
+            // hits it.
             Some(Ordering::Greater) => {}
-            // The index decides, and t is not needed.
+            // Both have the same t, so the index decides, and t is not needed.
             Some(Ordering::Equal) => {
                 if triangle < self.triangle && pairs.meets(lane) {
                     (self.triangle, self.slot) = (triangle, slot);
@@ -197,8 +199,8 @@ impl ClosestHit {
         let first = least(&t_hi);
         let rivals = (hit & verdicts.t_lo.le(F::splat(first))).bits();
 
-        // There is nearly always only one, and it is certain to win. `rivals & (rivals - 1)` clears
-        // the lowest bit, which leaves the other rivals.
+        // `rivals` nearly always contains only one lane, which is certain to win.
+        // `rivals & (rivals - 1)` clears the lowest bit, which leaves the other rivals.
         let doubtful = rivals & rivals.wrapping_sub(1) | verdicts.undecided;
         if doubtful == 0 && first < self.t_lo {
             let lane = rivals.trailing_zeros() as usize % 8;
@@ -261,8 +263,8 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) -> bool {
         if self.t.is_nan() {
-            // The t of the best hit is computed only when another hit comes close, and is then
-            // stored.
+            // The t of the closest hit so far is computed only when another hit comes close, and is
+            // then stored.
             self.t = pairs.t_in(lane, self.slot);
         }
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
@@ -299,7 +301,8 @@ fn least(of: &[f32; 8]) -> f32 {
 fn enclose(t: f64) -> (f32, f32) {
     let near = t as f32;
     let (near64, t_lo, t_hi) = (f64::from(near), near.next_down(), near.next_up());
-    // `near` is the nearest f32: if it is above t, its lower neighbour is below, and vice versa.
+    // `near` is the f32 nearest to t. If it is above t, its lower neighbour is below t, and vice
+    // versa.
     (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
 }
 
@@ -315,7 +318,7 @@ mod tests {
         (TriangleId(i), LeafSlot(i))
     }
 
-    /// Hits with given values of t, for a ray that ends at the first field. The slot is the index.
+    /// The far end of a ray, and the t of each of its hits. The slot of a hit is its index.
     struct FixedHits(f32, Vec<f64>);
 
     impl LanePairs for FixedHits {

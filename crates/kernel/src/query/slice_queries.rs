@@ -107,7 +107,7 @@ impl Mode {
         rays: &[RayOf<S>],
         hits: &mut [Hit],
     ) {
-        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        assert_eq!(rays.len(), hits.len(), "`rays` and `hits` must have the same length");
         S::closest_batch(self, triangles, rays, hits);
     }
 }

@@ -56,9 +56,9 @@ pub(super) fn closest_batch(
     }
 }
 
-/// Tests a ray against all triangles, row by row. If a row may contain hits, this calls `visit`
-/// with the verdicts and the index of the row's first triangle. `visit` returns the new far end, or
-/// `None` to stop.
+/// Tests a ray against all triangles, row by row. If a row may contain hits, calls `visit` with the
+/// verdicts and the index of the row's first triangle. `visit` returns the new far end, or `None`
+/// to stop.
 #[inline(always)]
 fn each_row<S: Simd>(
     filter: &Filter<'_>,
@@ -126,8 +126,8 @@ impl WithSimd for Closest<'_> {
             #[inline(always)]
             |verdicts, first| {
                 let pairs = RayOnRow { resolver: filter.resolver(), ray, first, find };
-                // The nearer the best hit, the more of the following rows are rejected before their
-                // t is enclosed.
+                // The nearer the closest hit so far, the more of the following rows are rejected
+                // before bounds on their t are computed.
                 closest.offer_row(verdicts, first, &pairs);
                 Some(closest.t_hi())
             },

@@ -55,8 +55,8 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
 
     /// Returns the exact product of lanes that fit in i32.
     fn mul_narrow(self, b: Self) -> Self;
-    /// Returns the dot product of `a`, whose components must fit in i32, and any `b`. It is exact
-    /// if it fits in i64, even if intermediate results wrap.
+    /// Returns the dot product of `a`, whose components must fit in i32, and an arbitrary `b`. The
+    /// result is exact if it fits in i64, even if intermediate results wrap.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
     /// Returns the lanes that are negative.
@@ -191,11 +191,11 @@ macro_rules! wide {
             }
             #[inline(always)]
             fn load(from: &[i64]) -> Self {
-                Self::new(from[..$n].try_into().expect("N numbers"))
+                Self::new(from[..$n].try_into().expect("the slice has N elements"))
             }
             #[inline(always)]
             fn load_f32(from: &[f32]) -> Self {
-                let from: [f32; $n] = from[..$n].try_into().expect("N numbers");
+                let from: [f32; $n] = from[..$n].try_into().expect("the slice has N elements");
                 Self::new(from.map(|x| i64::from(x as i32)))
             }
             #[inline(always)]

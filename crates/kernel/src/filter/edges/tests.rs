@@ -117,6 +117,6 @@ fn half_of_a_constant_over_copies_would_not_do() {
     for (name, bound, far, change) in halves {
         let share = most(bound, far, change);
         std::println!("half of {name}: {share:.2}");
-        assert!(share > 1.0, "half of {name} would do: {share}");
+        assert!(share > 1.0, "half of {name} would be enough: {share}");
     }
 }

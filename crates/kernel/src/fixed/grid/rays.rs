@@ -58,7 +58,7 @@ impl Grid {
         snapped: &mut [Ray],
         otherwise: impl FnMut(usize, GridError) -> Ray,
     ) {
-        assert_eq!(rays.len(), snapped.len(), "one snapped ray per ray");
+        assert_eq!(rays.len(), snapped.len(), "`rays` and `snapped` must have the same length");
         dispatch(Snap { grid: self, rays, snapped, otherwise });
     }
 

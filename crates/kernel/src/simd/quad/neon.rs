@@ -123,7 +123,7 @@ macro_rules! float {
     };
 }
 
-/// Four f32.
+/// Operations on four f32 lanes.
 pub(super) mod singles {
     use super::*;
 
@@ -229,7 +229,7 @@ pub(super) mod singles {
     }
 }
 
-/// Two f64.
+/// Operations on two f64 lanes.
 pub(super) mod doubles {
     use super::*;
 
@@ -292,7 +292,7 @@ pub(super) mod doubles {
     }
 }
 
-/// Four i64, in two registers.
+/// Operations on four i64 lanes, in two registers.
 pub(super) mod integers {
     use super::*;
 
@@ -328,13 +328,13 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
     }
-    /// Returns the low halves. This truncates instead of shuffling, because truncating a number
-    /// that was just widened costs nothing.
+    /// Returns the low half of each lane. This truncates instead of shuffling, because truncating a
+    /// number that was just widened costs nothing.
     #[inline(always)]
     fn low(x: Regs) -> int32x4_t {
         cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))
     }
-    /// Returns the high halves.
+    /// Returns the high half of each lane.
     #[inline(always)]
     fn high(x: Regs) -> int32x4_t {
         cpu!(vuzp2q_s32(vreinterpretq_s32_s64(x[0]), vreinterpretq_s32_s64(x[1])))
@@ -351,9 +351,9 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Splits each component of b into `low + 2^32 * high` with a signed low half. Only the low 32
-    /// bits of the products with the high halves matter, so one multiplication handles all four
-    /// lanes.
+    /// Computes a dot product. Each component of b is split into `low + 2^32 * high` with a signed
+    /// low half. Only the low 32 bits of the products with the high halves matter, so one
+    /// multiplication handles all four lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -373,8 +373,8 @@ pub(super) mod integers {
             add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
         })
     }
-    /// Returns the high half that pairs with a signed low half: one more if the low half is
-    /// negative.
+    /// Returns the high half that belongs to a signed low half. It is larger by 1 if the low half
+    /// is negative.
     #[inline(always)]
     fn above(low: int32x4_t, high: int32x4_t) -> int32x4_t {
         cpu!(vreinterpretq_s32_u32(vsraq_n_u32::<31>(

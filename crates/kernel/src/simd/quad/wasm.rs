@@ -137,7 +137,7 @@ macro_rules! float {
     };
 }
 
-/// Four f32.
+/// Operations on four f32 lanes.
 pub(super) mod singles {
     use super::*;
 
@@ -204,7 +204,7 @@ pub(super) mod singles {
     }
 }
 
-/// Two f64.
+/// Operations on two f64 lanes.
 pub(super) mod doubles {
     use super::*;
 
@@ -246,7 +246,7 @@ pub(super) mod doubles {
     }
 }
 
-/// Four i64, in two registers.
+/// Operations on four i64 lanes, in two registers.
 pub(super) mod integers {
     use super::*;
 
@@ -284,12 +284,12 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         [i64x2_sub(a[0], b[0]), i64x2_sub(a[1], b[1])]
     }
-    /// Returns the low halves.
+    /// Returns the low half of each lane.
     #[inline(always)]
     fn low(x: Regs) -> v128 {
         i32x4_shuffle::<0, 2, 4, 6>(x[0], x[1])
     }
-    /// Returns the high halves.
+    /// Returns the high half of each lane.
     #[inline(always)]
     fn high(x: Regs) -> v128 {
         i32x4_shuffle::<1, 3, 5, 7>(x[0], x[1])
@@ -302,9 +302,9 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Splits each component of b into `low + 2^32 * high` with a signed low half. Only the low 32
-    /// bits of the products with the high halves matter, so one multiplication handles all four
-    /// lanes.
+    /// Computes a dot product. Each component of b is split into `low + 2^32 * high` with a signed
+    /// low half. Only the low 32 bits of the products with the high halves matter, so one
+    /// multiplication handles all four lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -322,8 +322,8 @@ pub(super) mod integers {
             [i32x4_shuffle::<0, 4, 1, 5>(none, high), i32x4_shuffle::<0, 6, 1, 7>(none, high)];
         add(sum, above)
     }
-    /// Returns the high half that pairs with a signed low half: one more if the low half is
-    /// negative.
+    /// Returns the high half that belongs to a signed low half. It is larger by 1 if the low half
+    /// is negative.
     #[inline(always)]
     fn above(low: v128, high: v128) -> v128 {
         // The arithmetic shift turns a negative low half into -1, and subtracting that adds the

@@ -273,7 +273,7 @@ fn half_of_a_constant_of_projected_copies_would_not_do() {
     ];
     for (name, share) in halves {
         std::println!("half of {name}: {share:.2}");
-        assert!(share > 1.0, "half of {name} would do: {share}");
+        assert!(share > 1.0, "half of {name} would be enough: {share}");
     }
 }
 
