@@ -58,7 +58,7 @@ pub trait Bits: Copy {
     /// two numbers, the one with the smaller magnitude never has the larger e.
     fn parts(self) -> (i64, i32);
 
-    /// Returns the number nearest to an f64, which is infinite if the f64 is too large.
+    /// Returns the number nearest to an f64. The result is infinite if the f64 is too large.
     fn nearest(x: f64) -> Self;
 
     /// The smallest positive normal number.

@@ -1,5 +1,5 @@
 //! Intersects one ray with one triangle that it is known to hit. The intersection needs four
-//! volumes, which are computed in one SIMD lane each.
+//! volumes, each computed in its own SIMD lane.
 //!
 //! ```text
 //!   D = d·(h4 × h5)    T = a·(h4 × h5)    V = h5·(a × d)    W = -h4·(a × d)    per lane: x·(y × z)

@@ -1,5 +1,5 @@
 //! Computes correctly rounded t, u, and v with double-double arithmetic in lanes. An error bound
-//! proves the rounding.
+//! proves that the results are correctly rounded.
 //!
 //! ```text
 //!        ...●─────────────┼─────────────●───────────      f64 and halfway points. If both ends of

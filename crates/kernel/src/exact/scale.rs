@@ -5,8 +5,8 @@ use super::int::Int;
 use super::tier::{Tier, is_f64};
 use crate::Scalar;
 
-/// The scale at which a set of numbers becomes integers: every number is a multiple of `2^low`, and
-/// its magnitude is below `2^(low + bits)`.
+/// The scale at which a set of floats can be represented as integers: every float is a multiple of
+/// `2^low`, and its magnitude is below `2^(low + bits)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     pub(super) low: i32,
@@ -55,8 +55,9 @@ impl Scale {
     }
 }
 
-/// Returns the number of trailing zero bits in m, for f64. Often half of an f64's bits are zero,
-/// and narrow integers are much faster. Returns 0 for f32, whose bits are nearly all used.
+/// Returns the number of trailing zero bits of an f64's m. Often half of the bits are zero, and
+/// without them, narrower and much faster integers suffice. Returns 0 for f32, because nearly all
+/// bits of an f32 are in use.
 #[inline(always)]
 fn zeros<S: Scalar>(m: i64) -> i32 {
     if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }

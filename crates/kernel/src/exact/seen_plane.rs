@@ -1,8 +1,8 @@
-//! A triangle's plane relative to an origin. Comparing two such planes shows which triangle a ray
-//! meets first, nearly always in f64.
+//! A triangle's plane relative to an origin. Comparing the planes of two triangles shows which
+//! triangle a ray meets first. f64 is nearly always precise enough.
 //!
 //! ```text
-//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        Each of the four has an error bound.
+//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        Each T and each D has an error bound.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the bounds and the proof.

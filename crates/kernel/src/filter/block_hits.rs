@@ -1,4 +1,4 @@
-//! All hits of a ray in a block of triangles, as decided by the filter.
+//! All hits of a ray on the triangles of a block, as decided by the filter.
 
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd};

@@ -66,7 +66,8 @@ pub(super) const SHORTEST_DIR: f32 = 1.0 / LARGEST;
 /// effect of underflow on the denominator.
 pub(super) const GRAZING_ADD: f32 = f32::from_bits((127 - 80) << 23);
 
-/// The bound of an edge is at least `h` times this (2^-72), which exceeds the effect of underflow.
+/// The error bound of an edge is at least `OFF_ADD h`, which exceeds the effect of underflow. The
+/// value is 2^-72.
 pub(super) const OFF_ADD: f32 = f32::from_bits((127 - 72) << 23);
 
 /// A bound on the effect of underflow on a product or a sum, whether or not results are flushed to

@@ -4,7 +4,7 @@
 //! ```text
 //!   axis ──► block of eight        V, W, U of a ray along the axis, and their gradients across it
 //!   rays ──► remaining triangles   V, W, U of sixteen rays: three multiply-adds
-//!     └────► remaining pairs       the general test for any rays
+//!     └────► remaining pairs       the general test for arbitrary rays
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 10, has the bound and the proof.
@@ -100,8 +100,8 @@ impl AlongAxis {
 }
 
 impl Filter<'_> {
-    /// Prepares the axis of parallel rays whose lines are within `reach` of it along each
-    /// coordinate. `away` is an upper bound on the 1-norm of every origin.
+    /// Prepares the axis of parallel rays. Along each coordinate, the rays' lines must be within
+    /// `reach` of the axis. `away` is an upper bound on the 1-norm of every origin.
     #[inline(always)]
     pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
         let [x, y, z] = reach;

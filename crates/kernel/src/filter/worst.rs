@@ -221,7 +221,7 @@ impl Lanes for Worst {
     }
 }
 
-/// A SIMD level whose f32 lanes are [`Worst`] numbers. Its f64 lanes are ordinary.
+/// A SIMD level whose f32 lanes are [`Worst`] numbers. Its f64 lanes hold ordinary f64 values.
 #[derive(Clone, Copy)]
 pub(super) struct Worsts;
 
@@ -238,7 +238,7 @@ impl Simd for Worsts {
     const LEVEL: Level = Level::PORTABLE;
 }
 
-/// A stand-in for integer lanes, which are not used here.
+/// A stand-in for integer lanes. The filter's code does not use integer lanes.
 #[derive(Clone, Copy)]
 pub(super) struct NoInts;
 

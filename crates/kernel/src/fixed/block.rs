@@ -75,7 +75,7 @@ impl<const N: usize> Block<N> {
     /// the index of the triangle. Call this function in a loop that is compiled for an instruction
     /// level.
     ///
-    /// With `FILTER`, an f32 test runs first, which does not change the result.
+    /// With `FILTER`, an f32 test runs first to reject most misses. It does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,

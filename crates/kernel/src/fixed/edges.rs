@@ -45,9 +45,9 @@ impl<I: Ints> Edges<I> {
         Self { a, h4, h5, u, v, w }
     }
 
-    /// Among the given lanes, finds those in which the ray's line crosses in the direction of the
-    /// normal and those in which it crosses against it. The ray's origin may be in the triangle's
-    /// plane.
+    /// Among the given lanes, finds the lanes in which the ray's line crosses the triangle in the
+    /// direction of the normal and the lanes in which the line crosses against the normal. The
+    /// ray's origin may be in the triangle's plane.
     #[inline(always)]
     pub(super) fn sides(&self, lanes: u32) -> (u32, u32) {
         let (nu, nv, nw) = (self.u.negative(), self.v.negative(), self.w.negative());

@@ -1,5 +1,5 @@
-//! The grid converts f32 coordinates to integers. This is the only step of the mode that rounds,
-//! apart from the final conversion of the results.
+//! The grid converts f32 coordinates to integers. The conversion is the only step of the `fixed`
+//! mode that rounds, apart from the final conversion of the results.
 //!
 //! ```text
 //!   scene, f32                      grid, integers

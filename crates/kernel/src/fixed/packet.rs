@@ -80,7 +80,7 @@ impl<const N: usize> Packet<N> {
 
     /// Calls `each` for every crossing of a `live` ray with a triangle, passing the ray's lane.
     /// Call this function in a loop that is compiled for an instruction level. With `FILTER`, an
-    /// f32 test runs first, which does not change the result.
+    /// f32 test runs first to reject most misses. It does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -229,8 +229,8 @@ impl SeenTriangle {
 
     /// Calls `each` for every crossing of a `live` ray with the triangle, passing the ray's lane.
     /// All live rays must start at the origin passed to [`SeenTriangle::new`]. Call this function
-    /// in a loop that is compiled for an instruction level. With `FILTER`, an f32 test runs first,
-    /// which does not change the result.
+    /// in a loop that is compiled for an instruction level. With `FILTER`, an f32 test runs first
+    /// to reject most misses. It does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool, const N: usize>(
         &self,

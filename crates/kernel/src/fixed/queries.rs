@@ -1,4 +1,4 @@
-//! Queries over slices of any length.
+//! The `fixed` mode's queries over slices of any length.
 
 use alloc::vec::Vec;
 use core::array::from_fn;

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! t follows document A, and the weights follow document D. The operations and their order match
-//! the reference, so t has the same bits.
+//! the reference, so t has the same bits as in the reference.
 
 use super::shared_origin_hit::SharedOriginHit;
 use crate::barycentric::Coefficients;

@@ -321,7 +321,7 @@ impl Filter<'_> {
     /// use intertri::simd::{Lane, Simd, Width, WithSimd, dispatch};
     /// use intertri::{ClosestHits, Counts, LeafSlot, Mode, PreparedTriangle, Ray, RayPacket, Triangle};
     ///
-    /// /// Finds the t at which eight rays hit the closest of some triangles.
+    /// /// Finds the t of each ray's closest hit.
     /// struct Depths<'a>(&'a RayPacket<8>, &'a [PreparedTriangle]);
     /// impl WithSimd for Depths<'_> {
     ///     type Output = [f64; 8];

@@ -21,9 +21,9 @@ use crate::scalar::Bits;
 use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
-/// The smallest and largest exponents of the scale, which brings the farthest corner to between 1
-/// and 2. Within these limits, the scale is a normal f64, and numbers that the CPU may read as 0
-/// stay below all error bounds.
+/// The smallest and largest exponents of the scale. The scale is chosen to bring the farthest
+/// corner to between 1 and 2. Within the limits, the scale is a normal f64, and numbers that the
+/// CPU may read as 0 stay below all error bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
 /// A direction is scaled like points if the exponent of its scaled length is at most this in
@@ -101,8 +101,8 @@ impl LocalFrame {
         (x - self.centre[axis]) * pow2(self.up)
     }
 
-    /// Returns the box of a triangle's copy, which contains the scaled triangle. Returns `None` if
-    /// a corner is not finite.
+    /// Returns the box of a triangle's copy. The box contains the scaled triangle. Returns `None`
+    /// if a corner is not finite.
     #[inline]
     pub fn bounds(&self, TriangleOf(corners): &Triangle64) -> Option<[[f32; 3]; 2]> {
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {

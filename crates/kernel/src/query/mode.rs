@@ -110,7 +110,7 @@ impl Mode {
         Self { arithmetic, level: Level::best() }
     }
 
-    /// Selects another instruction level, which does not affect results.
+    /// Selects another instruction level. Results do not depend on the level.
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }

@@ -1,4 +1,4 @@
-//! Integer lanes: N i64 values, for tests without rounding.
+//! Lanes of i64 integers, for intersection tests without rounding.
 
 use core::ops::{Add, Sub};
 
@@ -64,14 +64,14 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// Returns the lanes that are 0.
     fn zero(self) -> u32;
 
-    /// Returns [`Ints::negative`] for these lanes and, in the bits above, for the lanes of `last`.
+    /// Returns [`Ints::negative`] for `self` in the low bits and for `last` in the bits above.
     /// Computes both at once where that is faster.
     #[doc(hidden)]
     #[inline(always)]
     fn negative_of_two(self, last: Self) -> u32 {
         self.negative() | last.negative() << Self::N
     }
-    /// Returns [`Ints::zero`] for these lanes and, in the bits above, for the lanes of `last`.
+    /// Returns [`Ints::zero`] for `self` in the low bits and for `last` in the bits above.
     #[doc(hidden)]
     #[inline(always)]
     fn zero_of_two(self, last: Self) -> u32 {

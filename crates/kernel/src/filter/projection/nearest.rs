@@ -109,7 +109,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.hits
     }
 
-    /// Returns the caller's numbers for the nearest triangles, or [`Nearest::NOTHING`] for a miss.
+    /// Returns the caller's number for each ray's nearest triangle, or [`Nearest::NOTHING`] for a
+    /// miss.
     #[inline(always)]
     pub fn triangles(&self) -> [u32; N] {
         // Avoid `map`, which would not be inlined.
@@ -136,7 +137,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         live: u32,
         counts: &mut Counts,
     ) -> bool {
-        // Do not branch on whether there is a hit, because such a branch would be mispredicted.
+        // Do not branch on whether there is a hit, because the branch would often be mispredicted.
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
         self.offer(&found, (number, seen), points, (first, settle));
@@ -219,7 +220,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
         let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
         if outline.is_edge_on() {
-            // Two weights of different signs mean a miss, whichever side is the inner one.
+            // Two weights of different signs mean a miss, even if the sign of D is unknown.
             maybe = maybe & !(outside & u.max(v).max(w).gt(F::splat(1.0)));
         }
         Sample { weight, s, s_lo, s_hi, sure, maybe }

@@ -58,7 +58,7 @@ pub struct Outlines {
     lo: [[f32; 16]; 2],
     /// The highest x and y of the rectangle.
     hi: [[f32; 16]; 2],
-    /// The error bound of the edge forms, which are divided by it.
+    /// The error bound by which the edge forms are divided.
     unit: [f32; 16],
     /// The lanes that contain triangles.
     live: u32,
@@ -237,7 +237,7 @@ impl Outline {
         self.s[0].is_nan()
     }
 
-    /// Returns the error bound of the edge forms, which is their unit.
+    /// Returns the error bound by which the edge forms are divided.
     pub fn unit(&self) -> f32 {
         self.unit
     }
@@ -296,7 +296,8 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
     }
 }
 
-/// Returns the lanes in which the whole window is outside some edge, if D is certain and positive.
+/// Returns the lanes in which the whole window is outside at least one edge, if D is certain and
+/// positive.
 #[inline(always)]
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
@@ -304,7 +305,7 @@ fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3])
 }
 
 /// Returns the lanes in which the whole window is on the negative side of one edge and on the
-/// positive side of another, whichever side is the inner one.
+/// positive side of another, and therefore outside the triangle.
 #[inline(always)]
 fn apart<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let lowest = windows.range(u).0.max(windows.range(v).0).max(windows.range(w).0);
