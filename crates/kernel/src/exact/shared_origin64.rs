@@ -16,7 +16,7 @@ use super::tails::{DOUBT, TwoParts, cross_tails, difference, is_tame_quotient, t
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, prefetch};
 use crate::{Hit, Ray64, RayOf, Triangle64};
 
-/// How many hits ahead of the one being written to prefetch.
+/// The distance, in hits, between the hit being written and the hit being prefetched.
 const AHEAD: usize = 40;
 
 /// Computes the hits of rays with a common origin. Each pair is a ray's index and the position in
@@ -53,8 +53,8 @@ impl WithSimd for OfOrigin<'_> {
             scratch.resize(needed, Default::default());
         }
         for (i, (some, to)) in triangles.chunks(8).zip(&mut *scratch).enumerate() {
-            // Triangles are far apart in memory, so prefetch the next eight while processing the
-            // current ones.
+            // Triangles are far apart in memory, so prefetch the next eight triangles while
+            // processing the current eight.
             for (triangle, _) in triangles.iter().skip(8 * i + 8).take(8) {
                 prefetch(slice::from_ref(*triangle));
             }
@@ -121,7 +121,8 @@ fn parts<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
 }
 
 impl HitCoefficients {
-    /// Computes where an f64 ray meets the triangle. Returns whether the result is proven.
+    /// Computes where an f64 ray meets the triangle. Returns whether the result is proven to be
+    /// correctly rounded.
     #[inline(always)]
     fn hit64_in<S: Simd>(&self, ray: &Ray64, to: &mut Hit) -> bool {
         let dir = ray.dir;
@@ -145,8 +146,8 @@ impl HitCoefficients {
     }
 }
 
-/// Within these limits, `2^-200` and `2^300`, the proof covers the magnitudes of a direction's
-/// components. A component of 0 is also covered.
+/// The proof covers directions in which each component is 0 or has a magnitude between these
+/// limits, `2^-200` and `2^300`.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
 /// Returns the error bound of a cross product's dot product with a direction, relative to the sum

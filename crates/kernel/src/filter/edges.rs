@@ -235,8 +235,8 @@ pub(super) struct Edges<F> {
     pub(super) v: F,
     pub(super) w: F,
     pub(super) u: F,
-    /// The filter decides only if the magnitude of `den` exceeds this. If the ray's `len` or the
-    /// triangle's `h` is NaN, this is NaN too, and nothing exceeds it.
+    /// The filter decides only if the magnitude of `den` exceeds this value. If the ray's `len` or
+    /// the triangle's `h` is NaN, this value is also NaN, so that the filter does not decide.
     least: F,
 }
 
@@ -251,7 +251,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let v = tri.h5.dot_fused(r);
         let w = tri.minus_h4.dot_fused(r);
         // V, W, and U sum to `den`, so the third edge costs two subtractions instead of a dot
-        // product. It inherits the errors of the others, so its bound is twice theirs.
+        // product. U inherits the errors of V and W, so its bound is twice as large as theirs.
         Self { a, den, v, w, u: (den - v) - w, least: tri.hh.mul_add(of.grazing, of.grazing_add) }
     }
 
@@ -269,7 +269,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
     }
 
-    /// Returns the bound on the errors of V and W. The bound on the error of U is twice this.
+    /// Returns the bound on the errors of V and W. The bound on the error of U is twice as large.
     #[inline(always)]
     pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
         // `EDGE |d|₂ h (|A|₁ + NEAR h) + h off`: section 2 of certified.md.
@@ -287,7 +287,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
         let q = a.permanents(d);
         let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
-        // U is computed from the other three values, so its permanent is the sum of theirs.
+        // U is computed from `den`, V, and W, so its permanent is the sum of their permanents.
         let u = v + w + h4.permanents(h5).dot_fused(d);
 
         // The reference's noise, or the rounding of copies.
@@ -401,8 +401,8 @@ pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_er
 }
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
-    /// Decides every lane that the bound allows. A lane whose t certainly exceeds `far` is also a
-    /// miss.
+    /// Decides every lane for which the error bound allows a decision. A lane whose t certainly
+    /// exceeds `far` is also a miss.
     #[inline(always)]
     pub(super) fn decide(
         &self,
@@ -429,9 +429,9 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         } else {
             (edge + bound).negative()
         };
-        // Most triangles are rejected by an edge. With four lanes or fewer, all of them are often
-        // outside, so return early. With eight lanes or more, usually at least one is not, and the
-        // branch would cost more than it saves.
+        // Most triangles are rejected by an edge. With four lanes or fewer, all lanes are often
+        // outside, so return early. With eight lanes or more, usually at least one lane is not
+        // outside, and the branch would cost more than it saves.
         if F::N <= 4 && !(!(sure & outside)).any() {
             return nothing;
         }

@@ -70,7 +70,8 @@ pub struct AlongAxis {
     least: [f32; 8],
 }
 
-/// The hits of sixteen rays on one triangle. A lane in neither mask is a miss.
+/// The hits of sixteen rays on one triangle. A lane that is in neither `sure` nor `undecided` is a
+/// miss.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneHits {
     /// Certain hits: within the interval and inside all edges.

@@ -104,16 +104,17 @@ impl ClosestHit {
     ) {
         let (triangle, slot) = new;
         if t_hi < self.t_lo {
-            // The new hit is entirely in front of the old one. Its t is not needed unless another
-            // hit comes close; until then, it is NaN.
+            // The new hit is certainly in front of the old hit. Its t is NaN until another hit
+            // comes close and the exact value is needed.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
-            // Walls in the same plane are common, and ordering them does not require arithmetic.
+            // Walls in the same plane are common, and their order can be determined without
+            // arithmetic.
             if self.is_hit()
                 && let Some(order) = pairs.order_across_axis(lane, self.slot)
             {
                 if order.then(triangle.cmp(&self.triangle)).is_lt() {
-                    // The new hit's t is at most that of the hit so far.
+                    // The new hit's t is at most the t of the closest hit so far.
                     let t_hi = if t_hi < self.t_hi { t_hi } else { self.t_hi };
                     *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
                 }
@@ -189,8 +190,8 @@ impl ClosestHit {
             return;
         }
 
-        // Among the certain hits, find the one whose interval ends first, and all hits whose
-        // intervals begin before that.
+        // Among the certain hits, find the hit whose interval ends first, and all hits whose
+        // intervals begin before that end.
         let hit = F::Mask::from_bits(verdicts.hit);
         let ends = F::select(hit, verdicts.t_hi, F::splat(f32::INFINITY));
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);

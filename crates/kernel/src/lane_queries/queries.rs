@@ -182,8 +182,7 @@ impl Filter<'_> {
     }
 }
 
-/// Tests of N rays against one triangle: all hits, whether there are any, or the closest hits so
-/// far.
+/// Tests of N rays against one triangle: all hits, which rays hit, or the closest hits so far.
 impl Filter<'_> {
     /// Finds all hits of N rays on one triangle.
     #[inline(always)]
@@ -225,8 +224,8 @@ impl Filter<'_> {
     /// }
     ///
     /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// // A ray inside, one on the longest edge, one an f32 step beside it, and one that ends at
-    /// // the wall.
+    /// // Rays inside, on the longest edge, and one f32 step outside that edge, and a ray that ends
+    /// // at the wall.
     /// let ray = |y: f32| Ray::new([0.5, y, 0.0], [0.0, 0.0, 1.0]);
     /// let rays = [ray(0.25), ray(0.5), ray(0.5_f32.next_up()), ray(0.25).between(0.0, 5.0)];
     /// assert_eq!(dispatch(Shadow(&RayPacket::new(&rays), &wall)), 0b0011);

@@ -137,7 +137,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // Infinity has exactly the exponent bits set, so this clears the sign and the
+                // Infinity has only the exponent bits set, so this mask clears the sign and the
                 // fraction and leaves a power of two.
                 Self(self.0 & <$t>::splat(<$scalar>::INFINITY))
             }

@@ -53,7 +53,8 @@ use crate::{LeafSlot, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<F, const N: usize> {
-    /// The lower bound: a hit with a smaller inverse depth cannot become the nearest.
+    /// The lower bound on the inverse depth: a hit with a smaller inverse depth cannot become the
+    /// nearest.
     s_lo: F,
     s_hi: F,
     /// The caller's number for the triangle, stored as the bits of a float.
@@ -66,7 +67,7 @@ pub struct Nearest<F, const N: usize> {
 struct Sample<F: Lanes> {
     /// The smallest weight, in units of its error bound.
     weight: F,
-    /// The inverse depth, and its lower and upper bounds.
+    /// The inverse depth.
     s: F,
     s_lo: F,
     s_hi: F,
@@ -76,7 +77,8 @@ struct Sample<F: Lanes> {
     maybe: F::Mask,
 }
 
-/// The verdict on each lane, with bounds on the inverse depth. A lane in neither mask is a miss.
+/// The verdict on each lane, with bounds on the inverse depth. A lane that is in neither `hit` nor
+/// `undecided` is a miss.
 #[derive(Clone, Copy)]
 struct InverseDepths<F> {
     hit: u32,
@@ -215,7 +217,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let sure = s.abs().gt(F::splat(outline.least));
         let err = F::splat(outline.err);
         // The nearer the plane, the larger s. `near_hi` is the near end of the interval, and
-        // `self.s_lo` is the best hit so far.
+        // `self.s_lo` belongs to the nearest hit so far.
         let (s_lo, s_hi) = (s - err, s + err);
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
         let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
@@ -236,8 +238,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         points: &Points<F>,
         (first, settle): (usize, &Settle<'_, T, I>),
     ) {
-        // First update, all at once, the lanes whose new bounds are entirely in front of the old
-        // ones.
+        // First update all lanes in which the new bounds are entirely in front of the old bounds,
+        // without a loop.
         let bits = f32::from_bits(number);
         let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
         self.s_lo = F::select(wins, found.s_lo, self.s_lo);
