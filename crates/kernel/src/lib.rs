@@ -28,7 +28,7 @@
 //! | mode | agrees exactly with |
 //! | --- | --- |
 //! | [`Mode::exact`], the default | the true result for the coordinates as given; edges belong to both triangles, so there are no gaps |
-//! | [`Mode::once`] | the same, but each edge belongs to one triangle, so you can count crossings |
+//! | [`Mode::once`] | the same, but each edge belongs to only one triangle, so you can count crossings |
 //! | [`Mode::certified`] | a plain loop over a scalar f64 reference, bit for bit |
 //!
 //! To continue a path from a hit without hitting the same surface again, use [`spawn_ray`] and

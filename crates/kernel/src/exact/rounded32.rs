@@ -15,7 +15,8 @@ use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of, put_by_triangle};
 use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 
 /// `2^-49`, which is `16w`, where w is half an ulp of 1. The error of a volume in f64 is at most
-/// `9w` times its permanent, and dividing by the volume adds rounding errors of at most `3w`.
+/// `9w` times the volume's permanent, and dividing by a volume adds rounding errors of at most
+/// `3w`.
 const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
 
 /// A denominator that several quotients share.
@@ -61,7 +62,7 @@ impl<const N: usize> Ends<N> {
     }
 }
 
-/// [`HitCoefficients`](super::HitCoefficients) for hits in f32.
+/// Like [`HitCoefficients`](super::HitCoefficients), but for f32 hits.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct HitCoefficients32 {
@@ -172,8 +173,8 @@ fn hit32_of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
     Hit32::new(attributes32(ray, triangle), index)
 }
 
-/// Converts a hit found by `exact` to f32. Its t, u, and v are correctly rounded for the ray and
-/// the triangle.
+/// Converts a hit found by `exact` to f32. The hit's t, u, and v are correctly rounded for the ray
+/// and the triangle.
 #[inline(always)]
 pub fn hit32<S: Scalar>(hit: &Hit, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Hit32 {
     let numbers = narrowed([hit.t, hit.u, hit.v]).unwrap_or_else(|| attributes32(ray, triangle));

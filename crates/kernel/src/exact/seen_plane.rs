@@ -48,7 +48,7 @@ impl<S: Scalar> SeenPlane<S> {
 
     /// Returns which of two planes a ray meets first, or `None` if that is uncertain. The ray must
     /// meet both. An f32 ray must start at the origin of both planes; for an f64 ray, this function
-    /// checks that it starts at the origin of `self`.
+    /// checks that the ray starts at the origin of `self`.
     #[inline(always)]
     pub fn order(&self, other: &Self, ray: &RayOf<S>) -> Option<Ordering> {
         if const { is_f64::<S>() } {
@@ -63,7 +63,7 @@ impl<S: Scalar> SeenPlane<S> {
         // Compare magnitudes, not signed values: two planes can be ordered even if one is so near
         // the origin that the sign of its T is unknown.
         let gap = self.num * other_den - other.num * den;
-        // The error of a product of two inexact numbers, summed over both products (exact.md,
+        // The sum of the error bounds of the two products, whose factors are all inexact (exact.md,
         // section 9).
         let err = (self.num + self.num_err) * other_err
             + self.num_err * other_den

@@ -3,10 +3,10 @@
 
 use crate::Scalar;
 
-/// The tiers of arithmetic, from the fastest to the one that always decides.
+/// The tiers of arithmetic, from the fastest tier to the tier that always decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
-    /// f64, for pairs that its error bound can decide.
+    /// f64 with an error bound, for pairs that the bound can decide.
     Float,
     /// Integers, with 64-bit coordinates.
     Narrow,

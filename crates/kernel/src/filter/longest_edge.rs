@@ -11,7 +11,7 @@ use super::bound;
 
 /// Returns an upper bound on the longest edge, at least [`SHORTEST`], or NaN if a corner is so far
 /// from the origin that f32 must not decide. The arguments are the first corner and the two edges
-/// that meet there, `-h4` and `h5`.
+/// at this corner, `-h4` and `h5`.
 #[inline(always)]
 pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     c1: Vec3<F>,
@@ -21,7 +21,7 @@ pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     let splat = F::splat;
     let (length, sane) = if F::N <= 4 {
         // With few lanes, a square root is too expensive. The sum of two norms is cheaper, and no
-        // edge is longer than that.
+        // edge is longer than this sum.
         let sum = minus_h4.norm1() + h5.norm1();
         (sum, (c1.norm1() + sum).le(splat(bound::LARGEST)))
     } else {

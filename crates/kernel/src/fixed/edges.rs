@@ -75,8 +75,8 @@ pub(super) fn first_sign_negative<I: Ints>([x, y, z]: V3<I>) -> u32 {
     x.negative() | x.zero() & (y.negative() | y.zero() & z.negative())
 }
 
-/// Computes `A . (h4 x h5)`, the numerator of t, for one pair. Its `3 b + 5` bits may not fit in an
-/// i64.
+/// Computes `A . (h4 x h5)`, the numerator of t, for one pair. The result has `3 b + 5` bits, which
+/// may not fit in an i64.
 #[inline(always)]
 pub(super) fn volume(a: [i64; 3], h4: [i64; 3], h5: [i64; 3]) -> i128 {
     product(a, cross_i64(h4, h5))

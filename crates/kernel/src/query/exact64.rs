@@ -100,8 +100,8 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
         let Self { rule, triangles, ray, mut found } = self;
         let lanes = RayLanes::<S::F64x8>::of_ray(ray);
         for (some, first) in triangles.chunks(8).zip((0..).step_by(8)) {
-            // The error bound does not hold if products of coordinates could overflow or underflow.
-            // Integers test the triangles for which that is possible.
+            // The error bound does not hold where products of coordinates could overflow or
+            // underflow. The affected triangles are tested with integers.
             let (mut numbers, mut plain) = ([[[0.0; 8]; 3]; 3], 0_u32);
             for (lane, triangle) in some.iter().enumerate() {
                 for (to, from) in numbers.iter_mut().zip(&triangle.0) {

@@ -15,8 +15,8 @@ use crate::{Hit, Ray, Threshold};
 /// | mode | a triangle is hit if |
 /// | --- | --- |
 /// | [`Mode::exact`], the default | the true ray meets the closed triangle: its edges and corners belong to it |
-/// | [`Mode::once`] | the same, but each point of a mesh belongs to one of its triangles |
-/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: results equal those of a plain loop over that scalar reference, bit for bit |
+/// | [`Mode::once`] | the same, but each point of a mesh belongs to only one of its triangles |
+/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: the results equal the results of a plain loop over that scalar reference, bit for bit |
 ///
 /// In every mode, a hit counts if `t_min <= t < t_max` and `t > 0`. A ray or triangle with a NaN or
 /// infinite coordinate is never hit, nor is a triangle without area. If two triangles are hit at

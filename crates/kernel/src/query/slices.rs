@@ -93,7 +93,7 @@ fn hits_in_row<S: Simd>(
     enough: bool,
 ) -> u32 {
     // The filter's hits may be beyond the end of the interval, so the resolver also settles hits
-    // whose interval of t reaches it.
+    // whose interval of t reaches that end.
     let mut hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
     for lane in lanes_of(verdicts.lanes() & !hits) {
         // One hit suffices; further calls of the resolver would be wasted.
@@ -221,7 +221,7 @@ mod tests {
         const LEVEL: Level = S::LEVEL;
     }
 
-    /// Finds the closest hit, whether there is any hit, and the number of all hits.
+    /// Finds the closest hit, whether the ray hits anything, and the number of hits.
     struct ByOneLane<'a>(Filter<'a>, &'a [Triangle], &'a Ray);
 
     impl WithSimd for ByOneLane<'_> {

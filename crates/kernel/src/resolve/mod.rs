@@ -198,7 +198,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns which of two hits of a ray comes first: by t and, if that is equal, by the index.
+    /// Returns which of two hits of a ray comes first: by t and, if the values of t are equal, by
+    /// the index.
     #[inline]
     pub fn first(
         self,

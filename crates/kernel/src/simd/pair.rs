@@ -1,4 +1,4 @@
-//! Lanes in two halves, for lanes that do not fit in one register.
+//! Lanes in two halves, for more lanes than fit in one register.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

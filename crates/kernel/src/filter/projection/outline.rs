@@ -50,9 +50,9 @@ pub struct Outlines {
     s: [[f32; 16]; 3],
     /// The error bound of s.
     err: [f32; 16],
-    /// If |s| is at most this, the ray grazes the plane, and nothing is decided.
+    /// If |s| is at most this value, the ray grazes the plane, and nothing is decided.
     least: [f32; 16],
-    /// If s exceeds this, the ray is certainly not parallel to the plane.
+    /// If s exceeds this value, the ray is certainly not parallel to the plane.
     parallel: [f32; 16],
     /// The lowest x and y of a rectangle that contains the projected triangle.
     lo: [[f32; 16]; 2],
@@ -125,7 +125,7 @@ impl Outlines {
         exact: bool,
     ) -> Self {
         let live = first.live() | second.map_or(0, |block| block.live() << 8);
-        // Without a second block, the first one fills both halves, and `live` masks the copies.
+        // Without a second block, the first block fills both halves, and `live` masks the copies.
         let blocks = [first, second.unwrap_or(first)];
         let planes = Planes::new::<S>(blocks, frame);
         let corners = Corners::new::<S>(blocks, frame);
@@ -141,7 +141,8 @@ impl Outlines {
         // hits are on their triangles.
         let unturned = if exact { one / unit } else { nothing };
         // One factor scales the edges to units of their bound and applies the sign of T. All three
-        // are then positive for a hit in front of the origin, whichever way the triangle faces.
+        // forms are then positive for a hit in front of the origin, whichever way the triangle
+        // faces.
         let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), unturned);
         let [inverse, along_x, along_y] = planes.s;
         let inverse = S::F32x16::select(sure, inverse, nothing);
@@ -215,7 +216,8 @@ impl Outlines {
 
 impl Outline {
     /// Evaluates the values that the test computes at points: U, V, and W in units of their bound,
-    /// the inverse depth, and the error bound of the inverse depth. Used to test the bounds.
+    /// the inverse depth, and the error bound of the inverse depth. Tests use this function to
+    /// check the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
         let values = [self.u, self.v, self.w, self.s];

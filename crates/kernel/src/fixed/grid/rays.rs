@@ -13,8 +13,8 @@ use crate::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
 
 impl Grid {
     /// Snaps a ray's origin, and scales its direction by its own power of two so that the longest
-    /// component uses all `q` bits. Each component changes by less than `2^-q` of the longest. The
-    /// interval does not change.
+    /// component uses all `q` bits. Each component changes by less than `2^-q` of the longest
+    /// component. The interval does not change.
     ///
     /// # Errors
     /// Returns the same errors as [`Grid::snap`], and also an error if the direction is zero or not
@@ -31,7 +31,7 @@ impl Grid {
     }
 
     /// Like [`Grid::ray`], but for many rays. `snapped[i]` becomes the snapped `rays[i]` or, if
-    /// that fails, the result of `otherwise` for the index and the error. An origin that
+    /// snapping fails, the result of `otherwise` for the index and the error. An origin that
     /// consecutive rays share is snapped only once.
     ///
     /// ```
@@ -96,7 +96,7 @@ struct Four<S: Simd> {
     unit: S::F32x4,
     /// `2^(scale - (q - 1))`
     back: S::F32x4,
-    /// Adding and subtracting this rounds the direction and leaves `t_max` unchanged.
+    /// Adding and subtracting this value rounds the direction and leaves `t_max` unchanged.
     whole: S::F32x4,
     /// The difference between the biased exponent of k and the exponent of the ray.
     bias: i32,

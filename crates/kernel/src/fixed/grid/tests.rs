@@ -79,7 +79,7 @@ fn the_grid_is_the_finest() {
     assert_eq!(grid.step(), 0.5_f64.powi(21));
     assert_eq!(grid.snap([0.0; 3]).unwrap()[0], -(1 << 20));
     assert_eq!(grid.snap([1.0, 0.0, 0.0]).unwrap()[0], 1 << 20);
-    // One more step does not fit.
+    // A point one step farther out does not fit.
     assert!(grid.snap([1.0 + f32::EPSILON * 4.0, 0.0, 0.0]).is_err());
 }
 

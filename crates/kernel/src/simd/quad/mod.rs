@@ -203,8 +203,8 @@ macro_rules! lanes {
 lanes!(Singles, SinglesMask, singles);
 lanes!(Doubles, DoublesMask, doubles);
 
-/// Two registers of i64. They have as many lanes as one register of i32, because products have
-/// factors of that width.
+/// Two registers of i64 lanes. Together, they have as many lanes as one register of i32 lanes,
+/// because the factors of products are 32-bit.
 #[derive(Clone, Copy)]
 pub(super) struct Integers(cpu::integers::Regs);
 
