@@ -39,10 +39,10 @@
 //! - `std` (default): selects the CPU's best instructions at run time. Without it, the crate is
 //!   `no_std` with `alloc`, and it uses the instructions for which it was compiled.
 //!
-//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` accept anything that converts into `[f32;
-//! 3]`, such as the vector types of glam and of any library that supports mint. There is no serde
-//! feature, because most rays end at infinity, which JSON cannot represent. Rays and triangles have
-//! public fields, so you can serialize them in any format.
+//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` accept any type that converts into
+//! `[f32; 3]`, such as the vector types of glam and of any library that supports mint. There is no
+//! serde feature, because most rays end at infinity, which JSON cannot represent. Rays and
+//! triangles have public fields, so you can serialize them in any format.
 //!
 //! # Limits
 //!

@@ -43,7 +43,7 @@ pub(super) const GRAZING: f32 = 24.0 * U;
 
 /// The error of t is within `SLACK (NUM |A|₁ h² + |t| DEN |d|₂ h²) / |den| + ROUND |t|`.
 pub(super) const SLACK: f32 = 1.6;
-/// The relative rounding error of t, in the bound described at [`SLACK`].
+/// The coefficient of `|t|` in the error bound described at [`SLACK`].
 pub(super) const ROUND: f32 = 8.0 * U;
 
 /// A ray is certainly not parallel if its denominator exceeds this multiple of `Threshold |n|`.
@@ -101,7 +101,7 @@ pub(super) const EDGES: f32 = 16.75 * U;
 
 /// The error of the inverse depth is within `DEPTH |s|₁` plus `LOST h² / |T|`.
 pub(super) const DEPTH: f32 = 16.0 * U;
-/// The share of `h² / |T|` in the error of the inverse depth (see [`DEPTH`]): 2^-45.
+/// The coefficient of `h² / |T|` in the error bound described at [`DEPTH`]: 2^-45.
 pub(super) const LOST: f32 = 1.0 / (1_u64 << 45) as f32;
 
 /// The relative error of `1 / (t * depth)`.
@@ -110,18 +110,18 @@ pub(super) const INVERSE: f32 = 10.0 * U;
 /// On the projection, the reference may accept a point that is outside a triangle by up to
 /// `ROOM h + ROOM_AWAY |o|₁`, divided by the triangle's least depth. The value is 2^-19.
 pub(super) const ROOM: f32 = 1.0 / (1_u64 << 19) as f32;
-/// The share of `|o|₁` in the margin described at [`ROOM`]: 2^-46.
+/// The coefficient of `|o|₁` in the margin described at [`ROOM`]: 2^-46.
 pub(super) const ROOM_AWAY: f32 = 1.0 / (1_u64 << 46) as f32;
 /// The error of a triangle's corner is within `CORNER |A|₁`.
 pub(super) const CORNER: f32 = 11.0 * U;
 /// The rounding error of a bounding rectangle's sides on the projection: 2^-20.
 pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 
-/// A triangle for which `h² / |n|₁` exceeds this (2^24) has no bounding rectangle.
+/// A triangle for which `h² / |n|₁` exceeds this value (2^24) has no bounding rectangle.
 pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 
-/// On a projection, a t below this (2^-80) counts as unknown: its product with a depth could be
-/// subnormal, and subnormal results round by more than `INVERSE`.
+/// On a projection, a t below this value (2^-80) counts as unknown: its product with a depth could
+/// be subnormal, and subnormal results round by more than `INVERSE`.
 pub(super) const SHORTEST_T: f32 = f32::from_bits((127 - 80) << 23);
 
 /// If rays miss the origin by up to `off`, the bound of an edge grows by `OFF_EDGE h off`.

@@ -63,7 +63,7 @@ impl Room {
 
     /// Returns the maximum distance by which a ray may miss the copy of its origin, as seen from
     /// the copies of the triangles. The distance covers the rounding of the origin and the corners,
-    /// except for a fraction of the distance between them.
+    /// except for a fraction of the distance between the origin and a corner.
     pub(super) fn passed(&self, origin: [f32; 3]) -> f32 {
         if !self.copies {
             return 0.0;

@@ -28,7 +28,7 @@ pub struct Frame {
     /// The maximum distance by which rays miss the origin.
     pub(super) off: f32,
     /// The maximum distance of the rays' points from the centre of the projection in x and y, plus
-    /// `OFF_REACH`; or 0, if rays do not miss the origin.
+    /// `OFF_REACH`. The value is 0 if rays do not miss the origin.
     pub(super) reach: [f32; 2],
     /// The coefficients of the error bounds.
     pub(super) shares: Shares,

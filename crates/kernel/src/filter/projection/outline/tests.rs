@@ -135,7 +135,8 @@ impl Free {
     }
 }
 
-/// Returns orthogonal axes: the depth axis and the two axes perpendicular to it, rotated about it.
+/// Returns orthogonal axes: the depth axis and the two axes perpendicular to it, rotated about the
+/// depth axis.
 fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
@@ -208,8 +209,8 @@ fn grazing(search: &mut Search) -> [f64; 19] {
 }
 
 /// Returns the input that comes closest to the bound `COPY_SLANT`: the vector to the corner is
-/// nearly in the plane, and the tilted ray meets the plane long before the corner. Here, T is
-/// nearly 0.
+/// nearly in the plane, and the tilted ray meets the plane long before the corner. In this case, T
+/// is nearly 0.
 fn slanting(search: &mut Search) -> [f64; 19] {
     let [thin, slope] = [1e-3, 0.02].map(|size| size * (1.5 + search.number()));
     let thin = [0, 1, 2].map(|k| thin * (AXIS[k] - slope * OTHER[k]));
