@@ -7,9 +7,9 @@
 //! ```
 //!
 //! This code is called out of line, so it selects the instruction level itself. Without a fused
-//! multiply-add, computing the rounding error of a product takes sixteen operations. The results
-//! for an f32 triangle are proven only if its edges are exact in f64. The edges of an f64 triangle
-//! are exact as sums of two f64 parts.
+//! multiply-add, computing the rounding error of a product takes sixteen operations. For f32 input,
+//! the results are proven only if A, h4, and h5 are exact in f64. For f64 input, A, h4, and h5 are
+//! exact as sums of two parts.
 
 use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};
