@@ -31,7 +31,7 @@ impl TriangleId {
 }
 
 /// The position at which the caller of a query stores a triangle, such as a lane of a leaf. Queries
-/// pass it back to look the triangle up.
+/// pass the slot back to the caller to look up the triangle.
 ///
 /// ```
 /// use intertri::LeafSlot;

@@ -28,7 +28,7 @@
 //! | mode | agrees exactly with |
 //! | --- | --- |
 //! | [`Mode::exact`], the default | the true result for the coordinates as given; edges belong to both triangles, so there are no gaps |
-//! | [`Mode::once`] | the same, but each edge belongs to one triangle, so you can count crossings |
+//! | [`Mode::once`] | the same, but each edge belongs to only one triangle, so you can count crossings |
 //! | [`Mode::certified`] | a plain loop over a scalar f64 reference, bit for bit |
 //!
 //! To continue a path from a hit without hitting the same surface again, use [`spawn_ray`] and
@@ -39,10 +39,10 @@
 //! - `std` (default): selects the CPU's best instructions at run time. Without it, the crate is
 //!   `no_std` with `alloc`, and it uses the instructions for which it was compiled.
 //!
-//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` accept anything that converts into `[f32;
-//! 3]`, such as the vector types of glam and of any library that supports mint. There is no serde
-//! feature, because most rays end at infinity, which JSON cannot represent. Rays and triangles have
-//! public fields, so you can serialize them in any format.
+//! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` accept any type that converts into
+//! `[f32; 3]`, such as the vector types of glam and of any library that supports mint. There is no
+//! serde feature, because most rays end at infinity, which JSON cannot represent. Rays and
+//! triangles have public fields, so you can serialize them in any format.
 //!
 //! # Limits
 //!

@@ -54,11 +54,11 @@ pub trait Bits: Copy {
     /// The maximum number of bits of m in [`Bits::parts`].
     const DIGITS: i32;
 
-    /// Returns the m and e of a finite number `m * 2^e`. For zero, m is 0 and e is arbitrary. A
-    /// number of smaller magnitude never has a larger e.
+    /// Returns the m and e of a finite number `m * 2^e`. For zero, m is 0 and e is arbitrary. Of
+    /// two numbers, the one with the smaller magnitude never has the larger e.
     fn parts(self) -> (i64, i32);
 
-    /// Returns the number nearest to an f64, which is infinite if the f64 is too large.
+    /// Returns the number nearest to an f64. The result is infinite if the f64 is too large.
     fn nearest(x: f64) -> Self;
 
     /// The smallest positive normal number.

@@ -16,8 +16,9 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// assert!(!is_on(&wall, [0.5, 0.500_000_1, 5.0]) && !is_on(&wall, [0.1, 0.1, 5.000_001]));
 /// ```
 pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
-    // Most points in a triangle's plane are outside its bounding box. If the CPU treats subnormal
-    // numbers as zero, this test rejects fewer points, but never one that is on the triangle.
+    // Most points in a triangle's plane are outside the triangle's bounding box. If the CPU treats
+    // subnormal numbers as zero, this test rejects fewer points, but it never rejects a point on
+    // the triangle.
     let is_beside = |axis: usize| {
         let (x, corners) = (point[axis], &triangle.0);
         corners.iter().all(|c| c[axis] < x) || corners.iter().all(|c| c[axis] > x)
@@ -33,9 +34,10 @@ pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
     }
 }
 
-/// Tests the point in integer arithmetic. For a point in the triangle's plane, T is 0, and the
-/// three normals are multiples of the triangle's own normal. The point is on the triangle if no
-/// multiple is negative.
+/// Returns whether the point is on the triangle, using integer arithmetic. The point is in the
+/// triangle's plane if T is 0. In that case, each cross product of two corners relative to the
+/// point is a multiple of the triangle's normal, and the point is on the triangle if none of the
+/// three multiples is negative.
 fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
     pair: &Pair<S>,
     scales: Scales,

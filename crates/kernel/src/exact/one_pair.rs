@@ -1,14 +1,15 @@
-//! The intersection of one ray with one triangle that it is known to hit: four volumes, one per
-//! lane.
+//! Intersects one ray with one triangle that it is known to hit. The intersection needs four
+//! volumes, each computed in its own SIMD lane.
 //!
 //! ```text
 //!   D = d·(h4 × h5)    T = a·(h4 × h5)    V = h5·(a × d)    W = -h4·(a × d)    per lane: x·(y × z)
 //!         1                  t                  u                 v            divided by D
 //! ```
 //!
-//! This code is called out of line, so it selects an instruction level itself. Without a fused
-//! multiply-add, the error of a product takes sixteen operations to compute. The edges of f32
-//! triangles must be exact in f64; the edges of f64 triangles are exact in two parts.
+//! This code is called out of line, so it selects the instruction level itself. Without a fused
+//! multiply-add, computing the rounding error of a product takes sixteen operations. For f32 input,
+//! the results are proven only if A, h4, and h5 are exact in f64. For f64 input, A, h4, and h5 are
+//! exact as sums of two parts.
 
 use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};
@@ -17,12 +18,12 @@ use super::tier::is_f64;
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Where a ray meets a triangle, and on which side of each edge it passes.
+/// Where a ray meets a triangle, and on which side of each edge the ray passes.
 #[derive(Clone, Copy)]
 pub(super) struct Intersection {
     /// t, u, and v.
     pub(super) quotients: [f64; 3],
-    /// One bit per quotient that is proven to be correctly rounded; the lowest bit is for t.
+    /// Bits 0, 1, and 2 are set if t, u, and v, respectively, are proven to be correctly rounded.
     pub(super) sure: u32,
     /// The high parts, low parts, and error bounds of D, T, V, and W. The bounds are NaN if nothing
     /// is proven.
@@ -34,8 +35,8 @@ impl Intersection {
     pub(super) fn signs(&self) -> [i8; 4] {
         let [high, low, err] = self.volumes;
         let [_, t, v, w] = [0, 1, 2, 3].map(|i| sign(high[i], err[i]));
-        // U is D minus V and W. The difference is computed in two parts as well, because U may be
-        // small although D, V, and W are not.
+        // U is D minus V and W. Compute this difference in two parts as well, because U may be
+        // small even if D, V, and W are not.
         let first = sum(high[0], -high[2]);
         let rest = sum(first.high, -high[3]);
         let lows = (low[0] - low[2] - low[3]) + (first.low + rest.low);
@@ -44,8 +45,8 @@ impl Intersection {
     }
 }
 
-/// Returns the sign of a number with the given error bound, or 0 if the bound does not determine
-/// it.
+/// Returns the sign of a number with the given error bound, or 0 if the error may exceed the
+/// number.
 fn sign(x: f64, err: f64) -> i8 {
     i8::from(x > err) - i8::from(x < -err)
 }
@@ -53,7 +54,7 @@ fn sign(x: f64, err: f64) -> i8 {
 /// Computes where a ray meets a triangle. No input may be subnormal, and f64 inputs must not be so
 /// large or so small that a product overflows or underflows.
 pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Intersection {
-    // The work fits in four lanes.
+    // Four lanes hold all four volumes, so wider registers would not help.
     Level::avx2().unwrap_or(Level::PORTABLE).run(Meet { ray, triangle })
 }
 
@@ -111,7 +112,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
         volume.err.store(&mut volumes[2]);
         let [_, t, u, v] = all;
         if !exact {
-            // The error bound becomes NaN, so no sign is proven either.
+            // Set the error bounds to NaN, so that no sign counts as proven either.
             volumes[2] = [f64::NAN; 4];
         }
         Intersection {
@@ -123,7 +124,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
 }
 
 /// Transposes four vectors into lanes. The code is written out because an array's `map` may compile
-/// to a call that lacks the level's instructions.
+/// to a function call that lacks the level's instructions.
 #[inline(always)]
 fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     let x: [f64; 4] = [a[0].into(), b[0].into(), c[0].into(), d[0].into()];

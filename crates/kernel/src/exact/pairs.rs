@@ -1,4 +1,4 @@
-//! Hit attributes of eight pairs, each a ray and a triangle that it is known to hit.
+//! Computes the hit attributes of eight pairs, each a ray and a triangle that it is known to hit.
 
 use super::attributes;
 use super::input::subnormals_are_read;
@@ -7,7 +7,7 @@ use crate::Hit;
 use crate::hit_attributes::Pairs;
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of};
 
-/// Returns t for each lane's ray and triangle, which are known to hit, and the lanes in which t is
+/// Returns the t of each lane, whose ray is known to hit its triangle, and the lanes in which t is
 /// proven to be correctly rounded.
 #[inline(always)]
 pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
@@ -19,12 +19,12 @@ pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     (t, if subnormals_are_read() { sure.bits() } else { 0 })
 }
 
-/// Returns the hits of the first `len` lanes, with t, u, and v correctly rounded. The other lanes
-/// are meaningless.
+/// Returns the hits of the first `len` lanes, with t, u, and v correctly rounded. The other
+/// elements are meaningless.
 #[inline(always)]
 pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
-    // Process four at a time, because some CPUs lower their clock rate for even a single eight-lane
-    // division.
+    // Process four pairs at a time, because some CPUs lower their clock rate for even a single
+    // eight-lane division.
     let (mut t, mut u, mut v, mut sure) = ([0.0; 8], [0.0; 8], [0.0; 8], 0);
     for from in [0, 4] {
         let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);
@@ -37,8 +37,8 @@ pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
     }
 
     let mut hits = pairs.hits(&t, &u, &v);
-    // If the CPU treats subnormal numbers as zero, trust no lane: `attributes` works on the bits
-    // instead.
+    // If the CPU treats subnormal numbers as zero, trust no lane: `attributes` then computes the
+    // hits from the bits of the coordinates.
     let sure = if subnormals_are_read() { sure } else { 0 };
     for lane in lanes_of(!sure & ((1 << len) - 1)) {
         let (ray, triangle, _) = pairs.pair(lane);

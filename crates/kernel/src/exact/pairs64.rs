@@ -1,4 +1,5 @@
-//! Hit attributes of f64 rays and triangles that they are known to hit, four pairs at a time.
+//! Computes the hit attributes of f64 rays and triangles that they are known to hit, four pairs at
+//! a time.
 
 use super::attributes;
 use super::input::{is_plain, subnormals_are_read};
@@ -17,8 +18,8 @@ pub fn hits64(level: Level, pairs: &[Pair64<'_>], hits: &mut [Hit]) {
     }
 }
 
-/// Up to four pairs, because some CPUs lower their clock rate for even a single eight-lane
-/// division.
+/// Up to four pairs. With eight, some CPUs would lower their clock rate for even a single
+/// eight-lane division.
 struct Four<'a> {
     pairs: &'a [Pair64<'a>],
     hits: &'a mut [Hit],

@@ -1,5 +1,5 @@
-//! The quotient of two integers, stored as its first 64 bits and whether any bits follow. That is
-//! enough to round it correctly and to compare it with any float.
+//! The quotient of two integers, stored as its first 64 bits and a flag for nonzero bits after
+//! them. This is enough to round the quotient correctly and to compare it with any float.
 //!
 //! ```text
 //!   1.b₁b₂b₃ ... b₅₂ | b₅₃ ... b₆₃ | more?        These bits suffice to round to nearest even.
@@ -17,7 +17,7 @@ use crate::simd::Lanes;
 pub(super) struct Quotient {
     /// The first 64 bits; the highest is set.
     first: u64,
-    /// Whether more bits follow.
+    /// Whether nonzero bits follow the first 64 bits.
     more: bool,
     exponent: i32,
 }
@@ -26,7 +26,8 @@ impl Quotient {
     /// Computes `num / den * 2^exponent` for positive integers.
     #[inline(always)]
     pub(super) fn new<const V: usize>(num: &[u64; V], den: &[u64; V], exponent: i32) -> Self {
-        // Normalize both to their highest bit, so that their quotient is between 1/2 and 2.
+        // Shift both integers until their highest bit is set, so that their quotient is between 1/2
+        // and 2.
         let ((num, up), (den, down)) = (from_the_top(num), from_the_top(den));
         // If the normalized numerator is smaller, the quotient is below 1 and needs one more binary
         // place to fill all 64 bits.
@@ -73,14 +74,14 @@ impl Quotient {
     /// the largest f64.
     #[inline(always)]
     pub(super) fn to_f64(self) -> f64 {
-        // The 64 bits are eleven more than an f64 holds, so the sticky bit can be merged into the
-        // last one.
+        // An f64 holds eleven bits fewer than `first`, so the sticky bit can be merged into the
+        // last bit.
         let first = self.first | u64::from(self.more);
         // The value is at least 2^top and less than twice that.
         let top = self.exponent.saturating_add(63);
         if (SMALLEST..=LARGEST).contains(&top) {
-            // The conversion rounds once. Both products are by powers of two and have normal
-            // results, so they are exact.
+            // The conversion rounds once. The two multiplications are by powers of two and have
+            // normal results, so they are exact.
             return first as f64 * pow2(-63) * pow2(top);
         }
         if top > LARGEST { f64::INFINITY } else { f64::from_bits(subnormal(first, top, -1074)) }
@@ -131,7 +132,7 @@ impl Quotient {
             return Ordering::Greater;
         }
         // Normalize the float in the same way. Then compare the exponents, then the first 64 bits,
-        // then whether more bits follow.
+        // and then whether nonzero bits follow.
         let up = m.leading_zeros();
         let (first, exponent) = ((m as u64) << up, e - up as i32);
         (self.exponent, self.first, self.more).cmp(&(exponent, first, false))

@@ -1,4 +1,5 @@
-//! Correctly rounded t, u, and v: double-double arithmetic in lanes, with a proof of the rounding.
+//! Computes correctly rounded t, u, and v with double-double arithmetic in lanes. An error bound
+//! proves that the results are correctly rounded.
 //!
 //! ```text
 //!        ...●─────────────┼─────────────●───────────      f64 and halfway points. If both ends of
@@ -12,8 +13,8 @@ use super::double::{Double, cross, difference, dot};
 use crate::simd::{Lanes, Vec3};
 
 /// `2^-99`, which is `128w²`, where w is half an ulp of 1. The error of a double-double volume is
-/// at most half this value times its permanent. Division adds an error of at most half this value
-/// times the quotient's magnitude.
+/// at most half this value times the volume's permanent. Division adds an error of at most half
+/// this value times the quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
 /// A ray and a triangle in each lane, with coordinates that are exact in f64.
@@ -23,7 +24,7 @@ pub struct Quotients<D: Lanes> {
     h4: Vec3<D>,
     h5: Vec3<D>,
     dir: Vec3<D>,
-    /// The lanes in which the differences are exact.
+    /// The lanes in which the differences of coordinates are exact.
     exact: D::Mask,
     den: Volume<D>,
     inverse: D,
@@ -126,7 +127,7 @@ mod tests {
     struct Numbers(u64);
 
     impl Numbers {
-        /// Returns a number below `2^bits`.
+        /// Returns a random integer below `2^bits`.
         fn below(&mut self, bits: u32) -> i64 {
             self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
             ((self.0 ^ self.0 >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - bits)) as i64
@@ -154,7 +155,8 @@ mod tests {
         a + (b + c * 2.0_f64.powi(64)) * 2.0_f64.powi(64)
     }
 
-    /// Returns the error of a double-double volume as a multiple of `w²` times its permanent.
+    /// Returns the error of a double-double volume as a multiple of `w²` times the volume's
+    /// permanent.
     fn share(x: [i64; 3], y: [i64; 3], z: [i64; 3]) -> f64 {
         let lanes = |v: [i64; 3]| Vec3::<f64>::splat(v.map(|x| x as f64));
         let exact = {

@@ -1,5 +1,5 @@
-//! Correctly rounded t, u, and v in f32: plain f64 arithmetic with an error bound, which nearly
-//! always determines how the result rounds to f32.
+//! Computes correctly rounded t, u, and v in f32 with plain f64 arithmetic. The error bound nearly
+//! always determines how a result rounds to f32.
 //!
 //! ```text
 //!        ...●───────────┼───────────●──────      f32 and halfway points. If both ends of the
@@ -15,7 +15,8 @@ use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of, put_by_triangle};
 use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
 
 /// `2^-49`, which is `16w`, where w is half an ulp of 1. The error of a volume in f64 is at most
-/// `9w` times its permanent, and dividing by the volume adds rounding errors of at most `3w`.
+/// `9w` times the volume's permanent, and dividing by a volume adds rounding errors of at most
+/// `3w`.
 const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
 
 /// A denominator that several quotients share.
@@ -25,11 +26,11 @@ struct Over<D> {
     inverse: D,
 }
 
-/// The ends of the quotients' error intervals, in f32.
+/// The ends of the quotients' error intervals, rounded to f32.
 struct Ends<const N: usize> {
     least: [f32; N],
     most: [f32; N],
-    /// The lanes in which both ends are proven.
+    /// The lanes in which the error interval is valid.
     sure: u32,
 }
 
@@ -54,14 +55,14 @@ impl<D: Lanes<Scalar = f64>> Over<D> {
 }
 
 impl<const N: usize> Ends<N> {
-    /// Whether a lane's quotient is proven to be correctly rounded.
+    /// Returns whether a lane's quotient is proven to be correctly rounded.
     #[inline(always)]
     fn is_sure(&self, lane: usize) -> bool {
         self.sure >> lane & 1 != 0 && self.least[lane] == self.most[lane]
     }
 }
 
-/// [`HitCoefficients`](super::HitCoefficients) for hits in f32.
+/// Like [`HitCoefficients`](super::HitCoefficients), but for f32 hits.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct HitCoefficients32 {
@@ -93,7 +94,7 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let (n, v, w) = (h4.cross_fused(h5), h5.cross_fused(a), a.cross_fused(h4));
         put_by_triangle::<S>([n, v, w, n], to.iter_mut().map(|seen| &mut seen.coefficients));
 
-        // Use the largest of the three bounds for all three.
+        // Use the largest of the three cross products' error bounds for all of them.
         let (abs_a, abs_h4, abs_h5) = (a.abs(), h4.abs(), h5.abs());
         let of_n = abs_h4.permanents(abs_h5);
         let most = (of_n.norm1().max(abs_h5.permanents(abs_a).norm1()))
@@ -116,7 +117,8 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
         let err = <S::F64x4 as Lanes>::splat(self.share * size);
 
-        // Divide all lanes by the last. The first lane is t, whose numerator is known.
+        // Divide all lanes by the last, which holds D. The first lane is t, whose numerator is
+        // already known.
         let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
         let num = Lanes::select(first, Lanes::splat(self.known), sums);
         let num_err = Lanes::select(first, Lanes::splat(self.known_err), err);
@@ -129,14 +131,14 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
 }
 
 /// Returns the f32 hits of the first `len` lanes, with t, u, and v correctly rounded. The other
-/// lanes are meaningless.
+/// elements are meaningless.
 #[inline(always)]
 pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     let mut hits = [Hit32::MISS; 8];
     let (doubt, mut unsure) = (if subnormals_are_read() { DOUBT } else { f64::NAN }, 0);
     let doubt = <S::F64x4 as Lanes>::splat(doubt);
-    // Process four at a time, because some CPUs lower their clock rate for even a single eight-lane
-    // division.
+    // Process four pairs at a time, because some CPUs lower their clock rate for even a single
+    // eight-lane division.
     for from in [0, 4] {
         let ([c1, c2, c3], origin, dir) = pairs.lanes::<S::F64x4>(from);
         let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
@@ -160,7 +162,7 @@ pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
     hits
 }
 
-/// Computes the permanent of a volume from the permanents of a cross product and the other vector.
+/// Computes the permanent of a volume from the permanents of a cross product and the third vector.
 #[inline(always)]
 fn permanent<D: Lanes<Scalar = f64>>(product: Vec3<D>, by: Vec3<D>) -> D {
     product.dot_fused(by.abs())
@@ -171,8 +173,8 @@ fn hit32_of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
     Hit32::new(attributes32(ray, triangle), index)
 }
 
-/// Converts a hit found by `exact` to f32. Its t, u, and v are correctly rounded for the ray and
-/// the triangle.
+/// Converts a hit found by `exact` to f32. The hit's t, u, and v are correctly rounded for the ray
+/// and the triangle.
 #[inline(always)]
 pub fn hit32<S: Scalar>(hit: &Hit, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Hit32 {
     let numbers = narrowed([hit.t, hit.u, hit.v]).unwrap_or_else(|| attributes32(ray, triangle));

@@ -5,8 +5,8 @@ use super::int::Int;
 use super::tier::{Tier, is_f64};
 use crate::Scalar;
 
-/// The scale at which numbers become integers: all are multiples of `2^low` and below
-/// `2^(low + bits)`.
+/// The scale at which a set of floats can be represented as integers: every float is a multiple of
+/// `2^low`, and its magnitude is below `2^(low + bits)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     pub(super) low: i32,
@@ -23,7 +23,7 @@ impl Scale {
         let (mut low, mut high) = (Self::NONE.low, -Self::NONE.low);
         for x in vectors.as_flattened() {
             let (m, e) = x.parts();
-            // x = m 2^e. A zero has no last digit, so it is ignored.
+            // x = m 2^e. A zero has no last digit, so it does not affect the scale.
             let last = e + zeros::<S>(m);
             low = if m != 0 && last < low { last } else { low };
             high = if m != 0 && e > high { e } else { high };
@@ -55,8 +55,9 @@ impl Scale {
     }
 }
 
-/// Returns the number of trailing zeros of an f64's m. Often half of its digits are zero, and
-/// narrow integers are much faster. Returns 0 for f32, whose digits are all used.
+/// Returns the number of trailing zero bits of an f64's m. Often half of the bits are zero, and
+/// without them, narrower and much faster integers suffice. Returns 0 for f32, because nearly all
+/// bits of an f32 are in use.
 #[inline(always)]
 fn zeros<S: Scalar>(m: i64) -> i32 {
     if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }
@@ -69,7 +70,7 @@ mod tests {
     #[test]
     fn zeros_below_the_last_digit_of_an_f64_do_not_count() {
         let (top, third) = (2.0_f64.powi(57), 1.0 / 3.0);
-        // 64-bit integers hold at most 61 places.
+        // Coordinates of up to 61 bits fit in 64-bit integers.
         for (last, tier) in [(0.125, Tier::Narrow), (0.0625, Tier::Middle), (third, Tier::Middle)] {
             let vector = [top, 0.0, -last];
             let scale = Scale::of(&[vector]);
@@ -79,7 +80,7 @@ mod tests {
             assert_eq!(c, Int::new(-(last * (-scale.low as f64).exp2()) as i64, 0), "{last}");
             assert_eq!(a, Int::new(1, (57 - scale.low) as u32), "{last}");
         }
-        // All digits of an f32 are used.
+        // The trailing zeros of an f32 are not removed.
         assert_eq!(Scale::of(&[[1.0_f32, 2.0, 3.0]]).low, -23);
         assert_eq!(Scale::of(&[[1.0_f64, 2.0, 3.0]]).low, 0);
     }

@@ -74,8 +74,8 @@ fn turn<S: Scalar, const C: usize, const N: usize, const V: usize>(
     const { assert!(V == N + C) };
     let a = seen::<S, C>(points, origin, point);
     let axis = |k: usize| [0, 1, 2].map(|i| Int::new(i64::from(i == k), 0));
-    // d × A or, if that is 0, the term of ε or ε²: the first nonzero term outweighs those that
-    // follow. All three vanish only if A = 0.
+    // Use d × A or, if d × A is 0, the term in ε or ε²: the first nonzero term outweighs the terms
+    // that follow. All three terms vanish only if A = 0.
     let moments = [dirs.vector::<S, C>(dir), axis(0), axis(1)].map(|d| cross(&d, &a));
     let is_some = |moment: &&[Int<N>; 3]| moment.iter().any(|x| x.sign().is_ne());
     moments.iter().find(is_some).map_or([0.0; 3], rounded)
@@ -145,7 +145,7 @@ mod tests {
             let dir = [0; 3].map(|_| (1000.0 * random()).round());
             let beside = [0; 3].map(|_| random());
             let far = 2.0_f64.powi(60);
-            // The point is exactly far · d, and the ray's origin is off by `beside`.
+            // The point is exactly `far · d`, and the ray's origin is displaced by `beside`.
             let point = dir.map(|d| d * far);
             let cross = |a: [f64; 3], b: [f64; 3]| {
                 [0, 1, 2].map(|k| {

@@ -1,8 +1,8 @@
-//! A triangle's plane relative to an origin. Comparing two such planes shows which triangle a ray
-//! meets first, nearly always in f64.
+//! A triangle's plane relative to an origin. Comparing the planes of two triangles shows which
+//! triangle a ray meets first. f64 is nearly always precise enough.
 //!
 //! ```text
-//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        Each of the four has an error bound.
+//!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        Each T and each D has an error bound.
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 9, has the bounds and the proof.
@@ -48,7 +48,7 @@ impl<S: Scalar> SeenPlane<S> {
 
     /// Returns which of two planes a ray meets first, or `None` if that is uncertain. The ray must
     /// meet both. An f32 ray must start at the origin of both planes; for an f64 ray, this function
-    /// checks that it starts at the origin of `self`.
+    /// checks that the ray starts at the origin of `self`.
     #[inline(always)]
     pub fn order(&self, other: &Self, ray: &RayOf<S>) -> Option<Ordering> {
         if const { is_f64::<S>() } {
@@ -63,7 +63,7 @@ impl<S: Scalar> SeenPlane<S> {
         // Compare magnitudes, not signed values: two planes can be ordered even if one is so near
         // the origin that the sign of its T is unknown.
         let gap = self.num * other_den - other.num * den;
-        // The error of a product of two inexact numbers, summed over both products (exact.md,
+        // The sum of the error bounds of the two products, whose factors are all inexact (exact.md,
         // section 9).
         let err = (self.num + self.num_err) * other_err
             + self.num_err * other_den
@@ -94,8 +94,8 @@ mod tests {
     use crate::exact::{Tier, order_from};
     use crate::{Ray64, TriangleOf};
 
-    /// Tests triangles that coincide up to a few roundings, including sizes at which products of
-    /// four numbers underflow or overflow.
+    /// Tests triangles that coincide up to a few roundings, including triangles so small or so
+    /// large that products of four coordinates underflow or overflow.
     #[test]
     fn what_is_sure_of_f64_is_what_integers_say() {
         let mut random = random();

@@ -38,8 +38,8 @@ pub(super) fn is_met<S: Scalar>(
     if shared.next().is_some() {
         return true;
     }
-    // The ray nearly always misses the edge, which f64 arithmetic can prove. For f32, integers are
-    // just as fast.
+    // The ray nearly always misses the edge, and f64 arithmetic can prove that. For f32
+    // coordinates, integers are just as fast.
     if const { is_f64::<S>() } && is_plain(ray, &TriangleOf([p, q, q])) {
         let vec3 = |v: [S; 3]| Vec3::splat(v.map(Into::into));
         if float::passes([p, q].map(vec3), vec3(ray.origin), vec3(ray.dir)) {

@@ -1,6 +1,6 @@
-//! Hit attributes for f64 rays with a common origin and triangles that they are known to hit. The
-//! attributes are correctly rounded; the values that depend only on the triangle and the origin are
-//! computed once.
+//! Computes hit attributes for f64 rays with a common origin and triangles that they are known to
+//! hit. The attributes are correctly rounded. Values that depend only on the triangle and the
+//! origin are computed once.
 //!
 //! `docs/numerics/f64.md`, section 3, has the bounds and the proof.
 
@@ -16,7 +16,7 @@ use super::tails::{DOUBT, TwoParts, cross_tails, difference, is_tame_quotient, t
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, prefetch};
 use crate::{Hit, Ray64, RayOf, Triangle64};
 
-/// The number of hits by which prefetching runs ahead of writing.
+/// The distance, in hits, between the hit being written and the hit being prefetched.
 const AHEAD: usize = 40;
 
 /// Computes the hits of rays with a common origin. Each pair is a ray's index and the position in
@@ -53,8 +53,8 @@ impl WithSimd for OfOrigin<'_> {
             scratch.resize(needed, Default::default());
         }
         for (i, (some, to)) in triangles.chunks(8).zip(&mut *scratch).enumerate() {
-            // Triangles are far apart in memory, so prefetch the next eight while processing the
-            // current ones.
+            // Triangles are far apart in memory, so prefetch the next eight triangles while
+            // processing the current eight.
             for (triangle, _) in triangles.iter().skip(8 * i + 8).take(8) {
                 prefetch(slice::from_ref(*triangle));
             }
@@ -121,7 +121,8 @@ fn parts<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
 }
 
 impl HitCoefficients {
-    /// Computes where an f64 ray meets the triangle. Returns whether the result is proven.
+    /// Computes where an f64 ray meets the triangle. Returns whether the result is proven to be
+    /// correctly rounded.
     #[inline(always)]
     fn hit64_in<S: Simd>(&self, ray: &Ray64, to: &mut Hit) -> bool {
         let dir = ray.dir;
@@ -136,7 +137,7 @@ impl HitCoefficients {
         let (hit, sure) = self.meet::<S>(&sums, size, to);
         let sure = (sure & is_tame_quotient(hit)).bits() & 0b111 == 0b111;
 
-        // Load the direction together with the end of the interval, whose lane is ignored.
+        // Load the direction together with the end of the interval, whose lane is not used.
         let [.., x, y, z, t_max]: &[f64; 8] = bytemuck::cast_ref(ray);
         let size = <S::F64x4 as Lanes>::load(&[*x, *y, *z, *t_max]).abs();
         let tame = size.ge(Lanes::splat(TAME_DIR[0])) & size.le(Lanes::splat(TAME_DIR[1]));
@@ -145,7 +146,8 @@ impl HitCoefficients {
     }
 }
 
-/// `2^-200` and `2^300`, the limits of the magnitudes that the proof covers.
+/// The proof covers directions in which each component is 0 or has a magnitude between these
+/// limits, `2^-200` and `2^300`.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
 /// Returns the error bound of a cross product's dot product with a direction, relative to the sum

@@ -26,10 +26,10 @@ use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 /// The ray starts at the point that has the hit's weights, rounded to the scalar type, or next to
 /// that point on the side to which `dir` leads. Along each axis, the start is within six units in
 /// the last place of the true point's largest coordinate, or within `2^-46` of the triangle's
-/// largest coordinate if that is more. The ray may miss anything nearer than that. It may start
-/// farther away if the weights do not come from [`Mode::exact`](crate::Mode::exact). Its interval
-/// is `t > 0`. Near an edge, the ray may hit the triangle on the other side of the edge. To test
-/// whether two points see each other, use `Bvh::visible` from `intertri-trace`.
+/// largest coordinate if that is more. The ray may miss anything that is nearer than that. The
+/// start may be farther away if the weights do not come from [`Mode::exact`](crate::Mode::exact).
+/// The ray's interval is `t > 0`. Near an edge, the ray may hit the triangle on the other side of
+/// the edge. To test whether two points see each other, use `Bvh::visible` from `intertri-trace`.
 ///
 /// If the hit is a miss, or if no start can be found, the origin is NaN, and the ray hits nothing,
 /// whatever its interval.
@@ -92,8 +92,8 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
     for axis in axes {
         let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
-        // The first choice works unless the normal is lost in f64. In that case, try the opposite
-        // sign and then the other axes.
+        // The first choice works unless f64 is too imprecise for the normal. In that case, try the
+        // opposite sign and then the other axes.
         for step in [way, -way] {
             if let Some(next) = moved(&start, point, (axis, step), triangle) {
                 return next;
@@ -106,8 +106,8 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
 /// Returns a ray from a hit on a triangle to a target at `t = 1`. This is [`spawn_ray`] with the
 /// interval `0 < t < 1`, for shadow rays to a light.
 ///
-/// The end of the ray may be as far from the target as its start may be from the hit, plus the
-/// rounding error of its direction.
+/// The end of the ray may be as far from the target as the start may be from the hit, plus the
+/// rounding error of the direction.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, spawn_ray_to};
@@ -160,7 +160,8 @@ fn moved<S: Scalar>(
 
 /// Returns a triangle's normal, which may have any length. f64 can represent the normal of every
 /// f32 triangle, but not of every f64 triangle. For f64, the edges start at the corner opposite the
-/// longest edge, because the differences between a far corner and two near ones may be equal.
+/// longest edge, because the differences between a distant corner and two corners that are close
+/// together may round to the same vector.
 fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     if const { !is_f64::<S>() } {
         return triangle.normal();
@@ -176,7 +177,8 @@ fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     [y * w - z * v, z * u - x * w, x * v - y * u]
 }
 
-/// Returns whether a ray starts in a triangle's plane, leads away from it, or is parallel to it.
+/// Returns whether a ray starts in a triangle's plane, leads away from the plane, or is parallel to
+/// the plane.
 fn goes_away(plane: Ordering, side: Ordering) -> bool {
     plane != side || side == Ordering::Equal
 }

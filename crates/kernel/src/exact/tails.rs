@@ -1,5 +1,5 @@
-//! Correctly rounded t, u, and v for f64 input: like [`rounded`](super::rounded), but with
-//! differences in two parts.
+//! Computes correctly rounded t, u, and v for f64 input. The method is the same as in
+//! [`rounded`](super::rounded), except that each difference of coordinates has two parts.
 //!
 //! ```text
 //!   A = a + a'    h4 = h + h'    h5 = k + k'        Each difference is exact, in two parts.
@@ -13,8 +13,8 @@ use super::rounded::{Volume, quotient};
 use crate::simd::{Lanes, Vec3};
 
 /// `2^-97`, which is `512w²`, where w is half an ulp of 1. The error of a volume is at most a sixth
-/// of this value times its permanent. Division adds an error of at most a twentieth of this value
-/// times the quotient's magnitude.
+/// of this value times the volume's permanent. Division adds an error of at most a twentieth of
+/// this value times the quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 97) as f64;
 
 /// A quotient is proven only if it is 0 or its magnitude is between these limits, `2^±500`.
@@ -53,8 +53,8 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     a: &TwoParts<D>,
     b: &TwoParts<D>,
 ) -> [Double<D>; 3] {
-    // `a.rest × b.rest` is below w² of the first parts' product. The error bound covers it (f64.md,
-    // section 3).
+    // `a.rest × b.rest` is smaller than w² times the product of the first parts. The error bound
+    // covers it (f64.md, section 3).
     let rest = a.first.cross_fused(b.rest) + a.rest.cross_fused(b.first);
     with_rest(&cross(a.first, b.first), rest)
 }
@@ -67,7 +67,7 @@ pub(super) fn times<D: Lanes<Scalar = f64>>(
 ) -> Double<D> {
     let [x, y, z] = product;
     let first = Vec3 { x: x.high, y: y.high, z: z.high };
-    // The product of both second parts is omitted; the error bound covers it.
+    // The product of the two second parts is omitted; the error bound covers it.
     more(&dot(product, by.first), first.dot_fused(by.rest))
 }
 
@@ -100,8 +100,8 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         let normal = cross_tails(&h4, &h5);
         let den = Volume {
             value: dot(&normal, dir),
-            // The permanent of the first parts can replace that of the exact differences: they
-            // differ by a factor of at most 1 + w.
+            // The permanent of the first parts can replace the permanent of the exact differences,
+            // because the two differ by a factor of at most 1 + w.
             err: permanent(h4.first, h5.first, dir) * D::splat(DOUBT),
         };
         Self { a, h4, h5, dir, normal, den, inverse: D::splat(1.0) / den.value.high }

@@ -1,4 +1,4 @@
-//! Random numbers for tests, the same on every run.
+//! Generates random numbers for tests. The sequence is the same in every run.
 
 /// Returns a generator of numbers between -1/2 and 1/2.
 pub(super) fn random() -> impl FnMut() -> f64 {

@@ -3,19 +3,19 @@
 
 use crate::Scalar;
 
-/// The tiers of arithmetic, from the fastest to the one that always decides.
+/// The tiers of arithmetic, from the fastest tier to the tier that always decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
-    /// f64, for pairs that can be decided within its error bound.
+    /// f64 with an error bound, for pairs that the bound can decide.
     Float,
     /// Integers, with 64-bit coordinates.
     Narrow,
     /// Integers, with 128-bit coordinates.
     Middle,
-    /// Integers, with 320-bit coordinates: enough for any f32, whose digits span 277 places.
+    /// Integers, with 320-bit coordinates: enough for all f32 values, whose bits span 277 places.
     Wide,
-    /// Integers, with 2112-bit coordinates: enough for any f64, whose digits span 2098 places. f32
-    /// coordinates never need more than 320 bits.
+    /// Integers, with 2112-bit coordinates: enough for all f64 values, whose bits span 2098 places.
+    /// f32 coordinates never need more than 320 bits.
     Widest,
 }
 

@@ -1,4 +1,4 @@
-//! All hits of a ray in a block of triangles, as decided by the filter.
+//! All hits of a ray on the triangles of a block, as decided by the filter.
 
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd};
@@ -7,7 +7,8 @@ use super::edges::{Edges, Rays, Triangles};
 use super::verdicts::Verdicts;
 use super::{Counts, Filter, PreparedRay};
 
-/// The hits of a ray in a block of triangles. A lane in neither mask is a miss.
+/// The hits of a ray on the triangles of a block. A lane that is in neither `sure` nor `undecided`
+/// is a miss.
 ///
 /// ```
 /// use intertri::internal::BlockHits;

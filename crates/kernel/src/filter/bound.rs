@@ -31,10 +31,10 @@ pub(super) const DEN: f32 = 8.5 * U;
 /// The error of the numerator is within `NUM |A|₁ h²`.
 pub(super) const NUM: f32 = 8.5 * U;
 
-/// The sharp bound of the numerator is `SHARP_NUM perm(h4, h5, A)`, plus the reference's noise,
-/// which is `NUM_NOISE` (2^-49) times `|A|₁ h²`.
+/// The sharp error bound of the numerator is `SHARP_NUM perm(h4, h5, A)`, plus the reference's
+/// noise.
 pub(super) const SHARP_NUM: f32 = 8.25 * U;
-/// See [`SHARP_NUM`].
+/// The reference's noise in the numerator is within `NUM_NOISE |A|₁ h²`. The value is 2^-49.
 pub(super) const NUM_NOISE: f32 = f32::from_bits((127 - 49) << 23);
 
 /// The filter decides nothing if the denominator is below `GRAZING |d|₂ h²`, because the
@@ -43,7 +43,7 @@ pub(super) const GRAZING: f32 = 24.0 * U;
 
 /// The error of t is within `SLACK (NUM |A|₁ h² + |t| DEN |d|₂ h²) / |den| + ROUND |t|`.
 pub(super) const SLACK: f32 = 1.6;
-/// See [`SLACK`].
+/// The coefficient of `|t|` in the error bound described at [`SLACK`].
 pub(super) const ROUND: f32 = 8.0 * U;
 
 /// A ray is certainly not parallel if its denominator exceeds this multiple of `Threshold |n|`.
@@ -56,17 +56,18 @@ pub(super) const AREA: f32 = 0.8661;
 /// The rounding error of the hit point, relative to the 1-norm of the origin: 2^-51.
 pub(super) const ORIGIN: f32 = f32::from_bits((127 - 51) << 23);
 
-/// If a coordinate or a direction is larger than this (2^40), the filter does not decide. This
-/// keeps products from overflowing.
+/// The filter does not decide if a coordinate or the length of a direction exceeds this value
+/// (2^40). The limit keeps products from overflowing.
 pub(super) const LARGEST: f32 = (1_u64 << 40) as f32;
-/// If a direction is shorter than this (2^-40), the filter does not decide.
+/// The filter does not decide if a direction is shorter than this value (2^-40).
 pub(super) const SHORTEST_DIR: f32 = 1.0 / LARGEST;
 
 /// A term added to `GRAZING h²` (2^-80). Multiplied by the length of a direction, it exceeds the
 /// effect of underflow on the denominator.
 pub(super) const GRAZING_ADD: f32 = f32::from_bits((127 - 80) << 23);
 
-/// The bound of an edge is at least `h` times this (2^-72), which exceeds the effect of underflow.
+/// The error bound of an edge is at least `OFF_ADD h`, which exceeds the effect of underflow. The
+/// value is 2^-72.
 pub(super) const OFF_ADD: f32 = f32::from_bits((127 - 72) << 23);
 
 /// A bound on the effect of underflow on a product or a sum, whether or not results are flushed to
@@ -75,9 +76,9 @@ pub(super) const TINY: f32 = f32::from_bits((127 - 120) << 23);
 /// A bound on the effect of underflow on an edge, a direction, or a translated corner, as a length.
 pub(super) const SMALL: f32 = f32::from_bits((127 - 100) << 23);
 
-/// Rounds the square root of a sum of squares up; [`NORM_ADD`] covers underflow.
+/// A factor that rounds the square root of a sum of squares up. [`NORM_ADD`] covers underflow.
 pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
-/// See [`NORM_UP`]: 2^-49.
+/// A term added to the square root of a sum of squares to cover underflow: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
 
 /// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and the f64 rounding error in a
@@ -100,41 +101,42 @@ pub(super) const EDGES: f32 = 16.75 * U;
 
 /// The error of the inverse depth is within `DEPTH |s|₁` plus `LOST h² / |T|`.
 pub(super) const DEPTH: f32 = 16.0 * U;
-/// See [`DEPTH`]: 2^-45.
+/// The coefficient of `h² / |T|` in the error bound described at [`DEPTH`]: 2^-45.
 pub(super) const LOST: f32 = 1.0 / (1_u64 << 45) as f32;
 
 /// The relative error of `1 / (t * depth)`.
 pub(super) const INVERSE: f32 = 10.0 * U;
 
 /// On the projection, the reference may accept a point that is outside a triangle by up to
-/// `ROOM h + ROOM_AWAY |o|₁`, divided by the triangle's least depth. The error of the corners is
-/// within `CORNER |A|₁`, and rounding adds `ROOM_SCREEN`. `ROOM` is 2^-19, `ROOM_AWAY` is 2^-46,
-/// and `ROOM_SCREEN` is 2^-20.
+/// `ROOM h + ROOM_AWAY |o|₁`, divided by the triangle's least depth. The value is 2^-19.
 pub(super) const ROOM: f32 = 1.0 / (1_u64 << 19) as f32;
-/// See [`ROOM`].
+/// The coefficient of `|o|₁` in the margin described at [`ROOM`]: 2^-46.
 pub(super) const ROOM_AWAY: f32 = 1.0 / (1_u64 << 46) as f32;
-/// See [`ROOM`].
+/// The error of a triangle's corner is within `CORNER |A|₁`.
 pub(super) const CORNER: f32 = 11.0 * U;
-/// See [`ROOM`].
+/// The rounding error of a bounding rectangle's sides on the projection: 2^-20.
 pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 
-/// A triangle for which `h² / |n|₁` exceeds this (2^24) has no bounding rectangle.
+/// A triangle for which `h² / |n|₁` exceeds this value (2^24) has no bounding rectangle.
 pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 
-/// On a projection, a t below this (2^-80) counts as unknown: its product with a depth could be
-/// subnormal, and subnormal results round by more than `INVERSE`.
+/// On a projection, a t below this value (2^-80) counts as unknown: its product with a depth could
+/// be subnormal, and subnormal results round by more than `INVERSE`.
 pub(super) const SHORTEST_T: f32 = f32::from_bits((127 - 80) << 23);
 
 /// If rays miss the origin by up to `off`, the bound of an edge grows by `OFF_EDGE h off`.
 pub(super) const OFF_EDGE: f32 = 1.25;
-/// The error of the inverse depth then grows by `OFF_DEPTH off |s|₁`, relative to its largest value
-/// on the part of the projection that rays reach. That part is extended by [`OFF_REACH`], 2^-19.
+/// If rays miss the origin by up to `off`, the error of the inverse depth grows by
+/// `OFF_DEPTH off |s|₁`, relative to the largest inverse depth on the part of the projection that
+/// the rays reach.
 pub(super) const OFF_DEPTH: f32 = 1.5;
-/// See [`OFF_DEPTH`].
+/// If rays miss the origin, this distance (2^-19) is added to the part of the projection that they
+/// reach.
 pub(super) const OFF_REACH: f32 = 1.0 / (1 << 19) as f32;
-/// The margin around a triangle grows by `OFF_ROOM off`.
+/// If rays miss the origin by up to `off`, the margin around a triangle grows by `OFF_ROOM off`.
 pub(super) const OFF_ROOM: f32 = 1.25;
-/// The sign of T is known if `OFF_PLANE |s|₁ off` is less than 1.
+/// If rays miss the origin by up to `off`, the sign of T is known if `OFF_PLANE |s|₁ off` is less
+/// than 1.
 pub(super) const OFF_PLANE: f32 = 4.0;
 
 /// For f32 copies of f64 originals (`docs/numerics/f64.md`, section 4): the relative error of a
@@ -156,18 +158,19 @@ pub(super) const COPY_SHARP_U: f32 = 9.25 * U;
 pub(super) const COPY_SCREEN: f32 = 11.25 * U;
 /// [`EDGES`] for copies.
 pub(super) const COPY_EDGES: f32 = 18.5 * U;
-/// For copies, the error of the inverse depth grows by `COPY_DEPTH q`, and by `COPY_SLANT q |A|₁`
-/// relative to its largest value on the part of the projection that rays reach.
+/// For copies, the error of the inverse depth grows by `COPY_DEPTH q`, where q is `h² / |T|`.
 pub(super) const COPY_DEPTH: f32 = 4.0 * U;
-/// See [`COPY_DEPTH`].
+/// For copies, the error of the inverse depth also grows by `COPY_SLANT q |A|₁`, relative to the
+/// largest inverse depth on the part of the projection that the rays reach.
 pub(super) const COPY_SLANT: f32 = 3.25 * U;
-/// For copies, the sign of T is known if `COPY_PLANE q |A|₁`, together with the other errors of T,
-/// is less than 1.
+/// For copies, the sign of T is known if `COPY_PLANE q |A|₁`, together with the other relative
+/// errors of T, is less than 1.
 pub(super) const COPY_PLANE: f32 = 10.0 * U;
 
 /// For rays parallel to an axis: the error of V, W, and U, relative to the distance from the axis.
 pub(super) const BESIDE: f32 = 16.0 * U;
-/// The additional error, relative to the magnitude of the origins' coordinates.
+/// For rays parallel to an axis: the additional error of V, W, and U, relative to the magnitude of
+/// the origins' coordinates.
 pub(super) const AWAY: f32 = 7.0 * U;
 /// [`AWAY`] for copies.
 pub(super) const COPY_AWAY: f32 = 16.0 * U;

@@ -8,8 +8,9 @@
 //!   t = num / den                             c1  h4  c2
 //! ```
 //!
-//! V, W, and U divided by den are the weights of c2, c3, and c1. The corner is translated first, so
-//! large offsets cost no precision. `docs/numerics/certified.md` has the bounds and the proof.
+//! V, W, and U divided by den are the weights of c2, c3, and c1. Corner c1 is translated to the
+//! ray's origin first, so large offsets of the scene cost no precision.
+//! `docs/numerics/certified.md` has the bounds and the proof.
 
 use crate::packet::{RayLanes, RayPacket, TriangleBlock};
 use crate::simd::Vec3;
@@ -102,7 +103,7 @@ pub struct Rays<F> {
     len: F,
     /// `EDGE |d|₂`
     edge: F,
-    /// The part of the bound that depends on the origin.
+    /// The part of the edges' error bound that depends on the origin.
     off: F,
     /// `SLACK` times the part of A's error that does not depend on its length.
     num: F,
@@ -112,9 +113,9 @@ pub struct Rays<F> {
     grazing_add: F,
     /// `SLACK DEN |d|₂`
     den_err: F,
-    /// Any t above `above` is certainly beyond the near end of the interval; any t below `below`
-    /// certainly is not.
+    /// A t above this value is certainly beyond the near end of the interval.
     above: F,
+    /// A t below this value is certainly not beyond the near end of the interval.
     below: F,
 }
 
@@ -132,8 +133,8 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             & len.le(splat(bound::LARGEST))
             & len.ge(splat(bound::SHORTEST_DIR));
         let len = F::select(sane, len, splat(f32::NAN));
-        // How far a corner's copy may have moved relative to the origin's copy, apart from a
-        // fraction of |A|. This is 0 unless the scene was given in f64 (f64.md, section 4).
+        // The distance by which a corner's copy may have moved relative to the origin's copy, apart
+        // from a fraction of |A|. This is 0 unless the scene was given in f64 (f64.md, section 4).
         let copied = (org * splat(room.copied[0])).min(splat(room.copied[1]));
         // The part of an edge's bound that grows with the origin: the rounding of the reference's
         // hit point (`ORIGIN`), the rounding of copies, and the effect of underflow (`SMALL`,
@@ -192,7 +193,8 @@ impl Rays<f32> {
         Self::new(RayLanes::of_ray(ray), threshold, room)
     }
 
-    /// Widens the bound to cover all lines in this direction within a distance of `off`.
+    /// Widens the bound to cover all lines that have the ray's direction and pass within a distance
+    /// of `off`.
     #[inline(always)]
     pub(super) fn passed_within(mut self, off: f32) -> Self {
         self.off += self.len * off;
@@ -233,8 +235,8 @@ pub(super) struct Edges<F> {
     pub(super) v: F,
     pub(super) w: F,
     pub(super) u: F,
-    /// The filter decides only if the magnitude of `den` exceeds this. If the ray's `len` or the
-    /// triangle's `h` is NaN, this is NaN too, and nothing exceeds it.
+    /// The filter decides only if the magnitude of `den` exceeds this value. If the ray's `len` or
+    /// the triangle's `h` is NaN, this value is also NaN, so that the filter does not decide.
     least: F,
 }
 
@@ -249,7 +251,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let v = tri.h5.dot_fused(r);
         let w = tri.minus_h4.dot_fused(r);
         // V, W, and U sum to `den`, so the third edge costs two subtractions instead of a dot
-        // product. It inherits the errors of the others, so its bound is twice theirs.
+        // product. U inherits the errors of V and W, so its bound is twice as large as theirs.
         Self { a, den, v, w, u: (den - v) - w, least: tri.hh.mul_add(of.grazing, of.grazing_add) }
     }
 
@@ -267,7 +269,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
     }
 
-    /// Returns the bound on the errors of V and W. The bound on the error of U is twice this.
+    /// Returns the bound on the errors of V and W. The bound on the error of U is twice as large.
     #[inline(always)]
     pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
         // `EDGE |d|₂ h (|A|₁ + NEAR h) + h off`: section 2 of certified.md.
@@ -285,7 +287,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
         let q = a.permanents(d);
         let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
-        // U is computed from the other three values, so its permanent is the sum of theirs.
+        // U is computed from `den`, V, and W, so its permanent is the sum of their permanents.
         let u = v + w + h4.permanents(h5).dot_fused(d);
 
         // The reference's noise, or the rounding of copies.
@@ -334,7 +336,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
     }
 
     /// Returns the lanes whose t is certainly outside the interval: above `far` or below the near
-    /// end. This is enough for most lanes and does not require a division.
+    /// end. This test is enough for most lanes and does not require a division.
     #[inline(always)]
     pub(super) fn out_of_range(&self, of: &Rays<F>, far: F) -> F::Mask {
         let Self { num, num_err, den, den_err } = *self;
@@ -399,8 +401,8 @@ pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_er
 }
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
-    /// Decides every lane that the bound allows. A lane whose t certainly exceeds `far` is also a
-    /// miss.
+    /// Decides every lane for which the error bound allows a decision. A lane whose t certainly
+    /// exceeds `far` is also a miss.
     #[inline(always)]
     pub(super) fn decide(
         &self,
@@ -427,9 +429,9 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         } else {
             (edge + bound).negative()
         };
-        // Most triangles are rejected by an edge. With four lanes or fewer, all of them are often
-        // outside, so return early. With eight lanes or more, usually at least one is not, and the
-        // branch would cost more than it saves.
+        // Most triangles are rejected by an edge. With four lanes or fewer, all lanes are often
+        // outside, so return early. With eight lanes or more, usually at least one lane is not
+        // outside, and the branch would cost more than it saves.
         if F::N <= 4 && !(!(sure & outside)).any() {
             return nothing;
         }
@@ -455,8 +457,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut undecided = maybe & !hit;
         if undecided != 0 {
             // Make a last attempt with tighter bounds, which take several times as long to compute.
-            // Most of these lanes are rays near an edge, or rays that start on the triangle, so
-            // that t is near 0.
+            // Most of these lanes are rays near an edge, or rays that start on the triangle and
+            // therefore have a t near 0.
             let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);

@@ -89,7 +89,7 @@ impl Evidence {
     }
 
     /// Like [`Evidence::of`], but for copies of f64 originals. `reach` is an upper bound on the
-    /// 1-norm of every corner. The precheck's values are meaningless here.
+    /// 1-norm of every corner. In the result, the precheck's values are meaningless.
     pub fn of_copies(ray: &Ray, copy: &Copy32, reach: f32, level: Level) -> Self {
         let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
         let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));

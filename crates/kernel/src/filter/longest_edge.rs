@@ -11,7 +11,7 @@ use super::bound;
 
 /// Returns an upper bound on the longest edge, at least [`SHORTEST`], or NaN if a corner is so far
 /// from the origin that f32 must not decide. The arguments are the first corner and the two edges
-/// that meet there, `-h4` and `h5`.
+/// at this corner, `-h4` and `h5`.
 #[inline(always)]
 pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     c1: Vec3<F>,
@@ -21,7 +21,7 @@ pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     let splat = F::splat;
     let (length, sane) = if F::N <= 4 {
         // With few lanes, a square root is too expensive. The sum of two norms is cheaper, and no
-        // edge is longer than that.
+        // edge is longer than this sum.
         let sum = minus_h4.norm1() + h5.norm1();
         (sum, (c1.norm1() + sum).le(splat(bound::LARGEST)))
     } else {
@@ -40,8 +40,8 @@ mod tests {
     use super::*;
     use crate::simd::{Level, Simd, WithSimd};
 
-    /// Measures the longest edge of one triangle twice: in lanes, returning the first lane, and as
-    /// a scalar.
+    /// Computes the bound on one triangle's longest edge twice: in lanes, of which the first is
+    /// returned, and as a scalar.
     struct Measured([[f32; 3]; 3]);
 
     impl WithSimd for Measured {
@@ -59,8 +59,8 @@ mod tests {
         }
     }
 
-    /// Tests all kinds of numbers in all corners: the bound must hold, must not be much too large,
-    /// and must be NaN where f32 cannot decide.
+    /// Tests coordinates of all kinds in all corners: the bound must hold, must not be much too
+    /// large, and must be NaN where f32 cannot decide.
     #[test]
     fn no_edge_is_longer_than_its_bound() {
         let numbers = [0.0, -0.0, 1e-45, 3e-20, 1.0, 1.000_000_1, -3.7, 1e9, 1e12, -1e12];

@@ -1,5 +1,5 @@
 //! The filter: f32 lanes decide every pair for which a proven error bound allows it. The few
-//! undecided lanes go to a resolver, which depends on the mode.
+//! undecided lanes go to the mode's resolver.
 //!
 //! ```text
 //!   rays, triangles ──► filter (f32, 8 lanes) ──► certain miss   nearly all pairs, by their edges
@@ -8,8 +8,8 @@
 //!                                            └──► undecided      about 1 in 10,000: to the resolver
 //! ```
 //!
-//! There are two forms: one for arbitrary rays and triangles ([`edges`]), and one for bundles of
-//! rays that share an origin, which projects the triangles ([`projection`]).
+//! There are two forms: one for arbitrary rays and triangles ([`edges`]), and one that projects the
+//! triangles, for bundles of rays that share an origin ([`projection`]).
 
 mod block_hits;
 mod bound;
@@ -205,8 +205,8 @@ impl Filter<'_> {
     }
 
     /// Adds the live rays of a packet to `starts`, the depths at which rays begin to look for hits.
-    /// No hit has a t below the first `t_min`, and any t beyond the second is certainly past the
-    /// near end.
+    /// No hit has a t below `t_min[0]`, and any t above `t_min[1]` is certainly past the near end
+    /// of the interval.
     ///
     /// See [`Starts`] for an example.
     #[inline(always)]

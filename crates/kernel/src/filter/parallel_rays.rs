@@ -1,10 +1,10 @@
-//! Tests parallel rays whose lines are close together: finds the triangles of a block that any of
-//! the rays may hit, and which of sixteen rays hit one such triangle.
+//! Tests parallel rays whose lines are close together: finds the triangles of a block that may be
+//! hit by one of the rays, and then which of sixteen rays hit a given triangle.
 //!
 //! ```text
 //!   axis ──► block of eight        V, W, U of a ray along the axis, and their gradients across it
 //!   rays ──► remaining triangles   V, W, U of sixteen rays: three multiply-adds
-//!     └────► remaining pairs       the general test for any rays
+//!     └────► remaining pairs       the general test for arbitrary rays
 //! ```
 //!
 //! `docs/numerics/exact.md`, section 10, has the bound and the proof.
@@ -32,7 +32,7 @@ pub struct Axis {
 /// use intertri::simd::{Simd, Vec3, WithSimd, dispatch};
 /// use intertri::{Counts, Mode, Ray, RayPacket, Triangle, TriangleBlock};
 ///
-/// /// Rays upward from a row of points around an axis at x = 0.
+/// /// Rays that run upward from a row of points around an axis at x = 0.
 /// struct Up<'a>(&'a [Ray], &'a TriangleBlock<8>);
 /// impl WithSimd for Up<'_> {
 ///     type Output = (u32, u32, LaneHits);
@@ -56,18 +56,22 @@ pub struct Axis {
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AlongAxis {
-    /// V and W on the axis, positive inside, and the magnitude of D.
+    /// V on the axis, positive inside the triangle.
     v: [f32; 8],
+    /// W on the axis, positive inside the triangle.
     w: [f32; 8],
+    /// The magnitude of D.
     den: [f32; 8],
-    /// The gradients of V and W perpendicular to the axis.
+    /// The gradient of V perpendicular to the axis.
     of_v: [[f32; 8]; 3],
+    /// The gradient of W perpendicular to the axis.
     of_w: [[f32; 8]; 3],
-    /// If an edge function is less than this, the ray certainly misses.
+    /// If V, W, or U is less than this value, the ray certainly misses.
     least: [f32; 8],
 }
 
-/// The hits of sixteen rays on one triangle. A lane in neither mask is a miss.
+/// The hits of sixteen rays on one triangle. A lane that is in neither `sure` nor `undecided` is a
+/// miss.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneHits {
     /// Certain hits: within the interval and inside all edges.
@@ -97,15 +101,15 @@ impl AlongAxis {
 }
 
 impl Filter<'_> {
-    /// Prepares the axis of parallel rays whose lines are within `reach` of it along each
-    /// coordinate. `away` is an upper bound on the 1-norm of every origin.
+    /// Prepares the axis of parallel rays. Along each coordinate, the rays' lines must be within
+    /// `reach` of the axis. `away` is an upper bound on the 1-norm of every origin.
     #[inline(always)]
     pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
         let [x, y, z] = reach;
         let away = away * if self.room.copies { bound::COPY_AWAY } else { bound::AWAY };
-        // The amount by which V, W, and U of a ray may differ from what the axis and the computed
-        // gradients predict, including the rounding from subtracting large coordinates (exact.md,
-        // section 10).
+        // The amount by which V, W, and U of a ray may differ from the values predicted from the
+        // axis and the computed gradients, including the rounding from subtracting large
+        // coordinates (exact.md, section 10).
         let off = Lanes::mul_add(x + y + z, bound::BESIDE, away);
         let rays = Rays::of_ray(axis, self.threshold, self.room).passed_within(off);
         Axis { rays, dir: axis.dir, reach }

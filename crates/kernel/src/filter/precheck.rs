@@ -8,10 +8,10 @@
 //!   U = D - V - W          a miss if two of the three have different signs
 //! ```
 //!
-//! The precheck does not require a translation, and uses only sixteen values per triangle. The
-//! price is an error that grows with the distance from the world's origin. This is acceptable
-//! because the filter tests every pair that passes. `docs/numerics/certified.md`, section 8, has
-//! the bound and the proof.
+//! The precheck needs no translation and only sixteen values per triangle. The price is an error
+//! that grows with the distance from the world's origin. This is acceptable because the filter
+//! tests every pair that passes the precheck. `docs/numerics/certified.md`, section 8, has the
+//! bound and the proof.
 
 use crate::Triangle;
 use crate::packet::TriangleBlock;

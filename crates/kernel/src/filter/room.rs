@@ -61,9 +61,9 @@ impl Room {
     /// The coefficients for f32 scenes with exact hits.
     pub(crate) const EXACT: Self = Self { exact: true, ..Self::NONE };
 
-    /// Returns the maximum distance by which rays miss the copy of their origin, relative to
-    /// triangles. It covers the rounding of the origin and the corners, except for a fraction of
-    /// the distance between them.
+    /// Returns the maximum distance by which a ray may miss the copy of its origin, as seen from
+    /// the copies of the triangles. The distance covers the rounding of the origin and the corners,
+    /// except for a fraction of the distance between the origin and a corner.
     pub(super) fn passed(&self, origin: [f32; 3]) -> f32 {
         if !self.copies {
             return 0.0;

@@ -24,7 +24,7 @@ impl core::ops::AddAssign for Counts {
     }
 }
 
-/// A verdict on each lane. A lane in neither mask is a miss.
+/// A verdict on each lane. A lane that is in neither `hit` nor `undecided` is a miss.
 #[derive(Clone, Copy)]
 pub(crate) struct Verdicts<F> {
     /// Hits whose t may still be beyond the far end of the interval.

@@ -1,14 +1,14 @@
-//! The worst case of rounding, to first order: numbers that record by how much each rounding may
-//! have changed them.
+//! Numbers that record, to first order, by how much each rounding may have changed them. Tests use
+//! them to find the worst case of rounding.
 //!
 //! ```text
 //!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ      one share per earlier rounding and
 //!                                            ±  u|value|     per copied input, plus the sum's own
 //! ```
 //!
-//! The filter's code runs on these numbers unchanged. No known input makes all roundings have the
-//! same sign, but a bound that covers even that case is guaranteed by its derivation. Products and
-//! sums are rounded separately, as on a level without fused operations.
+//! The filter's code runs on these numbers unchanged. No known input makes all roundings err in the
+//! same direction, but the bounds are derived to cover even that case. Products and sums are
+//! rounded separately, as on a level without fused operations.
 //!
 //! Rump and Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, describes the
 //! general method.
@@ -180,7 +180,7 @@ impl Lanes for Worst {
         self * b + c
     }
     fn mul_error(self, _: Self, _: Self) -> Self {
-        unreachable!("no f32 is split here")
+        unreachable!("this level never splits an f32 into halves")
     }
     fn max(self, other: Self) -> Self {
         if self.value > other.value { self } else { other }
@@ -221,7 +221,7 @@ impl Lanes for Worst {
     }
 }
 
-/// A SIMD level whose f32 lanes are [`Worst`] numbers. Its f64 lanes are ordinary.
+/// A SIMD level whose f32 lanes are [`Worst`] numbers. Its f64 lanes hold ordinary f64 values.
 #[derive(Clone, Copy)]
 pub(super) struct Worsts;
 
@@ -238,7 +238,7 @@ impl Simd for Worsts {
     const LEVEL: Level = Level::PORTABLE;
 }
 
-/// A stand-in for integer lanes, which are not used here.
+/// A stand-in for integer lanes. The filter's code does not use integer lanes.
 #[derive(Clone, Copy)]
 pub(super) struct NoInts;
 

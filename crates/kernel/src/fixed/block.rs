@@ -7,8 +7,8 @@ use super::{Crossing, IntWidth, Prepared, Ray, Triangle};
 use crate::simd::{Lane, Width, lanes_of};
 use crate::simd::{Lanes, Simd};
 
-/// N prepared triangles in lanes, each with its index. N is 4 or 8. Unused lanes contain points,
-/// which no ray hits.
+/// N prepared triangles in lanes, each with its index. N is 4 or 8. Unused lanes contain triangles
+/// that consist of a single point, so no ray hits them.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Block, Grid, RayLanes};
@@ -45,7 +45,8 @@ pub struct Block<const N: usize> {
 }
 
 impl<const N: usize> Block<N> {
-    /// Creates a block from the first N triangles, each with its index. There may be fewer than N.
+    /// Creates a block from the first N triangles, each with its index. If there are fewer than N
+    /// triangles, the remaining lanes are unused.
     pub fn new(triangles: impl IntoIterator<Item = (Triangle, u32)>) -> Self {
         // Unused lanes contain a triangle that no ray crosses.
         let (mut prepared, mut indices) = ([Prepared::NONE; N], [u32::MAX; N]);
@@ -75,7 +76,7 @@ impl<const N: usize> Block<N> {
     /// the index of the triangle. Call this function in a loop that is compiled for an instruction
     /// level.
     ///
-    /// With `FILTER`, an f32 test runs first, which does not change the result.
+    /// With `FILTER`, an f32 test runs first to reject most misses. It does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,

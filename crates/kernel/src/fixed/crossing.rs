@@ -40,7 +40,7 @@ impl Crossing {
     pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
         let Self { t, v, w, .. } = *self;
         let geometry = 0;
-        // The other values are always below this limit.
+        // The denominator, v, and w are always below this limit.
         if t.num < 1 << 62 {
             let den = parts(t.den);
             let over = |num: u64| quotient(parts(num), den);

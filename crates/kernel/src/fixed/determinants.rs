@@ -9,8 +9,8 @@ use super::snapped::{Ray, Triangle};
 use crate::simd::{Ints, One};
 
 impl Crossing {
-    /// Returns where a ray crosses a triangle, or `None` if it does not. This is the same test as
-    /// in lanes, for a single pair.
+    /// Returns where a ray crosses a triangle, or `None` if it does not. This function performs the
+    /// same test as the lanes, for a single pair.
     ///
     /// ```
     /// use intertri::fixed::{Bits, Crossing, Grid, scalar};
@@ -72,7 +72,8 @@ impl Determinants {
         if num == 0 || (num > 0) != leaves {
             return None;
         }
-        // All three have the same sign or are 0. They are not all 0, because `num` is not.
+        // The three determinants have the same sign or are 0. They are not all 0, because `num` is
+        // not.
         let u = self.u[lane].unsigned_abs();
         let v = self.v[lane].unsigned_abs();
         let w = self.w[lane].unsigned_abs();

@@ -45,15 +45,15 @@ impl<I: Ints> Edges<I> {
         Self { a, h4, h5, u, v, w }
     }
 
-    /// Among the given lanes, finds those in which the ray's line crosses in the direction of the
-    /// normal and those in which it crosses against it. The ray's origin may be in the triangle's
-    /// plane.
+    /// Among the given lanes, finds the lanes in which the ray's line crosses the triangle in the
+    /// direction of the normal and the lanes in which the line crosses against the normal. The
+    /// ray's origin may be in the triangle's plane.
     #[inline(always)]
     pub(super) fn sides(&self, lanes: u32) -> (u32, u32) {
         let (nu, nv, nw) = (self.u.negative(), self.v.negative(), self.w.negative());
         let (zu, zv, zw) = (self.u.zero(), self.v.zero(), self.w.zero());
 
-        // Given the other signs, a zero rarely matters.
+        // A zero rarely matters, because the signs of the other determinants usually decide.
         let open = !(nu | nv | nw) | ((nu | zu) & (nv | zv) & (nw | zw));
         if lanes & open & (zu | zv | zw) == 0 {
             return (lanes & !(nu | nv | nw), lanes & nu & nv & nw);
@@ -75,8 +75,8 @@ pub(super) fn first_sign_negative<I: Ints>([x, y, z]: V3<I>) -> u32 {
     x.negative() | x.zero() & (y.negative() | y.zero() & z.negative())
 }
 
-/// Computes `A . (h4 x h5)`, the numerator of t, for one pair. Its `3 b + 5` bits may not fit in an
-/// i64.
+/// Computes `A . (h4 x h5)`, the numerator of t, for one pair. The result has `3 b + 5` bits, which
+/// may not fit in an i64.
 #[inline(always)]
 pub(super) fn volume(a: [i64; 3], h4: [i64; 3], h5: [i64; 3]) -> i128 {
     product(a, cross_i64(h4, h5))

@@ -1,8 +1,9 @@
-//! The f32 filter: most lanes are misses, and f32 arithmetic can prove it.
+//! The f32 filter: proves in f32 arithmetic that most lanes are misses.
 //!
 //! Integers up to 2^24 are exact in f32, and so are the differences computed here. Only products
-//! are rounded; `docs/fixed-point.md` derives by how much, with or without fused operations. Let
-//! `u = 2^-24`, and let a, h, and s be the largest components of A, of both edges, and of d. Then:
+//! are rounded; `docs/fixed-point.md` derives the error bounds, with or without fused operations.
+//! Let `u = 2^-24`, and let a, h, and s be the largest components of A, of both edges, and of d.
+//! Then:
 //!
 //! ```text
 //!   |V - exact|, |W - exact| <= 30.1 u s h a      |U - exact| <= u s h (84.3 a + 36.2 h)
@@ -16,8 +17,8 @@ use crate::simd::{Lanes, Mask};
 
 const U: f32 = f32::EPSILON / 2.0;
 
-/// Returns the lanes that may be hits. `s` bounds the components of the directions, `h` bounds
-/// those of the edges, and `n` is `h4 x h5`, rounded to f32.
+/// Returns the lanes that may be hits. `s` bounds the components of the directions, `h` bounds the
+/// components of the edges, and `n` is `h4 x h5`, rounded to f32.
 #[inline(always)]
 pub(super) fn maybe<F: Lanes<Scalar = f32>>(
     origin: V3<F>,
@@ -39,7 +40,8 @@ pub(super) fn maybe<F: Lanes<Scalar = f32>>(
 }
 
 /// Like [`maybe`], but for rays that share an origin. Takes the cross products B x C, C x A, and A
-/// x B, rounded to f32. `bound` must be at least `4.1 u s (|x| + |y| + |z|)` for each of them.
+/// x B, rounded to f32. `bound` must be at least `4.1 u s (|x| + |y| + |z|)` for each cross product
+/// (x, y, z).
 #[inline(always)]
 pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
     d: V3<F>,

@@ -1,5 +1,5 @@
-//! The grid converts f32 coordinates to integers. This is the only step of the mode that rounds,
-//! apart from the final conversion of the results.
+//! The grid converts f32 coordinates to integers. The conversion is the only step of the `fixed`
+//! mode that rounds, apart from the final conversion of the results.
 //!
 //! ```text
 //!   scene, f32                      grid, integers
@@ -183,8 +183,8 @@ pub struct Grid {
     centre: [i64; 3],
 }
 
-/// Points whose scaled coordinates exceed this are not snapped: f64 can represent halves only up to
-/// this limit.
+/// Points whose scaled coordinates exceed this value are not snapped: f64 can represent halves only
+/// up to this limit.
 const FAR: f64 = (1_i64 << 51) as f64;
 
 impl Grid {

@@ -5,10 +5,10 @@
 //! f64: the rest is integer arithmetic within proven bit budgets, so the results have the same bits
 //! on every CPU. `docs/fixed-point.md` has the proofs.
 //!
-//! A ray that meets an edge or a corner exactly is decided as if its direction were moved by `(e,
-//! e^2, e^3)`, with an arbitrarily small e. It therefore crosses a closed mesh like a ray in
-//! general position: never through an edge or a corner, and through every surface once. A crossing
-//! has `t > 0`, so a ray that starts on a surface does not cross it there.
+//! A ray that meets an edge or a corner exactly is decided as if its direction were moved by
+//! `(e, e^2, e^3)`, with an arbitrarily small e. The ray therefore crosses a closed mesh like a ray
+//! in general position: never through an edge or a corner, and through every surface once. A
+//! crossing has `t > 0`, so a ray that starts on a surface does not cross it there.
 //!
 //! ```text
 //!   f32 ─ Grid ──► Ray, Triangle ──► Block, Packet, SeenTriangle ──► Crossing ──► Best ──► Hit, f64

@@ -1,6 +1,7 @@
 //! Powers of two and rounding without a math library, because the kernel supports `no_std`.
 
-/// Above 2^52, f64 has no fractional digits, so adding this rounds to an integer.
+/// Adding this value to an f64 rounds the f64 to an integer, because f64 has no fractional digits
+/// above 2^52.
 const ABOVE: f64 = (3_i64 << 51) as f64;
 
 /// Returns the nearest integer, ties to even, for a number in `-2^51..=2^51`. For other numbers,

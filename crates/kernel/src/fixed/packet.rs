@@ -80,7 +80,7 @@ impl<const N: usize> Packet<N> {
 
     /// Calls `each` for every crossing of a `live` ray with a triangle, passing the ray's lane.
     /// Call this function in a loop that is compiled for an instruction level. With `FILTER`, an
-    /// f32 test runs first, which does not change the result.
+    /// f32 test runs first to reject most misses. It does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
@@ -166,8 +166,9 @@ pub struct SeenTriangle {
     bound: f32,
 }
 
-/// The integers of a triangle relative to an origin. They determine where rays from that origin
-/// cross the triangle. The rays must be known to cross it.
+/// The cross products of a triangle's corners relative to an origin, and the numerator of t. They
+/// determine where a ray from that origin crosses the triangle, provided that the ray is known to
+/// cross it.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Sides};
@@ -186,7 +187,7 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// Computes the integers of a triangle relative to an origin.
+    /// Computes the cross products and the numerator of t for a triangle and an origin.
     #[inline(always)]
     pub fn new(&Triangle([c1, c2, c3]): &Triangle, origin: [i32; 3]) -> Self {
         let a = i64s(minus(c1, origin));
@@ -210,7 +211,8 @@ impl Sides {
 
 impl SeenTriangle {
     /// Computes the values of a triangle relative to an origin. Returns `None` if the origin is in
-    /// the triangle's plane or if the triangle has no area, because no ray from there crosses it.
+    /// the triangle's plane or if the triangle has no area, because no ray from the origin crosses
+    /// the triangle.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
         let sides = Sides::new(triangle, origin);
@@ -219,7 +221,7 @@ impl SeenTriangle {
             return None;
         }
         // If num is not 0, no normal is 0. Arrays compare by the first component that differs, so
-        // this is the sign that results from moving the direction by (e, e², e³).
+        // the comparison yields the sign that results from moving the direction by (e, e², e³).
         let ties = normals.map(|n| if n < [0; 3] { -1 } else { 1 });
         let normals_f32 = normals.map(|n| n.map(|x| x as f32));
         let norm = |n: &[f32; 3]| n[0].abs() + n[1].abs() + n[2].abs();
@@ -229,8 +231,8 @@ impl SeenTriangle {
 
     /// Calls `each` for every crossing of a `live` ray with the triangle, passing the ray's lane.
     /// All live rays must start at the origin passed to [`SeenTriangle::new`]. Call this function
-    /// in a loop that is compiled for an instruction level. With `FILTER`, an f32 test runs first,
-    /// which does not change the result.
+    /// in a loop that is compiled for an instruction level. With `FILTER`, an f32 test runs first
+    /// to reject most misses. It does not change the result.
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool, const N: usize>(
         &self,
@@ -243,8 +245,8 @@ impl SeenTriangle {
         debug_assert!(lanes_of(live).all(|lane| packet.rays[lane].origin() == self.origin));
         let mut lanes = live;
         if FILTER {
-            // The triangle's part of the bound is precomputed. The packet's part is its longest
-            // component.
+            // The triangle's part of the bound is precomputed. The packet's part is the longest
+            // component of its directions.
             let bound = <F<S, N>>::splat(self.bound * packet.longest);
             lanes &= maybe_seen(load_f32(&packet.dir), &self.normals_f32, bound);
             if lanes == 0 {

@@ -1,4 +1,4 @@
-//! The constants of a triangle, computed once.
+//! A triangle prepared for many tests: its constants are computed once.
 
 use super::Triangle;
 use super::edges::{cross_i64, f32s, i64s};

@@ -1,4 +1,4 @@
-//! Queries over slices of any length.
+//! The `fixed` mode's queries over slices of any length.
 
 use alloc::vec::Vec;
 use core::array::from_fn;
@@ -134,9 +134,9 @@ impl Fixed {
     }
 
     /// Computes the winding number of a closed mesh around a point from the signed crossings of a
-    /// ray. If the triangles are counter-clockwise as seen from outside, it is 1 inside and 0
-    /// outside; for a mesh that is inside out, it is -1 inside. A point on the surface has the
-    /// winding number of a neighbouring point.
+    /// ray. If the triangles are counter-clockwise as seen from outside, the winding number is 1
+    /// inside and 0 outside; if the mesh is inside out, it is -1 inside. A point on the surface has
+    /// the winding number of a neighbouring point.
     ///
     /// # Errors
     /// Returns an error if the point is not on the grid.
@@ -170,7 +170,7 @@ impl Fixed {
     /// # Panics
     /// Panics if the slices differ in length.
     pub fn closest_batch(&self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
-        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        assert_eq!(rays.len(), hits.len(), "`rays` and `hits` must have the same length");
         self.level.run(ClosestBatch { triangles, rays, hits });
     }
 
@@ -195,8 +195,8 @@ impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
         let mut more = true;
         for block in self.blocks {
             block.crossings_in::<S, true>(&ray, |crossing, index| {
-                // A block reports all of its crossings. Drop those that follow the one that ended
-                // the query.
+                // A block reports all of its crossings. Ignore the crossings after the crossing
+                // that ended the query.
                 more = more && (self.go_on)(crossing, index);
             });
             if !more {

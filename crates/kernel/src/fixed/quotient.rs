@@ -1,4 +1,4 @@
-//! The correctly rounded f64 quotient of two integers, which may be inexact in f64.
+//! The correctly rounded f64 quotient of two integers that f64 may be unable to represent exactly.
 //!
 //! ```text
 //!   q ≈ num / den     p = q den ──► rest = (num - p) / den ──► q + rest
@@ -22,8 +22,8 @@ pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
     [sum, (high - sum) + low]
 }
 
-/// Returns `num / den`, rounded to the nearest f64, ties to even, and the lanes in which that is
-/// certain: all except ties. The integers must be below `2^67`.
+/// Returns `num / den`, rounded to the nearest f64, ties to even, and the lanes in which the
+/// rounding is certain: all except ties. The integers must be below `2^67`.
 #[inline(always)]
 pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> (F, F::Mask) {
     // The estimate q has an error of four roundings.
@@ -78,8 +78,8 @@ mod tests {
         }
     }
 
-    /// Tests quotients of any magnitude, exact ones, ties between two f64 values, and their
-    /// neighbours.
+    /// Tests quotients of any magnitude, including exact quotients, ties between two f64 values,
+    /// and the neighbours of these ties.
     #[test]
     fn a_sure_quotient_is_the_nearest() {
         let mut state = 1_u64;
@@ -91,7 +91,8 @@ mod tests {
         let (mut unsure, mut all) = (0, 0);
         for i in 0..100_000_u32 {
             let den = random(1 + i % 62).max(1);
-            // A 54-bit quotient ends in half a unit; a quotient of 53 bits or fewer is exact.
+            // An odd 54-bit quotient lies halfway between two f64 values; a quotient of 53 bits or
+            // fewer is exact.
             let bits = 1 + i / 62 % 54;
             let near = (u128::from(random(bits)) * u128::from(den)).min(1 << 64);
             let num = u128::from(random(1 + i % 64)) << (i & 1);

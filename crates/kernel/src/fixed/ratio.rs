@@ -1,4 +1,4 @@
-//! t as an exact ratio of integers, with comparisons.
+//! Represents t as an exact ratio of integers, with exact comparisons.
 
 use core::cmp::Ordering;
 
@@ -78,7 +78,7 @@ impl Ratio {
             return Some(Ordering::Less);
         }
         // Let x = m * 2^e, and compare num with m * den * 2^e. Take m and e from the bits of x,
-        // because a CPU that treats subnormal numbers as zero would change its value.
+        // because a CPU that treats subnormal numbers as zero would read a subnormal x as 0.
         let field = (x.to_bits() >> 23) as i32;
         let fraction = x.to_bits() & 0x7f_ffff;
         let (m, shift) =

@@ -7,7 +7,7 @@
 //!   U = d . (B x C)      V = d . (C x A)      W = d . (A x B)
 //! ```
 //!
-//! have the same sign. It meets the plane at `t = A . (B x C) / (U + V + W)`.
+//! have the same sign. The line meets the plane at `t = A . (B x C) / (U + V + W)`.
 
 use super::{Crossing, Ratio, Ray, Triangle};
 

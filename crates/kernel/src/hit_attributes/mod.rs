@@ -1,5 +1,5 @@
-//! t, u, and v for pairs that are known to hit: t as in document A, and the weights as in document
-//! D.
+//! Computes t, u, and v for rays and triangles that they are known to hit. t has the same bits as
+//! in document A; the weights follow document D.
 
 mod pairs;
 mod shared_origin;

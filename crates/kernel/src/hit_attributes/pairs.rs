@@ -1,7 +1,8 @@
-//! t, u, and v for rays and triangles that are known to hit: eight pairs in lanes.
+//! Computes t, u, and v for eight pairs in lanes, each a ray and a triangle that it is known to
+//! hit.
 //!
-//! The operations and their order match the reference, so t has the same bits. The weights follow
-//! document D.
+//! The operations and their order match the reference, so t has the same bits as in the reference.
+//! The weights follow document D.
 
 use crate::barycentric::Coefficients;
 use crate::document::Tri;
@@ -9,8 +10,8 @@ use crate::simd::Vec3;
 use crate::simd::{Lanes, Simd};
 use crate::{Hit, Ray, RayOf, Scalar, Triangle, TriangleId, TriangleOf};
 
-/// Up to eight rays, each with a triangle that it is known to hit, for a loop at an instruction
-/// level.
+/// Up to eight rays, each with a triangle that it is known to hit, for use in a loop that is
+/// compiled for an instruction level.
 ///
 /// ```
 /// use intertri::internal::Pairs;
@@ -89,11 +90,11 @@ impl Pairs {
         (corners, some(&self.origin, from), some(&self.dir, from))
     }
 
-    /// Computes the hits of all lanes with the document's operations. Lanes that were not set are
-    /// meaningless.
+    /// Computes the hits of all lanes with the document's operations. The hits of lanes that were
+    /// not set are meaningless.
     #[inline(always)]
     pub fn hits_in<S: Simd>(&self) -> [Hit; 8] {
-        // Process four at a time, because some CPUs lower their clock rate for even a single
+        // Process four pairs at a time, because some CPUs lower their clock rate for even a single
         // eight-lane division.
         let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
         for from in [0, 4] {

@@ -1,4 +1,4 @@
-//! t, u, and v for rays from one origin and triangles that they are known to hit.
+//! Computes t, u, and v for rays from one origin and triangles that they are known to hit.
 //!
 //! ```text
 //!   num:  nrm & a   V & dir   W & dir              The coefficients are computed once for a
@@ -8,7 +8,7 @@
 //! ```
 //!
 //! t follows document A, and the weights follow document D. The operations and their order match
-//! the reference, so t has the same bits.
+//! the reference, so t has the same bits as in the reference.
 
 use super::shared_origin_hit::SharedOriginHit;
 use crate::barycentric::Coefficients;
@@ -79,9 +79,9 @@ impl SharedOriginHit for HitCoefficients {
     #[inline(always)]
     fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit) -> bool {
         let dir = Vec3::<S::F64x4>::splat([dir[0].into(), dir[1].into(), dir[2].into()]);
-        // The four sums are t's denominator, the numerators of u and v, and their common
-        // denominator. The numerator of t is known, so one four-lane division yields t, u, and v.
-        // Lane 3 then takes the indices.
+        // The four sums are t's denominator, the numerators of u and v, and the common denominator
+        // of u and v. The numerator of t is known, so one four-lane division yields t, u, and v.
+        // Lane 3 is then replaced with the indices.
         let lane = |i: u32| <S::F64x4 as Lanes>::Mask::from_bits(1 << i);
         let known = S::F64x4::load(&self.known);
         let sums = Vec3::load(&self.coefficients).dot(dir);

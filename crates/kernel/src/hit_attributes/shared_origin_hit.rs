@@ -1,4 +1,4 @@
-//! The values that rays from one origin share if they hit the same triangle.
+//! The values that rays from one origin share when they hit the same triangle.
 
 use crate::Hit;
 use crate::simd::Simd;
@@ -18,7 +18,7 @@ pub trait SharedOriginHit<H = Hit>: Copy + Default {
         to: &mut [Self; 8],
     );
 
-    /// Writes the hit of a ray that is known to hit the triangle. Returns whether the values are
-    /// certain; if not, call the resolver.
+    /// Writes the hit of a ray that is known to hit the triangle. Returns whether t, u, and v are
+    /// certain; if they are not, call the resolver.
     fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut H) -> bool;
 }

@@ -1,5 +1,6 @@
-//! The closest hit of one ray so far. Hits are compared by f32 intervals where these decide,
-//! otherwise by t in f64, and by the resolver if the rounded values of t are equal.
+//! The closest hit of one ray so far. Two hits are compared by their f32 intervals of t. If the
+//! intervals overlap, the hits are compared by t in f64, and if those values are equal, by the
+//! resolver.
 
 use core::cmp::Ordering;
 
@@ -11,8 +12,8 @@ use crate::{LeafSlot, TriangleId};
 /// The closest hit of one ray so far.
 ///
 /// The mode's t is in `t_lo..=t_hi`. Two hits are compared by these intervals. If the intervals
-/// overlap, the hits are compared by their t in f64, and if these are equal, exactly. If both have
-/// the same t, the lower index wins.
+/// overlap, the hits are compared by t in f64, and if those values are equal, by the resolver. If
+/// both hits have the same t, the lower index wins.
 ///
 /// See [`Filter::closest_in`](crate::Filter::closest_in) for an example.
 ///
@@ -103,16 +104,17 @@ impl ClosestHit {
     ) {
         let (triangle, slot) = new;
         if t_hi < self.t_lo {
-            // The new hit is entirely in front of the old one. Its t is not needed unless another
-            // hit comes close; until then, it is NaN.
+            // The new hit is certainly in front of the old hit. Its t is NaN until another hit
+            // comes close and the exact value is needed.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
-            // Walls in the same plane are common, and ordering them does not require arithmetic.
+            // Walls in the same plane are common, and their order can be determined without
+            // arithmetic.
             if self.is_hit()
                 && let Some(order) = pairs.order_across_axis(lane, self.slot)
             {
                 if order.then(triangle.cmp(&self.triangle)).is_lt() {
-                    // The new hit's t is at most that of the hit so far.
+                    // The new hit's t is at most the t of the closest hit so far.
                     let t_hi = if t_hi < self.t_hi { t_hi } else { self.t_hi };
                     *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
                 }
@@ -138,9 +140,10 @@ impl ClosestHit {
         let (triangle, slot) = new;
         let order = if self.is_hit() { pairs.known_order(lane, self.slot) } else { None };
         match order {
-            // Whether it is a hit makes no difference.
+            // The triangle is behind the closest hit, so it makes no difference whether the ray
+            // hits it.
             Some(Ordering::Greater) => {}
-            // The index decides, and t is not needed.
+            // Both have the same t, so the index decides, and t is not needed.
             Some(Ordering::Equal) => {
                 if triangle < self.triangle && pairs.meets(lane) {
                     (self.triangle, self.slot) = (triangle, slot);
@@ -187,8 +190,8 @@ impl ClosestHit {
             return;
         }
 
-        // Among the certain hits, find the one whose interval ends first, and all hits whose
-        // intervals begin before that.
+        // Among the certain hits, find the hit whose interval ends first, and all hits whose
+        // intervals begin before that end.
         let hit = F::Mask::from_bits(verdicts.hit);
         let ends = F::select(hit, verdicts.t_hi, F::splat(f32::INFINITY));
         let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
@@ -197,8 +200,8 @@ impl ClosestHit {
         let first = least(&t_hi);
         let rivals = (hit & verdicts.t_lo.le(F::splat(first))).bits();
 
-        // There is nearly always only one, and it is certain to win. `rivals & (rivals - 1)` clears
-        // the lowest bit, which leaves the other rivals.
+        // `rivals` nearly always contains only one lane, which is certain to win.
+        // `rivals & (rivals - 1)` clears the lowest bit, which leaves the other rivals.
         let doubtful = rivals & rivals.wrapping_sub(1) | verdicts.undecided;
         if doubtful == 0 && first < self.t_lo {
             let lane = rivals.trailing_zeros() as usize % 8;
@@ -261,8 +264,8 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) -> bool {
         if self.t.is_nan() {
-            // The t of the best hit is computed only when another hit comes close, and is then
-            // stored.
+            // The t of the closest hit so far is computed only when another hit comes close, and is
+            // then stored.
             self.t = pairs.t_in(lane, self.slot);
         }
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
@@ -299,7 +302,8 @@ fn least(of: &[f32; 8]) -> f32 {
 fn enclose(t: f64) -> (f32, f32) {
     let near = t as f32;
     let (near64, t_lo, t_hi) = (f64::from(near), near.next_down(), near.next_up());
-    // `near` is the nearest f32: if it is above t, its lower neighbour is below, and vice versa.
+    // `near` is the f32 nearest to t. If it is above t, its lower neighbour is below t, and vice
+    // versa.
     (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
 }
 
@@ -315,7 +319,7 @@ mod tests {
         (TriangleId(i), LeafSlot(i))
     }
 
-    /// Hits with given values of t, for a ray that ends at the first field. The slot is the index.
+    /// The far end of a ray, and the t of each of its hits. The slot of a hit is its index.
     struct FixedHits(f32, Vec<f64>);
 
     impl LanePairs for FixedHits {

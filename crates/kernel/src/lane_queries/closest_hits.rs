@@ -1,4 +1,4 @@
-//! The closest hits of N rays, in lanes.
+//! The closest hits of N rays so far, in lanes.
 
 use super::closest_hit::ClosestHit;
 use super::lane_pairs::LanePairs;
@@ -136,8 +136,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         match resolver {
             _ if unknown == 0 => {}
             _ => {
-                // Compute all lanes at once, with the document's operations or exactly, and then
-                // the uncertain lanes one by one.
+                // Compute all lanes at once, with the document's operations or exactly. Then
+                // compute the uncertain lanes one by one.
                 let [c1, c2, c3] = &corners;
                 let corners = [Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
                 let (org, dir) = (Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir));

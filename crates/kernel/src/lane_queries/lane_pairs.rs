@@ -15,7 +15,7 @@ pub(crate) trait LanePairs {
     fn ray(&self, lane: usize) -> Ray;
     /// Returns the triangle in a lane.
     fn triangle(&self, lane: usize) -> Triangle;
-    /// Returns the ids of a lane's ray and slot.
+    /// Returns the id of a lane's ray and the slot of the lane's triangle.
     fn ids(&self, lane: usize) -> (RayId, LeafSlot);
     /// Returns the triangle in a slot.
     fn find(&self, slot: LeafSlot) -> Triangle;
@@ -38,16 +38,17 @@ pub(crate) trait LanePairs {
         self.resolver().t(&self.ray(lane), &self.triangle(lane), self.ids(lane))
     }
 
-    /// Returns the t at which the lane's ray hits the triangle in a slot. The ray must hit it.
+    /// Returns the t at which the lane's ray hits the triangle in a slot. The ray must be known to
+    /// hit that triangle.
     #[inline(always)]
     fn t_in(&self, lane: usize, slot: LeafSlot) -> f64 {
-        // The best hit so far stores only its slot, so look up its triangle first.
+        // The closest hit so far stores only its slot, so look up its triangle first.
         let (ray, _) = self.ids(lane);
         self.resolver().t(&self.ray(lane), &self.find(slot), (ray, slot))
     }
 
-    /// Returns which of two hits with equal rounded t comes first on the lane's ray: the lane's
-    /// triangle or the triangle in a slot.
+    /// Returns which of two hits with equal rounded t comes first on the lane's ray: the hit on the
+    /// lane's triangle or the hit on the triangle in a slot.
     #[inline(always)]
     fn order(&self, lane: usize, slot: LeafSlot) -> Ordering {
         let (ray, here) = self.ids(lane);

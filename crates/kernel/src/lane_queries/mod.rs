@@ -1,4 +1,4 @@
-//! Tests of ray packets and triangle blocks, and the closest hits so far.
+//! Tests ray packets and triangle blocks with the filter, and keeps the closest hits so far.
 
 mod closest_hit;
 mod closest_hits;

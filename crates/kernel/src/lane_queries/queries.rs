@@ -96,8 +96,8 @@ impl Filter<'_> {
         self.closest_among_in::<S>(ray, block, indices, first, find, keep, closest, counts);
     }
 
-    /// Like [`Filter::closest_in`], but for some of the triangles. If any lanes may be hits, `keep`
-    /// is called with these lanes and returns the lanes to consider.
+    /// Like [`Filter::closest_in`], but only for the triangles that a closure selects. If any lanes
+    /// may be hits, `keep` is called with a mask of these lanes and returns the lanes to consider.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -137,11 +137,11 @@ impl Filter<'_> {
         counts: &mut Counts,
     ) {
         let (lanes, triangles) = (Rays::splat(lanes), Triangles::of_block(block, self.room()));
-        // The filter treats any lane that is certainly beyond the best hit so far as a miss.
+        // The filter treats any lane that is certainly beyond the closest hit so far as a miss.
         let far = Lanes::splat(closest.t_hi());
         let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, block.live(), counts);
-        // Return before calling `keep`: a leaf usually has no candidates and then does not pay for
-        // the selection.
+        // Return before calling `keep`: a leaf usually has no candidates, and then the selection
+        // would be wasted work.
         if verdicts.lanes() == 0 {
             return;
         }
@@ -182,8 +182,7 @@ impl Filter<'_> {
     }
 }
 
-/// Tests of N rays against one triangle: all hits, whether there are any, or the closest hits so
-/// far.
+/// Tests of N rays against one triangle: all hits, which rays hit, or the closest hits so far.
 impl Filter<'_> {
     /// Finds all hits of N rays on one triangle.
     #[inline(always)]
@@ -205,8 +204,8 @@ impl Filter<'_> {
     }
 
     /// Finds which of N rays hit one triangle and returns them as bits. Unlike
-    /// [`Filter::packet_in`], this does not compute t in f64, which is slow for close pairs. Only
-    /// the lanes in `live` take part.
+    /// [`Filter::packet_in`], this function does not compute t in f64, which is slow for undecided
+    /// pairs. Only the lanes in `live` take part.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -225,8 +224,8 @@ impl Filter<'_> {
     /// }
     ///
     /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// // A ray inside, one on the longest edge, one an f32 step beside it, and one that ends at
-    /// // the wall.
+    /// // Rays inside, on the longest edge, and one f32 step outside that edge, and a ray that ends
+    /// // at the wall.
     /// let ray = |y: f32| Ray::new([0.5, y, 0.0], [0.0, 0.0, 1.0]);
     /// let rays = [ray(0.25), ray(0.5), ray(0.5_f32.next_up()), ray(0.25).between(0.0, 5.0)];
     /// assert_eq!(dispatch(Shadow(&RayPacket::new(&rays), &wall)), 0b0011);
@@ -246,11 +245,12 @@ impl Filter<'_> {
         let verdicts = self.test_packet(rays, triangle, Lanes::load(&packet.t_max), live, counts);
         let find = |_| *triangle.triangle();
         let pairs = self.rays_on(packet, triangle.triangle(), LeafSlot(0), find);
-        // A certain hit does not need its t if t is certainly before the far end.
+        // A certain hit does not need an exact t if its interval of t ends before the far end of
+        // the ray.
         let sure = verdicts.hit & verdicts.t_hi.lt(self.sure_ends(&packet.t_max)).bits();
         let meets = |hits, lane| hits | u32::from(pairs.meets(lane)) << lane;
-        // The resolver decides the others: undecided lanes, and hits whose interval of t reaches
-        // the far end.
+        // The resolver decides the other lanes: undecided lanes, and hits whose interval of t
+        // reaches the far end.
         lanes_of(verdicts.lanes() & !sure).fold(sure, meets)
     }
 
@@ -313,14 +313,14 @@ impl Filter<'_> {
     /// the slot i.
     ///
     /// This is faster than testing the triangles one by one, because sixty-four triangles are
-    /// prechecked before any is tested. Triangles that pass are recorded in a mask without a
-    /// branch: one mispredicted branch takes as long as many prechecks.
+    /// prechecked before any of them is tested. Triangles that pass the precheck are recorded in a
+    /// mask without a branch: one mispredicted branch takes as long as many prechecks.
     ///
     /// ```
     /// use intertri::simd::{Lane, Simd, Width, WithSimd, dispatch};
     /// use intertri::{ClosestHits, Counts, LeafSlot, Mode, PreparedTriangle, Ray, RayPacket, Triangle};
     ///
-    /// /// Finds the t at which eight rays hit the closest of some triangles.
+    /// /// Finds the t of each ray's closest hit.
     /// struct Depths<'a>(&'a RayPacket<8>, &'a [PreparedTriangle]);
     /// impl WithSimd for Depths<'_> {
     ///     type Output = [f64; 8];
@@ -378,7 +378,7 @@ impl Filter<'_> {
     }
 
     /// Returns the closest hits of N rays with their t, computed together. A lane's bit is set if
-    /// the ray has a hit.
+    /// the lane's ray has a hit.
     #[inline(always)]
     pub fn hits_in<S: Simd, const N: usize>(
         &self,
@@ -392,7 +392,7 @@ impl Filter<'_> {
         closest.hits::<<Lane<N> as Width>::D<S>>(self.resolver(), rays.packet, find)
     }
 
-    /// Returns the pairs of a packet's rays and a triangle, for the resolver.
+    /// Returns a packet's rays, paired with a triangle, for the resolver.
     #[inline(always)]
     fn rays_on<'a, P: Fn(LeafSlot) -> Triangle, const N: usize>(
         &'a self,

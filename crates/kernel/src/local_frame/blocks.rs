@@ -1,4 +1,4 @@
-//! Copies of eight triangles in lanes.
+//! Computes the f32 copies of eight f64 triangles in lanes.
 
 use super::{LocalFrame, pow2};
 use crate::packet::TriangleBlock;
@@ -98,7 +98,7 @@ mod tests {
             let one_by_one = TriangleBlock::of_copies(&copies);
             let mut around = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
             for lane in (0..8).filter(|lane| live >> lane & 1 != 0) {
-                let [lo, hi] = frame.bounds(&triangle(lane)).expect("a finite triangle");
+                let [lo, hi] = frame.bounds(&triangle(lane)).expect("the triangle is finite");
                 for k in 0..3 {
                     around[0][k] = around[0][k].min(lo[k]);
                     around[1][k] = around[1][k].max(hi[k]);

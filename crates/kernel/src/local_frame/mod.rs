@@ -21,9 +21,9 @@ use crate::scalar::Bits;
 use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
-/// The smallest and largest exponents of the scale, which brings the farthest corner to between 1
-/// and 2. Within these limits, the scale is a normal f64, and numbers that the CPU may read as 0
-/// stay below all error bounds.
+/// The smallest and largest exponents of the scale. The scale is chosen to bring the farthest
+/// corner to between 1 and 2. Within the limits, the scale is a normal f64, and numbers that the
+/// CPU may read as 0 stay below all error bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
 /// A direction is scaled like points if the exponent of its scaled length is at most this in
@@ -31,8 +31,8 @@ const SCALES: (i32, i32) = (-1000, 800);
 const SAME: i32 = 30;
 
 /// The limit to which coordinates of origins are clamped. It is beyond the limits of the slab test
-/// and the filter, so all triangles are tested in f64. A smaller limit would bend the line of a ray
-/// that the slab test accepts.
+/// and the filter, so a ray with a clamped origin is tested against all triangles in f64. A smaller
+/// limit would bend the line of a ray that the slab test accepts.
 const FAR_OUT: f64 = f32::MAX as f64;
 
 /// A ray that hits nothing.
@@ -50,9 +50,9 @@ pub struct LocalFrame {
 
 impl LocalFrame {
     /// Creates a frame for corners between the lowest and the highest coordinates, most of which
-    /// are in the box `crowd`. The frame is empty if the coordinates are not finite. Its centre is
-    /// the point of the crowd that is nearest to the centre of the whole scene, so that a few
-    /// distant triangles do not cost the others precision.
+    /// are in the box `crowd`. The frame is empty if the coordinates are not finite. The frame's
+    /// centre is the point of the crowd that is nearest to the centre of the whole scene, so that a
+    /// few distant triangles do not cost the others precision.
     pub fn around([lo, hi]: [[f64; 3]; 2], crowd: [[f64; 3]; 2]) -> Self {
         if !lo.iter().chain(&hi).all(|x| x.is_finite()) {
             return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
@@ -62,7 +62,7 @@ impl LocalFrame {
         // scene (f64.md, section 4).
         let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
         // The distance from the centre to the farther side along each axis. The scale brings the
-        // largest of these to between 1 and 2.
+        // largest of these distances to between 1 and 2.
         let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
         let up = -exponent(half[0].max(half[1]).max(half[2]));
         let up = up.clamp(SCALES.0, SCALES.1);
@@ -72,8 +72,8 @@ impl LocalFrame {
         Self { centre, up, reach: reach as f32 * (1.0 + 1.0 / 1024.0) }
     }
 
-    /// Creates the frame with this centre and exponent, if they are valid. `farthest` bounds the
-    /// scaled distance of corners from the centre along each axis.
+    /// Creates the frame with the given centre and exponent, if they are valid. `farthest` bounds
+    /// the scaled distance of corners from the centre along each axis.
     pub fn of(centre: [f64; 3], up: i32, farthest: [f32; 3]) -> Option<Self> {
         let sane = centre.iter().all(|x| x.is_finite()) && (SCALES.0..=SCALES.1).contains(&up);
         let reach = farthest.iter().map(|&x| f64::from(x)).sum::<f64>() as f32;
@@ -101,8 +101,8 @@ impl LocalFrame {
         (x - self.centre[axis]) * pow2(self.up)
     }
 
-    /// Returns the box of a triangle's copy, which contains the scaled triangle. Returns `None` if
-    /// a corner is not finite.
+    /// Returns the box of a triangle's copy. The box contains the scaled triangle. Returns `None`
+    /// if a corner is not finite.
     #[inline]
     pub fn bounds(&self, TriangleOf(corners): &Triangle64) -> Option<[[f32; 3]; 2]> {
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
@@ -175,8 +175,8 @@ impl LocalFrame {
         let origin = [0, 1, 2].map(|k| self.place(ray.origin[k], k));
         let dir = ray.dir.map(|x| x * scale);
 
-        // The condition is nearly always true, and false for NaN. If it is true, the copy's t is
-        // the ray's t.
+        // The condition below is nearly always true; it is false for NaN. If it is true, the copy's
+        // t is the ray's t.
         let has_interval = ray.t_min < ray.t_max && ray.t_max > 0.0;
         let is_near = origin.iter().all(|x| x.abs() <= FAR_OUT);
         let is_short = dir.iter().all(|x| x.abs() <= pow2(SAME));
@@ -203,8 +203,8 @@ impl LocalFrame {
         }
         // A clamped origin is finite in f32, but so far out that no test in f32 depends on it.
         let at = |k: usize| self.place(ray.origin[k], k).clamp(-FAR_OUT, FAR_OUT) as f32;
-        // The direction of such a ray may be so short or so long that the copy needs its own scale,
-        // and t then has different units.
+        // The ray's direction may be so short or so long that the copy needs its own scale, and t
+        // then has different units.
         let times = self.exponent(ray);
         Ray {
             origin: [at(0), at(1), at(2)],
@@ -214,8 +214,8 @@ impl LocalFrame {
         }
     }
 
-    /// Returns the exponent e for which the copy's t is the ray's t times `2^e`. It is nearly
-    /// always 0.
+    /// Returns the exponent e for which the copy's t is the ray's t times `2^e`. The exponent is
+    /// nearly always 0.
     #[inline]
     pub fn exponent(&self, ray: &Ray64) -> i32 {
         let length = self.up + longest_exponent(ray);

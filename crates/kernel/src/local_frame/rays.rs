@@ -1,4 +1,4 @@
-//! Copies of many rays, with the eight values of each ray in lanes.
+//! Computes the f32 copies of many f64 rays, with the eight values of each ray in lanes.
 
 use alloc::vec::Vec;
 
@@ -30,7 +30,8 @@ impl WithSimd for Copies<'_> {
         let ([x, y, z], scale) = (frame.centre, pow2(frame.up));
         let centre = S::F64x8::load(&[x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]);
         let scale = S::F64x8::load(&[scale, scale, scale, 1.0, scale, scale, scale, 1.0]);
-        // Within these limits, the copy's t is the ray's t, and the ray's origin is near.
+        // Within these limits, the copy's t is the ray's t, and the ray's origin need not be
+        // clamped.
         let (least, most) = (pow2(-SAME), pow2(SAME));
         let infinity = f64::INFINITY;
         let most = [FAR_OUT, FAR_OUT, FAR_OUT, infinity, most, most, most, infinity];

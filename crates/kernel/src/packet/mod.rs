@@ -279,7 +279,7 @@ pub struct Copy32 {
     pub longest: f32,
 }
 
-/// The hits of a packet of rays or in a block of triangles.
+/// The hits of a packet of rays on one triangle, or of one ray on a block of triangles.
 ///
 /// ```
 /// use intertri::{Mode, PacketHits, Ray, Triangle, TriangleBlock};
@@ -311,11 +311,11 @@ impl<const N: usize> PacketHits<N> {
     }
 }
 
-/// Shorter edges are treated as if they had this length (2^-48), so that the effect of underflow on
-/// the product of two edges stays below the effect of one rounding.
+/// The minimum length of an edge, 2^-48. Shorter edges are treated as if they had this length, so
+/// that the effect of underflow on the product of two edges stays below the effect of one rounding.
 pub(crate) const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 
-/// If a coordinate is larger than this (2^40), f32 does not decide. This keeps products from
+/// The largest coordinate for which f32 may decide, 2^40. The limit keeps products from
 /// overflowing.
 pub(crate) const LARGEST: f32 = (1_u64 << 40) as f32;
 
@@ -424,8 +424,8 @@ mod tests {
         }
     }
 
-    /// Tests all kinds of numbers in all corners: the blocks are the same at every level, and every
-    /// bound on a longest edge is valid or NaN.
+    /// Tests coordinates of all kinds in all corners: the blocks must be the same at every level,
+    /// and every bound on a longest edge must be valid or NaN.
     #[test]
     fn longest_edges_are_the_same_at_every_level() {
         let numbers = [0.0, -0.0, 1e-45, 1.0, -3.7, 1e9, LARGEST, -LARGEST, 2.0 * LARGEST];

@@ -65,7 +65,7 @@ impl Blocks {
     /// # Panics
     /// Panics if the index is out of bounds.
     pub fn triangle(&self, index: usize) -> Triangle {
-        assert!(index < self.len, "there are {} triangles", self.len);
+        assert!(index < self.len, "index out of bounds: there are {} triangles", self.len);
         self.blocks[index / 16].0.triangle(index % 16)
     }
 

@@ -1,4 +1,4 @@
-//! Queries over f64 slices with the document's operations: a plain loop, one triangle at a time.
+//! Queries over f64 slices with document A's operations: a plain loop, one triangle at a time.
 
 use alloc::vec::Vec;
 

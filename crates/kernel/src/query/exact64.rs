@@ -25,8 +25,8 @@ pub(super) fn closest(
         found: |index| {
             let triangle = &triangles[index as usize];
             let t = exact::t(ray, triangle);
-            // Rounding preserves order, so exact values of t are compared only if the rounded ones
-            // are equal.
+            // Rounding preserves order, so exact values of t are compared only if the rounded
+            // values are equal.
             let closer = best.is_none_or(|(least, other)| match t.total_cmp(&least) {
                 Ordering::Equal => exact::order(ray, triangle, &triangles[other as usize]).is_lt(),
                 order => order.is_lt(),
@@ -83,8 +83,8 @@ pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     hits
 }
 
-/// Calls `found` for each triangle that a ray hits, in the order of the slice, until it returns
-/// false.
+/// Calls `found` for each triangle that a ray hits, in the order of the slice, until `found`
+/// returns false.
 struct Found<'a, F> {
     rule: Rule,
     triangles: &'a [Triangle64],
@@ -100,8 +100,8 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
         let Self { rule, triangles, ray, mut found } = self;
         let lanes = RayLanes::<S::F64x8>::of_ray(ray);
         for (some, first) in triangles.chunks(8).zip((0..).step_by(8)) {
-            // The error bound does not hold for numbers that could overflow or underflow. Triangles
-            // with such numbers are left to the integers.
+            // The error bound does not hold where products of coordinates could overflow or
+            // underflow. The affected triangles are tested with integers.
             let (mut numbers, mut plain) = ([[[0.0; 8]; 3]; 3], 0_u32);
             for (lane, triangle) in some.iter().enumerate() {
                 for (to, from) in numbers.iter_mut().zip(&triangle.0) {

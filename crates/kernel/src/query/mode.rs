@@ -15,8 +15,8 @@ use crate::{Hit, Ray, Threshold};
 /// | mode | a triangle is hit if |
 /// | --- | --- |
 /// | [`Mode::exact`], the default | the true ray meets the closed triangle: its edges and corners belong to it |
-/// | [`Mode::once`] | the same, but each point of a mesh belongs to one of its triangles |
-/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: results equal those of a plain loop over that scalar reference, bit for bit |
+/// | [`Mode::once`] | the same, but each point of a mesh belongs to only one of its triangles |
+/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: the results equal the results of a plain loop over that scalar reference, bit for bit |
 ///
 /// In every mode, a hit counts if `t_min <= t < t_max` and `t > 0`. A ray or triangle with a NaN or
 /// infinite coordinate is never hit, nor is a triangle without area. If two triangles are hit at
@@ -81,14 +81,14 @@ impl Default for Mode {
 
 impl Mode {
     /// Returns the mode that is correct for the coordinates as given. Edges and corners belong to
-    /// every triangle that has them.
+    /// all triangles that share them.
     pub fn exact() -> Self {
         Self::of(Arithmetic::Exact(Rule::Closed))
     }
 
     /// Returns the mode that is correct for the coordinates as given and assigns each point on an
-    /// edge or a corner to only one of its triangles, as if the ray's direction were moved by (ε,
-    /// ε², ε³). A ray through an edge of a closed mesh crosses it once.
+    /// edge or a corner to only one of the triangles that share it, as if the ray's direction were
+    /// moved by (ε, ε², ε³). A ray through an edge of a closed mesh crosses it once.
     pub fn once() -> Self {
         Self::of(Arithmetic::Exact(Rule::Once))
     }
@@ -110,7 +110,7 @@ impl Mode {
         Self { arithmetic, level: Level::best() }
     }
 
-    /// Selects another instruction level, which does not affect results.
+    /// Selects another instruction level. Results do not depend on the level.
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }
@@ -189,17 +189,17 @@ impl Mode {
 }
 
 impl Blocks {
-    /// Like [`Mode::closest`], for these triangles.
+    /// Like [`Mode::closest`], but for the prepared triangles.
     pub fn closest(&self, mode: Mode, ray: &Ray) -> Option<Hit> {
         super::slices::closest(mode.filter(), Rows::Blocks(self), ray)
     }
 
-    /// Like [`Mode::any`], for these triangles.
+    /// Like [`Mode::any`], but for the prepared triangles.
     pub fn any(&self, mode: Mode, ray: &Ray) -> bool {
         super::slices::any(mode.filter(), Rows::Blocks(self), ray)
     }
 
-    /// Like [`Mode::all`], for these triangles.
+    /// Like [`Mode::all`], but for the prepared triangles.
     pub fn all(&self, mode: Mode, ray: &Ray) -> Vec<Hit> {
         super::slices::all(mode.filter(), Rows::Blocks(self), ray)
     }

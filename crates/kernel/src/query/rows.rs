@@ -59,7 +59,7 @@ fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
     // Each transposition loads four values per triangle. Three overlapping groups of four cover a
     // triangle's nine values.
     let four = |lane: usize, from: usize| {
-        row[lane].0.as_flattened()[from..].first_chunk().expect("four numbers")
+        row[lane].0.as_flattened()[from..].first_chunk().expect("a triangle has nine coordinates")
     };
     let [x1, y1, z1, _] = S::register_columns(|lane| four(lane, 0));
     let [x2, y2, z2, _] = S::register_columns(|lane| four(lane, 3));

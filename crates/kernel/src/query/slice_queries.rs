@@ -66,9 +66,9 @@ impl Mode {
     /// Returns the crossings of a ray with a surface, sorted by t and, for equal t, by index.
     ///
     /// A point on an edge or a corner belongs to only one of the triangles that share it, as in
-    /// [`Mode::once`]. For a closed mesh, the number of crossings with the normal minus the number
-    /// against it is therefore the winding number around the ray's origin. Crossings are decided
-    /// exactly in every mode.
+    /// [`Mode::once`]. For a closed mesh, the number of crossings in the direction of the normal
+    /// minus the number of crossings against it is therefore the winding number around the ray's
+    /// origin. Crossings are decided exactly in every mode.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle};
@@ -107,7 +107,7 @@ impl Mode {
         rays: &[RayOf<S>],
         hits: &mut [Hit],
     ) {
-        assert_eq!(rays.len(), hits.len(), "one hit per ray");
+        assert_eq!(rays.len(), hits.len(), "`rays` and `hits` must have the same length");
         S::closest_batch(self, triangles, rays, hits);
     }
 }

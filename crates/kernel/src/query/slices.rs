@@ -56,9 +56,9 @@ pub(super) fn closest_batch(
     }
 }
 
-/// Tests a ray against all triangles, row by row. If a row may contain hits, this calls `visit`
-/// with the verdicts and the index of the row's first triangle. `visit` returns the new far end, or
-/// `None` to stop.
+/// Tests a ray against all triangles, row by row. If a row may contain hits, calls `visit` with the
+/// verdicts and the index of the row's first triangle. `visit` returns the new far end, or `None`
+/// to stop.
 #[inline(always)]
 fn each_row<S: Simd>(
     filter: &Filter<'_>,
@@ -93,7 +93,7 @@ fn hits_in_row<S: Simd>(
     enough: bool,
 ) -> u32 {
     // The filter's hits may be beyond the end of the interval, so the resolver also settles hits
-    // whose interval of t reaches it.
+    // whose interval of t reaches that end.
     let mut hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
     for lane in lanes_of(verdicts.lanes() & !hits) {
         // One hit suffices; further calls of the resolver would be wasted.
@@ -126,8 +126,8 @@ impl WithSimd for Closest<'_> {
             #[inline(always)]
             |verdicts, first| {
                 let pairs = RayOnRow { resolver: filter.resolver(), ray, first, find };
-                // The nearer the best hit, the more of the following rows are rejected before their
-                // t is enclosed.
+                // The nearer the closest hit so far, the more of the following rows are rejected
+                // before bounds on their t are computed.
                 closest.offer_row(verdicts, first, &pairs);
                 Some(closest.t_hi())
             },
@@ -221,7 +221,7 @@ mod tests {
         const LEVEL: Level = S::LEVEL;
     }
 
-    /// Finds the closest hit, whether there is any hit, and the number of all hits.
+    /// Finds the closest hit, whether the ray hits anything, and the number of hits.
     struct ByOneLane<'a>(Filter<'a>, &'a [Triangle], &'a Ray);
 
     impl WithSimd for ByOneLane<'_> {

@@ -1,4 +1,5 @@
-//! The exact resolver: f64 if an error bound allows it, otherwise integers that are wide enough.
+//! The exact resolver: uses f64 if an error bound allows it, and sufficiently wide integers
+//! otherwise.
 
 use core::cmp::Ordering;
 

@@ -143,7 +143,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// Returns which of two triangles with equal rounded t the ray hits first. For the document,
-    /// the rounded t is the only t, so the two are equal.
+    /// the rounded t is the only t, so the result is `Equal`.
     #[cold]
     #[inline(never)]
     pub fn order(
@@ -179,8 +179,8 @@ impl<'a> Resolver<'a> {
     }
 
     /// Returns which of two triangles the ray hits first, if that is known without computing t:
-    /// they are perpendicular to the same axis, or the ray meets them where they touch. If the ray
-    /// misses one of the triangles, the result is meaningless.
+    /// because the triangles are perpendicular to the same axis, or because the ray meets them
+    /// where they touch. If the ray misses one of the triangles, the result is meaningless.
     #[inline(always)]
     pub fn known_order(
         self,
@@ -198,7 +198,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns which of two hits of a ray comes first: by t and, if that is equal, by the index.
+    /// Returns which of two hits of a ray comes first: by t and, if the values of t are equal, by
+    /// the index.
     #[inline]
     pub fn first(
         self,

@@ -1,4 +1,4 @@
-//! The originals behind the f32 copies that a traversal tests.
+//! Access to the f64 originals whose f32 copies a traversal tests.
 
 use core::cmp::Ordering;
 use core::fmt;
@@ -48,11 +48,11 @@ pub trait Originals: fmt::Debug + Sync {
     /// `None` if the ray is parallel to the plane.
     fn facing(&self, ray: RayId, slot: LeafSlot) -> Option<Side>;
 
-    /// Returns the memory to prefetch while `count` rays, starting with `ray`, are traced: the rays
-    /// that are copied later.
+    /// Returns the memory to prefetch while `count` rays, starting with `ray`, are traced: the
+    /// original rays that will be copied later.
     fn later(&self, ray: RayId, count: usize) -> &[u8];
 
-    /// Prefetches the memory of a pair.
+    /// Prefetches the originals of a pair.
     fn prefetch(&self, ray: RayId, slot: LeafSlot);
 
     /// Computes where rays meet triangles that they are known to hit, in units of the original

@@ -11,11 +11,12 @@ use crate::{LeafSlot, Ray, RayId, Triangle};
 /// A triangle relative to the origin of rays that are known to hit it.
 #[derive(Clone, Copy, Debug)]
 pub enum SharedOrigin<'a> {
-    /// For the document's operations.
+    /// The triangle's plane, for the document's operations.
     Document(SeenPlane),
-    /// For exact results.
+    /// The triangle and its plane, for exact results.
     Exact(exact::SeenPlane, Triangle),
-    /// For originals, with the triangle's slot.
+    /// The original triangle's plane, the originals, and the triangle's slot, for exact results on
+    /// the originals.
     Originals(exact::SeenPlane<f64>, &'a dyn Originals, LeafSlot),
 }
 
@@ -39,7 +40,7 @@ impl SharedOrigin<'_> {
             (Self::Originals(a, originals, one), Self::Originals(b, _, other)) => {
                 a.order(b, originals.ray(id)).unwrap_or_else(|| originals.order(id, *one, *other))
             }
-            _ => unreachable!("planes of two resolvers"),
+            _ => unreachable!("both planes belong to the same resolver"),
         }
     }
 }

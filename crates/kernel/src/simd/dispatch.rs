@@ -1,4 +1,4 @@
-//! Runs work with the instructions of a level.
+//! Runs code that is generic over `Simd` with the instructions of one level.
 
 use super::baseline::Baseline;
 use super::level::{Kind, Level};

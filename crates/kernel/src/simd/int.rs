@@ -1,4 +1,4 @@
-//! Integer lanes: N i64 values, for tests without rounding.
+//! Lanes of i64 integers, for intersection tests without rounding.
 
 use core::ops::{Add, Sub};
 
@@ -55,8 +55,8 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
 
     /// Returns the exact product of lanes that fit in i32.
     fn mul_narrow(self, b: Self) -> Self;
-    /// Returns the dot product of `a`, whose components must fit in i32, and any `b`. It is exact
-    /// if it fits in i64, even if intermediate results wrap.
+    /// Returns the dot product of `a`, whose components must fit in i32, and an arbitrary `b`. The
+    /// result is exact if it fits in i64, even if intermediate results wrap.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
     /// Returns the lanes that are negative.
@@ -64,14 +64,14 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// Returns the lanes that are 0.
     fn zero(self) -> u32;
 
-    /// Returns [`Ints::negative`] for these lanes and, in the bits above, for the lanes of `last`.
+    /// Returns [`Ints::negative`] for `self` in the low bits and for `last` in the bits above.
     /// Computes both at once where that is faster.
     #[doc(hidden)]
     #[inline(always)]
     fn negative_of_two(self, last: Self) -> u32 {
         self.negative() | last.negative() << Self::N
     }
-    /// Returns [`Ints::zero`] for these lanes and, in the bits above, for the lanes of `last`.
+    /// Returns [`Ints::zero`] for `self` in the low bits and for `last` in the bits above.
     #[doc(hidden)]
     #[inline(always)]
     fn zero_of_two(self, last: Self) -> u32 {
@@ -191,11 +191,11 @@ macro_rules! wide {
             }
             #[inline(always)]
             fn load(from: &[i64]) -> Self {
-                Self::new(from[..$n].try_into().expect("N numbers"))
+                Self::new(from[..$n].try_into().expect("the slice has N elements"))
             }
             #[inline(always)]
             fn load_f32(from: &[f32]) -> Self {
-                let from: [f32; $n] = from[..$n].try_into().expect("N numbers");
+                let from: [f32; $n] = from[..$n].try_into().expect("the slice has N elements");
                 Self::new(from.map(|x| i64::from(x as i32)))
             }
             #[inline(always)]

@@ -11,7 +11,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// ```
 /// use intertri::simd::{Lanes, Mask};
 ///
-/// /// Computes the distance of each value from an interval, which is 0 inside.
+/// /// Computes the distance of each value from an interval. The distance is 0 inside.
 /// fn outside<L: Lanes<Scalar = f32>>(x: L, lo: L, hi: L) -> L {
 ///     let out = x.lt(lo) | x.gt(hi);
 ///     L::select(out, (lo - x).max(x - hi), L::splat(0.0))

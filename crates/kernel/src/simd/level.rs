@@ -1,4 +1,4 @@
-//! Instruction levels: the SIMD instructions that the CPU supports.
+//! Instruction levels: sets of SIMD instructions that the CPU supports.
 
 #[cfg(all(feature = "std", target_arch = "x86_64"))]
 use core::sync::atomic::{AtomicU8, Ordering};

@@ -89,8 +89,8 @@ pub trait Simd: Copy {
     /// ```
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
-        // Like the other defaults here, this goes through memory. It is correct at every level, and
-        // levels that have an instruction for it override it.
+        // Like the other default implementations in this trait, this one goes through memory. It is
+        // correct at every level; levels that have a suitable instruction override it.
         let (mut from, mut to) = ([0.0; 8], [0.0; 8]);
         lanes.store(&mut from);
         for (to, lane) in to.iter_mut().zip(order.to_le_bytes()) {

@@ -1,4 +1,4 @@
-//! SIMD lanes. This is the only module that depends on what the CPU supports.
+//! SIMD lanes. This is the only module that depends on the CPU's instructions.
 //!
 //! Every algorithm is written once, generic over [`Lanes`] or [`Simd`], and [`dispatch`] runs it on
 //! the CPU's widest registers. All of the workspace's `unsafe` code is in this folder.

@@ -1,11 +1,11 @@
-//! Lanes that consist of two halves, for lanes that do not fit in one register.
+//! Lanes in two halves, for more lanes than fit in one register.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::lanes::{Lanes, Mask};
 
-/// The lanes of the first half, followed by those of the second half. This type also represents the
-/// mask of such lanes.
+/// The lanes of the first half, followed by the lanes of the second half. This type also represents
+/// a mask of the lanes.
 #[derive(Clone, Copy)]
 pub struct Pair<L>(pub(super) L, pub(super) L);
 

@@ -1,4 +1,5 @@
-//! Casts for types that are generic over their scalar, for which bytemuck's derives do not work.
+//! Allows bytemuck's casts for types that are generic over their scalar type, for which bytemuck's
+//! derives do not work.
 
 use bytemuck::{Pod, Zeroable};
 

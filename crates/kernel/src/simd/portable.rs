@@ -1,4 +1,5 @@
-//! The vectors of the `wide` crate: SSE2, NEON, wasm, or whatever the crate was compiled for.
+//! Lanes based on the vectors of the `wide` crate, which uses SSE2, NEON, WebAssembly's simd128, or
+//! the other instructions for which it was compiled.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -95,12 +96,12 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn load(from: &[$scalar]) -> Self {
-                let from: [$scalar; $n] = from[..$n].try_into().expect("N numbers");
+                let from: [$scalar; $n] = from[..$n].try_into().expect("the slice has N elements");
                 Self(<$t>::new(from))
             }
             #[inline(always)]
             fn load_f32(from: &[f32]) -> Self {
-                let from: [f32; $n] = from[..$n].try_into().expect("N numbers");
+                let from: [f32; $n] = from[..$n].try_into().expect("the slice has N elements");
                 Self(<$t>::new(from.map($load_f32)))
             }
             #[inline(always)]
@@ -136,7 +137,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
-                // Infinity has exactly the exponent bits set, so this clears the sign and the
+                // Infinity has only the exponent bits set, so this mask clears the sign and the
                 // fraction and leaves a power of two.
                 Self(self.0 & <$t>::splat(<$scalar>::INFINITY))
             }
@@ -218,7 +219,7 @@ mod registers {
     }
 }
 
-/// One lane: without registers, wider lanes would only be moved to memory and back.
+/// One lane: without SIMD registers, wider lanes would only be moved to memory and back.
 #[cfg(not(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")))]
 mod registers {
     pub(super) type F32s = f32;

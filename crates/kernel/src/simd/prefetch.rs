@@ -23,8 +23,9 @@ pub fn prefetch_early<T>(things: &[T]) {
     ask::<SECOND_CACHE, T>(things);
 }
 
-/// The x86 hints for cache levels: `_MM_HINT_T0` and `_MM_HINT_T1`.
+/// The x86 hint `_MM_HINT_T0`: prefetch into the L1 cache.
 const FIRST_CACHE: i32 = 3;
+/// The x86 hint `_MM_HINT_T1`: prefetch into the L2 cache.
 const SECOND_CACHE: i32 = 2;
 
 #[allow(unsafe_code)]

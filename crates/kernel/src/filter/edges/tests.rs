@@ -1,5 +1,5 @@
-//! Tests the bounds for copies against the worst case over all roundings: the bounds hold, but they
-//! would not if any constant were halved.
+//! Tests the error bounds for f32 copies of f64 scenes against the worst case over all roundings.
+//! The bounds must hold, but would not hold if any constant were halved.
 
 use super::super::worst::{Search, Worst};
 use super::*;
@@ -15,8 +15,8 @@ struct Case {
 }
 
 impl Case {
-    /// Builds a case from fifteen numbers: an origin, the vector from there to a corner, the two
-    /// edges from that corner, and a direction. The corner is the farthest point of the scene.
+    /// Builds a case from fifteen numbers: an origin, the vector from the origin to a corner, the
+    /// two edges from that corner, and a direction. The corner is the farthest point of the scene.
     #[expect(clippy::large_stack_arrays, reason = "each number carries all of its shares")]
     fn of(numbers: &[f64; 15], change: fn(&mut Room)) -> Option<Self> {
         Worst::begin(&[]);
@@ -80,7 +80,7 @@ fn start(far: f64) -> impl Fn(&mut Search) -> [f64; 15] {
     }
 }
 
-/// Returns the largest fraction of a bound that a search finds.
+/// Returns the largest fraction of a bound that the error reaches in a search.
 fn most(bound: usize, far: f64, change: fn(&mut Room)) -> f64 {
     let share = |numbers: &[f64; 15]| {
         let shares = Case::of(numbers, change)?.shares();
@@ -117,6 +117,6 @@ fn half_of_a_constant_over_copies_would_not_do() {
     for (name, bound, far, change) in halves {
         let share = most(bound, far, change);
         std::println!("half of {name}: {share:.2}");
-        assert!(share > 1.0, "half of {name} would do: {share}");
+        assert!(share > 1.0, "half of {name} would be enough: {share}");
     }
 }

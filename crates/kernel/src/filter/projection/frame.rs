@@ -22,13 +22,13 @@ pub struct Frame {
     pub(super) depth: [f32; 3],
     pub(super) right: [f32; 3],
     pub(super) up: [f32; 3],
-    /// The dual axes. The dot product of a normal in these axes and a direction in the axes above
-    /// equals the dot product of the original vectors.
+    /// The dual axes. The dot product of a normal in the dual axes and a direction in the frame's
+    /// axes equals the dot product of the original vectors.
     pub(super) dual: [[f64; 3]; 3],
     /// The maximum distance by which rays miss the origin.
     pub(super) off: f32,
     /// The maximum distance of the rays' points from the centre of the projection in x and y, plus
-    /// `OFF_REACH`; or 0, if rays do not miss the origin.
+    /// `OFF_REACH`. The value is 0 if rays do not miss the origin.
     pub(super) reach: [f32; 2],
     /// The coefficients of the error bounds.
     pub(super) shares: Shares,
@@ -91,11 +91,11 @@ impl Frame {
     }
 
     /// Adapts the frame to rays that miss the origin by at most `off`. Each ray must be parallel to
-    /// one that starts at the origin, and its point must be within ±`reach` of the projection's
-    /// centre in x and y. Such rays are rays *toward* a point, reversed so that t is counted
-    /// backward; they miss the point only by rounding. For them, the test can only determine
-    /// whether they hit, not which hit is nearest: do not query the resolver for the t of such
-    /// rays. `docs/numerics/projection.md`, section 6, derives `off`.
+    /// a ray that starts at the origin, and its point must be within ±`reach` of the projection's
+    /// centre in x and y. Use this method for rays *toward* a point, reversed so that t is counted
+    /// backward: because of rounding, the reversed rays may slightly miss the point. The test can
+    /// determine whether a reversed ray hits, but not which hit is nearest: do not query the
+    /// resolver for its t. `docs/numerics/projection.md`, section 6, derives `off`.
     ///
     /// ```
     /// use intertri::internal::Frame;

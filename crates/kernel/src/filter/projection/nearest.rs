@@ -53,7 +53,8 @@ use crate::{LeafSlot, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<F, const N: usize> {
-    /// The lower bound: a hit with a smaller inverse depth cannot become the nearest.
+    /// The lower bound on the inverse depth: a hit with a smaller inverse depth cannot become the
+    /// nearest.
     s_lo: F,
     s_hi: F,
     /// The caller's number for the triangle, stored as the bits of a float.
@@ -66,7 +67,7 @@ pub struct Nearest<F, const N: usize> {
 struct Sample<F: Lanes> {
     /// The smallest weight, in units of its error bound.
     weight: F,
-    /// The inverse depth, and its lower and upper bounds.
+    /// The inverse depth.
     s: F,
     s_lo: F,
     s_hi: F,
@@ -76,7 +77,8 @@ struct Sample<F: Lanes> {
     maybe: F::Mask,
 }
 
-/// The verdict on each lane, with bounds on the inverse depth. A lane in neither mask is a miss.
+/// The verdict on each lane, with bounds on the inverse depth. A lane that is in neither `hit` nor
+/// `undecided` is a miss.
 #[derive(Clone, Copy)]
 struct InverseDepths<F> {
     hit: u32,
@@ -109,7 +111,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.hits
     }
 
-    /// Returns the caller's numbers for the nearest triangles, or [`Nearest::NOTHING`] for a miss.
+    /// Returns the caller's number for each ray's nearest triangle, or [`Nearest::NOTHING`] for a
+    /// miss.
     #[inline(always)]
     pub fn triangles(&self) -> [u32; N] {
         // Avoid `map`, which would not be inlined.
@@ -121,11 +124,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         numbers
     }
 
-    /// Tests N rays against the triangle `seen[number]` and stores the hits that are nearer. Only
-    /// the lanes in `live` take part; their points must be on the projection, and their intervals
-    /// must not contain NaN. `settle` decides undecided lanes; lane i is its ray `first + i`. Only
-    /// undecided tests are counted here: the caller counts those that its windows decide. Returns
-    /// whether anything may have changed.
+    /// Tests N rays against the triangle `seen[number]` and stores each hit that is nearer than the
+    /// ray's nearest hit so far. Only the lanes in `live` take part; their points must be on the
+    /// projection, and their intervals must not contain NaN. `settle` decides undecided lanes; lane
+    /// i is its ray `first + i`. Only undecided tests are counted here: the caller counts the tests
+    /// that its windows decide. Returns whether anything may have changed.
     #[inline(always)]
     pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -136,7 +139,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         live: u32,
         counts: &mut Counts,
     ) -> bool {
-        // Do not branch on whether there is a hit, because such a branch would be mispredicted.
+        // Do not branch on whether there is a hit, because the branch would often be mispredicted.
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
         self.offer(&found, (number, seen), points, (first, settle));
@@ -158,8 +161,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
 
-        // A hit whose bounds reach the end of its ray may be beyond that end, so it is settled as
-        // well.
+        // A hit whose bounds reach the end of its ray may be beyond that end, so the resolver
+        // settles it as well.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
         for lane in lanes_of((found.hit & !hits) | found.undecided) {
             hits |= u32::from(settle.hit(slot, first + lane).is_some()) << lane;
@@ -214,18 +217,19 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let sure = s.abs().gt(F::splat(outline.least));
         let err = F::splat(outline.err);
         // The nearer the plane, the larger s. `near_hi` is the near end of the interval, and
-        // `self.s_lo` is the best hit so far.
+        // `self.s_lo` belongs to the nearest hit so far.
         let (s_lo, s_hi) = (s - err, s + err);
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
         let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
         if outline.is_edge_on() {
-            // Two weights of different signs mean a miss, whichever side is the inner one.
+            // Two weights of different signs mean a miss, even if the sign of D is unknown.
             maybe = maybe & !(outside & u.max(v).max(w).gt(F::splat(1.0)));
         }
         Sample { weight, s, s_lo, s_hi, sure, maybe }
     }
 
-    /// Stores the hits on the triangle `seen[number]` that are nearer.
+    /// Stores each hit on the triangle `seen[number]` that is nearer than the ray's nearest hit so
+    /// far.
     #[inline(always)]
     fn offer<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -234,8 +238,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         points: &Points<F>,
         (first, settle): (usize, &Settle<'_, T, I>),
     ) {
-        // First update, all at once, the lanes whose new bounds are entirely in front of the old
-        // ones.
+        // First update all lanes in which the new bounds are entirely in front of the old bounds,
+        // without a loop.
         let bits = f32::from_bits(number);
         let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
         self.s_lo = F::select(wins, found.s_lo, self.s_lo);
@@ -261,13 +265,13 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let mut kept = [None; 2];
         for lane in lanes_of(rest) {
             let ray = first + lane;
-            // If the ray has no hit yet, the far end may decide. If it has one, only the order of
+            // If the ray has no hit yet, its far end may decide. If it has a hit, only the order of
             // the two hits matters.
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
-            // An undecided triangle behind the other makes no difference. If both have the same t,
-            // for example at an edge that they share, the lower index wins.
+            // If the undecided triangle is behind the nearest hit so far, it makes no difference.
+            // If both have the same t, for example at a shared edge, the lower index wins.
             if let Some(other) = other
                 && !sure
                 && let Some(order) = settle.known_order(ray, slot, other)

@@ -1,4 +1,4 @@
-//! Projected triangles.
+//! Projects triangles and finds the windows through which rays may hit them.
 
 mod lanes;
 
@@ -50,14 +50,15 @@ pub struct Outlines {
     s: [[f32; 16]; 3],
     /// The error bound of s.
     err: [f32; 16],
-    /// If |s| is at most this, the ray grazes the plane, and nothing is decided.
+    /// If |s| is at most this value, the ray grazes the plane, and nothing is decided.
     least: [f32; 16],
-    /// If s exceeds this, the ray is certainly not parallel to the plane.
+    /// If s exceeds this value, the ray is certainly not parallel to the plane.
     parallel: [f32; 16],
-    /// A rectangle that contains the triangle.
+    /// The lowest x and y of a rectangle that contains the projected triangle.
     lo: [[f32; 16]; 2],
+    /// The highest x and y of the rectangle.
     hi: [[f32; 16]; 2],
-    /// The error bound of the edge forms, which are divided by it.
+    /// The error bound by which the edge forms are divided.
     unit: [f32; 16],
     /// The lanes that contain triangles.
     live: u32,
@@ -124,7 +125,7 @@ impl Outlines {
         exact: bool,
     ) -> Self {
         let live = first.live() | second.map_or(0, |block| block.live() << 8);
-        // Without a second block, the first one fills both halves, and `live` masks the copies.
+        // Without a second block, the first block fills both halves, and `live` masks the copies.
         let blocks = [first, second.unwrap_or(first)];
         let planes = Planes::new::<S>(blocks, frame);
         let corners = Corners::new::<S>(blocks, frame);
@@ -140,7 +141,8 @@ impl Outlines {
         // hits are on their triangles.
         let unturned = if exact { one / unit } else { nothing };
         // One factor scales the edges to units of their bound and applies the sign of T. All three
-        // are then positive for a hit in front of the origin, whichever way the triangle faces.
+        // forms are then positive for a hit in front of the origin, whichever way the triangle
+        // faces.
         let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), unturned);
         let [inverse, along_x, along_y] = planes.s;
         let inverse = S::F32x16::select(sure, inverse, nothing);
@@ -159,8 +161,8 @@ impl Outlines {
         }
     }
 
-    /// Finds which of the triangles may be hit by a ray through the window that still looks for
-    /// hits with an inverse depth of at least `nearest`.
+    /// Finds which of the triangles may be hit by a ray that passes through the window and still
+    /// looks for hits with an inverse depth of at least `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
@@ -214,7 +216,8 @@ impl Outlines {
 
 impl Outline {
     /// Evaluates the values that the test computes at points: U, V, and W in units of their bound,
-    /// the inverse depth, and the error bound of the inverse depth. Used to test the bounds.
+    /// the inverse depth, and the error bound of the inverse depth. Tests use this function to
+    /// check the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
         let values = [self.u, self.v, self.w, self.s];
@@ -236,7 +239,7 @@ impl Outline {
         self.s[0].is_nan()
     }
 
-    /// Returns the error bound of the edge forms, which is their unit.
+    /// Returns the error bound by which the edge forms are divided.
     pub fn unit(&self) -> f32 {
         self.unit
     }
@@ -295,7 +298,8 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
     }
 }
 
-/// Returns the lanes in which the whole window is outside some edge, if D is certain and positive.
+/// Returns the lanes in which the whole window is outside at least one edge, if D is certain and
+/// positive.
 #[inline(always)]
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
@@ -303,7 +307,7 @@ fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3])
 }
 
 /// Returns the lanes in which the whole window is on the negative side of one edge and on the
-/// positive side of another, whichever side is the inner one.
+/// positive side of another, and therefore outside the triangle.
 #[inline(always)]
 fn apart<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let lowest = windows.range(u).0.max(windows.range(v).0).max(windows.range(w).0);
@@ -381,8 +385,8 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off_at(away);
         let [x, y] = frame.reach;
-        // The largest |s| on the part of the projection that rays reach. Offset rays and copies
-        // affect only the values there.
+        // The largest |s| on the part of the projection that rays reach. The errors of offset rays
+        // and copies depend only on the values of s there.
         let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
         let share = most.mul_add(off * splat(bound::OFF_DEPTH), splat(bound::DEPTH));
         // `DEPTH |s|₁ + LOST q`, plus `OFF_DEPTH off |s|₁ most` for rays that miss the origin

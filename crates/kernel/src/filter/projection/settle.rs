@@ -30,7 +30,7 @@ pub struct Settle<'a, T, I> {
     /// Returns the index of the triangle in a slot.
     pub index: I,
     /// Whether the bundle contains the rays in reverse, starting at their common end. In that case,
-    /// the test only determines whether they hit, and every t is 0.
+    /// the test determines only whether the rays hit, and every t is 0.
     pub reversed: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The near ends of rays, as depths on the projection.
+//! The near ends of the rays' intervals, as depths on the projection.
 
 use super::super::bound;
 use super::super::edges::at_least;
@@ -6,7 +6,7 @@ use super::frame::Points;
 use crate::Threshold;
 use crate::simd::Lanes;
 
-/// The depths at which rays begin to look for hits, per lane, for any number of packets.
+/// For each lane, the depths at which the rays of one or more packets begin to look for hits.
 ///
 /// ```
 /// use intertri::internal::{Points, Ranges, Starts};
@@ -17,9 +17,9 @@ use crate::simd::Lanes;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Starts<F> {
-    /// A hit beyond this depth is far enough for all of the rays.
+    /// A hit beyond this depth is certainly past the near ends of all rays.
     last: F,
-    /// A hit before this depth is too near for all of the rays.
+    /// A hit before this depth is certainly too near for all rays.
     first: F,
 }
 
@@ -30,8 +30,8 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
     }
 
-    /// Adds the live rays of another packet. Their hits must be beyond `threshold` and the near
-    /// end. `t_min` is a lower bound of the near end, and `sure` is an upper bound.
+    /// Adds the live rays of another packet. The hits of these rays must be beyond `threshold` and
+    /// the near end. `t_min` is a lower bound on the near end, and `sure` is an upper bound.
     #[inline(always)]
     pub(in super::super) fn with(
         &self,
@@ -66,7 +66,7 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
     }
 }
 
-/// The near ends of rays, as inverse depths.
+/// The near ends of the rays' intervals, as inverse depths.
 ///
 /// ```
 /// use intertri::internal::{Ranges, Starts};
@@ -74,8 +74,8 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges<F> {
-    /// A hit with a smaller inverse depth is far enough.
+    /// A hit with a smaller inverse depth is certainly past the near ends of all rays.
     pub(super) near_lo: F,
-    /// A hit with a larger inverse depth is too near.
+    /// A hit with a larger inverse depth is certainly too near for all rays.
     pub(super) near_hi: F,
 }

@@ -1,5 +1,5 @@
-//! Snaps many rays to a grid. For rays that hit nothing, this is most of the work in the `fixed`
-//! mode.
+//! Snaps many rays to a grid. For rays that hit nothing, snapping is most of the work in the
+//! `fixed` mode.
 //!
 //! ```text
 //!   x, y, z, t_max in memory ──► * 2^k, 2^k, 2^k, 2^(scale - k) ──► x, y, z rounded
@@ -13,8 +13,8 @@ use crate::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
 
 impl Grid {
     /// Snaps a ray's origin, and scales its direction by its own power of two so that the longest
-    /// component uses all `q` bits. Each component changes by less than `2^-q` of the longest. The
-    /// interval does not change.
+    /// component uses all `q` bits. Each component changes by less than `2^-q` of the longest
+    /// component. The interval does not change.
     ///
     /// # Errors
     /// Returns the same errors as [`Grid::snap`], and also an error if the direction is zero or not
@@ -31,7 +31,7 @@ impl Grid {
     }
 
     /// Like [`Grid::ray`], but for many rays. `snapped[i]` becomes the snapped `rays[i]` or, if
-    /// that fails, the result of `otherwise` for the index and the error. An origin that
+    /// snapping fails, the result of `otherwise` for the index and the error. An origin that
     /// consecutive rays share is snapped only once.
     ///
     /// ```
@@ -58,13 +58,13 @@ impl Grid {
         snapped: &mut [Ray],
         otherwise: impl FnMut(usize, GridError) -> Ray,
     ) {
-        assert_eq!(rays.len(), snapped.len(), "one snapped ray per ray");
+        assert_eq!(rays.len(), snapped.len(), "`rays` and `snapped` must have the same length");
         dispatch(Snap { grid: self, rays, snapped, otherwise });
     }
 
     /// Snaps the direction and the interval of a ray whose origin is already on the grid. This
-    /// works for any magnitude: it scales by two factors, because `2^k` may not be representable in
-    /// f32.
+    /// works for directions of any magnitude, because it scales by two factors: `2^k` itself may
+    /// not be representable in f32.
     fn aim(&self, [x, y, z, _]: [f32; 4], ray: &crate::Ray) -> Result<Ray, GridError> {
         let longest = ray.dir.iter().fold(0.0, |far: f32, x| x.abs().max(far));
         if longest == 0.0 || !ray.dir.iter().all(|x| x.is_finite()) {
@@ -96,7 +96,7 @@ struct Four<S: Simd> {
     unit: S::F32x4,
     /// `2^(scale - (q - 1))`
     back: S::F32x4,
-    /// Adding and subtracting this rounds the direction and leaves `t_max` unchanged.
+    /// Adding and subtracting this value rounds the direction and leaves `t_max` unchanged.
     whole: S::F32x4,
     /// The difference between the biased exponent of k and the exponent of the ray.
     bias: i32,
@@ -132,8 +132,8 @@ impl<S: Simd> Four<S> {
         let ends = [load(&a[1]), load(&b[1]), load(&c[1]), load(&d[1])];
 
         // The longest component is scaled to 2^(q-1) .. 2^q. If it would round up to 2^q, the
-        // addition here carries into the exponent, and it becomes 2^(q-1) instead. Snapping a
-        // snapped direction again therefore does not change it.
+        // addition here carries into the exponent, and the component becomes 2^(q-1) instead.
+        // Snapping a snapped direction again therefore does not change it.
         let [x, y, z, _] = S::transpose(ends);
         let (x, y, z) = (x.abs(), y.abs(), z.abs());
         let longest = x.max(y).max(z);
@@ -164,8 +164,9 @@ impl<S: Simd> Four<S> {
 struct Snapper<'a, S: Simd, F> {
     grid: &'a Grid,
     four: Option<Four<S>>,
-    /// The bits of the origin that was snapped last, and its result.
+    /// The bits of the origin that was snapped last.
     last: (u64, u32),
+    /// The result of snapping that origin.
     origin: Result<[f32; 4], GridError>,
     otherwise: F,
 }

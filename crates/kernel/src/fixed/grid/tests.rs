@@ -17,7 +17,7 @@ fn the_budgets_are_kept() {
     assert_eq!(Bits::of_grid(u32::MAX), Err(GridError::Bits { b: u32::MAX, q: 1 }));
 }
 
-/// Returns a small random number generator for numbers of all magnitudes.
+/// Returns a generator of random 64-bit integers.
 fn numbers() -> impl FnMut() -> u64 {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     move || {
@@ -79,7 +79,7 @@ fn the_grid_is_the_finest() {
     assert_eq!(grid.step(), 0.5_f64.powi(21));
     assert_eq!(grid.snap([0.0; 3]).unwrap()[0], -(1 << 20));
     assert_eq!(grid.snap([1.0, 0.0, 0.0]).unwrap()[0], 1 << 20);
-    // One more step does not fit.
+    // A point one step farther out does not fit.
     assert!(grid.snap([1.0 + f32::EPSILON * 4.0, 0.0, 0.0]).is_err());
 }
 
@@ -130,8 +130,8 @@ fn a_direction_that_rounds_up_to_a_power_of_two_stays_where_it_is() {
     assert_eq!(grid.ray(&Ray::new([0.0; 3], again)).unwrap(), ray);
 }
 
-/// Tests directions and ends of any magnitude, odd halves, and rays without a direction. The result
-/// must have the same bits at all levels.
+/// Tests directions and interval ends of any magnitude, components halfway between two integers,
+/// and invalid directions. The result must have the same bits at all levels.
 #[test]
 fn rays_are_snapped_alike_at_every_level() {
     let mut state = 7_u64;

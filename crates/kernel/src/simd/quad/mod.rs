@@ -119,19 +119,22 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn load(from: &[Self::Scalar]) -> Self {
-                Self(cpu::$cpu::load(from.first_chunk().expect("N numbers")))
+                Self(cpu::$cpu::load(from.first_chunk().expect("the slice has N elements")))
             }
             #[inline(always)]
             fn load_f32(from: &[f32]) -> Self {
-                Self(cpu::$cpu::load_f32(from.first_chunk().expect("N numbers")))
+                Self(cpu::$cpu::load_f32(from.first_chunk().expect("the slice has N elements")))
             }
             #[inline(always)]
             fn store(self, to: &mut [Self::Scalar]) {
-                cpu::$cpu::store(self.0, to.first_chunk_mut().expect("N numbers"));
+                cpu::$cpu::store(self.0, to.first_chunk_mut().expect("the slice has N elements"));
             }
             #[inline(always)]
             fn store_f32(self, to: &mut [f32]) {
-                cpu::$cpu::store_f32(self.0, to.first_chunk_mut().expect("N numbers"));
+                cpu::$cpu::store_f32(
+                    self.0,
+                    to.first_chunk_mut().expect("the slice has N elements"),
+                );
             }
             #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
@@ -200,8 +203,8 @@ macro_rules! lanes {
 lanes!(Singles, SinglesMask, singles);
 lanes!(Doubles, DoublesMask, doubles);
 
-/// Two registers of i64. They have as many lanes as one register of i32, because products have
-/// factors of that width.
+/// Two registers of i64 lanes. Together, they have as many lanes as one register of i32 lanes,
+/// because the factors of products are 32-bit.
 #[derive(Clone, Copy)]
 pub(super) struct Integers(cpu::integers::Regs);
 
@@ -230,15 +233,15 @@ impl Ints for Integers {
     }
     #[inline(always)]
     fn load(from: &[i64]) -> Self {
-        Self(cpu::integers::load(from.first_chunk().expect("N numbers")))
+        Self(cpu::integers::load(from.first_chunk().expect("the slice has N elements")))
     }
     #[inline(always)]
     fn load_f32(from: &[f32]) -> Self {
-        Self(cpu::integers::load_f32(from.first_chunk().expect("N numbers")))
+        Self(cpu::integers::load_f32(from.first_chunk().expect("the slice has N elements")))
     }
     #[inline(always)]
     fn store(self, to: &mut [i64]) {
-        cpu::integers::store(self.0, to.first_chunk_mut().expect("N numbers"));
+        cpu::integers::store(self.0, to.first_chunk_mut().expect("the slice has N elements"));
     }
     #[inline(always)]
     fn mul_narrow(self, b: Self) -> Self {

@@ -78,8 +78,8 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
-            // Infinity has exactly the exponent bits set, so this clears the sign and the fraction,
-            // which leaves a power of two.
+            // Infinity has only the exponent bits set, so this mask clears the sign and the
+            // fraction and leaves a power of two.
             cpu!($from_bits($and($to_bits(a), $dup_bits(<$scalar>::INFINITY.to_bits()))))
         }
         #[inline(always)]
@@ -123,7 +123,7 @@ macro_rules! float {
     };
 }
 
-/// Four f32.
+/// Operations on four f32 lanes.
 pub(super) mod singles {
     use super::*;
 
@@ -178,7 +178,7 @@ pub(super) mod singles {
             vtstq_u32(vdupq_n_u32(bits), lane)
         })
     }
-    /// Transposes the rows.
+    /// Transposes four rows of four values.
     #[inline(always)]
     pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
         cpu!({
@@ -194,8 +194,8 @@ pub(super) mod singles {
             ]
         })
     }
-    /// Permutes eight lanes by the lowest three bits of each byte of `order`, with a byte lookup
-    /// that moves four bytes per lane.
+    /// Permutes eight lanes by the lowest three bits of each byte of `order`. A byte lookup moves
+    /// the four bytes of each lane.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         cpu!({
@@ -219,9 +219,9 @@ pub(super) mod singles {
             let (first, last) =
                 (vld1q_u32([0, 1, 2, 3].as_ptr()), vld1q_u32([4, 5, 6, 7].as_ptr()));
             let high = vdupq_n_u32(!7);
-            // Each key is the f32's bits with the lane number in place of the last three. Positive
-            // floats sort like their bits, so one minimum finds both the value and its lane. Lanes
-            // outside the mask become all ones, the largest key.
+            // Each key is the f32's bits with the lane number in place of the last three bits.
+            // Positive floats sort like their bits, so one minimum finds both the value and its
+            // lane. Lanes outside the mask become all ones, the largest key.
             let key =
                 |x, lane, mask| vornq_u32(vbslq_u32(high, vreinterpretq_u32_f32(x), lane), mask);
             (vminvq_u32(vminq_u32(key(a, first, in_a), key(b, last, in_b))) & 7) as usize
@@ -229,7 +229,7 @@ pub(super) mod singles {
     }
 }
 
-/// Two f64.
+/// Operations on two f64 lanes.
 pub(super) mod doubles {
     use super::*;
 
@@ -241,7 +241,7 @@ pub(super) mod doubles {
 
     #[inline(always)]
     pub(crate) fn not(a: Mask) -> Mask {
-        // NEON has no 64-bit NOT, but the 32-bit one inverts the same bits.
+        // NEON has no 64-bit NOT, but the 32-bit NOT inverts the same bits.
         cpu!(vreinterpretq_u64_u32(vmvnq_u32(vreinterpretq_u32_u64(a))))
     }
     #[inline(always)]
@@ -275,7 +275,8 @@ pub(super) mod doubles {
             vtstq_u64(vdupq_n_u64(bits.into()), lane)
         })
     }
-    /// Returns a register with the first lanes of `a` and `b`, and one with their last lanes.
+    /// Returns a register with the first lanes of `a` and `b`, and a register with their last
+    /// lanes.
     #[inline(always)]
     pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
         cpu!([vzip1q_f64(a, b), vzip2q_f64(a, b)])
@@ -292,7 +293,7 @@ pub(super) mod doubles {
     }
 }
 
-/// Four i64, in two registers.
+/// Operations on four i64 lanes, in two registers.
 pub(super) mod integers {
     use super::*;
 
@@ -328,13 +329,13 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
     }
-    /// Returns the low halves. This truncates instead of shuffling, because truncating a number
-    /// that was just widened costs nothing.
+    /// Returns the low half of each lane. This truncates instead of shuffling, because truncating a
+    /// number that was just widened costs nothing.
     #[inline(always)]
     fn low(x: Regs) -> int32x4_t {
         cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))
     }
-    /// Returns the high halves.
+    /// Returns the high half of each lane.
     #[inline(always)]
     fn high(x: Regs) -> int32x4_t {
         cpu!(vuzp2q_s32(vreinterpretq_s32_s64(x[0]), vreinterpretq_s32_s64(x[1])))
@@ -351,9 +352,9 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Splits each component of b into `low + 2^32 * high` with a signed low half. Only the low 32
-    /// bits of the products with the high halves matter, so one multiplication handles all four
-    /// lanes.
+    /// Computes a dot product. Each component of b is split into `low + 2^32 * high` with a signed
+    /// low half. Only the low 32 bits of the products with the high halves matter, so one
+    /// multiplication handles all four lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -373,8 +374,7 @@ pub(super) mod integers {
             add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
         })
     }
-    /// Returns the high half that pairs with a signed low half: one more if the low half is
-    /// negative.
+    /// Returns the high half to use with a signed low half: `high`, plus 1 if `low` is negative.
     #[inline(always)]
     fn above(low: int32x4_t, high: int32x4_t) -> int32x4_t {
         cpu!(vreinterpretq_s32_u32(vsraq_n_u32::<31>(

@@ -81,8 +81,8 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
-            // Infinity has exactly the exponent bits set, so this clears the sign and the fraction,
-            // which leaves a power of two.
+            // Infinity has only the exponent bits set, so this mask clears the sign and the
+            // fraction and leaves a power of two.
             v128_and(a, $splat(<$scalar>::INFINITY))
         }
         #[inline(always)]
@@ -137,7 +137,7 @@ macro_rules! float {
     };
 }
 
-/// Four f32.
+/// Operations on four f32 lanes.
 pub(super) mod singles {
     use super::*;
 
@@ -158,7 +158,7 @@ pub(super) mod singles {
         let lane = u32x4(1, 2, 4, 8);
         u32x4_eq(v128_and(u32x4_splat(bits), lane), lane)
     }
-    /// Transposes the rows.
+    /// Transposes four rows of four values.
     #[inline(always)]
     pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
         let low = |a, b| u32x4_shuffle::<0, 4, 1, 5>(a, b);
@@ -166,8 +166,8 @@ pub(super) mod singles {
         let (ac, ac_high, bd, bd_high) = (low(a, c), high(a, c), low(b, d), high(b, d));
         [low(ac, bd), high(ac, bd), low(ac_high, bd_high), high(ac_high, bd_high)]
     }
-    /// Permutes eight lanes by the lowest three bits of each byte of `order`, with a byte lookup in
-    /// both halves that yields 0 for an index outside that half.
+    /// Permutes eight lanes by the lowest three bits of each byte of `order`. Bytes are looked up
+    /// in both halves, and a lookup yields 0 for an index outside its half.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         let lanes = v128_and(u64x2_splat(order), u8x16_splat(7));
@@ -193,8 +193,8 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         let high = u32x4_splat(!7);
-        // As in `neon`, each key is the f32's bits with the lane number in place of the last three,
-        // or all ones outside the mask.
+        // As in `neon`, each key is the f32's bits with the lane number in place of the last three
+        // bits, or all ones outside the mask.
         let key = |x, lane, mask| v128_or(v128_or(v128_and(x, high), lane), v128_not(mask));
         let (first, last) = (u32x4(0, 1, 2, 3), u32x4(4, 5, 6, 7));
         let four = u32x4_min(key(a, first, in_a), key(b, last, in_b));
@@ -204,7 +204,7 @@ pub(super) mod singles {
     }
 }
 
-/// Two f64.
+/// Operations on two f64 lanes.
 pub(super) mod doubles {
     use super::*;
 
@@ -229,7 +229,8 @@ pub(super) mod doubles {
         let lane = u64x2(1, 2);
         u64x2_eq(v128_and(u64x2_splat(bits.into()), lane), lane)
     }
-    /// Returns a register with the first lanes of `a` and `b`, and one with their last lanes.
+    /// Returns a register with the first lanes of `a` and `b`, and a register with their last
+    /// lanes.
     #[inline(always)]
     pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
         [u64x2_shuffle::<0, 2>(a, b), u64x2_shuffle::<1, 3>(a, b)]
@@ -246,7 +247,7 @@ pub(super) mod doubles {
     }
 }
 
-/// Four i64, in two registers.
+/// Operations on four i64 lanes, in two registers.
 pub(super) mod integers {
     use super::*;
 
@@ -284,12 +285,12 @@ pub(super) mod integers {
     pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
         [i64x2_sub(a[0], b[0]), i64x2_sub(a[1], b[1])]
     }
-    /// Returns the low halves.
+    /// Returns the low half of each lane.
     #[inline(always)]
     fn low(x: Regs) -> v128 {
         i32x4_shuffle::<0, 2, 4, 6>(x[0], x[1])
     }
-    /// Returns the high halves.
+    /// Returns the high half of each lane.
     #[inline(always)]
     fn high(x: Regs) -> v128 {
         i32x4_shuffle::<1, 3, 5, 7>(x[0], x[1])
@@ -302,9 +303,9 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Splits each component of b into `low + 2^32 * high` with a signed low half. Only the low 32
-    /// bits of the products with the high halves matter, so one multiplication handles all four
-    /// lanes.
+    /// Computes a dot product. Each component of b is split into `low + 2^32 * high` with a signed
+    /// low half. Only the low 32 bits of the products with the high halves matter, so one
+    /// multiplication handles all four lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
@@ -322,11 +323,10 @@ pub(super) mod integers {
             [i32x4_shuffle::<0, 4, 1, 5>(none, high), i32x4_shuffle::<0, 6, 1, 7>(none, high)];
         add(sum, above)
     }
-    /// Returns the high half that pairs with a signed low half: one more if the low half is
-    /// negative.
+    /// Returns the high half to use with a signed low half: `high`, plus 1 if `low` is negative.
     #[inline(always)]
     fn above(low: v128, high: v128) -> v128 {
-        // The arithmetic shift turns a negative low half into -1, and subtracting that adds the
+        // The arithmetic shift turns a negative low half into -1, and subtracting -1 adds the
         // carry.
         i32x4_sub(high, i32x4_shr(low, 31))
     }

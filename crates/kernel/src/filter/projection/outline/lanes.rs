@@ -1,5 +1,5 @@
 //! Vectors and forms in lanes, in the layout of [`Outlines`](super::Outlines): three arrays of
-//! sixteen.
+//! sixteen values.
 
 use crate::simd::{Lanes, Simd, Vec3};
 
@@ -18,8 +18,8 @@ pub(super) fn into<L: Lanes>(v: Vec3<L>, [a, b, c]: &[[L::Scalar; 3]; 3]) -> Vec
     }
 }
 
-/// Returns the minimum and maximum of three values, widened by `room`. In lanes that are not
-/// `known`, the interval is unbounded.
+/// Returns the minimum and maximum of three values, extended by `room` in both directions. In lanes
+/// that are not `known`, the interval is unbounded.
 #[inline(always)]
 pub(super) fn around<F: Lanes<Scalar = f32>>([a, b, c]: [F; 3], room: F, known: F::Mask) -> (F, F) {
     let everywhere = F::splat(f32::INFINITY);

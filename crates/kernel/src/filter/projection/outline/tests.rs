@@ -1,5 +1,5 @@
-//! Tests the bounds for projected copies against the worst case over all roundings: the bounds
-//! hold, but they would not if any constant were halved.
+//! Tests the error bounds for projected copies against the worst case over all roundings. The
+//! bounds must hold, but would not hold if any constant were halved.
 
 use super::super::super::room::Room;
 use super::super::super::worst::{Search, Worst, Worsts};
@@ -24,9 +24,9 @@ struct Case {
 }
 
 impl Case {
-    /// Builds a case from nineteen numbers: an origin, the vector from there to a corner, the two
-    /// edges from that corner, the point where the ray meets the projection, and the rotation of
-    /// the axes. The corner is the farthest point of the scene.
+    /// Builds a case from nineteen numbers: an origin, the vector from the origin to a corner, the
+    /// two edges from that corner, the point where the ray meets the projection, and the rotation
+    /// of the axes. The corner is the farthest point of the scene.
     fn of(numbers: &[f64; 19], change: fn(&mut Frame)) -> Option<Self> {
         let v = |i: usize| [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]];
         let (o, a, h4, h5, [x, y, z]) = (v(0), v(1), v(2), v(3), v(4));
@@ -135,7 +135,8 @@ impl Free {
     }
 }
 
-/// Returns orthogonal axes: the depth axis and the two axes perpendicular to it, rotated about it.
+/// Returns orthogonal axes: the depth axis and the two axes perpendicular to it, rotated about the
+/// depth axis.
 fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
@@ -170,8 +171,8 @@ fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     }
 }
 
-/// Returns a sliver seen from the centre of its scene. Its corner is at `away`; the edges from
-/// there run nearly along `along` and differ by `thin`. The ray is tilted from the depth axis,
+/// Returns a sliver seen from the centre of its scene. Its corner is at `away`; the edges from that
+/// corner run nearly along `along` and differ by `thin`. The ray is tilted from the depth axis,
 /// which is perpendicular to `right`.
 fn sliver(
     [away, along, thin]: [[f64; 3]; 3],
@@ -190,9 +191,11 @@ fn sliver(
     numbers
 }
 
-/// The third axis, and the two diagonals between the other axes.
+/// The third coordinate axis.
 const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
+/// The diagonal between the other two axes.
 const DIAGONAL: [f64; 3] = [1.0, 1.0, 0.0];
+/// The other diagonal between the other two axes.
 const OTHER: [f64; 3] = [1.0, -1.0, 0.0];
 
 /// Returns the input that comes closest to the bound `COPY_DEPTH`: the ray is in the plane and
@@ -206,8 +209,8 @@ fn grazing(search: &mut Search) -> [f64; 19] {
 }
 
 /// Returns the input that comes closest to the bound `COPY_SLANT`: the vector to the corner is
-/// nearly in the plane, and the tilted ray meets the plane long before the corner. Here, T is
-/// nearly 0.
+/// nearly in the plane, and the tilted ray meets the plane long before the corner. In this case, T
+/// is nearly 0.
 fn slanting(search: &mut Search) -> [f64; 19] {
     let [thin, slope] = [1e-3, 0.02].map(|size| size * (1.5 + search.number()));
     let thin = [0, 1, 2].map(|k| thin * (AXIS[k] - slope * OTHER[k]));
@@ -221,7 +224,7 @@ fn thin(search: &mut Search) -> [f64; 19] {
     sliver([AXIS, DIAGONAL, OTHER.map(|x| thin * x)], [AXIS, OTHER], [0.0; 2])
 }
 
-/// Returns the largest fraction of a bound that a search finds.
+/// Returns the largest fraction of a bound that the error reaches in a search.
 fn most(
     bound: usize,
     [climbs, steps]: [usize; 2],
@@ -235,9 +238,10 @@ fn most(
     Search::new(31 + bound as u64).most([climbs, steps], start, share)
 }
 
-/// The numbers of climbs and steps for a search from arbitrary inputs, and for a search around a
-/// case that was designed to be bad.
+/// The numbers of climbs and of steps per climb for a search that starts from arbitrary inputs.
 const ANYWHERE: [usize; 2] = [6, 500];
+/// The numbers of climbs and of steps per climb for a search around a case that was designed to be
+/// bad.
 const AROUND: [usize; 2] = [40, 50];
 
 #[test]
@@ -270,13 +274,13 @@ fn half_of_a_constant_of_projected_copies_would_not_do() {
     ];
     for (name, share) in halves {
         std::println!("half of {name}: {share:.2}");
-        assert!(share > 1.0, "half of {name} would do: {share}");
+        assert!(share > 1.0, "half of {name} would be enough: {share}");
     }
 }
 
-/// Returns the errors of the far and near ends of an interval, as inverse depths, relative to their
-/// margin. `numbers` holds a direction, the depth axis, and the t of the end, whose copy is rounded
-/// up or down.
+/// Returns the errors of the inverse depths at the far and near ends of an interval, relative to
+/// their margin. `numbers` holds a direction, the depth axis, and the t of the end, whose copy is
+/// rounded up or down.
 fn ends(numbers: &[f64; 7]) -> Option<[f64; 2]> {
     let [a, b, c, p, q, r, t] = *numbers;
     let [depth, right, up] = axes([p, q, r], 0.0)?.map(|axis| axis.map(|x| x as f32));
