@@ -76,7 +76,7 @@ fn check<S: SliceScalar + BvhScalar>(
         let next = query.next_crossing(ray);
         assert_eq!(all_bits(next.as_slice()), all_bits(first.as_slice_of_one()), "{}", at());
 
-        // Queries with the once rule return the hits of the crossings.
+        // Queries with the once rule must return the hits of the crossings.
         assert!(once.all(ray).iter().map(bits).eq(want.iter().map(|c| bits(&c.hit))), "{}", at());
         assert_eq!(bits(&once.closest(ray).unwrap_or(Hit::MISS)), bits(&hit), "{}", at());
         assert_eq!(bits(&closest[i]), bits(&hit), "{}", at());

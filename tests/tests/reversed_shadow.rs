@@ -1,5 +1,5 @@
-//! Traces many rays toward one point, such as a light, for all families, and compares the results
-//! with the reference's plain loop.
+//! Traces many rays toward one point, such as a light, in scenes of all families, and compares the
+//! results with the reference's plain loop.
 
 use crate::common;
 use intertri::simd::Level;

@@ -52,8 +52,8 @@ fn point(hit: &Hit, triangle: &Triangle) -> [f64; 3] {
     [0, 1, 2].map(|k| (0..3).map(|i| weights[i] * f64::from(triangle.0[i][k])).sum())
 }
 
-/// Returns whether a ray starts within `units` units of a point. A unit is that of the point's last
-/// place, or of f64 rounding if that is larger.
+/// Returns whether a ray starts within `units` units of a point. A unit is a unit in the last place
+/// of the point in f32, or the f64 rounding error of the triangle's coordinates if that is larger.
 fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let last_place = largest(&at) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);

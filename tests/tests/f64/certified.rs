@@ -72,7 +72,7 @@ fn pairs_of_every_kind() {
     assert!(hits > 4000, "{hits}");
 }
 
-/// Converts the families to f64. The results must equal those of f32 slices.
+/// Converts cases of all families to f64. The results must equal those of f32 slices.
 #[test]
 fn families_answer_as_in_f32() {
     let (mut rng, mut hits) = (Rng::new(2), 0);

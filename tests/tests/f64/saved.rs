@@ -122,8 +122,8 @@ fn no_word_makes_an_answer_wrong() {
     assert!(loaded > 500 && refused > 500, "{loaded} loaded, {refused} refused");
 }
 
-/// Refits to triangles that are moved, scaled, rearranged and degenerate, and back to the first
-/// ones.
+/// Refits to triangles that are moved, scaled, rearranged and degenerate, and back to the original
+/// triangles.
 #[test]
 fn refits_answer_as_new_builds() {
     let mut rng = Rng::new(4);

@@ -1,4 +1,5 @@
-//! Traces bundles of rays from one grid point. The results must be those of the plain loop.
+//! Traces bundles of rays that start at the same grid point. The results must equal those of a
+//! plain loop.
 
 use intertri::Hit;
 use intertri::Ray as Line;
@@ -113,8 +114,8 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
                 rays.iter().map(|ray| mode.closest(&blocks, ray).unwrap_or(Hit::MISS)).collect()
             };
 
-            // Intervals that end just before, at or just behind a hit, that begin at or just behind
-            // it, and an empty interval.
+            // Test intervals that end just before, at or just behind a hit, intervals that begin at
+            // or just behind a hit, and an empty interval.
             let mut want = closest(&rays);
             if kind % 3 == 0 {
                 for (i, (ray, hit)) in rays.iter_mut().zip(&want).enumerate() {

@@ -40,12 +40,13 @@ struct Effort {
     every: usize,
     /// The number of random rays.
     random: usize,
-    /// The number of points inside.
+    /// The number of points inside the mesh from which rays start.
     points: usize,
 }
 
 /// Casts rays from a point inside toward corners, midpoints of edges, and in random directions.
-/// Each must leave the mesh once more than it enters it. Returns the number of rays.
+/// Each ray must leave the mesh once more often than it enters the mesh. Returns the number of
+/// rays.
 fn cast(
     n: &mut Numbers,
     grid: &Grid,
@@ -161,7 +162,8 @@ fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
             [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0 - 3.0 * deep * normal[i] / length)
         })
         .filter(|&p| {
-            // The points around it must also be inside, because coarse grids move the surface.
+            // The points around this one must also be inside, because coarse grids move the
+            // surface.
             (0..27).all(|k| {
                 let way = [k % 3, k / 3 % 3, k / 9].map(|x| (x - 1) as f32 * deep);
                 inside([0, 1, 2].map(|i| p[i] + way[i]))

@@ -1,5 +1,5 @@
-//! Meshes with typical damage: boxes and globes with holes, flipped and duplicated faces, cracks,
-//! fins and T-junctions.
+//! Generates meshes with typical damage: boxes and globes with holes, flipped and duplicated faces,
+//! cracks, fins and T-junctions.
 
 use intertri::Triangle64;
 use intertri_lab::rng::Rng;
