@@ -1,7 +1,7 @@
 //! Checks the three theorems of `docs/numerics/exact.md` on closed meshes. Every crossing under the
 //! once rule is a hit under the closed rule. The signed crossings of every ray add up to the
-//! winding number of the ray's origin. If the winding number is not 0, every ray from there hits
-//! the mesh.
+//! winding number of the ray's origin. If the winding number is not 0, every ray from the origin
+//! hits the mesh.
 
 use std::collections::BTreeMap;
 

@@ -109,8 +109,8 @@ impl Convex {
             match along.cmp(&0) {
                 Ordering::Greater if t.cmp(to).is_lt() => to = t,
                 Ordering::Less if t.cmp(from).is_gt() => from = t,
-                // The ray is parallel to the side, and it is either outside it or on it and moved
-                // outward by the once rule.
+                // The ray is parallel to the side, and is either outside the side, or on it and
+                // moved outward by the once rule.
                 Ordering::Equal if gap < 0 || gap == 0 && slope(normal, dir) > 0 => return None,
                 _ => {}
             }

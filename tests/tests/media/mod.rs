@@ -1,6 +1,6 @@
-//! Compares the media that queries find along rays with rational arithmetic. The solids are convex,
-//! have integer coordinates, and may be nested, touch or overlap. Rays go toward corners and edges
-//! and along walls, and some start on them.
+//! Compares the media that queries find along rays with media computed in rational arithmetic. The
+//! solids are convex, have integer coordinates, and may be nested, touch or overlap. Rays go toward
+//! corners and edges and along walls, and some rays start at a corner, on an edge or on a wall.
 
 mod convex;
 
