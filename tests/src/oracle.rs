@@ -251,7 +251,7 @@ impl Truth {
 /// A binary floating-point format.
 struct Format {
     digits: u32,
-    /// The exponent of the last digit of subnormal numbers.
+    /// The exponent of the smallest positive number.
     last: i64,
     /// The exponent of the smallest power of two that is too large.
     top: i64,

@@ -12,7 +12,7 @@ pub(crate) struct Truth {
     plain: Plain,
     /// For each ray and triangle, t, or NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
-    /// The results for each ray, computed once and compared with those of every query.
+    /// The results for each ray, computed once and compared with the results of every query.
     pub(crate) answers: Vec<Answers>,
 }
 

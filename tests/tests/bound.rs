@@ -45,11 +45,12 @@ struct Shares([f64; 14]);
 
 /// The names of the shares, which are the columns of the printed table:
 ///
-/// - the errors of V, W, U, D and T relative to their bounds, without the rounding of the last sum
-///   if only the sign matters;
+/// - the errors of V, W, U, D and T relative to their bounds; if only the sign matters, the
+///   rounding of the last sum does not count;
 /// - the distance of the reference's t from the middle of its enclosure, relative to half of the
 ///   enclosure;
-/// - *box*: the same distance for the extreme quotients T/D within the bounds of T and D;
+/// - *box*: how far the bounds of T and D allow the quotient T/D to be from its computed value,
+///   relative to half of the enclosure;
 /// - *rho*: how thin the triangle and how grazing the ray of a decided case are, relative to the
 ///   2^20.1 that the proof allows;
 /// - *sharp V, W* and *sharp U*: the errors of V, W and U relative to the bounds of the last

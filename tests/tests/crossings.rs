@@ -2,7 +2,8 @@
 //!
 //! Slices in the `once` mode, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the
 //! batches must agree, bit for bit, for rays aimed at edges and corners of closed meshes. The
-//! signed crossings of every ray through such a mesh add up to the winding number of its origin.
+//! signed crossings of every ray through a closed mesh add up to the winding number of the ray's
+//! origin.
 
 use intertri::simd::Level;
 use intertri::{Crossing, Crossings, Hit, Mode, RayOf, Scalar, SliceScalar, TriangleOf};

@@ -130,8 +130,8 @@ fn bits<S: Scalar>(ray: &RayOf<S>) -> [u64; 8] {
     [a, b, c, t_min, d, e, f, t_max].map(|x| Into::<f64>::into(x).to_bits())
 }
 
-/// Rays spawned by a hierarchy must equal those of the kernel, and must not hit the triangle that
-/// they leave.
+/// Rays spawned by a hierarchy must equal the rays that the kernel spawns, and must not hit the
+/// triangle on which they start.
 fn spawned_rays_leave_their_triangle<S: BvhScalar + SliceScalar>() {
     let (mut rng, mut left) = (Rng::new(4), 0);
     let (one, other) = (mixed::<S>(300, &mut rng), mixed::<S>(200, &mut rng));

@@ -1,4 +1,4 @@
-//! Compares closest-point queries with rational arithmetic, which uses a different method.
+//! Compares closest-point queries with a different method in rational arithmetic.
 
 pub(crate) mod truth;
 

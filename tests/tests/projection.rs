@@ -190,9 +190,9 @@ impl WithSimd for Reached<'_> {
     }
 }
 
-/// Tests rays that miss the origin by a small offset. A search looks for inputs that use most of
-/// the margins for such rays, in the bounds of the edges, of the depth, and of the rectangle. Half
-/// of each margin would not be enough.
+/// Tests rays that miss the origin by a small offset. For this offset, the bounds of the edges, of
+/// the depth, and of the rectangle have additional margins. A search looks for inputs that use most
+/// of each margin, to show that half of it would not be enough.
 #[test]
 fn rays_that_pass_the_origin_have_room_and_not_much_more() {
     let mut worst = [0.0_f64; 2];

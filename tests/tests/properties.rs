@@ -1,8 +1,9 @@
 //! Property tests on scenes with arbitrary coordinates. Proptest shrinks a failing scene to a
 //! minimal one.
 //!
-//! The families target known weaknesses of ray/triangle tests; these scenes do not. A failure is
-//! printed as a fixture, and its seed is saved in `fixtures/proptest-regressions`.
+//! Unlike the families of `intertri-lab`, these scenes do not target known weaknesses of
+//! ray/triangle tests. A failing scene is printed as a fixture, and its seed is saved in
+//! `fixtures/proptest-regressions`.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};

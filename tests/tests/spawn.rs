@@ -94,7 +94,7 @@ fn a_ray_without_a_start_stays_empty() {
     assert!(!spawn_ray(&hit, &triangle, [-1.0, 0.1, -1.0]).origin[0].is_nan());
 }
 
-/// A ray to a target must end there, and must not hit the triangle that it starts on.
+/// A ray to a target must end at the target, and must not hit the triangle that it starts on.
 #[test]
 fn a_ray_to_a_target_ends_there() {
     let (exact, mut rng) = (Mode::exact(), Rng::new(23));

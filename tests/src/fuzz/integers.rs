@@ -22,8 +22,8 @@ pub fn fixed(bytes: &[u8]) {
         _ => input.within(limit.min(3)),
     };
 
-    // The triangles share a few points. The rays go to these points, along edges, and in arbitrary
-    // directions.
+    // The triangles share a few points. The rays go toward the shared points, along edges, and in
+    // arbitrary directions.
     let points: [[i32; 3]; 6] = from_fn(|_| from_fn(|_| number(far)));
     let dirs: [[i32; 3]; 4] = from_fn(|_| from_fn(|_| number(long)));
     let triangles: [Triangle; 8] =

@@ -59,7 +59,7 @@ impl Counts {
     }
 }
 
-/// The exact result for a pair, without the ray's interval.
+/// The exact result for a pair. It does not depend on the ray's interval.
 struct Case<S: Scalar> {
     triangle: TriangleOf<S>,
     truth: Option<Truth>,

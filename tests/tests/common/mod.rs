@@ -9,7 +9,7 @@ use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
 
-/// Generates a scene from a family, with about the given numbers of triangles and rays.
+/// Generates a scene from a family, with at most `triangles` triangles and `rays` rays.
 pub(crate) fn scene(family: &Family, rng: &mut Rng, triangles: usize, rays: usize) -> Scene {
     let scene = family.scene(rng, triangles, rays);
     Scene { triangles: scene.triangles, rays: scene.rays, threshold: scene.threshold }

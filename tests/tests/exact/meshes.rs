@@ -134,7 +134,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             assert_eq!(counts[k].signed, i64::from(winding), "{name} {ray:?}");
             assert!(winding == 0 || any[k], "{name} {ray:?} leaks");
             assert_eq!(any[k], hits[k].is_hit(), "{name} {ray:?}");
-            // Compare the index and every bit with those of the plain loop.
+            // Compare the triangle and every bit with the plain loop's.
             if k % 61 == i % 61 {
                 let bits = |hit: Hit| (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits));
                 let want = exact.closest(triangles, ray).unwrap_or(Hit::MISS);

@@ -59,7 +59,7 @@ fn what_is_saved_is_loaded() {
             let (one, other) = (bvh.to_triangles(), loaded.to_triangles());
             assert!(one.iter().map(bits).eq(other.iter().map(bits)), "{what}");
 
-            // A file with the other scalar must be reported as such, before any other error.
+            // Loading a file of the other scalar type must report the type before any other error.
             let error = Bvh::<f32>::from_bytes(&bytes).unwrap_err();
             assert!(matches!(error, LoadError::Scalar { found: "f64" }), "{error}");
         }

@@ -1,5 +1,4 @@
-//! Traces bundles of rays that start at the same grid point. The results must equal those of a
-//! plain loop.
+//! Traces bundles of rays that start at the same grid point. The results must equal a plain loop's.
 
 use intertri::Hit;
 use intertri::Ray as Line;

@@ -129,7 +129,7 @@ fn t_is_rounded_once_and_compared_exactly() {
         }
         assert_eq!(crossing.to_hit(&ray, 3).t, t);
 
-        // Compare with numbers near t, and with numbers far from it.
+        // Compare t with f32 values near t and far from t.
         let near = t as f32;
         for x in [near, near.next_up(), near.next_down(), 0.0, -1.0, f32::MAX, 1e-45, 1e-38, 1.0] {
             if x.is_finite() {

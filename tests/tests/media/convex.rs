@@ -16,8 +16,8 @@ impl Rational {
         (self.0 * other.1).cmp(&(other.0 * self.1))
     }
 
-    /// Returns the nearest f64. Both numbers must be below 2^53, so that only the quotient is
-    /// rounded.
+    /// Returns the nearest f64. The numerator and the denominator must be below 2^53, so that only
+    /// the quotient is rounded.
     pub(super) fn to_f64(self) -> f64 {
         assert!(self.0.abs() < 1 << 53 && self.1 < 1 << 53, "{self:?}");
         self.0 as f64 / self.1 as f64
@@ -44,8 +44,8 @@ fn slope(normal: Point, dir: Point) -> i128 {
 }
 
 impl Convex {
-    /// Returns the convex solid with these corners. Its sides are all planes through three corners
-    /// that have the other corners on one side.
+    /// Returns the convex solid with the given corners. Its sides are all planes through three
+    /// corners that have the other corners on one side.
     fn of(corners: &[Point], rng: &mut Rng) -> Self {
         let (mut sides, mut triangles) = (Vec::<(Point, i128)>::new(), Vec::new());
         let count = corners.len();

@@ -111,7 +111,7 @@ fn compare<S: BvhScalar>(mesh: &[TriangleOf<S>], points: &[[S; 3]], seen: &mut S
 }
 
 /// Generates points around a mesh, and points whose rays meet corners and edges exactly, preferably
-/// those of open edges.
+/// open edges and their corners.
 fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     let open = open_edges(mesh);
     let aimed = |at: [f64; 3], rng: &mut Rng| {
@@ -145,7 +145,7 @@ fn in_f32(mesh: &[Triangle64], rng: &mut Rng) -> (Vec<Triangle>, [f32; 3]) {
     let open = open_edges(mesh);
     let [a, b] = if open.is_empty() { [mesh[0].0[0]; 2] } else { rng.pick(&open) };
     let at = if rng.unit() < 0.5 { a } else { [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])) };
-    // At a sixteenth of the size, these sums fit in 24 bits.
+    // At a sixteenth of the size, the sums below fit in 24 bits.
     let moved = |x: f64, k: usize| ((x - at[k]) / 16.0 + f64::from(WINDING_DIR[k])) as f32;
     let corner = |c: [f64; 3]| [0, 1, 2].map(|k| moved(c[k], k));
     (mesh.iter().map(|triangle| TriangleOf(triangle.0.map(corner))).collect(), [0.0; 3])
@@ -191,7 +191,7 @@ impl InF32 for Vec<Triangle64> {
 /// Checks that crossings are counted along [`WINDING_DIR`], the direction in which the tests aim.
 #[test]
 fn rays_are_aimed_where_crossings_are_counted() {
-    // The ray goes exactly to the centre of a fan, which all its triangles share.
+    // The ray goes exactly to the centre of a fan, a corner that all triangles of the fan share.
     let d = WINDING_DIR.map(f64::from);
     let ring: [[f64; 3]; 4] =
         [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [-0.1, 0.0, 0.0], [0.0, -0.1, 0.0]];
