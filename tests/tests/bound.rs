@@ -356,7 +356,7 @@ fn start(rng: &mut Rng) -> [f32; 15] {
 /// The results of earlier searches: the index of the column, the name of the constant that the case
 /// shows to be necessary, and the fifteen numbers of the case.
 #[rustfmt::skip]
-#[expect(clippy::unreadable_literal, reason = "they are data")]
+#[expect(clippy::unreadable_literal, reason = "the literals are data")]
 const FOUND: [(usize, &str, [f32; 15]); 11] = [
     (0, "EDGE", [
         -0.015973011, 2.0034714, 0.0063019227, 5.794106e-5, -0.0045461035,

@@ -193,7 +193,7 @@ fn needles_have_boxes() {
     assert!(hits > 1500, "{hits}");
 }
 
-/// Tests wide scenes in f64, including scenes in which f32 loses all digits of the detail.
+/// Tests wide scenes in f64, including scenes in which f32 loses all digits of the details.
 #[test]
 fn wide_scenes_in_f64() {
     let mut rng = Rng::new(6);

@@ -140,7 +140,7 @@ fn aimed<S: Scalar>(
 }
 
 /// Generates rays around a mesh, from points that are not on it, grouped by their origin. The other
-/// rays of a group are compared with its first one.
+/// rays of a group are compared with the group's first ray.
 fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec<RayOf<S>>> {
     let corners = || triangles.iter().flat_map(|triangle| triangle.0);
     let end = |k: usize, most: fn(f64, f64) -> f64| {

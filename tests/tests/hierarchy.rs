@@ -101,7 +101,7 @@ fn rays_in_the_faces_of_boxes() {
     assert!(checked(triangles, rays) > 500);
 }
 
-/// Tests a triangle that spans the range of f32 next to tiny ones.
+/// Tests a triangle that spans the range of f32 next to tiny triangles.
 #[test]
 fn the_whole_range_of_f32() {
     let max = f32::MAX;

@@ -35,7 +35,7 @@ fn named(geometry: usize, triangle: usize) -> Hit {
     Hit { t: 1.0, u: 0.25, v: 0.25, triangle: triangle as u32, geometry: geometry as u32 }
 }
 
-/// Checks that the ids of every finite triangle find it, and that no other ids find a triangle.
+/// Checks that every finite triangle is found by its ids, and that no other ids find a triangle.
 fn check<S: BvhScalar>(what: &str, bvh: &Bvh<S>, meshes: &[&[TriangleOf<S>]]) {
     assert_eq!(bvh.geometries(), meshes.len(), "{what}");
     for (geometry, mesh) in meshes.iter().enumerate() {

@@ -52,8 +52,8 @@ fn to_light(
         .collect()
 }
 
-/// Returns the triangles in nearly the same direction from the light as a randomly chosen one, so
-/// that rays form bundles.
+/// Returns the triangles that are in nearly the same direction from the light as a randomly chosen
+/// triangle, so that rays form bundles.
 fn seen_together(light: V, triangles: &[Triangle], rng: &mut Rng) -> Vec<Triangle> {
     let toward = |triangle: &Triangle| {
         let way = [0, 1, 2].map(|k| f64::from(triangle.0[0][k]) - light[k]);

@@ -10,7 +10,7 @@ use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
 use intertri_trace::{Bvh, Faces, MeshTriangle, Query};
 
-/// A scene as three meshes, the second of which is empty.
+/// A scene divided into three meshes, the second of which is empty.
 struct Meshes {
     scene: Scene,
     first: usize,

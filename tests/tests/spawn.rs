@@ -5,7 +5,8 @@ use intertri::{Hit, Mode, Ray, Triangle, spawn_ray, spawn_ray_to};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// Tests every family, with directions of all kinds, many of them nearly in the triangle's plane.
+/// Spawns rays from hits of every family, with directions of all kinds, many of them nearly in the
+/// triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(21));

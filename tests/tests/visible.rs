@@ -113,7 +113,7 @@ fn agrees_with_a_plain_loop<S: Float>() {
             saved += u32::from(visible && bvh.any(&ray));
         }
 
-        // Each segment skips the first triangle that it hits, and another one.
+        // Each segment skips the first triangle that it hits, and another triangle.
         let named = |&[a, b]: &[[S; 3]; 2]| {
             let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
             let first = bvh.closest(&RayOf::new(a, dir)).unwrap_or(Hit::MISS);

@@ -155,7 +155,8 @@ fn check_order<S: Float>(
         *if want.is_eq() { &mut counts.equal } else { &mut counts.ordered } += 1;
     }
 
-    // Walls across an axis: the same one twice, and the next position.
+    // Compare walls perpendicular to each axis: a wall with itself, and with a wall one ulp farther
+    // along the axis.
     for axis in 0..3 {
         let wall = |at: S| {
             TriangleOf(triangle.0.map(|mut corner| {

@@ -107,7 +107,8 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
         let blocks: Vec<_> = blocks.collect();
         for kind in 0..240 {
             let Some(mut rays) = coherent(&mut n, &grid, &corners, kind) else { continue };
-            // The kinds repeat after 60, so each of them is tested at every level.
+            // Kinds that differ by a multiple of 60 are the same, so each kind is tested at every
+            // level.
             let mode = &levels[kind / 60 % levels.len()];
             let closest = |rays: &[Ray]| -> Vec<Hit> {
                 rays.iter().map(|ray| mode.closest(&blocks, ray).unwrap_or(Hit::MISS)).collect()

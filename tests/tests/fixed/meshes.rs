@@ -1,4 +1,5 @@
-//! Tests closed meshes: a ray from inside must cross exactly once, even at corners and edges.
+//! Tests closed meshes: a ray from inside must leave the mesh exactly once more often than it
+//! enters, even at corners and edges.
 
 use std::path::PathBuf;
 
