@@ -25,10 +25,10 @@ fn minus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| &a[i] - &b[i])
 }
 
-/// Returns whether a ray leaves or enters through a triangle if its direction d is moved to d + (e,
-/// e^2, e^3) with e = 2^-100. Computes first the point where the ray meets the plane, then the side
-/// of each edge on which the point lies. This e only decides ties, because nonzero integers are at
-/// least 1 in magnitude, and the integers that e multiplies are below 2^64.
+/// Returns whether a ray leaves or enters through a triangle if its direction d is moved to
+/// `d + (e, e^2, e^3)` with `e = 2^-100`. Computes first the point where the ray meets the plane,
+/// then the side of each edge on which the point lies. This e only decides ties, because nonzero
+/// integers are at least 1 in magnitude, and the integers that e multiplies are below `2^64`.
 fn moved(ray: &Ray, triangle: &Triangle) -> Option<bool> {
     let e = RBig::from_parts(1.into(), 2u8.into());
     let e = (0..99).fold(e.clone(), |x, _| x * &e);
