@@ -1,4 +1,4 @@
-"""Renders doctests outside a docstring's Examples section as code."""
+"""Renders doctests as code blocks if they are outside a docstring's Examples section."""
 
 import re
 

@@ -1,5 +1,5 @@
-//! Compares the `fixed` mode with its scalar reference in i128, in every form and width and at
-//! every level.
+//! Compares the SIMD kernels of the `fixed` mode with the scalar i128 reference: packets and
+//! blocks, at every width and every SIMD level.
 
 use intertri::fixed::{
     Block, Crossing, IntWidth, Packet, Prepared, Ray, RayLanes, SeenTriangle, Triangle, scalar,
@@ -14,11 +14,11 @@ struct Pairs<'a> {
     answers: [[Option<Crossing>; 8]; 8],
 }
 
-/// Compares every pair, including the numerator and denominator of t. Returns the number of pairs
-/// that cross.
+/// Compares the result for every ray and triangle, including the numerator and denominator of t.
+/// Returns the number of pairs in which the ray crosses the triangle.
 ///
 /// # Errors
-/// Returns the first difference.
+/// Returns an error that describes the first difference.
 pub fn check_crossings(rays: &[Ray; 8], triangles: &[Triangle; 8]) -> Result<usize, String> {
     let answers = rays.map(|ray| triangles.map(|triangle| scalar::crossing(&ray, &triangle)));
     let pairs = Pairs { rays, triangles, answers };
@@ -108,7 +108,8 @@ impl Pairs<'_> {
     }
 }
 
-/// Compares crossings. Each must be reported exactly once.
+/// Compares the crossings that were found with the scalar reference's. Each crossing must be
+/// reported exactly once; `twice` is set if one was reported again.
 fn same(
     found: &[Option<Crossing>],
     answers: &[Option<Crossing>],

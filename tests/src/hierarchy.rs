@@ -1,4 +1,5 @@
-//! Compares the hierarchy with a plain loop: index, bits of t, any, all, batches.
+//! Compares the hierarchy with a plain loop, down to the bits of t: closest hits, any hits and all
+//! hits, ray by ray and in batches.
 
 use crate::scene::Scene;
 use crate::truth::Truth;
@@ -11,7 +12,7 @@ use intertri_trace::{Bvh, MeshTriangle};
 /// rays that hit something, according to the reference.
 ///
 /// # Errors
-/// Returns the first difference.
+/// Returns an error that describes the first difference.
 pub fn check_hierarchy(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
     let truths = [Truth::of(scene), Truth::exact(scene), Truth::once(scene)];
     let bvh = Bvh::new(&scene.triangles).map_err(|e| e.to_string())?;

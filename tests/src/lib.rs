@@ -1,8 +1,9 @@
-//! Runs the differential tests, which compute each query in every possible way.
+//! Shared code of the differential tests, which compute the result of each query in every possible
+//! way and compare the results.
 //!
-//! The expected results come from the scalar f64 reference, triangle by triangle, or, in the
-//! `exact` and `once` modes, from integer arithmetic. The tests compare hit or miss, the triangle,
-//! and every bit of t, without an epsilon.
+//! For each ray and triangle, the expected result comes from the scalar f64 reference or, in the
+//! `exact` and `once` modes, from integer arithmetic. The tests compare whether there is a hit,
+//! which triangle it is on, and every bit of t, without an epsilon.
 
 mod crossings;
 mod fixture;
@@ -45,7 +46,7 @@ type TrueMode<'a> = (Mode, &'static str, &'a Truth);
 /// level. Returns the number of pairs that hit, according to the reference.
 ///
 /// # Errors
-/// Returns the first difference, with everything needed to reproduce it.
+/// Returns an error that describes the first difference, with everything needed to reproduce it.
 pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
     let truths = [Truth::of(scene), Truth::exact(scene), Truth::once(scene)];
@@ -72,8 +73,8 @@ fn at((mode, name, truth): TrueMode<'_>, level: Level) -> TrueMode<'_> {
     (mode.at(level), name, truth)
 }
 
-/// Checks the closest hits of packets and of their rays one by one, for packets of one ray, of
-/// neighbours, and of neighbours moved to a common origin.
+/// Checks the closest hits of packets, and of their rays one by one, for packets of a single ray,
+/// of neighbouring rays, and of neighbouring rays moved to a common origin.
 fn check_packets<const N: usize>(
     scene: &Scene,
     (mode, name, truth): TrueMode<'_>,
@@ -130,7 +131,8 @@ where
         let find = |LeafSlot(slot)| stored[slot as usize];
         let index = |slot: usize| (triangles.len() - 1).wrapping_sub(slot) as u32;
 
-        // Plain loops stay in wide registers; iterator closures would become calls.
+        // Use plain loops, whose values stay in SIMD registers; iterator closures would become
+        // function calls.
         let rays = filter.prepare_packet_in::<S, N>(packet);
         let mut closest = ClosestHits::new(&packet.t_max);
         for (slot, triangle) in stored.iter().enumerate() {
@@ -281,7 +283,7 @@ fn same<const N: usize>(
     Ok(())
 }
 
-/// Checks the queries over slices: closest, any, all.
+/// Checks the queries over slices: closest hits, any hits, and all hits.
 fn check_slices(scene: &Scene, (mode, name, truth): TrueMode<'_>) -> Result<(), String> {
     let level = mode.level().name();
     let blocks = Blocks::new(&scene.triangles);

@@ -1,7 +1,7 @@
-//! Computes the exact result for a ray and a triangle in arbitrary-precision integers. Its method
-//! differs from the kernel's: the kernel uses three volumes, but this module applies Cramer's rule
-//! to `c1 + u (c2 - c1) + v (c3 - c1)`; the kernel has a tie rule, but this module actually moves
-//! the direction.
+//! Computes the exact result for a ray and a triangle in arbitrary-precision integers. The method
+//! differs from the kernel's: where the kernel uses three volumes, this module applies Cramer's
+//! rule to `c1 + u (c2 - c1) + v (c3 - c1)`, and where the kernel applies a tie rule, this module
+//! actually moves the direction.
 
 use std::cmp::Ordering;
 
@@ -11,12 +11,12 @@ use intertri::{RayOf, Scalar, TriangleOf};
 
 type Vector<I> = [I; 3];
 
-/// The point where the line of a ray meets the plane of a triangle.
+/// The exact intersection of a ray's line with a triangle's plane.
 pub struct Truth {
     t: Ratio,
     u: Ratio,
     v: Ratio,
-    /// Whether the ray crosses in the direction of the normal.
+    /// Whether the ray crosses the plane in the direction of the normal.
     leaves: bool,
 }
 
@@ -35,13 +35,14 @@ fn parts(x: f64) -> (i64, i64) {
     (if bits >> 63 == 0 { m } else { -m }, field.max(1) - 1075)
 }
 
-/// Converts vectors to multiples of a common power of two, and returns its exponent.
+/// Converts the components of vectors to integer multiples of a common power of two. Also returns
+/// the exponent of this power.
 fn integers<S: Scalar>(vectors: &[[S; 3]]) -> (Vec<Vector<IBig>>, i64) {
     let low = Scale::of(vectors).low;
     (vectors.iter().map(|&v| vector(v, low)).collect(), low)
 }
 
-/// Converts a vector to multiples of `2^low`.
+/// Converts the components of a vector to integer multiples of `2^low`.
 fn vector<S: Scalar, I: Integer>(v: [S; 3], low: i64) -> Vector<I> {
     v.map(|x| {
         let (m, e) = parts(x.into());
@@ -49,7 +50,8 @@ fn vector<S: Scalar, I: Integer>(v: [S; 3], low: i64) -> Vector<I> {
     })
 }
 
-/// The range of some numbers: all are multiples of `2^low` and below `2^(low + bits)` in magnitude.
+/// The range of the components of several vectors: all are multiples of `2^low` and below
+/// `2^(low + bits)` in magnitude.
 struct Scale {
     low: i64,
     bits: i64,
@@ -107,7 +109,8 @@ fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten().all(finite)
 }
 
-/// A triangle and an origin in integers.
+/// The edges of a triangle, a ray's origin relative to the first corner, and the normal, in
+/// integers.
 struct IntegerPair<I> {
     p: Vector<I>,
     q: Vector<I>,
@@ -115,7 +118,8 @@ struct IntegerPair<I> {
     n: Vector<I>,
 }
 
-/// The solution by Cramer's rule: t, u and v times the determinant, and the determinant.
+/// The solution by Cramer's rule: t, u and v, each multiplied by the determinant, and the
+/// determinant.
 struct Cramer<I> {
     t: I,
     u: I,
@@ -131,7 +135,7 @@ impl<I: Integer> IntegerPair<I> {
         Self { p, q, s, n }
     }
 
-    /// Solves for a given direction.
+    /// Solves for t, u and v along a given direction.
     fn along(&self, dir: &Vector<I>) -> Cramer<I> {
         let (Self { p, q, s, n }, zero) = (self, I::of(0, 0));
         let across = cross(dir, s);
@@ -141,8 +145,7 @@ impl<I: Integer> IntegerPair<I> {
 }
 
 impl<I: Integer> Cramer<I> {
-    /// Returns the intersection, where t is a multiple of `2^exponent`, or `None` if the
-    /// determinant is 0.
+    /// Returns the intersection, or `None` if the determinant is 0. The unit of t is `2^exponent`.
     fn truth(self, exponent: i64) -> Option<Truth> {
         let [t, u, v, det] = [self.t, self.u, self.v, self.det].map(Integer::big);
         if det == IBig::ZERO {
@@ -158,7 +161,7 @@ impl<I: Integer> Cramer<I> {
     }
 }
 
-/// Returns the scales of a ray and a triangle.
+/// Returns the scale of the origin and the corners, and the scale of the direction.
 fn scales<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Scale, Scale) {
     let [c1, c2, c3] = triangle.0;
     (Scale::of(&[ray.origin, c1, c2, c3]), Scale::of(&[ray.dir]))
@@ -171,7 +174,7 @@ fn are_small(points: &Scale, dir: &Scale) -> bool {
     points.bits <= 40 && dir.bits <= 39
 }
 
-/// Returns the point where the line meets the plane, if there is exactly one.
+/// Returns the intersection of the ray's line with the triangle's plane, if there is exactly one.
 pub fn truth<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Truth> {
     if !is_finite(ray, triangle) {
         return None;
@@ -193,7 +196,7 @@ fn truth_in<S: Scalar, I: Integer>(
 }
 
 impl Truth {
-    /// Returns the weights times the positive denominator.
+    /// Returns the weights of the three corners, each multiplied by the positive denominator.
     fn weights(&self) -> [IBig; 3] {
         let (u, v) = (&self.u.num, &self.v.num);
         [&self.u.den - u - v, u.clone(), v.clone()]
@@ -248,9 +251,9 @@ impl Truth {
 /// A binary floating-point format.
 struct Format {
     digits: u32,
-    /// The exponent of the last digit of subnormal numbers.
+    /// The exponent of the smallest positive number.
     last: i64,
-    /// The exponent of the first number that is too large.
+    /// The exponent of the smallest power of two that is too large.
     top: i64,
 }
 
@@ -271,12 +274,12 @@ impl Ratio {
         left.cmp(&shifted(right, e - low))
     }
 
-    /// Returns whether `x` is the nearest number of the format, or the even one if two are equally
-    /// near.
+    /// Returns whether `x` is the number of the format that is nearest to the ratio, or the even
+    /// one if two numbers are equally near.
     fn is_rounded(&self, x: f64, &Format { digits, last, top }: &Format) -> bool {
         let (m, e) = parts(x);
-        // Numbers up to half of the smallest number round to zero. Numbers from half a unit above
-        // the largest number on round to infinity.
+        // Ratios up to half of the smallest positive number round to zero. Ratios of at least the
+        // largest number plus half a unit in its last place round to infinity.
         if m == 0 {
             return self.cmp_parts(1, last - 1).is_le() && self.cmp_parts(-1, last - 1).is_ge();
         }
@@ -288,8 +291,8 @@ impl Ratio {
         if x.is_nan() {
             return false;
         }
-        // Compare with the points halfway to both neighbours, `inner` toward 0 and `outer` away
-        // from it. Below a power of two, the spacing is halved.
+        // Compare the ratio with the midpoints between `x` and its neighbours: `inner` is toward 0,
+        // and `outer` away from 0. Below a power of two, the spacing is halved.
         let length = i64::from(64 - m.abs().leading_zeros());
         let exponent = (e + length - i64::from(digits)).max(last);
         let (sign, size) = (m.signum(), m.abs() >> (exponent - e));
@@ -304,15 +307,15 @@ impl Ratio {
     }
 }
 
-/// The number of bits from one power of ε to the next, which is more than the difference in length
-/// between any two terms.
+/// The number of bits from one power of ε to the next in f32 scenes. It exceeds the difference in
+/// length between any two terms.
 const STEP: usize = 600;
-/// [`STEP`] for f64.
+/// The same as [`STEP`], for f64 scenes.
 const STEP_64: usize = 6500;
 
-/// Returns how a ray crosses a triangle under the once rule: `Some(true)` if it leaves,
-/// `Some(false)` if it enters, and `None` if it does neither. The direction is moved by (ε, ε²,
-/// ε³), where ε is smaller than any difference between two terms.
+/// Returns how a ray crosses a triangle under the once rule: `Some(true)` in the direction of the
+/// normal, `Some(false)` against it, and `None` if the ray does not cross the triangle. The
+/// direction is moved by (ε, ε², ε³), where ε is so small that it only decides ties.
 pub fn once<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -321,7 +324,8 @@ pub fn once<S: Scalar>(
     if !is_finite(ray, triangle) || ray.dir == [S::ZERO; 3] {
         return None;
     }
-    // If the ray passes strictly inside or outside, the move does not change that.
+    // If the line passes strictly inside or outside the triangle, moving the direction does not
+    // change the result.
     if let Some(truth) = truth {
         let weights = truth.weights();
         if weights.iter().any(|weight| *weight < IBig::ZERO) {
@@ -360,8 +364,8 @@ fn once_moved<S: Scalar>(
     Some(moved.leaves)
 }
 
-/// Computes [`once`] with polynomials: everything that is linear in the direction is a polynomial
-/// in ε, which has the sign of its first nonzero coefficient.
+/// Computes [`once`] with polynomials: every value that is linear in the direction becomes a
+/// polynomial in ε, whose sign is that of its first nonzero coefficient.
 fn once_by_powers<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -430,13 +434,14 @@ mod tests {
 
     use super::*;
 
-    /// Compares 128-bit integers with arbitrary-precision integers, and powers of ε with a moved
-    /// direction.
+    /// Compares 128-bit with arbitrary-precision integers, and polynomials in ε with a direction
+    /// that is actually moved.
     #[test]
     fn both_routes_agree() {
         let (mut rng, mut small, mut crossed) = (Rng::new(5), 0, 0);
         for i in 0..200_000 {
-            // The numbers range from many trailing zeros to results that fill 128 bits.
+            // The coordinates range from numbers with many trailing zeros to numbers whose results
+            // fill 128 bits.
             let (size, scale) = (1 << (1 + i % 23), 2.0_f32.powi(i % 19));
             let mut number = || rng.within(size) as f32 * if rng.one_in(3) { scale } else { 1.0 };
             let mut vector = || [number(), number(), number()];

@@ -1,14 +1,14 @@
-//! The scenes that the checks run on.
+//! A scene for the differential tests.
 
 use intertri::{Ray, Triangle};
 
-/// Triangles, rays, and the threshold of the test, which is finite and not negative.
+/// Triangles, the rays to test against them, and a threshold.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The triangles.
     pub triangles: Vec<Triangle>,
     /// The rays.
     pub rays: Vec<Ray>,
-    /// The document's `Threshold`.
+    /// The reference document's `Threshold`, which is finite and not negative.
     pub threshold: f64,
 }

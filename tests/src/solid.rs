@@ -1,6 +1,7 @@
-//! Exact geometry on the grid.
+//! Tests exactly whether a point of an integer grid is on a triangle.
 
-/// Returns whether a point is on a triangle, which may be degenerate: a segment or a point.
+/// Returns whether a point is on a triangle. The triangle may be degenerate, that is, a segment or
+/// a point.
 pub fn is_on(point: [i32; 3], corners: [[i32; 3]; 3]) -> bool {
     let sub = |a: [i32; 3], b: [i32; 3]| [0, 1, 2].map(|i| i128::from(a[i]) - i128::from(b[i]));
     let [a, b, c] = corners.map(|p| sub(p, point));

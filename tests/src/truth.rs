@@ -1,5 +1,5 @@
 //! Computes the expected results for a scene, pair by pair, with the scalar f64 reference or with
-//! integers alone.
+//! integer arithmetic alone.
 
 use intertri::internal::exact::{self, Tier};
 use intertri::{Ray, Rule, Triangle};
@@ -7,31 +7,31 @@ use intertri_reference as reference;
 
 use crate::scene::Scene;
 
-/// The results of a plain loop over all rays and triangles of a scene.
+/// The expected results for all rays and triangles of a scene, computed by a plain loop.
 pub(crate) struct Truth {
     plain: Plain,
-    /// The t of each ray and triangle, NaN for a miss.
+    /// For each ray and triangle, t, or NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
-    /// The results for each ray, computed once and compared with those of every query.
+    /// The results for each ray, computed once and compared with the results of every query.
     pub(crate) answers: Vec<Answers>,
 }
 
 /// The expected results for one ray and all triangles of a scene.
 pub(crate) struct Answers {
-    /// The triangle of the closest hit, and t.
+    /// The triangle and t of the closest hit.
     pub(crate) closest: Option<(usize, f64)>,
-    /// The weights of the triangle's second and third corners.
+    /// The weights of the second and third corners at the closest hit.
     pub(crate) weights: Option<(f64, f64)>,
-    /// The index and the bits of t of every hit, sorted by t (exact t in the exact modes), then by
-    /// index.
+    /// Every hit as the triangle's index and the bits of t, sorted by t (exact t in the exact
+    /// modes), then by index.
     pub(crate) all: Vec<(usize, u64)>,
 }
 
-/// The source of the expected result for one pair.
+/// The method that computes the expected result for a ray and a triangle.
 enum Plain {
-    /// The document's tables.
+    /// The document's scalar f64 reference.
     Reference(reference::Scene),
-    /// Integers alone, without a filter or f64.
+    /// Integer arithmetic under a rule, without a filter or f64.
     Exact(Rule, Vec<Triangle>),
 }
 
@@ -48,13 +48,13 @@ impl Truth {
         Self::by(Plain::Reference(tables), scene)
     }
 
-    /// Computes the expected results with integers.
+    /// Computes the expected results with integers, under the closed rule.
     pub(crate) fn exact(scene: &Scene) -> Self {
         Self::by(Plain::Exact(Rule::Closed, scene.triangles.clone()), scene)
     }
 
-    /// Computes the expected results with integers, where each edge and corner belongs to one
-    /// triangle.
+    /// Computes the expected results with integers, under the once rule, which assigns each edge
+    /// and corner to one triangle.
     pub(crate) fn once(scene: &Scene) -> Self {
         Self::by(Plain::Exact(Rule::Once, scene.triangles.clone()), scene)
     }
@@ -81,7 +81,7 @@ impl Truth {
 }
 
 impl Plain {
-    /// Returns t if the ray hits the triangle within its interval.
+    /// Returns t if the ray hits the triangle within the ray's interval.
     fn hit(&self, obj: usize, ray: &Ray) -> Option<f64> {
         match self {
             Self::Reference(scene) => {
@@ -102,7 +102,7 @@ impl Plain {
         Answers { closest, weights, all: self.all(ray, t) }
     }
 
-    /// Returns the first hit. If several have the same t, the lowest index wins.
+    /// Returns the closest hit. If several hits have the same t, the lowest index wins.
     fn closest(&self, ray: &Ray, is_hit: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         match self {
             Self::Reference(scene) => {
@@ -117,7 +117,7 @@ impl Plain {
         }
     }
 
-    /// Returns every hit, sorted.
+    /// Returns every hit, sorted by t.
     fn all(&self, ray: &Ray, t: &[f64]) -> Vec<(usize, u64)> {
         let mut all: Vec<_> = (0..t.len()).filter(|&obj| !t[obj].is_nan()).collect();
         all.sort_by(|&a, &b| match self {

@@ -1,6 +1,6 @@
 //! Measures how much of each error bound of the `certified` mode is used. It compares the filter's
-//! numbers with exact arithmetic, for every family and in a search that climbs toward the largest
-//! error.
+//! values with exact arithmetic, for cases of every family and in a search that climbs toward the
+//! largest error.
 //!
 //! `docs/numerics/certified.md` derives the bounds. A share above 1 refutes the derivation. If a
 //! share stays small, the constant is larger than necessary.
@@ -32,26 +32,27 @@ fn cross(a: &Exact, b: &Exact) -> Exact {
 }
 
 fn real(x: impl Into<f64>) -> Relaxed {
-    Relaxed::try_from(x.into()).expect("a finite number")
+    Relaxed::try_from(x.into()).expect("the number is finite")
 }
 
 fn float(x: &Relaxed) -> f64 {
     x.to_f64().value()
 }
 
-/// The share of each bound that a test uses, or 0 if a bound does not apply.
+/// The share of each bound that an intersection test uses, or 0 if the bound does not apply.
 #[derive(Clone, Copy, Debug, Default)]
 struct Shares([f64; 14]);
 
-/// The columns of the table:
+/// The names of the shares, which are the columns of the printed table:
 ///
-/// - the errors of V, W, U, D and T relative to their bounds, without the rounding of the last sum
-///   if only the sign matters;
+/// - the errors of V, W, U, D and T relative to their bounds; if only the sign matters, the
+///   rounding of the last sum does not count;
 /// - the distance of the reference's t from the middle of its enclosure, relative to half of the
 ///   enclosure;
-/// - *box*: the same for the quotients T/D that the bounds of T and D allow;
-/// - *rho*: how thin and how grazing a decided case is, relative to the 2^20.1 that the proof
-///   allows;
+/// - *box*: how far the bounds of T and D allow the quotient T/D to be from its computed value,
+///   relative to half of the enclosure;
+/// - *rho*: how thin the triangle and how grazing the ray of a decided case are, relative to the
+///   2^20.1 that the proof allows;
 /// - *sharp V, W* and *sharp U*: the errors of V, W and U relative to the bounds of the last
 ///   attempt;
 /// - *sharp T* and *sharp t*: the error of T relative to the bound of the last attempt, and the
@@ -111,7 +112,7 @@ impl Terms {
     }
 }
 
-/// Returns the absolute error of a value.
+/// Returns the absolute error of a computed value.
 fn off(hat: f32, exact: &Relaxed) -> f64 {
     float(&(real(hat) - exact)).abs()
 }
@@ -122,7 +123,8 @@ fn share(hat: f32, exact: &Relaxed, bound: f32) -> f64 {
     (off(hat, exact) - U * f64::from(hat.abs())).max(0.0) / f64::from(bound)
 }
 
-/// The reference's tables for a triangle, its ray, and the t that it computes.
+/// The reference's tables for a triangle, the ray in the reference's type, and the t that the
+/// reference computes.
 struct Reference {
     tables: reference::Scene,
     line: reference::Ray,
@@ -138,9 +140,9 @@ impl Reference {
         Self { tables, line, t }
     }
 
-    /// Returns the largest term whose sign the reference gets wrong, relative to its bound: how far
-    /// from an edge the reference still chooses the wrong side. Computes the document's three
-    /// values with the document's operations.
+    /// Returns the largest magnitude of a term whose sign the reference gets wrong, relative to the
+    /// term's bound. It shows how far from an edge the reference may still choose the wrong side.
+    /// The reference's three values are computed with the document's operations.
     fn noise(&self, exact: &Terms, sharp: [f32; 3]) -> f64 {
         let Self { tables, line, t } = self;
         let tri = &tables.trian[0];
@@ -161,8 +163,9 @@ impl Reference {
     }
 }
 
-/// Returns how much of the enclosure of t is used by the reference's t, by the quotients that the
-/// bounds of D and T allow, and by the reference's t in the enclosure of the last attempt.
+/// Returns three shares: of the enclosure of t, as used by the reference's t; of the same
+/// enclosure, as used by the quotients within the bounds of D and T; and of the last attempt's
+/// enclosure, as used by the reference's t.
 fn enclosure(seen: &Evidence, t: f64) -> [f64; 3] {
     let [lo, hi] = [seen.t_lo, seen.t_hi].map(f64::from);
     if !(hi.is_finite() && lo.is_finite()) {
@@ -278,7 +281,7 @@ fn no_family_uses_more_than_the_bound() {
     let halves = [0, 1].map(|k| FAMILIES.iter().skip(k).step_by(2));
     let rows = std::thread::scope(|scope| {
         let workers = halves.map(|half| scope.spawn(move || half.map(of).collect::<Vec<_>>()));
-        workers.map(|w| w.join().expect("a worker failed")).concat()
+        workers.map(|w| w.join().expect("no worker panics")).concat()
     });
     print_names();
     for (name, most) in rows {
@@ -286,7 +289,7 @@ fn no_family_uses_more_than_the_bound() {
     }
 }
 
-/// Makes a case from fifteen numbers: the ray's origin and direction, and the corners.
+/// Makes a case from fifteen numbers: the ray's origin and direction, and the triangle's corners.
 fn case(x: &[f32; 15]) -> Case {
     let p = |i: usize| [x[i], x[i + 1], x[i + 2]];
     Case { ray: Ray::new(p(0), p(3)), triangle: Triangle::new(p(6), p(9), p(12)), threshold: 0.0 }
@@ -350,10 +353,10 @@ fn start(rng: &mut Rng) -> [f32; 15] {
     std::array::from_fn(|i| all[i / 3][i % 3] as f32)
 }
 
-/// The results of earlier searches: the column, the constant that the input shows to be necessary,
-/// and the input's numbers.
+/// The results of earlier searches: the index of the column, the name of the constant that the case
+/// shows to be necessary, and the fifteen numbers of the case.
 #[rustfmt::skip]
-#[expect(clippy::unreadable_literal, reason = "they are data")]
+#[expect(clippy::unreadable_literal, reason = "the literals are data")]
 const FOUND: [(usize, &str, [f32; 15]); 11] = [
     (0, "EDGE", [
         -0.015973011, 2.0034714, 0.0063019227, 5.794106e-5, -0.0045461035,
@@ -412,7 +415,7 @@ const FOUND: [(usize, &str, [f32; 15]); 11] = [
     ]),
 ];
 
-/// Every constant is needed: if it were halved, some input would exceed the bound.
+/// Tests that every constant is needed: if it were halved, some case would exceed the bound.
 #[test]
 fn half_of_a_constant_would_not_do() {
     print_names();
@@ -421,14 +424,14 @@ fn half_of_a_constant_would_not_do() {
         for level in levels() {
             let (share, x) = climb(&mut Rng::new(21), level, what, 2000, start);
             most = most.max(share);
-            row.join(&Shares::of(&case(&x), level).expect("a decided case"));
+            row.join(&Shares::of(&case(&x), level).expect("the filter decides the case"));
         }
         row.print(&format!("search for {}", NAMES[what]));
         assert!(constant.is_empty() || most > 0.5, "{constant} is too large: {most}");
     }
 }
 
-/// Searches from many starting points. None may exceed the bound.
+/// Searches from many starting points. No search may find a case that exceeds a bound.
 #[test]
 fn no_search_gets_beyond_the_bound() {
     let search = |what: usize| {

@@ -35,7 +35,7 @@ fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle
 }
 
 /// Generates a point of a triangle: a corner, the midpoint of an edge, or a point inside. Most of
-/// these are barely inside the triangle's box.
+/// these points are barely inside the triangle's box.
 fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     let middle = |p: &[f32; 3], q: &[f32; 3]| [0, 1, 2].map(|k| 0.5 * p[k] + 0.5 * q[k]);
     match rng.below(6) {
@@ -107,7 +107,7 @@ fn scene(rng: &mut Rng, sizes: [i32; 2], origins: [i32; 2]) -> (Vec<Triangle>, V
     (triangles, rays)
 }
 
-/// Checks scenes, alternating between all levels.
+/// Checks random scenes, alternating between all SIMD levels. Returns the number of hits.
 fn scenes(seed: u64, count: usize, sizes: [i32; 2], origins: [i32; 2]) -> usize {
     let levels: Vec<Level> = Level::all().collect();
     let (mut rng, mut hits) = (Rng::new(seed), 0);
@@ -138,7 +138,7 @@ fn sizes_from_one_end_of_f32_to_the_other() {
 }
 
 /// Traces many rays in rows from one origin, toward a small mesh next to a large ground triangle
-/// and a stray one. They form bundles whose frusta barely meet the mesh's corners.
+/// and a stray triangle. The rays form bundles whose frusta barely meet the mesh's corners.
 #[test]
 fn bundles_in_wide_scenes() {
     let levels: Vec<Level> = Level::all().collect();
@@ -163,8 +163,8 @@ fn bundles_in_wide_scenes() {
     assert!(hits > 1000, "{hits}");
 }
 
-/// Tests needles of every thinness, the thinnest of which have no normal in f64, with rays traced
-/// in packets and alone.
+/// Tests needles of all degrees of thinness, with rays traced in packets and one by one. The
+/// thinnest needles have no normal in f64.
 #[test]
 fn needles_have_boxes() {
     let levels: Vec<Level> = Level::all().collect();
@@ -193,7 +193,7 @@ fn needles_have_boxes() {
     assert!(hits > 1500, "{hits}");
 }
 
-/// Tests wide scenes in f64, including scenes in which f32 loses all digits of the detail.
+/// Tests wide scenes in f64, including scenes in which f32 loses all digits of the details.
 #[test]
 fn wide_scenes_in_f64() {
     let mut rng = Rng::new(6);

@@ -1,5 +1,5 @@
-//! Traces bundles of rays with a common origin through all families, and compares the results with
-//! the reference's plain loop.
+//! Traces bundles of rays with a common origin through scenes of all families, and compares the
+//! results with the reference's plain loop.
 
 use crate::common;
 use intertri::simd::Level;

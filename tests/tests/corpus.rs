@@ -1,4 +1,5 @@
-//! Passes the fuzzers' seeds and findings to the same entry points, without a fuzzer.
+//! Passes the fuzzers' seeds and findings to the entry points of the fuzz targets, without a
+//! fuzzer.
 
 use std::path::{Path, PathBuf};
 

@@ -2,7 +2,8 @@
 //!
 //! Slices in the `once` mode, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the
 //! batches must agree, bit for bit, for rays aimed at edges and corners of closed meshes. The
-//! signed crossings of every ray through such a mesh add up to the winding number of its origin.
+//! signed crossings of every ray through a closed mesh add up to the winding number of the ray's
+//! origin.
 
 use intertri::simd::Level;
 use intertri::{Crossing, Crossings, Hit, Mode, RayOf, Scalar, SliceScalar, TriangleOf};
@@ -76,7 +77,7 @@ fn check<S: SliceScalar + BvhScalar>(
         let next = query.next_crossing(ray);
         assert_eq!(all_bits(next.as_slice()), all_bits(first.as_slice_of_one()), "{}", at());
 
-        // Queries with the once rule return the hits of the crossings.
+        // Queries with the once rule must return the hits of the crossings.
         assert!(once.all(ray).iter().map(bits).eq(want.iter().map(|c| bits(&c.hit))), "{}", at());
         assert_eq!(bits(&once.closest(ray).unwrap_or(Hit::MISS)), bits(&hit), "{}", at());
         assert_eq!(bits(&closest[i]), bits(&hit), "{}", at());
@@ -139,7 +140,7 @@ fn aimed<S: Scalar>(
 }
 
 /// Generates rays around a mesh, from points that are not on it, grouped by their origin. The other
-/// rays of a group are compared with its first one.
+/// rays of a group are compared with the group's first ray.
 fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec<RayOf<S>>> {
     let corners = || triangles.iter().flat_map(|triangle| triangle.0);
     let end = |k: usize, most: fn(f64, f64) -> f64| {

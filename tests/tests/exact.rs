@@ -1,5 +1,5 @@
 //! Tests the arithmetic of the `exact` mode: each tier is compared with rational arithmetic, and
-//! the theorems are checked on closed meshes.
+//! the theorems of `docs/numerics/exact.md` are checked on closed meshes.
 
 mod cases;
 mod meshes;

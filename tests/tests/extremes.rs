@@ -1,4 +1,4 @@
-//! Tests the public API with extreme numbers. It must not panic, hang or lose hits.
+//! Tests the public API with extreme coordinates. Queries must not panic, hang or lose hits.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -25,7 +25,7 @@ fn through_a_board(s: f32, from: f32, dir: f32) -> Vec<Ray> {
     (0..16).map(ray).collect()
 }
 
-/// Returns the 32 triangles of the board, in the plane z = 0.
+/// Returns the 32 triangles of a 4×4 board whose side is `s`, in the plane z = 0.
 fn board(s: f32) -> Vec<Triangle> {
     let at = |i: i32| s * (i as f32 / 4.0 - 0.5);
     let square = |i: i32| {
@@ -43,8 +43,8 @@ fn every_size_of_scene_that_f32_has() {
         let s = 2.0_f32.powi(exponent);
         assert_eq!(hits(board(s), through_a_board(s, -s, s), 0.0), 32, "2^{exponent}");
     }
-    // Three eighths of the largest number is not exact, so most rays hit only one of the two
-    // triangles.
+    // Three eighths of `f32::MAX` is not an f32, so most rays miss the diagonals and hit only one
+    // of the two triangles.
     let max = f32::MAX;
     assert_eq!(hits(board(max), through_a_board(max, -max, max), 0.0), 22);
 }
@@ -106,7 +106,7 @@ fn the_grid_at_the_ends_of_f32() {
 #[test]
 fn a_panic_in_one_job_ends_the_build_and_hangs_nobody() {
     let triangles = board(1.0).repeat(2_000);
-    let build = || Bvh::with_progress(&triangles, &|_, _| panic!("told to")).map(|_| ());
+    let build = || Bvh::with_progress(&triangles, &|_, _| panic!("panics on purpose")).map(|_| ());
     assert!(catch_unwind(AssertUnwindSafe(build)).is_err());
     // The thread pool still works for the next query.
     let bvh = Bvh::new(&triangles).unwrap();

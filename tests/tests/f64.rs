@@ -1,5 +1,5 @@
-//! Tests with f64 input: the arithmetic of each tier compared with rational arithmetic, meshes,
-//! hierarchies, and coordinates at which other tracers lose hits.
+//! Tests scenes in f64: the arithmetic of each tier, meshes, hierarchies, and coordinates at which
+//! other tracers lose hits.
 
 mod bound;
 mod cases;

@@ -1,5 +1,5 @@
-//! Tests the `fixed` mode against its scalar i128 reference and rational arithmetic, on closed
-//! meshes, and by its golden hash.
+//! Tests the `fixed` mode: against its scalar i128 reference, against rational arithmetic, on
+//! closed meshes, and by a golden hash.
 
 use intertri::fixed::{Ray, Triangle};
 use intertri::simd::Level;
@@ -14,8 +14,8 @@ mod rationals;
 mod scalar;
 mod solids;
 
-/// A hierarchy over grid triangles in f32. Each crossing counts once, and t is defined as in
-/// [`Fixed`].
+/// A hierarchy over grid triangles, converted to f32. Its queries follow the once rule, and report
+/// t in the same unit as [`Fixed`].
 ///
 /// [`Fixed`]: intertri::fixed::Fixed
 struct GridBvh(Bvh);
@@ -73,12 +73,12 @@ fn lines(rays: &[Ray]) -> Vec<Line> {
     rays.iter().map(|ray| *ray.to_f32()).collect()
 }
 
-/// Converts the t of a hit to multiples of the direction before snapping.
+/// Converts the t of a hit to multiples of the ray's direction as it was before snapping.
 fn for_caller(ray: &Ray, hit: Hit) -> Hit {
     if hit.is_hit() { Hit { t: ray.t_of_caller(hit.t), ..hit } } else { hit }
 }
 
-/// A random number generator whose numbers are the same on every machine.
+/// A pseudorandom generator that yields the same numbers on every machine.
 struct Numbers(u64);
 
 impl Numbers {

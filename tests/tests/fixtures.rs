@@ -1,7 +1,7 @@
 //! Replays every scene in the `fixtures` folder: scenes that once failed, or could easily fail.
 //!
-//! If a test fails, you can save the scene that it prints as a file in this folder, with a line
-//! that explains it.
+//! If a test fails, you can save the scene that it prints as a file in this folder. Add a comment
+//! line that explains the scene.
 
 use crate::common;
 use intertri::simd::Level;
@@ -14,8 +14,8 @@ use std::path::Path;
 fn every_fixture_agrees_with_the_reference() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
     let mut paths: Vec<_> = std::fs::read_dir(&folder)
-        .expect("a folder of fixtures")
-        .map(|entry| entry.expect("an entry of the folder").path())
+        .expect("the folder of fixtures exists")
+        .map(|entry| entry.expect("the folder can be read").path())
         .filter(|path| path.extension().is_some_and(|end| end == "txt"))
         .collect();
     paths.sort();
@@ -23,15 +23,16 @@ fn every_fixture_agrees_with_the_reference() {
 
     let levels: Vec<Level> = Level::all().collect();
     for path in paths {
-        let (name, text) = (path.display(), std::fs::read_to_string(&path).expect("a text"));
+        let (name, text) =
+            (path.display(), std::fs::read_to_string(&path).expect("the file is text"));
         let scene = parse(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
         let hits = check_kernel(&scene).unwrap_or_else(|e| panic!("{name}: {e}"));
         check_hierarchy(&scene, &levels).unwrap_or_else(|e| panic!("{name}: {e}"));
 
-        // A fixture states the number of hits, so that a scene without hits is known to be
+        // A fixture states its number of hits, so that a scene without hits is known to be
         // intentional.
         let hits = format!("# {hits} hits");
-        assert!(text.lines().any(|line| line == hits), "{name} wants the line `{hits}`");
+        assert!(text.lines().any(|line| line == hits), "{name} must contain the line `{hits}`");
     }
 }
 

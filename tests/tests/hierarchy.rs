@@ -41,12 +41,13 @@ fn every_family_in_many_scenes_of_all_sizes() {
     scenes(2000, 4);
 }
 
-/// Tests small numbers of triangles, including all at which a block or a node becomes full.
+/// Tests small numbers of triangles, including every number at which a block or a node becomes
+/// full.
 #[test]
 fn small_scenes_of_every_size() {
     let levels: Vec<Level> = Level::all().collect();
     for family in ["random", "cube-exact", "stack", "zero-area", "axis", "needle"] {
-        let family = find(family).expect("a family of that name");
+        let family = find(family).expect("the family exists");
         let mut rng = Rng::new(5);
         for size in (0..80).chain([511, 512, 513]) {
             let scene = common::scene(family, &mut rng, size, 10);
@@ -100,7 +101,7 @@ fn rays_in_the_faces_of_boxes() {
     assert!(checked(triangles, rays) > 500);
 }
 
-/// Tests a triangle that spans the range of f32 next to tiny ones.
+/// Tests a triangle that spans the range of f32 next to tiny triangles.
 #[test]
 fn the_whole_range_of_f32() {
     let max = f32::MAX;

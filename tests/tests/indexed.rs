@@ -1,11 +1,11 @@
-//! Tests indexed meshes. Their hierarchies must equal those of their triangles, and a bad index
-//! must be an error.
+//! Tests indexed meshes. The hierarchy over an indexed mesh must equal the hierarchy over its
+//! triangles, and a bad index must be an error.
 
 use intertri::{Ray, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_trace::{BuildError, Bvh, BvhScalar, IndexedMesh, RefitError};
 
-/// Vertices, and triangles as indices of vertices.
+/// A mesh: vertices, and triangles that refer to the vertices by index.
 struct Indexed<S> {
     vertices: Vec<[S; 3]>,
     indices: Vec<[u32; 3]>,
@@ -35,7 +35,7 @@ impl<S: Scalar> Indexed<S> {
         IndexedMesh { vertices: &self.vertices, indices: &self.indices }
     }
 
-    /// Returns the triangles as corners.
+    /// Returns the triangles with the coordinates of their corners.
     fn triangles(&self) -> Vec<TriangleOf<S>> {
         let corner = |i: u32| self.vertices[i as usize];
         self.indices.iter().map(|triangle| TriangleOf(triangle.map(corner))).collect()

@@ -1,5 +1,5 @@
-//! Tests looking up the triangle and the normal of a hit, and spawning rays from it, with several
-//! meshes, after refits, and with triangles that are not finite.
+//! Tests looking up the triangle and the normal of a hit, and spawning rays from the hit, with
+//! several meshes, after refits, and with triangles that are not finite.
 
 use intertri::{Hit, Mode, Ray, RayOf, Scalar, SliceScalar, TriangleOf, spawn_ray, spawn_ray_to};
 use intertri_lab::rng::Rng;
@@ -35,7 +35,7 @@ fn named(geometry: usize, triangle: usize) -> Hit {
     Hit { t: 1.0, u: 0.25, v: 0.25, triangle: triangle as u32, geometry: geometry as u32 }
 }
 
-/// Checks that the ids of every triangle find it, and that no other ids find a triangle.
+/// Checks that every finite triangle is found by its ids, and that no other ids find a triangle.
 fn check<S: BvhScalar>(what: &str, bvh: &Bvh<S>, meshes: &[&[TriangleOf<S>]]) {
     assert_eq!(bvh.geometries(), meshes.len(), "{what}");
     for (geometry, mesh) in meshes.iter().enumerate() {
@@ -130,8 +130,8 @@ fn bits<S: Scalar>(ray: &RayOf<S>) -> [u64; 8] {
     [a, b, c, t_min, d, e, f, t_max].map(|x| Into::<f64>::into(x).to_bits())
 }
 
-/// Rays spawned by a hierarchy must equal those of the kernel, and must not hit the triangle that
-/// they leave.
+/// Rays spawned by a hierarchy must equal the rays that the kernel spawns, and must not hit the
+/// triangle on which they start.
 fn spawned_rays_leave_their_triangle<S: BvhScalar + SliceScalar>() {
     let (mut rng, mut left) = (Rng::new(4), 0);
     let (one, other) = (mixed::<S>(300, &mut rng), mixed::<S>(200, &mut rng));
@@ -221,8 +221,8 @@ fn rays_from_a_miss_stay_empty_in_f64() {
     rays_from_a_miss_stay_empty::<f64>();
 }
 
-/// In the document's operations, comparisons with NaN are false, so such rays need a separate test
-/// in every mode.
+/// In the document's operations, comparisons with NaN are false, so rays with a NaN origin need a
+/// separate test in every mode.
 #[test]
 fn rays_from_a_miss_are_empty_in_every_mode() {
     let wall = |z: f32| TriangleOf([[-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]]);

@@ -1,4 +1,4 @@
-//! The differential tests. They form a single program, which is linked only once and runs its tests
+//! The differential tests, compiled as a single program, so that they are linked only once and run
 //! in parallel.
 
 mod bound;

@@ -1,4 +1,4 @@
-//! Compares the closest point with rational arithmetic, which computes it differently.
+//! Compares closest-point queries with a different method in rational arithmetic.
 
 pub(crate) mod truth;
 
@@ -11,8 +11,8 @@ use intertri_trace::{Bvh, ClosestPoint};
 
 use truth::{is_rounded, is_within_one_ulp, truth};
 
-/// A generator of numbers of many kinds: on small grids, arbitrary, close together, over the whole
-/// range, or subnormal.
+/// A generator of coordinates of many kinds: on small grids, arbitrary, close together, over the
+/// whole range, or subnormal.
 struct Numbers {
     rng: Rng,
     kind: usize,
@@ -100,7 +100,7 @@ fn every_tier_is_right_of_every_pair() {
         let (one, other) = (numbers.triangle(), numbers.triangle());
         let mut other = other;
         if i % 3 == 0 {
-            // Neighbours share an edge, or a corner.
+            // The two triangles share an edge or a corner.
             other.0[0] = one.0[1];
             other.0[1] = if i % 2 == 0 { one.0[0] } else { other.0[1] };
         }
@@ -126,7 +126,7 @@ fn every_tier_is_right_of_every_pair() {
             }
         }
 
-        // Check the bounds of the lanes.
+        // Check the bounds computed in SIMD lanes.
         let vec3 = |p: [f32; 3]| Vec3::<f64>::splat(p.map(f64::from));
         let bounds = squares(one.0.map(vec3), vec3(point));
         let bound = |x: f64| RBig::try_from(x).unwrap();

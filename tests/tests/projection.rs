@@ -1,6 +1,6 @@
 //! Measures how much of the projection's error bounds is used. It compares the forms and the
-//! inverse depth of triangles with f64, whose own error is a billionth of the bounds, and with the
-//! reference's t.
+//! inverse depth of triangles with values computed in f64, whose own error is a billionth of the
+//! bounds, and with the reference's t.
 
 use crate::common;
 use intertri::internal::{Frame, Windows};
@@ -50,7 +50,7 @@ fn axes(dir: V, rng: &mut Rng) -> Option<[[f32; 3]; 3]> {
     axes.iter().flatten().all(|x| x.is_finite()).then_some(axes)
 }
 
-/// Computes, at a level, the forms, the error of the inverse depth, and the unit of the edges.
+/// Computes the forms, the error of the inverse depth, and the unit of the edges at one SIMD level.
 struct Compute<'a>(&'a Case);
 
 impl WithSimd for Compute<'_> {
@@ -100,7 +100,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
         .map(|(f, value)| (f64::from(value) - dot(*f, point) / unit).abs())
         .fold(0.0, f64::max);
 
-    // Use the reference's t if it has one, otherwise that of the plane.
+    // Use the reference's t if the reference computes one, and otherwise the t of the plane.
     let scene = reference::Scene::from_triangles([triangle.0]);
     let line = reference::Ray::new(ray.origin, ray.dir);
     let mut hit = 0.0;
@@ -111,7 +111,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     Some([edge, (f64::from(values[3]) - s).abs() / f64::from(err)])
 }
 
-/// No family may exceed a bound, and a search must find inputs that use a fair share of it.
+/// No family may exceed a bound, and a search must find inputs that use a fair share of each bound.
 #[test]
 fn the_bounds_hold_and_are_not_idle() {
     let levels: Vec<Level> = Level::all().collect();
@@ -190,9 +190,9 @@ impl WithSimd for Reached<'_> {
     }
 }
 
-/// Tests rays that miss the origin by a small offset. A search looks for inputs that use most of
-/// the margins for such rays, in the bounds of the edges, of the depth, and of the rectangle. Half
-/// of each margin would not be enough.
+/// Tests rays that miss the origin by a small offset. For this offset, the bounds of the edges, of
+/// the depth, and of the rectangle have additional margins. A search looks for inputs that use most
+/// of each margin, to show that half of it would not be enough.
 #[test]
 fn rays_that_pass_the_origin_have_room_and_not_much_more() {
     let mut worst = [0.0_f64; 2];
@@ -228,7 +228,7 @@ fn rays_that_pass_the_origin_have_room_and_not_much_more() {
                 }
             }
 
-            // If a ray passes just inside an edge, the rectangle must reach its point.
+            // If a ray passes just inside an edge, the rectangle must reach the ray's point.
             let [c1, c2, c3] = next.triangle.0.map(to_f64);
             let weight = rng.unit();
             let on_edge = [0, 1, 2].map(|k| c1[k] + weight * (c2[k] - c1[k]));

@@ -1,7 +1,9 @@
-//! Tests scenes of arbitrary numbers. Proptest shrinks a failing scene to a minimal one.
+//! Property tests on scenes with arbitrary coordinates. Proptest shrinks a failing scene to a
+//! minimal one.
 //!
-//! The families target known weaknesses of ray/triangle tests; these scenes do not. A failure is
-//! printed as a fixture, and its seed is saved in `fixtures/proptest-regressions`.
+//! Unlike the families of `intertri-lab`, these scenes do not target known weaknesses of
+//! ray/triangle tests. A failing scene is printed as a fixture, and its seed is saved in
+//! `fixtures/proptest-regressions`.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -13,7 +15,7 @@ use std::cell::Cell;
 const KEPT: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/proptest-regressions/properties.txt");
 
-/// Generates any f32, including NaN and infinities.
+/// Generates arbitrary f32 values, including NaN and infinities.
 fn any_bits() -> BoxedStrategy<f32> {
     any::<u32>().prop_map(f32::from_bits).boxed()
 }
@@ -24,12 +26,13 @@ fn grid() -> BoxedStrategy<f32> {
     (-2..=2_i8).prop_map(f32::from).boxed()
 }
 
-/// Generates full mantissas near 1, small integers, and occasionally anything.
+/// Generates numbers between -2 and 2 with full mantissas, small integers, and occasionally
+/// arbitrary bits.
 fn mixed() -> BoxedStrategy<f32> {
     prop_oneof![8 => -2.0..2.0_f32, 8 => grid(), 1 => any_bits()].boxed()
 }
 
-/// Generates scenes of 1 to 20 triangles and 1 to 20 rays with such numbers.
+/// Generates scenes of 1 to 20 triangles and 1 to 20 rays, with coordinates drawn from `x`.
 fn scenes(x: &BoxedStrategy<f32>) -> impl Strategy<Value = Scene> + use<> {
     let point = || [x.clone(), x.clone(), x.clone()];
     let triangle = [point(), point(), point()].prop_map(Triangle);

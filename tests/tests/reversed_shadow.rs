@@ -1,5 +1,5 @@
-//! Traces many rays toward one point, such as a light, for all families, and compares the results
-//! with the reference's plain loop.
+//! Traces many rays toward one point, such as a light, in scenes of all families, and compares the
+//! results with the reference's plain loop.
 
 use crate::common;
 use intertri::simd::Level;
@@ -52,8 +52,8 @@ fn to_light(
         .collect()
 }
 
-/// Returns the triangles in nearly the same direction from the light as a randomly chosen one, so
-/// that rays form bundles.
+/// Returns the triangles that are in nearly the same direction from the light as a randomly chosen
+/// triangle, so that rays form bundles.
 fn seen_together(light: V, triangles: &[Triangle], rng: &mut Rng) -> Vec<Triangle> {
     let toward = |triangle: &Triangle| {
         let way = [0, 1, 2].map(|k| f64::from(triangle.0[0][k]) - light[k]);

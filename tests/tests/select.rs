@@ -10,7 +10,7 @@ use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
 use intertri_trace::{Bvh, Faces, MeshTriangle, Query};
 
-/// A scene as three meshes, the second of which is empty.
+/// A scene divided into three meshes, the second of which is empty.
 struct Meshes {
     scene: Scene,
     first: usize,
@@ -57,7 +57,8 @@ impl Meshes {
         Self { scene, first, bvh }
     }
 
-    /// Converts a hit whose index counts all triangles to the ids that queries report.
+    /// Converts a hit whose index counts the triangles of all meshes to the ids that queries
+    /// report.
     fn renamed(&self, hit: Hit) -> Hit {
         let (geometry, triangle) = match hit.triangle {
             Hit::NO_TRIANGLE => (0, Hit::NO_TRIANGLE),
@@ -67,7 +68,8 @@ impl Meshes {
         Hit { geometry, triangle, ..hit }
     }
 
-    /// Returns the indices, among all triangles, of those that are selected for a ray.
+    /// Returns the triangles that are selected for a ray, as indices that count the triangles of
+    /// all meshes.
     fn counting(&self, selection: &Selection<'_>, number: usize, ray: &Ray) -> Vec<u32> {
         let skipped = selection.skip.get(number).copied().unwrap_or(&[]);
         let counts = |i: &u32| {
@@ -85,12 +87,12 @@ impl Meshes {
         (0..self.scene.triangles.len() as u32).filter(counts).collect()
     }
 
-    /// Converts a hit on the selected triangles to the ids that queries report.
+    /// Converts a hit whose index is a position in `counting` to the ids that queries report.
     fn of_counting(&self, counting: &[u32], hit: Hit) -> Hit {
         self.renamed(Hit { triangle: counting[hit.triangle as usize], ..hit })
     }
 
-    /// Returns the selected triangles.
+    /// Returns the selected triangles, given their indices.
     fn triangles(&self, counting: &[u32]) -> Vec<Triangle> {
         counting.iter().map(|&i| self.scene.triangles[i as usize]).collect()
     }

@@ -5,7 +5,8 @@ use intertri::{Hit, Mode, Ray, Triangle, spawn_ray, spawn_ray_to};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// Tests every family, with directions of all kinds, many of them nearly in the triangle's plane.
+/// Spawns rays from hits of every family, with directions of all kinds, many of them nearly in the
+/// triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(21));
@@ -52,8 +53,8 @@ fn point(hit: &Hit, triangle: &Triangle) -> [f64; 3] {
     [0, 1, 2].map(|k| (0..3).map(|i| weights[i] * f64::from(triangle.0[i][k])).sum())
 }
 
-/// Returns whether a ray starts within `units` units of a point. A unit is that of the point's last
-/// place, or of f64 rounding if that is larger.
+/// Returns whether a ray starts within `units` units of a point. A unit is a unit in the last place
+/// of the point in f32, or the f64 rounding error of the triangle's coordinates if that is larger.
 fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let last_place = largest(&at) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);
@@ -94,7 +95,7 @@ fn a_ray_without_a_start_stays_empty() {
     assert!(!spawn_ray(&hit, &triangle, [-1.0, 0.1, -1.0]).origin[0].is_nan());
 }
 
-/// A ray to a target must end there, and must not hit the triangle that it starts on.
+/// A ray to a target must end at the target, and must not hit the triangle that it starts on.
 #[test]
 fn a_ray_to_a_target_ends_there() {
     let (exact, mut rng) = (Mode::exact(), Rng::new(23));

@@ -11,7 +11,8 @@ use crate::nearest::truth::truth;
 
 /// The scalar type of a test, f32 or f64.
 trait Float: BvhScalar + From<f32> {
-    /// The reach of an end: 16 rounding units.
+    /// An end of a segment counts as lying on every triangle that is within this distance of the
+    /// end, relative to the largest coordinate: 16 rounding units.
     const REACH: f64;
     fn of(x: f64) -> Self;
 }
@@ -30,7 +31,8 @@ impl Float for f64 {
     }
 }
 
-/// Returns whether an end lies on a triangle by definition, in rational arithmetic.
+/// Returns whether an end of a segment counts as lying on a triangle, computed in rational
+/// arithmetic.
 fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>) -> bool {
     let largest = |p: &[S; 3]| p.iter().fold(0.0, |most: f64, &x| most.max(x.into().abs()));
     let most = triangle.0.iter().chain([a, b]).map(largest).fold(0.0, f64::max);
@@ -73,8 +75,8 @@ impl<S: Float> Scene<S> {
         Self { rng, triangles, size: size * (1.0 + off) }
     }
 
-    /// Generates a point on a corner, an edge or a face, up to rounding, or at a small distance
-    /// from it.
+    /// Generates a point on a corner, an edge or a face of a triangle, up to rounding, or at a
+    /// small distance from the triangle.
     fn point(&mut self) -> [S; 3] {
         let triangle = self.triangles[(self.rng.unit() * 30.0) as usize];
         let (mut u, mut v) = (self.rng.unit(), self.rng.unit());
@@ -111,7 +113,7 @@ fn agrees_with_a_plain_loop<S: Float>() {
             saved += u32::from(visible && bvh.any(&ray));
         }
 
-        // Each segment skips the first triangle that it hits, and another one.
+        // Each segment skips the first triangle that it hits, and another triangle.
         let named = |&[a, b]: &[[S; 3]; 2]| {
             let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
             let first = bvh.closest(&RayOf::new(a, dir)).unwrap_or(Hit::MISS);
@@ -207,7 +209,7 @@ fn lit_faces_of_a_sphere_are_lit_in_f64() {
 }
 
 /// An end that is not finite sees nothing, a point sees itself, and segments longer than the
-/// largest number are valid.
+/// largest f32 are valid.
 #[test]
 fn segments_of_all_sizes() {
     let far = f32::MAX;

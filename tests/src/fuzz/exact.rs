@@ -1,5 +1,5 @@
-//! Compares the `exact` mode with arbitrary-precision integers: pairs at every tier, scenes with
-//! every query, and closed fans around points.
+//! Compares the `exact` mode with arbitrary-precision integers: single pairs at every tier, scenes
+//! with every query, and the crossings of closed fans of triangles.
 
 use intertri::internal::exact::{self, Side, Tier};
 use intertri::simd::Level;
@@ -10,7 +10,7 @@ use super::input::Input;
 use crate::oracle::{self, Truth};
 use crate::{Scene, as_source};
 
-/// Makes a scene or a fan from the bytes, and checks it.
+/// Builds a scene or a closed fan of triangles from the bytes, and checks it.
 pub fn exact(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     match input.below(4) {
@@ -37,11 +37,12 @@ macro_rules! same {
     };
 }
 
-/// The expected results for a ray: the triangles that it hits within its interval, in order, and
-/// which of them it crosses.
+/// The expected results for a ray: the triangles that it hits within its interval, sorted by t, and
+/// the crossings among these hits.
 struct Hits {
     closed: Vec<(usize, Truth)>,
-    /// For each crossing, the triangle's index and whether the ray leaves there.
+    /// For each crossing, the triangle's index and whether the ray crosses it in the direction of
+    /// its normal.
     once: Vec<(usize, bool)>,
 }
 
@@ -50,7 +51,7 @@ impl Hits {
         let truth = |i: usize| oracle::truth(ray, &triangles[i]).filter(|t| t.is_within(ray));
         let hits = (0..triangles.len()).filter_map(|i| truth(i).map(|truth| (i, truth)));
         let mut hits: Vec<_> = hits.filter(|(_, truth)| truth.is_closed_hit()).collect();
-        // A stable sort: if two hits have the same t, the lower index stays first.
+        // The sort is stable: if two hits have the same t, the lower index stays first.
         hits.sort_by(|(_, a), (_, b)| a.order(b));
         let once = |(i, truth): &(usize, Truth)| {
             oracle::once(ray, &triangles[*i], Some(truth)).map(|leaves| (*i, leaves))
@@ -60,7 +61,8 @@ impl Hits {
     }
 }
 
-/// Checks each pair at every tier: both rules, t, u, v, and the order of two hits.
+/// Checks each pair of a ray and a triangle at every tier: both rules, t, u, v, and the order of
+/// two hits.
 fn pairs(scene: &Scene) {
     for ray in &scene.rays {
         let mut met: Vec<(&Triangle, Truth)> = vec![];
@@ -103,7 +105,8 @@ fn tier_name(tier: Tier) -> String {
     format!("{tier:?}")
 }
 
-/// Returns whether a hit is on the expected triangle, with t, u and v rounded once.
+/// Returns whether a hit is on the expected triangle, and its t, u and v are the exact values
+/// rounded once.
 fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     match want {
         None => !hit.is_hit(),
@@ -111,9 +114,8 @@ fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     }
 }
 
-/// Compares plain loops and the hierarchy on a scene: closest, any, all and crossings, one by one
-/// and in batches, under the closed rule and under the rule that assigns each point to one
-/// triangle.
+/// Checks plain loops and the hierarchy on a scene: closest hits, any hits, all hits and crossings,
+/// ray by ray and in batches, under the closed rule and the once rule.
 fn queries(scene: &Scene) {
     let (triangles, rays) = (&scene.triangles[..], &scene.rays[..]);
     let truth: Vec<Hits> = rays.iter().map(|ray| Hits::of(ray, triangles)).collect();
@@ -155,7 +157,7 @@ fn queries(scene: &Scene) {
     }
 }
 
-/// Compares the crossings of a scene, with every query.
+/// Checks the crossings that each query reports in a scene.
 fn crossings(scene: &Scene, bvh: &Bvh, truth: &[Hits], level: Level) {
     let (triangles, rays, once) = (&scene.triangles[..], &scene.rays[..], Mode::once().at(level));
     let lists = bvh.query().at(level).crossings_batch(rays, None).unwrap();
@@ -180,9 +182,9 @@ fn crossings(scene: &Scene, bvh: &Bvh, truth: &[Hits], level: Level) {
     }
 }
 
-/// Builds two fans from two tips to a common rim, which are closed whatever their corners are. From
-/// a point off the surface, the sum of signed crossings must be the same in every direction, and if
-/// it is not 0, no ray may leak.
+/// Builds two fans of triangles that join two tips to a common rim. Together they form a closed
+/// mesh, wherever the corners are. From a point off the surface, the sum of signed crossings must
+/// be the same in every direction. If the sum is not 0, every ray must hit the mesh.
 fn fan(input: &mut Input<'_>) {
     let (tip, other) = (input.point(), input.point());
     let rim: Vec<[f32; 3]> = (0..3 + input.below(6)).map(|_| input.point()).collect();
@@ -222,7 +224,7 @@ fn fan(input: &mut Input<'_>) {
         same!(&scene, count.signed, i64::from(winding), format!("{ray:?}"));
         same!(&scene, any || winding == 0, true, format!("{ray:?} leaks"));
     }
-    // Compare the crossings of one of the rays in integers.
+    // Compare the crossings of one of the rays with those computed in integers.
     let crossing =
         |triangle| oracle::once(&rays[0], triangle, oracle::truth(&rays[0], triangle).as_ref());
     let sides = triangles.iter().filter_map(crossing).map(|leaves| if leaves { 1 } else { -1 });

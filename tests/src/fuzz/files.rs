@@ -19,11 +19,11 @@ pub fn models(bytes: &[u8]) {
     let name = ["a.obj", "a.ply", "a.stl", "a", "a.gltf", "a.glb"][first as usize % 6];
     let result = model(name, file);
     if name == "a.obj" {
-        // Neither the kind of line ending nor a missing one at the end may make a difference.
+        // Neither the style of line endings nor a missing final line ending may change the result.
         if !file.contains(&b'\r') {
             let lines = file.split(|&b| b == b'\n').collect::<Vec<_>>();
-            // Compare as text, in which all NaNs are equal, because unused vertices may have any
-            // coordinates.
+            // Unused vertices may have NaN coordinates, so compare the results as text, in which
+            // all NaNs are equal.
             let result = format!("{result:?}");
             for end in [&b"\r\n"[..], b"\r"] {
                 assert_eq!(format!("{:?}", model(name, &lines.join(end))), result);
@@ -33,13 +33,14 @@ pub fn models(bytes: &[u8]) {
     }
 }
 
-/// Reads a model. The result must be sound and remain the same when it is written and read again.
-/// An error must be one line.
+/// Reads a model. The mesh must be valid, and must not change when it is written and read again. An
+/// error message must be a single line.
 fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     let result = read(Path::new(name), bytes);
     match &result {
         Ok(mesh) => {
-            // A glTF file can use its data several times, so the model can be larger than the file.
+            // A glTF file can refer to the same data several times, so the model can be larger than
+            // the file.
             let most = bytes.len() + if name.starts_with("a.gl") { 1 << 24 } else { 0 };
             assert!(!mesh.triangles.is_empty() && mesh.triangles.len() <= most);
             assert!(mesh.positions.len() <= most);
@@ -63,7 +64,7 @@ fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     result
 }
 
-/// Makes a mesh of finite numbers, writes it in every format, and reads it back.
+/// Builds a mesh with finite coordinates, writes it in every format, and reads it back.
 fn written(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let count = 1 + input.below(8);
@@ -74,7 +75,7 @@ fn written(bytes: &[u8]) {
     again(&Mesh { positions, triangles, ..Mesh::default() });
 }
 
-/// Writes a mesh in every format, and reads it back unchanged.
+/// Writes a mesh in every format, and checks that it reads back unchanged.
 fn again(mesh: &Mesh) {
     let Mesh { positions, triangles, .. } = mesh;
     let mut obj = String::new();

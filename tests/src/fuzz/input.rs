@@ -1,11 +1,11 @@
-//! Generates scenes from bytes. Most of them are degenerate.
+//! Generates scenes from the fuzzers' bytes. Most of the scenes are degenerate.
 
 use arbitrary::Unstructured;
 use intertri::{Ray, Triangle};
 
 use crate::Scene;
 
-/// A source of numbers, all of one kind.
+/// A source of choices and numbers, read from bytes. All coordinates are of the same kind.
 pub(super) struct Input<'a> {
     bytes: Unstructured<'a>,
     kind: Kind,
@@ -13,16 +13,16 @@ pub(super) struct Input<'a> {
 
 #[derive(Clone, Copy)]
 enum Kind {
-    /// Small integers times a scale, so that edges, corners and planes coincide.
+    /// Small integers times a scale, so that edges, corners and planes often coincide.
     Grid(f32),
     /// Small integers times a scale, moved by a few ulps.
     Ulps(f32),
-    /// Any bits, including NaN and subnormal numbers.
+    /// Arbitrary bits, including NaNs and subnormal numbers.
     Bits,
 }
 
 impl<'a> Input<'a> {
-    /// Uses the first bytes to choose the kind of numbers.
+    /// Creates an input. The first bytes choose the kind of numbers.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let mut input = Self { bytes: Unstructured::new(bytes), kind: Kind::Bits };
         let kind = input.below(8);
@@ -35,12 +35,13 @@ impl<'a> Input<'a> {
         input
     }
 
-    /// Reads the bytes as small integers only, for which every exact result is available.
+    /// Creates an input that generates small integers only, so that results can be computed
+    /// exactly.
     pub(super) fn on_a_grid(bytes: &'a [u8]) -> Self {
         Self { bytes: Unstructured::new(bytes), kind: Kind::Grid(1.0) }
     }
 
-    /// Generates a scale: mostly 1, otherwise a power of two or any number.
+    /// Generates a scale: half of the time 1, otherwise a power of two or an arbitrary number.
     fn scale(&mut self) -> f32 {
         match self.below(4) {
             0 | 1 => 1.0,
@@ -59,7 +60,7 @@ impl<'a> Input<'a> {
         self.bytes.int_in_range(-limit..=limit).unwrap_or(0)
     }
 
-    /// Picks one element.
+    /// Picks an element of a slice.
     pub(super) fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
         of[self.below(of.len())]
     }
@@ -74,8 +75,8 @@ impl<'a> Input<'a> {
         f64::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// Generates a number of the chosen kind. With [`Kind::Ulps`], one in sixteen has arbitrary
-    /// bits.
+    /// Generates a number of the chosen kind. With [`Kind::Ulps`], one number in sixteen has
+    /// arbitrary bits.
     pub(super) fn number(&mut self) -> f32 {
         match self.kind {
             Kind::Grid(scale) => self.within(4) as f32 * scale,
@@ -87,21 +88,21 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Generates three numbers.
+    /// Generates a point whose coordinates are numbers of the chosen kind.
     pub(super) fn point(&mut self) -> [f32; 3] {
         [self.number(), self.number(), self.number()]
     }
 
-    /// Generates triangles over a few points, so that they share corners and edges, and some
-    /// repeat.
+    /// Generates triangles whose corners are taken from a few points, so that triangles share
+    /// corners and edges, and some are identical.
     pub(super) fn triangles(&mut self, at_most: usize) -> Vec<Triangle> {
         let points: Vec<[f32; 3]> = (0..3 + self.below(6)).map(|_| self.point()).collect();
         let count = 1 + self.below(at_most);
         (0..count).map(|_| Triangle([(); 3].map(|()| self.one_of(&points)))).collect()
     }
 
-    /// Generates a ray that is arbitrary, runs along an edge or an axis, or goes to a corner, the
-    /// midpoint of an edge or a point inside a triangle.
+    /// Generates an arbitrary ray, a ray along an edge or an axis, or a ray toward a corner, the
+    /// midpoint of an edge, or a point inside a triangle.
     pub(super) fn ray(&mut self, triangles: &[Triangle]) -> Ray {
         let [c1, c2, c3] = self.one_of(triangles).0;
         let origin = if self.below(8) == 0 { c3 } else { self.point() };
@@ -118,7 +119,7 @@ impl<'a> Input<'a> {
             }
             _ => self.point(),
         };
-        // The target has t = 1, so these intervals begin or end exactly there.
+        // The target is at t = 1, so these intervals begin or end exactly at the target.
         let ray = Ray::new(origin, dir);
         match self.below(6) {
             0 => ray.between(0.0, 1.0),
@@ -129,7 +130,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Generates a few triangles and rays, and a threshold.
+    /// Generates a scene of a few triangles and rays, with a threshold.
     pub(super) fn scene(&mut self, triangles: usize, rays: usize) -> Scene {
         let threshold = match self.below(8) {
             0..4 => 1e-9,
@@ -143,7 +144,8 @@ impl<'a> Input<'a> {
     }
 }
 
-/// Moves a number up or down by some ulps, possibly across zero.
+/// Moves a number by `steps` ulps, possibly across zero. If `steps` is negative, the number
+/// decreases.
 fn steps(x: f32, steps: i32) -> f32 {
     (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
 }

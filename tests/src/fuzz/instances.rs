@@ -1,5 +1,5 @@
-//! Compares scenes of instances, which move between two commits, with a plain loop over the
-//! flattened triangles.
+//! Compares scenes of instances with a plain loop over the flattened triangles, before and after
+//! instances change.
 
 use std::sync::Arc;
 
@@ -13,14 +13,14 @@ use super::input::Input;
 /// A mesh, an instance of it, and the instance's matrix.
 type Instance<'a> = (&'a [Triangle], InstanceId, [f64; 12]);
 
-/// Makes two meshes, one in f32 and one in f64, places a few instances, and checks rays toward the
-/// placed triangles.
+/// Builds one mesh in f32 and one in f64, places a few instances of them, and checks queries with
+/// rays toward the placed triangles.
 pub fn instances(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let meshes = [input.triangles(20), input.triangles(20)];
-    let in_f32 = Arc::new(Bvh::new(&meshes[0]).expect("few triangles"));
+    let in_f32 = Arc::new(Bvh::new(&meshes[0]).expect("the mesh is small enough"));
     let in_f64: Vec<Triangle64> = meshes[1].iter().map(|t| widened(*t)).collect();
-    let in_f64 = Arc::new(Bvh::new(&in_f64).expect("few triangles"));
+    let in_f64 = Arc::new(Bvh::new(&in_f64).expect("the mesh is small enough"));
 
     let (mut scene, mut placed) = (Scene::new(), Vec::new());
     for _ in 0..=input.below(5) {
@@ -35,7 +35,7 @@ pub fn instances(bytes: &[u8]) {
             Err(error) => assert!(matrix.iter().any(|x| !x.is_finite()), "{error}"),
         }
     }
-    check(&mut input, &scene.commit().expect("few instances"), &placed);
+    check(&mut input, &scene.commit().expect("the scene is small enough"), &placed);
 
     for (_, id, was) in &mut placed {
         let matrix = matrix(&mut input);
@@ -44,22 +44,22 @@ pub fn instances(bytes: &[u8]) {
         }
     }
     if let Some((_, id, _)) = placed.pop() {
-        scene.remove(id).expect("it is there");
+        scene.remove(id).expect("the instance exists");
     }
-    check(&mut input, &scene.commit().expect("few instances"), &placed);
+    check(&mut input, &scene.commit().expect("the scene is small enough"), &placed);
 
     // Hide an instance from the queries below, and save and reload the scene.
     if let Some((_, id, _)) = placed.pop() {
-        scene.set_mask(id, 0b10).expect("it is there");
+        scene.set_mask(id, 0b10).expect("the instance exists");
     }
     let saved = scene.to_bytes();
-    let loaded = Scene::from_bytes(&saved).expect("it was just saved");
+    let loaded = Scene::from_bytes(&saved).expect("the file is valid");
     assert!(loaded.to_bytes() == saved);
-    check(&mut input, &loaded.commit().expect("few instances").mask(0b01), &placed);
+    check(&mut input, &loaded.commit().expect("the scene is small enough").mask(0b01), &placed);
 }
 
-/// Generates a matrix whose elements are of the input's kind, some with arbitrary bits. It is often
-/// only a translation.
+/// Generates a matrix whose elements are numbers of the input's kind or have arbitrary bits. It is
+/// often just a translation.
 fn matrix(input: &mut Input<'_>) -> [f64; 12] {
     let mut matrix = [0.0; 12];
     let kind = input.below(4);
@@ -79,7 +79,7 @@ fn widened(Triangle(corners): Triangle) -> Triangle64 {
     Triangle64(corners.map(|corner| corner.map(f64::from)))
 }
 
-/// Places a triangle in the world exactly as the definition does.
+/// Transforms a triangle to world space exactly as defined in `docs/numerics/instances.md`.
 fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
     let at = |[x, y, z]: [f64; 3]| {
         [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
@@ -87,7 +87,7 @@ fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
     Triangle64(widened(triangle).0.map(at))
 }
 
-/// Compares every query for several rays and points.
+/// Compares every query with the plain loop, for several rays and points.
 fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>]) {
     let (mut all, mut names) = (Vec::new(), Vec::new());
     for (triangles, id, matrix) in placed {
@@ -103,7 +103,7 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
         let (instance, triangle) = names[hit.triangle as usize];
         (instance, triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
     };
-    let solid = Solid::assume_closed(&all).expect("few triangles");
+    let solid = Solid::assume_closed(&all).expect("the mesh is small enough");
     let found = |SceneHit { hit, instance, .. }: SceneHit| {
         (instance, hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
     };
@@ -131,7 +131,7 @@ fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>
         let hits: Vec<_> = crossings.map(|hit| (found(hit), hit.leaves)).collect();
         assert_eq!(hits, expected, "{ray:?} {placed:?}");
 
-        // The ray's origin, a corner, and a point near the hit.
+        // Query the ray's origin, a corner, and a point near the hit.
         let at = closest.map_or(1.0, |(.., [t, _, _])| f64::from_bits(t));
         let hit = [0, 1, 2].map(|k| ray.origin[k] + at * ray.dir[k]);
         for point in [ray.origin, all[0].0[0], hit] {

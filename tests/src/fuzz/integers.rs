@@ -1,4 +1,5 @@
-//! Checks the `fixed` mode against its scalar reference, and on closed fans.
+//! Checks the `fixed` mode against its scalar reference, and counts crossings of closed fans of
+//! triangles.
 
 use std::array::from_fn;
 
@@ -7,8 +8,8 @@ use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks, scalar};
 use super::input::Input;
 use crate::{check_crossings, is_on};
 
-/// Checks eight rays and eight triangles at the limits of the bit budgets, in every form and at
-/// every level.
+/// Checks eight rays and eight triangles with integers at the limits of the bit budgets, in every
+/// form of the kernel and at every SIMD level.
 pub fn fixed(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let (b, q) = input.one_of(&[(20, 18), (19, 20), (17, 24), (16, 16), (3, 2), (1, 1)]);
@@ -21,8 +22,8 @@ pub fn fixed(bytes: &[u8]) {
         _ => input.within(limit.min(3)),
     };
 
-    // The triangles share a few points. The rays go to these points, along edges, and in arbitrary
-    // directions.
+    // The triangles share a few points. The rays go toward the shared points, along edges, and in
+    // arbitrary directions.
     let points: [[i32; 3]; 6] = from_fn(|_| from_fn(|_| number(far)));
     let dirs: [[i32; 3]; 4] = from_fn(|_| from_fn(|_| number(long)));
     let triangles: [Triangle; 8] =
@@ -45,8 +46,9 @@ pub fn fixed(bytes: &[u8]) {
     check_crossings(&rays, &triangles).unwrap_or_else(|why| panic!("{why}"));
 }
 
-/// Builds two fans from two tips to a common rim, which are closed whatever their corners are. From
-/// a point off the surface, exits minus entries must be the same for every ray.
+/// Builds two fans of triangles that join two tips to a common rim. Together they form a closed
+/// mesh, wherever the corners are. From a point off the surface, the number of exits minus the
+/// number of entries must be the same for every ray.
 ///
 /// ```text
 ///        tip
@@ -92,8 +94,8 @@ pub fn fans(bytes: &[u8]) {
         let expected = *winding.get_or_insert(count.signed);
         assert_eq!(count.signed, expected, "{origin:?} {dir:?} {count:?}\n{corners:?}");
 
-        // The closest hit must be that of the scalar reference, compared as a ratio, and the number
-        // of hits must equal the count.
+        // The closest hit must be the scalar reference's, which compares t as ratios, and the
+        // number of hits must equal the number of crossings.
         let (mut best, mut all) = (intertri::fixed::Best::default(), 0);
         for (triangle, index) in triangles.iter().zip(0..) {
             if let Some(crossing) = scalar::crossing(&ray, triangle) {

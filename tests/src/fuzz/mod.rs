@@ -1,8 +1,8 @@
-//! The functions that the fuzz targets call. Each builds its input from bytes and panics if two
-//! results differ.
+//! The entry points of the fuzz targets. Each builds its input from bytes and panics if a result is
+//! wrong.
 //!
-//! The fuzzers (`fuzz/`) search for such inputs. The ordinary tests pass the saved ones
-//! (`fuzz/seeds`, `tests/fixtures`) to the same functions, on stable Rust.
+//! The fuzzers (`fuzz/`) search for bytes that make an entry point panic. The ordinary tests, which
+//! run on stable Rust, pass saved inputs (`fuzz/seeds`, `tests/fixtures`) to the same functions.
 
 mod exact;
 mod files;
@@ -23,7 +23,7 @@ pub use saved::saved;
 pub use scenes::{hierarchy, kernel};
 pub use text::{numbers, rays};
 
-/// A function that takes any bytes and panics if a result is wrong.
+/// A function that accepts arbitrary bytes and panics if a result is wrong.
 pub type Entry = fn(&[u8]);
 
 /// All entry points with their names.

@@ -1,4 +1,4 @@
-//! Compares clipping, the z-buffer and the shadow volumes with their references.
+//! Compares clipping and the z-buffer with their references, and shadow volumes with shadow rays.
 
 use std::array::from_fn;
 use std::collections::HashMap;
@@ -14,9 +14,9 @@ use intertri_scene::Camera;
 
 use super::input::Input;
 
-/// Checks clipping. An edge must be cut as in the reference, and in the same way from both ends. A
-/// facet must be the same from both sides, lie inside the walls, and be present if one of its edges
-/// is.
+/// Checks clipping. An edge must be clipped as in the reference, and identically if its ends are
+/// swapped. A clipped facet must not depend on its orientation, must lie inside the clip volume,
+/// and must not be empty if part of one of its edges is visible.
 pub fn clip(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let any_double = input.below(4) == 0;
@@ -62,8 +62,8 @@ fn rounding(points: &[Point4]) -> f64 {
     all.fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())) * 1e-12 + f64::MIN_POSITIVE
 }
 
-/// Checks one edge. Returns whether the middle of its visible part is clear of the walls by more
-/// than rounding errors.
+/// Checks the clipping of one edge. Returns whether the midpoint of the visible part is inside all
+/// clip planes by more than the rounding errors.
 fn edge(a: Point4, c: Point4) -> bool {
     let there = |p: Point4| reference::Point4::new(p.x, p.y, p.z, p.w);
     let back = |p: reference::Point4| Point4::new(p.x, p.y, p.z, p.w);
@@ -87,7 +87,8 @@ fn edge(a: Point4, c: Point4) -> bool {
                 assert!(outcode(old.boundaries()) != 0 || old == new, "{old:?} {new:?}");
             }
         }
-        // If the edge only touches an edge of the clip volume, rounding decides.
+        // If the edge only touches an edge of the clip volume, rounding decides whether it is
+        // visible.
         (Some((from, to)), None) | (None, Some((from, to))) => {
             assert!(apart(from, to) <= room, "{a:?} {c:?}: {found:?} {expected:?}");
         }
@@ -114,15 +115,16 @@ fn sorted(outline: &[Point4]) -> Vec<[u64; 4]> {
     all
 }
 
-/// Width and height of the images that [`z_buffer()`] draws.
+/// The width and height, in pixels, of the images that [`z_buffer()`] draws.
 const SIDE: u32 = 16;
 
-/// A corner in the image: x and y in quarters of pixels, and its depth.
+/// A corner in image coordinates: x and y in quarters of a pixel, and the depth.
 type Corner = (i32, i32, f32);
 
-/// Draws triangles whose corners are at quarters of pixels, so that snapping does not move them. A
-/// pixel must show the nearest triangle that covers its centre according to the reference of
-/// document B, and three triangles that partition a fourth must share its pixels.
+/// Draws triangles whose corners are at multiples of a quarter of a pixel, so that snapping does
+/// not move the corners. Each pixel must show the nearest of the triangles that cover its centre
+/// according to the reference of document B. If three triangles partition a fourth, each pixel of
+/// the fourth must be covered by exactly one of the three.
 pub fn z_buffer(bytes: &[u8]) {
     let mut input = Input::on_a_grid(bytes);
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
@@ -153,8 +155,8 @@ fn project((x, y, depth): Corner) -> Vector {
     Vector::new(f64::from(x) / 4.0, f64::from(y) / 4.0, -1.0 / f64::from(depth))
 }
 
-/// Checks that each pixel shows one of the nearest triangles that the reference finds there when it
-/// draws each triangle on its own.
+/// Draws each triangle on its own with the reference, and checks that each pixel shows one of the
+/// nearest triangles that cover the pixel.
 fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     let soup: Vec<Triangle> = outlines.iter().map(|o| Triangle(o.map(unproject))).collect();
     let drawn = triangles(view, &soup, 1e-9);
@@ -220,8 +222,8 @@ fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
 }
 
 /// Compares images drawn by the z-buffer with traced images, and shadow volumes with shadow rays.
-/// Only the differences that `docs/raster.md` proves possible are allowed. Caps and silhouettes
-/// must close exactly.
+/// Only the differences that `docs/raster.md` proves possible are allowed. The silhouettes must
+/// close the shadow volumes exactly.
 pub fn shadows(bytes: &[u8]) {
     const SIZE: (u32, u32) = (20, 15);
     let mut input = Input::new(bytes);
@@ -234,7 +236,7 @@ pub fn shadows(bytes: &[u8]) {
     let adjacency = Adjacency::new(&soup);
     let Ok(volume) = Volume::new(&adjacency, light) else { return };
 
-    // The oriented faces must traverse every edge equally often in both directions, or the
+    // If the oriented faces traverse an edge more often in one direction than in the other, the
     // silhouette must contain the difference.
     let mut open = HashMap::new();
     let facing = intertri_raster::facing(&adjacency, &light);
@@ -280,8 +282,8 @@ pub fn shadows(bytes: &[u8]) {
     }
 }
 
-/// Returns whether light reaches the point that a pixel shows. The triangle there does not shadow
-/// itself.
+/// Returns whether light reaches the point that a pixel shows. The triangle that contains the point
+/// does not shadow it.
 fn sees(view: &View, pixel: u32, hit: &Hit, soup: &[Triangle], light: Light) -> bool {
     if !hit.is_hit() {
         return true;

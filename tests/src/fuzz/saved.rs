@@ -24,17 +24,17 @@ pub fn saved(bytes: &[u8]) {
     }
 }
 
-/// Loads a file as f32 and as f64.
+/// Loads a file as a hierarchy over f32 and as one over f64.
 fn loaded(file: &[u8], more: &[u8]) {
     let scalar = |found: &Result<(), LoadError>| matches!(found, Err(LoadError::Scalar { .. }));
     let (one, other) = (answers::<f32>(file, more), answers::<f64>(file, more));
-    // If the header is sound, one of the two reports a scalar mismatch.
+    // If the header is valid, exactly one of the two loads reports a scalar mismatch.
     assert!(!(scalar(&one) && scalar(&other)));
     assert!(!(one.is_ok() && other.is_ok()));
     assert!(scalar(&one) || scalar(&other) || (one.is_err() && other.is_err()));
 }
 
-/// Saves a scene, damages some words, and repairs the checksums.
+/// Saves a scene's hierarchy, damages some words of the file, and repairs the checksums.
 fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
     let mut input = Input::new(bytes);
     let triangles = S::triangles(&mut input, 60);
@@ -47,7 +47,7 @@ fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
         Bvh::new(&triangles).unwrap()
     };
     if input.below(2) == 1 {
-        // No build would produce this tree for the triangles in their new order.
+        // Refit to rearranged triangles, for which no build would produce this tree.
         let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(&triangles)).collect();
         bvh.refit(&moved).unwrap();
     }
@@ -98,15 +98,15 @@ fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     names_are_sound(&several, &bvh, &rays);
     same(&bvh, &Bvh::new(&triangles).unwrap(), &rays);
 
-    // A loaded hierarchy can be refitted.
+    // Check that a loaded hierarchy can be refitted.
     let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(all)).collect();
     bvh.refit(&moved).unwrap();
     same(&bvh, &Bvh::new(&moved).unwrap(), &rays);
     Ok(())
 }
 
-/// Checks that the hits on several meshes are a subset of the hits on the same triangles in one
-/// mesh. They have different ids, but the same order, and each must refer to the right triangle.
+/// Checks that the hits on several meshes are among the hits on the same triangles in one mesh, in
+/// the same order. The ids differ, but each hit must identify the right triangle.
 fn names_are_sound<S: FuzzScalar>(several: &Bvh<S>, one: &Bvh<S>, rays: &[RayOf<S>]) {
     let mut names = Vec::new();
     for ray in rays {
@@ -119,7 +119,7 @@ fn names_are_sound<S: FuzzScalar>(several: &Bvh<S>, one: &Bvh<S>, rays: &[RayOf<
                 let numbers = |hit: &Hit| [hit.t, hit.u, hit.v].map(f64::to_bits);
                 numbers(found) == numbers(&hit) && one.triangle(found) == triangle
             };
-            let found = rest.find(is_same).expect("the hit is among all");
+            let found = rest.find(is_same).expect("the single mesh has this hit");
             // Identical triangles at the same t cannot be distinguished.
             let twins = all.iter().filter(is_same).count();
             if twins == 1 {
@@ -143,13 +143,13 @@ fn same<S: FuzzScalar>(one: &Bvh<S>, other: &Bvh<S>, rays: &[RayOf<S>]) {
     assert_eq!(one.closest_batch(rays), other.closest_batch(rays));
 }
 
-/// A scalar whose scenes can be made from bytes.
+/// A scalar type for which triangles and rays can be generated from bytes.
 trait FuzzScalar: BvhScalar {
     /// Generates a few triangles.
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>>;
     /// Generates a ray, often toward one of the triangles.
     fn ray(input: &mut Input<'_>, triangles: &[TriangleOf<Self>]) -> RayOf<Self>;
-    /// Compares the other modes that this scalar supports.
+    /// Compares two hierarchies in the other modes that this scalar supports.
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>);
 }
 
@@ -164,7 +164,7 @@ impl FuzzScalar for f32 {
 
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>) {
         let mode = Mode::certified();
-        // The reference's weights may be NaN.
+        // The reference's weights may be NaN, so compare bits.
         let bits = |bvh: &Bvh<Self>| {
             let number = |x: f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
             let hit = bvh.query().mode(mode).closest(ray);
@@ -174,7 +174,7 @@ impl FuzzScalar for f32 {
     }
 }
 
-/// Uses f32 numbers that are moved and scaled, so that they have more digits.
+/// Moves and scales f32 coordinates, so that the results use more of the digits of f64.
 impl FuzzScalar for f64 {
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>> {
         let triangles = input.triangles(at_most);

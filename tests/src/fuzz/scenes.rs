@@ -1,17 +1,18 @@
-//! Compares every query on scenes of triangles and rays with the reference.
+//! Compares the kernel and the hierarchy with the reference, on scenes that are generated from
+//! bytes.
 
 use intertri::simd::Level;
 
 use super::input::Input;
 use crate::{as_source, check_hierarchy, check_kernel};
 
-/// Checks packets and blocks in every mode, width and form, and at every level.
+/// Checks the kernel in every mode, form and width, and at every SIMD level.
 pub fn kernel(bytes: &[u8]) {
     let scene = Input::new(bytes).scene(6, 6);
     check_kernel(&scene).unwrap_or_else(|why| panic!("{why}\n{}", as_source(&scene)));
 }
 
-/// Checks the hierarchy at the CPU's best level and at the portable level.
+/// Checks the hierarchy at the CPU's best SIMD level and at the portable level.
 pub fn hierarchy(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let mut scene = input.scene(40, 10);

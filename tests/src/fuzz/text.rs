@@ -1,23 +1,25 @@
-//! Fuzzes ray files, and the numbers on the command line and in the output.
+//! Fuzzes ray files, the command line's number parsers, and the numbers in the output.
 
 use intertri::Ray;
 use intertri_scene::{LoadError, MAX_PIXELS, Rays, RaysFormat};
 
 use super::input::Input;
 
-// The program is not a library, so include this file, which does not depend on the rest of it.
+// The command-line program is not a library, so include its source file, which does not depend on
+// the rest of the program.
 #[path = "../../../crates/cli/src/io/numbers.rs"]
 mod numbers;
 
-/// Reads a file of rays in every format. The rays must not depend on the chunk size, and must
-/// remain the same when they are written and read in each format. An error must be one line.
+/// Reads the bytes as a ray file in every format. The rays must not depend on the chunk size, and
+/// must not change when they are written and read again in each format. An error message must be a
+/// single line.
 pub fn rays(bytes: &[u8]) {
     let formats = [RaysFormat::Csv, RaysFormat::Raw, RaysFormat::Raw64].map(Some);
     for format in formats.into_iter().chain([None]) {
         let all = read(bytes, 1 << 30, None, format);
         assert_eq!(all, read(bytes, 1, None, format));
         assert_eq!(all, read(bytes, 7, None, format));
-        // A wrong file size must be reported before any number is read.
+        // If the file size is given, the result must be the same, or both reads must fail.
         let sized = read(bytes, 100, Some(bytes.len() as u64), format);
         assert!(sized == all || sized.1.is_some() && all.1.is_some(), "{sized:?} {all:?}");
         let (rays, error) = all;
@@ -31,7 +33,7 @@ pub fn rays(bytes: &[u8]) {
     }
 }
 
-/// Writes rays in every format and reads them back unchanged.
+/// Writes rays in every format, and checks that they read back unchanged.
 fn written_again(rays: &[[u32; 8]]) {
     let raw: Vec<u8> = rays.iter().flatten().flat_map(|bits| bits.to_le_bytes()).collect();
     let again = read(&raw, 100, Some(raw.len() as u64), Some(RaysFormat::Raw));
@@ -44,7 +46,7 @@ fn written_again(rays: &[[u32; 8]]) {
     let raw64: Vec<u8> = wide.flat_map(f64::to_le_bytes).collect();
     let mut csv = String::from("\u{feff}\n t_max, \"dz\",dy,dx,t_min,oz,oy,ox\r\n");
     for ray in rays {
-        // With all digits, the decimal is read as exactly this f64.
+        // The decimal has all digits of the f64, so it is read as exactly this number.
         let cells = ray.map(|bits| f64::from(f32::from_bits(bits)).to_string());
         csv += &cells.into_iter().rev().collect::<Vec<_>>().join(", ");
         csv += "\r\n";
@@ -85,7 +87,7 @@ fn read(
     }
 }
 
-/// Compares the command line's number parsers with a short model of each, and checks that decimals
+/// Compares each of the command line's number parsers with a short model, and checks that decimals
 /// in the output are short and read back to the same bits.
 pub fn numbers(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);

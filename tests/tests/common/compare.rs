@@ -1,5 +1,5 @@
-//! Compares pairs with rational arithmetic: both rules at every tier, the ends of the interval, the
-//! order of hits, and the rounding of t, u and v.
+//! Compares the results for pairs of a ray and a triangle with rational arithmetic: both rules at
+//! every tier, the ends of the interval, the order of hits, and the rounding of t, u and v.
 
 use core::cmp::Ordering;
 
@@ -11,7 +11,7 @@ use intertri::{RayOf, Rule, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_tests::oracle::{self, Truth, truth};
 
-/// A scalar and its neighbours.
+/// A scalar that can be stepped to the next lower and the next higher number.
 pub(crate) trait Float: Scalar {
     fn below(self) -> Self;
     fn above(self) -> Self;
@@ -59,16 +59,16 @@ impl Counts {
     }
 }
 
-/// The exact result for a pair, without the ray's interval.
+/// The exact result for a pair. It does not depend on the ray's interval.
 struct Case<S: Scalar> {
     triangle: TriangleOf<S>,
     truth: Option<Truth>,
-    /// Whether the ray leaves, if it crosses the triangle.
+    /// If the ray crosses the triangle, whether it does so in the direction of the normal.
     once: Option<bool>,
 }
 
-/// Checks a pair for `ray`, which is the pair's ray with any interval. If `all` is set, checks
-/// every tier.
+/// Checks a pair for `ray`, which is the pair's ray with an arbitrary interval. If `all` is set,
+/// checks every tier.
 fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Counts) {
     let Case { triangle, truth, once: leaves } = case;
     let truth = truth.as_ref().filter(|truth| truth.is_within(ray));
@@ -87,7 +87,7 @@ fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Coun
     counts.crossings += usize::from(crossing.is_some());
 }
 
-/// Checks intervals that begin or end at t and next to it.
+/// Checks intervals that begin or end at t or at a neighbour of t.
 fn check_ends<S: Float>(ray: &RayOf<S>, case: &Case<S>, truth: &Truth, counts: &mut Counts) {
     let near = S::nearest(truth.t_f64());
     for end in [near.below(), near, near.above()] {
@@ -155,7 +155,8 @@ fn check_order<S: Float>(
         *if want.is_eq() { &mut counts.equal } else { &mut counts.ordered } += 1;
     }
 
-    // Walls across an axis: the same one twice, and the next position.
+    // Compare walls perpendicular to each axis: a wall with itself, and with a wall one ulp farther
+    // along the axis.
     for axis in 0..3 {
         let wall = |at: S| {
             TriangleOf(triangle.0.map(|mut corner| {
@@ -239,7 +240,8 @@ impl<S: Float> Cases<S> {
         }
     }
 
-    /// Compares `INTERTRI_EXACT_PAIRS` pairs from the seed `INTERTRI_EXACT_SEED`.
+    /// Compares `INTERTRI_EXACT_PAIRS` pairs, starting from the seed `INTERTRI_EXACT_SEED`. Both
+    /// are environment variables.
     pub(crate) fn agree_for_hours(self) {
         let number = |name, default| std::env::var(name).map_or(default, |n| n.parse().unwrap());
         let pairs: usize = number("INTERTRI_EXACT_PAIRS", 100_000_000);
@@ -262,7 +264,7 @@ impl<S: Float> Cases<S> {
     }
 }
 
-/// Returns the sum over all kinds.
+/// Returns the sum of the counts of all kinds.
 fn sum(kinds: &[Counts]) -> Counts {
     let mut all = Counts::default();
     for kind in kinds {

@@ -1,5 +1,5 @@
-//! Helpers that the tests share: scenes from the families of `intertri-lab`, checked on all
-//! threads.
+//! Helpers that the tests share: comparing pairs with rational arithmetic, generating scenes from
+//! the families of `intertri-lab`, and checking the families on all threads.
 
 pub(crate) mod compare;
 
@@ -9,7 +9,7 @@ use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
 
-/// Generates a scene with some triangles and rays from a family.
+/// Generates a scene from a family, with at most `triangles` triangles and `rays` rays.
 pub(crate) fn scene(family: &Family, rng: &mut Rng, triangles: usize, rays: usize) -> Scene {
     let scene = family.scene(rng, triangles, rays);
     Scene { triangles: scene.triangles, rays: scene.rays, threshold: scene.threshold }
@@ -26,6 +26,6 @@ pub(crate) fn each_family<T: Send>(ask: impl Fn(usize, &Family) -> T + Sync) -> 
     std::thread::scope(|scope| {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().flat_map(|w| w.join().expect("a worker failed")).collect()
+        workers.into_iter().flat_map(|w| w.join().expect("no worker panics")).collect()
     })
 }

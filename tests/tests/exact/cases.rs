@@ -4,7 +4,7 @@ use intertri::{Ray, Triangle};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// The number of kinds of pairs.
+/// The number of kinds of pairs that [`case`] generates.
 pub(crate) const KINDS: usize = 13;
 
 /// Generates a pair of the given kind.

@@ -1,6 +1,7 @@
-//! Checks the three theorems on closed meshes. Every crossing under the once rule is a hit under
-//! the closed rule. The signed crossings of every ray add up to the winding number of its origin.
-//! If that is not 0, no ray leaks.
+//! Checks the three theorems of `docs/numerics/exact.md` on closed meshes. Every crossing under the
+//! once rule is a hit under the closed rule. The signed crossings of every ray add up to the
+//! winding number of the ray's origin. If the winding number is not 0, every ray from the origin
+//! hits the mesh.
 
 use std::collections::BTreeMap;
 
@@ -113,8 +114,8 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             break;
         }
         let origin = origin(i, mesh, rng);
-        // A point on the surface has no winding number, and rounded solid angles would not detect
-        // this.
+        // A point on the surface has no winding number, and rounded solid angles would not reveal
+        // that it is on the surface.
         if triangles.iter().any(|triangle| oracle::is_on(origin, triangle)) {
             assert_eq!(solid.classify(origin), Containment::Surface, "{name} {origin:?}");
             continue;
@@ -133,7 +134,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             assert_eq!(counts[k].signed, i64::from(winding), "{name} {ray:?}");
             assert!(winding == 0 || any[k], "{name} {ray:?} leaks");
             assert_eq!(any[k], hits[k].is_hit(), "{name} {ray:?}");
-            // Compare the index and every bit with those of the plain loop.
+            // Compare the triangle and every bit with the plain loop's.
             if k % 61 == i % 61 {
                 let bits = |hit: Hit| (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits));
                 let want = exact.closest(triangles, ray).unwrap_or(Hit::MISS);

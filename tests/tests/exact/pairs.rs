@@ -1,4 +1,5 @@
-//! Tests pairs of every kind in f32, and some that are hard in particular ways.
+//! Tests pairs of a ray and a triangle in f32: every kind of pair that `cases` generates, and pairs
+//! that are hard to decide, to order or to round.
 
 use intertri::internal::exact::{self, t};
 use intertri::{Crossing, Hit, Hit32, Mode, Ray, Ray64, RayOf, Rule, Triangle, TriangleOf};
@@ -101,8 +102,8 @@ fn what_f64_rounds_to_half_way_is_rounded_once() {
     }
 }
 
-/// Bundles and streams must round only once, even if numbers are so large or small that t, u or v
-/// exceed the range of f32.
+/// Bundles and streams must round only once, even if coordinates are so large or small that t, u or
+/// v exceed the range of f32.
 #[test]
 fn batches_round_once_to_f32() {
     let mut rng = Rng::new(5);

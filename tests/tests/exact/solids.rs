@@ -5,7 +5,8 @@ use intertri::{Triangle, TriangleOf};
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
 
-/// A mesh whose oriented boundary cancels, its size, and its centre.
+/// A mesh whose triangles run along each edge equally often in both directions, with its size and
+/// centre.
 pub(crate) struct Closed {
     pub(crate) name: &'static str,
     pub(crate) triangles: Vec<Triangle>,
@@ -57,7 +58,8 @@ pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
         ("soiled torus", soiled(of("torus"), &mut rng)),
         ("soiled hull", soiled(of("hull"), &mut rng)),
         ("soiled lattice", soiled(of("lattice"), &mut rng)),
-        // A sphere inside another, turned inside out: a shell.
+        // A sphere inside another. The inner sphere is turned inside out, so that the mesh is a
+        // shell.
         ("shell", [of("sphere"), halved(of("sphere")).into_iter().map(turned).collect()].concat()),
     ];
     let plain = |(name, triangles)| Closed { name, triangles, scale: 1.0, centre: [0.0; 3] };

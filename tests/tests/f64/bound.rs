@@ -1,6 +1,7 @@
-//! Measures how much of the margin for rounded copies is used. It compares the filter's numbers for
-//! the copies with exact numbers for the originals, for each family and in a search that climbs
-//! toward the largest share. A share above 1 would refute `docs/numerics/f64.md`.
+//! Measures how much of the error bounds for f32 copies of f64 scenes is used. It compares the
+//! filter's values for the copies with exact values for the originals, for each family and in a
+//! search that climbs toward the largest share. A share above 1 would refute
+//! `docs/numerics/f64.md`.
 
 use dashu_ratio::RBig;
 use intertri::internal::{Evidence, LocalFrame};
@@ -9,15 +10,15 @@ use intertri::{Ray64, Triangle64};
 use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 
-/// The errors of V, W, U, D and T relative to their bounds, the largest error of V, W, U and T
-/// relative to the sharp bounds, and the distance of t from the middle of its enclosures. If only
-/// the sign matters, the rounding of the last sum does not count.
+/// The names of the shares: the errors of V, W, U, D and T relative to their bounds, the largest
+/// error of V, W, U and T relative to the sharp bounds, and the distance of t from the middle of
+/// its enclosures. The rounding of the last sum does not count if only the sign matters.
 const NAMES: [&str; 7] = ["V", "W", "U", "D", "T", "sharp", "t"];
 
 /// Half an ulp of 1 in f32.
 const U: f64 = 1.0 / (1 << 24) as f64;
 
-/// A ray, a triangle, and the frame of their copies.
+/// A ray, a triangle, and the frame in which their f32 copies are stored.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     ray: Ray64,
@@ -48,8 +49,8 @@ fn power(e: i32) -> RBig {
     RBig::try_from(2.0_f64.powi(e)).unwrap()
 }
 
-/// Returns the share of each bound that a case uses at one level, or `None` if something is not
-/// finite, because the filter decides nothing then.
+/// Returns the share of each bound that a case uses at one level, or `None` if a bound is not
+/// finite, because the filter then decides nothing.
 fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
     let Case { ray, triangle, frame } = case;
     let (copy, copied) = (frame.triangle(triangle), frame.ray(ray));
@@ -105,8 +106,8 @@ fn larger(a: [f64; 7], b: [f64; 7]) -> [f64; 7] {
     [0, 1, 2, 3, 4, 5, 6].map(|i| a[i].max(b[i]))
 }
 
-/// Generates a case from a family in f64, rotated and moved so that its numbers use all digits, in
-/// a scene at least as large as the case.
+/// Generates a case from a family in f64, rotated and moved so that its coordinates use all digits.
+/// The scene is at least as large as the case.
 fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     let case = family.case(rng);
     let given = [case.ray.origin, case.ray.dir].into_iter().chain(case.triangle.0);
@@ -157,7 +158,7 @@ fn case(size: f64, rng: &mut Rng) -> Case {
     Case { ray: Ray64::new(origin, dir), triangle, frame }
 }
 
-/// Returns the case with one number changed in some of its last bits.
+/// Returns a copy of the case in which some of the last bits of one number are changed.
 fn changed(case: &Case, rng: &mut Rng) -> Case {
     let mut next = *case;
     let number: &mut f64 = match rng.below(5) {
@@ -195,7 +196,7 @@ fn no_family_uses_more_than_the_bound() {
     let halves = [0, 1].map(|k| FAMILIES.iter().skip(k).step_by(2));
     let mut rows = std::thread::scope(|scope| {
         let workers = halves.map(|half| scope.spawn(move || half.map(of).collect::<Vec<_>>()));
-        workers.map(|w| w.join().expect("a worker failed")).concat()
+        workers.map(|w| w.join().expect("no worker panics")).concat()
     });
     rows.sort_by_key(|(name, _)| FAMILIES.iter().position(|family| family.name == *name));
     println!("| share of | {} |", NAMES.join(" | "));
@@ -209,7 +210,7 @@ fn the_room_for_copies_is_enough() {
     let (mut rng, level) = (Rng::new(41), Level::best());
     let mut most = [0.0_f64; 7];
     let mut used = |case: &Case| {
-        let used = shares(case, level).expect("numbers that f32 has");
+        let used = shares(case, level).expect("the bounds are finite");
         most = larger(most, used);
         used
     };

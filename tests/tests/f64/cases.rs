@@ -4,7 +4,7 @@ use intertri::{Ray64, Triangle64};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// The number of kinds of pairs.
+/// The number of kinds of pairs that [`case`] generates.
 pub(crate) const KINDS: usize = 15;
 
 /// Generates a pair of the given kind.
@@ -36,7 +36,8 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f64) -> [f64; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// Generates a pair from a family, converted to f64 and moved, so that its numbers use more digits.
+/// Generates a pair from a family, converted to f64 and moved, so that the coordinates use more
+/// digits.
 fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     let case = rng.pick(FAMILIES).case(rng);
     let moved = rng.pick(&[0.0, 1e3, 1e6, 1e9, 1e12]);

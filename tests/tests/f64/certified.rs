@@ -1,5 +1,5 @@
-//! Tests f64 slices in the `certified` mode. The results must equal, bit for bit, those of the
-//! scalar reference's operations on f64 coordinates.
+//! Tests f64 slices in the `certified` mode. The results must equal, bit for bit, the results of
+//! the scalar reference's operations on f64 coordinates.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode, Ray64, Scalar, Threshold, Triangle64, TriangleOf};
@@ -9,7 +9,7 @@ use intertri_reference as reference;
 
 use super::cases::{KINDS, case};
 
-/// Returns the reference's tables for these triangles.
+/// Returns the reference's tables for the given triangles.
 fn tables(triangles: &[Triangle64], threshold: f64) -> reference::Scene {
     let corners = triangles.iter().flat_map(|triangle| triangle.0).map(Into::into);
     let indices = (0..triangles.len()).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
@@ -72,7 +72,7 @@ fn pairs_of_every_kind() {
     assert!(hits > 4000, "{hits}");
 }
 
-/// Converts the families to f64. The results must equal those of f32 slices.
+/// Converts cases of all families to f64. The results must equal the results of f32 slices.
 #[test]
 fn families_answer_as_in_f32() {
     let (mut rng, mut hits) = (Rng::new(2), 0);

@@ -79,7 +79,7 @@ pub(crate) fn soup(
     rng: &mut Rng,
 ) -> Vec<Triangle64> {
     let place = |[x, y, z]: [f64; 3]| {
-        // Rotate, so that no number has trailing zeros.
+        // Rotate, so that no coordinate has trailing zeros.
         let (c, s) = (0.8, 0.6);
         [c * x - s * y, s * x + c * y, z].map(|x| x * scale + moved)
     };

@@ -1,5 +1,5 @@
-//! Compares the closest point in f64 with rational arithmetic: pairs at every tier, the bounds of
-//! the lanes, meshes of all sizes and positions, and the sign of the distance.
+//! Compares closest-point queries in f64 with rational arithmetic: pairs at every tier, the bounds
+//! computed in SIMD lanes, meshes of all sizes and positions, and the sign of the distance.
 
 use dashu_ratio::RBig;
 use intertri::internal::exact::{Tier, closer_from, closest, has_area, squares};
@@ -70,7 +70,7 @@ fn every_tier_is_right_of_every_pair() {
         let (mut rng, kind) = (Rng::new(i), i as usize % KINDS);
         let (one, mut other) = (triangle(kind, &mut rng), triangle(kind, &mut rng));
         if i % 3 == 0 {
-            // Neighbours share an edge, or a corner.
+            // The two triangles share an edge or a corner.
             other.0[0] = one.0[1];
             other.0[1] = if i % 2 == 0 { one.0[0] } else { other.0[1] };
         }
@@ -99,8 +99,8 @@ fn every_tier_is_right_of_every_pair() {
         // Every tier returns the same bits.
         assert!(answers.iter().all(|found| found == &answers[0]), "{answers:?}");
 
-        // Check the bounds of the lanes, for numbers in the range of the search: points within
-        // 2^400 of triangles whose size is about 1.
+        // Check the bounds computed in lanes, if the coordinates are in the range of the search:
+        // points within 2^400 of triangles whose size is about 1.
         if matches!(kind, 0..=2 | 6 | 8) {
             let bounds = squares(one.0.map(Vec3::<f64>::splat), Vec3::splat(point));
             let bound = |x: f64| RBig::try_from(x).unwrap();

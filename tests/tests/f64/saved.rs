@@ -59,7 +59,7 @@ fn what_is_saved_is_loaded() {
             let (one, other) = (bvh.to_triangles(), loaded.to_triangles());
             assert!(one.iter().map(bits).eq(other.iter().map(bits)), "{what}");
 
-            // A file with the other scalar must be reported as such, before any other error.
+            // Loading a file of the other scalar type must report the type before any other error.
             let error = Bvh::<f32>::from_bytes(&bytes).unwrap_err();
             assert!(matches!(error, LoadError::Scalar { found: "f64" }), "{error}");
         }
@@ -122,8 +122,8 @@ fn no_word_makes_an_answer_wrong() {
     assert!(loaded > 500 && refused > 500, "{loaded} loaded, {refused} refused");
 }
 
-/// Refits to triangles that are moved, scaled, rearranged and degenerate, and back to the first
-/// ones.
+/// Refits to triangles that are moved, scaled, rearranged and degenerate, and back to the original
+/// triangles.
 #[test]
 fn refits_answer_as_new_builds() {
     let mut rng = Rng::new(4);

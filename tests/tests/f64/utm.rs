@@ -34,8 +34,8 @@ fn a_ray_that_leaves_a_wall_does_not_hit_it() {
     for (i, wall) in walls.iter().enumerate() {
         let (on, n) = point(wall);
         for exponent in 1..=9 {
-            // Start 10 cm to 1 nm outside and inside of the wall, and go outward and inward,
-            // straight and slanted.
+            // Start at distances of 10 cm to 1 nm, on both sides of the wall, and go outward and
+            // inward, straight and at a slant.
             for side in [1.0, -1.0] {
                 let off = side * 10.0_f64.powi(-exponent);
                 let origin = [0, 1, 2].map(|k| on[k] + off * n[k]);
@@ -51,8 +51,8 @@ fn a_ray_that_leaves_a_wall_does_not_hit_it() {
     for (&(wall, side, out, exponent, ray), hit) in rays.iter().zip(&hits) {
         let what = format!("wall {wall}, side {side}, out {out}, 1e-{exponent} m: {hit:?}");
         assert_eq!(bvh.closest(&ray), hit.some(), "{what}");
-        // A ray that starts outside and goes outward hits nothing. A ray toward the wall hits it
-        // first, at the origin's distance.
+        // A ray that starts outside and goes outward hits nothing. A ray toward the wall hits the
+        // wall first, at the distance of the ray's origin.
         let toward = side != out;
         assert_eq!(bvh.any(&ray), toward || side < 0.0, "{what}");
         if toward {

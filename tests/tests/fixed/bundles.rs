@@ -1,4 +1,4 @@
-//! Traces bundles of rays from one grid point. The results must be those of the plain loop.
+//! Traces bundles of rays that start at the same grid point. The results must equal a plain loop's.
 
 use intertri::Hit;
 use intertri::Ray as Line;
@@ -107,14 +107,15 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
         let blocks: Vec<_> = blocks.collect();
         for kind in 0..240 {
             let Some(mut rays) = coherent(&mut n, &grid, &corners, kind) else { continue };
-            // The kinds repeat after 60, so each of them is tested at every level.
+            // Kinds that differ by a multiple of 60 are the same, so each kind is tested at every
+            // level.
             let mode = &levels[kind / 60 % levels.len()];
             let closest = |rays: &[Ray]| -> Vec<Hit> {
                 rays.iter().map(|ray| mode.closest(&blocks, ray).unwrap_or(Hit::MISS)).collect()
             };
 
-            // Intervals that end just before, at or just behind a hit, that begin at or just behind
-            // it, and an empty interval.
+            // Test intervals that end just before, at or just behind a hit, intervals that begin at
+            // or just behind a hit, and an empty interval.
             let mut want = closest(&rays);
             if kind % 3 == 0 {
                 for (i, (ray, hit)) in rays.iter_mut().zip(&want).enumerate() {

@@ -1,4 +1,5 @@
-//! The hierarchy over grid triangles must return the same results as a loop over all of them.
+//! The hierarchy over grid triangles must return the same results as a plain loop over all
+//! triangles.
 
 use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
 use intertri::simd::Level;
@@ -7,7 +8,7 @@ use intertri::{Crossing, Crossings, Hit, Ray};
 use super::{GridBvh, Numbers, add, solids, sub};
 
 /// Generates a sphere, loose triangles, slivers and triangles perpendicular to an axis, some of
-/// them duplicated, in -1..=1.
+/// them duplicated, with coordinates in `-1..=1`.
 pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
     let mut number = || (n.next() >> 40) as f32 / 8_388_608.0 - 1.0;
     let mut scene: Vec<[[f32; 3]; 3]> =
@@ -46,9 +47,9 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         let bvh = GridBvh::new(&triangles);
         let blocks: Vec<_> = blocks(&triangles).collect();
 
-        // Rays exactly toward corners, toward midpoints of edges, along axes, from corners, and at
-        // random, unbounded and bounded. Some are snapped from f32 rays, whose t is in a different
-        // unit.
+        // Generate rays exactly toward corners, toward midpoints of edges, along axes, from
+        // corners, and in random directions, unbounded and bounded. Some are snapped from f32 rays,
+        // whose t is in a different unit.
         let rays: Vec<_> = (0..1_200)
             .filter_map(|i| {
                 let to = corners[i * 37 % corners.len()];
@@ -68,8 +69,8 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
                 } else {
                     grid.ray_of(from, dir).ok()?
                 };
-                // Intervals that end at or just behind a hit, that begin just behind it, and an
-                // empty interval.
+                // Test intervals that end at or just behind a hit, intervals that begin just behind
+                // a hit, and an empty interval.
                 let hit = Fixed::default().closest(&blocks, &ray);
                 let t = hit.map_or(1.0, |hit| hit.t as f32);
                 Some(match i % 8 {
@@ -142,7 +143,7 @@ fn t_that_round_alike_are_compared_as_ratios() {
         let origin = n.vector(1 << 19);
         let pair = [[a, b, c], [a, b, lifted]].map(|corners| grid.triangle_of(corners).unwrap());
 
-        // Of many rays toward the edge, some pass very close to it.
+        // Generate many rays toward the edge, so that some of them pass very close to it.
         let mut rays = Vec::new();
         for step in 1..30_000 {
             let s = f64::from(step) / 30_000.0;

@@ -1,4 +1,5 @@
-//! Tests closed meshes: a ray from inside must cross exactly once, even at corners and edges.
+//! Tests closed meshes: a ray from inside must leave the mesh exactly once more often than it
+//! enters, even at corners and edges.
 
 use std::path::PathBuf;
 
@@ -40,12 +41,13 @@ struct Effort {
     every: usize,
     /// The number of random rays.
     random: usize,
-    /// The number of points inside.
+    /// The number of points inside the mesh from which rays start.
     points: usize,
 }
 
 /// Casts rays from a point inside toward corners, midpoints of edges, and in random directions.
-/// Each must leave the mesh once more than it enters it. Returns the number of rays.
+/// Each ray must leave the mesh once more often than it enters the mesh. Returns the number of
+/// rays.
 fn cast(
     n: &mut Numbers,
     grid: &Grid,
@@ -161,7 +163,7 @@ fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
             [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0 - 3.0 * deep * normal[i] / length)
         })
         .filter(|&p| {
-            // The points around it must also be inside, because coarse grids move the surface.
+            // All neighbouring points must also be inside, because coarse grids move the surface.
             (0..27).all(|k| {
                 let way = [k % 3, k / 3 % 3, k / 9].map(|x| (x - 1) as f32 * deep);
                 inside([0, 1, 2].map(|i| p[i] + way[i]))
@@ -297,8 +299,8 @@ fn equal_t_go_to_the_lowest_index() {
     assert!(count > 200, "{count}");
 }
 
-/// Two triangles share an edge and differ by one grid step at the far corner. Near the edge, their
-/// t differ by about `2^-58` of t, which is too little for f64.
+/// Two triangles share an edge and differ by one grid step at the far corner. Near the edge, the
+/// relative difference between their t is about `2^-58`, which f64 cannot resolve.
 #[test]
 fn t_that_f64_cannot_tell_apart_are_compared_exactly() {
     let mut n = Numbers(9);

@@ -1,5 +1,5 @@
-//! Compares the scalar reference of `fixed` with rational arithmetic, in which the direction is
-//! actually moved, and checks its t.
+//! Compares the scalar reference of the `fixed` mode with rational arithmetic in which the ray's
+//! direction is actually moved, and checks the reference's t.
 
 use dashu_ratio::RBig;
 use intertri::fixed::{Bits, Grid, Ray, Triangle, scalar};
@@ -25,9 +25,10 @@ fn minus(a: &V, b: &V) -> V {
     [0, 1, 2].map(|i| &a[i] - &b[i])
 }
 
-/// Computes the result differently, for the direction d + (e, e^2, e^3) with e = 2^-100: first the
-/// point where the ray meets the plane, then its side of each edge. This e is small enough, because
-/// nonzero integers are at least 1, and those that e multiplies are below 2^64.
+/// Returns whether a ray leaves or enters through a triangle if its direction d is moved to
+/// `d + (e, e^2, e^3)` with `e = 2^-100`. Computes first the point where the ray meets the plane,
+/// then the side of each edge on which the point lies. This e only decides ties, because nonzero
+/// integers are at least 1 in magnitude, and the integers that e multiplies are below `2^64`.
 fn moved(ray: &Ray, triangle: &Triangle) -> Option<bool> {
     let e = RBig::from_parts(1.into(), 2u8.into());
     let e = (0..99).fold(e.clone(), |x, _| x * &e);
@@ -128,7 +129,7 @@ fn t_is_rounded_once_and_compared_exactly() {
         }
         assert_eq!(crossing.to_hit(&ray, 3).t, t);
 
-        // Compare with numbers near t, and with numbers far from it.
+        // Compare t with f32 values near t and far from t.
         let near = t as f32;
         for x in [near, near.next_up(), near.next_down(), 0.0, -1.0, f32::MAX, 1e-45, 1e-38, 1.0] {
             if x.is_finite() {

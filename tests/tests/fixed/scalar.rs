@@ -1,5 +1,5 @@
-//! Compares every form, width and level with the scalar reference, for integers at the limits of
-//! the bit budgets.
+//! Compares every form, width and level of the `fixed` kernels with the scalar reference, for
+//! integers at the limits of the bit budgets.
 
 use intertri::fixed::{Bits, Grid, Ray, Triangle};
 use intertri_tests::check_crossings;

@@ -1,4 +1,4 @@
-//! Generates closed meshes.
+//! Generates closed meshes for the tests of the `fixed` mode: a sphere and an octahedron.
 
 use std::collections::HashMap;
 

@@ -16,15 +16,15 @@ impl Rational {
         (self.0 * other.1).cmp(&(other.0 * self.1))
     }
 
-    /// Returns the nearest f64. Both numbers must be below 2^53, so that only the quotient is
-    /// rounded.
+    /// Returns the nearest f64. The numerator and the denominator must be below 2^53, so that only
+    /// the quotient is rounded.
     pub(super) fn to_f64(self) -> f64 {
         assert!(self.0.abs() < 1 << 53 && self.1 < 1 << 53, "{self:?}");
         self.0 as f64 / self.1 as f64
     }
 }
 
-/// The set of points with `normal · point <= most` for all sides.
+/// A convex solid: the points with `normal · point <= most` for every side.
 #[derive(Clone, Debug)]
 pub(super) struct Convex {
     sides: Vec<(Point, i128)>,
@@ -37,15 +37,15 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|k| a[k] * b[k]).sum()
 }
 
-/// Returns the sign of `normal · d`, where d is the direction as moved by the once rule.
+/// Returns the sign of `normal · d`, where d is `dir` as moved by the once rule.
 fn slope(normal: Point, dir: Point) -> i128 {
     let all = [dot(normal, dir), normal[0], normal[1], normal[2]];
     all.into_iter().find(|x| *x != 0).unwrap_or(0).signum()
 }
 
 impl Convex {
-    /// Returns the convex solid with these corners. Its sides are all planes through three corners
-    /// that have the other corners on one side.
+    /// Returns the convex solid with the given corners. Its sides are all planes through three
+    /// corners that have the other corners on one side.
     fn of(corners: &[Point], rng: &mut Rng) -> Self {
         let (mut sides, mut triangles) = (Vec::<(Point, i128)>::new(), Vec::new());
         let count = corners.len();
@@ -98,8 +98,8 @@ impl Convex {
         Self::of(&corners, rng)
     }
 
-    /// Returns the part of a ray's line that is inside, or `None` if no part is. The ends are
-    /// limited to the range from `-2^40` to `2^40`.
+    /// Returns the part of a ray's line that is inside the solid, or `None` if no part is. The ends
+    /// are limited to the range from `-2^40` to `2^40`.
     pub(super) fn inside(&self, origin: Point, dir: Point) -> Option<[Rational; 2]> {
         const FAR: i128 = 1 << 40;
         let (mut from, mut to) = (Rational(-FAR, 1), Rational(FAR, 1));
@@ -109,8 +109,8 @@ impl Convex {
             match along.cmp(&0) {
                 Ordering::Greater if t.cmp(to).is_lt() => to = t,
                 Ordering::Less if t.cmp(from).is_gt() => from = t,
-                // The ray is parallel to the side: outside it, inside it, or on it and moved off
-                // it.
+                // The ray is parallel to the side, and is either outside the side, or on it and
+                // moved outward by the once rule.
                 Ordering::Equal if gap < 0 || gap == 0 && slope(normal, dir) > 0 => return None,
                 _ => {}
             }
@@ -118,7 +118,8 @@ impl Convex {
         from.cmp(to).is_lt().then_some([from, to])
     }
 
-    /// Returns whether a point is inside, or on a side with the direction leading inside.
+    /// Returns whether a point is inside the solid, or on a side from which the direction leads
+    /// inside.
     pub(super) fn holds(&self, point: Point, dir: Point) -> bool {
         self.sides.iter().all(|&(normal, most)| match dot(normal, point).cmp(&most) {
             Ordering::Less => true,
@@ -132,7 +133,7 @@ impl Convex {
 fn fan(normal: Point, most: i128, corners: &[Point], rng: &mut Rng, to: &mut Vec<[Point; 3]>) {
     let mut ring: Vec<Point> =
         corners.iter().copied().filter(|p| dot(normal, *p) == most).collect();
-    // Sort the corners, so that all others are to the left of each edge.
+    // Sort the corners, so that all other corners are to the left of each edge.
     for i in 1..ring.len() {
         let left = |a: Point, b: Point, c: Point| {
             let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));

@@ -1,6 +1,6 @@
-//! Compares media along rays with rational arithmetic. The solids are convex, have integer
-//! coordinates, and may be nested, touch or overlap. Rays go toward corners and edges and along
-//! walls, and also start there.
+//! Compares the media that queries find along rays with media computed in rational arithmetic. The
+//! solids are convex, have integer coordinates, and may be nested, touch or overlap. Rays go toward
+//! corners and edges and along walls, and some rays start at a corner, on an edge or on a wall.
 
 mod convex;
 
@@ -45,7 +45,7 @@ impl Scene {
         Media::new(&meshes).unwrap()
     }
 
-    /// Returns the medium at a point, given which parts wind around it.
+    /// Returns the medium at a point, given the parts that wind around the point.
     fn medium(&self, winds: impl Fn(&Convex) -> bool) -> Option<u32> {
         let times = |part: &Convex| match (winds(part), part.is_turned) {
             (false, _) => 0,
@@ -186,7 +186,7 @@ fn media_along_rays_are_exact() {
 
 #[test]
 fn each_point_has_one_medium() {
-    // The direction that decides for points on walls, as integers times a power of two.
+    // The direction that decides for points on walls, as integers: each component times `2^26`.
     let dir = WINDING_DIR.map(|x| (f64::from(x) * f64::from(1 << 26)) as i128);
     let mut rng = Rng::new(91);
     let mut inside = 0;

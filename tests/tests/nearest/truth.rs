@@ -1,6 +1,7 @@
 //! Computes the closest point of a triangle in rational arithmetic, without any of the kernel's
-//! code. The face is decided by Cramer's rule in the triangle's plane, and each edge by a clamped
-//! parameter; the smallest distance wins. A triangle without area has no face.
+//! code. Cramer's rule in the triangle's plane decides whether the closest point is inside the
+//! face. Otherwise it is the nearest of the corners and of the closest points of the edges, which
+//! are found by a clamped parameter. A triangle without area has no face.
 
 use dashu_ratio::RBig;
 use intertri::{Scalar, TriangleOf};
@@ -19,9 +20,9 @@ fn dot(a: &V, b: &V) -> RBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// Returns the exact squared distance, and the weights of the second and third corners. Unless the
-/// closest point is inside the face, the weights are those of the first corner, or otherwise the
-/// first of the edges ab, ca and bc, that contains it.
+/// Returns the exact squared distance, and the weights of the second and third corners. If the
+/// closest point is not inside the face, the weights are those of the first corner that is closest,
+/// or, if none is, of the first of the edges ab, ca and bc that contains the closest point.
 pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig, [RBig; 2]) {
     let [a, b, c] = triangle.0.map(rational);
     let p = rational(point);
@@ -61,7 +62,7 @@ pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig
         [RBig::ONE - &along_bc, along_bc],
     ];
     let all = all.map(|[u, v]| (square_at(&u, &v), [u, v]));
-    all.into_iter().min_by(|a, b| a.0.cmp(&b.0)).expect("six")
+    all.into_iter().min_by(|a, b| a.0.cmp(&b.0)).expect("the array is not empty")
 }
 
 /// Returns whether a float is the correctly rounded value of an exact number, that is, whether no

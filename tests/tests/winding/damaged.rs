@@ -1,5 +1,5 @@
-//! Meshes with typical damage: boxes and globes with holes, flipped and duplicated faces, cracks,
-//! fins and T-junctions.
+//! Generates meshes with typical damage: boxes and globes with holes, flipped and duplicated faces,
+//! cracks, fins and T-junctions.
 
 use intertri::Triangle64;
 use intertri_lab::rng::Rng;
@@ -82,7 +82,7 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
             }
         }
     },
-    // Cracks: some faces move a corner, but their neighbours do not.
+    // Cracks: a corner is moved in some faces, but not in their neighbours.
     |mesh, rng| {
         for triangle in mesh.iter_mut() {
             triangle.0[0][1] += on_grid(0.02) * rng.pick(&[0.0, 0.0, 0.0, 0.0, 1.0, -1.0]);
@@ -95,8 +95,8 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
             mesh.push(Triangle64([b, a, a.map(|x| on_grid(1.4 * x + 0.05))]));
         }
     },
-    // T-junctions: some faces are cut in two, but their neighbours are not. A triangle without area
-    // closes some of the gaps.
+    // T-junctions: some faces are cut in two, but their neighbours are not. Triangles without area
+    // close some of the gaps.
     |mesh, rng| {
         let count = mesh.len();
         for i in (0..count).filter(|i| i % 7 == 0) {

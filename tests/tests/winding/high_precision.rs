@@ -1,10 +1,10 @@
 //! Computes winding numbers as sums of solid angles over all triangles, in pairs of f64 with about
-//! 30 digits. Shares no code with the tested implementation.
+//! 30 digits. This module shares no code with the tested implementation.
 
 use intertri::{Scalar, TriangleOf};
 
-/// A number as the sum of two f64, where the second is at most half a unit in the last place of the
-/// first.
+/// A number as the sum of two f64 values, where the second is at most half a unit in the last place
+/// of the first.
 #[derive(Clone, Copy)]
 struct Wide(f64, f64);
 

@@ -27,7 +27,7 @@ struct Seen {
     inside: usize,
     fractions: usize,
     edges: usize,
-    /// The largest error of points whose bound is below 1e-10, that is, of points not next to an
+    /// The largest error at points whose bound is below 1e-10, that is, at points not next to an
     /// open edge.
     largest_error: f64,
     /// The largest error as a share of the bound.
@@ -54,8 +54,8 @@ fn open_edges<S: Scalar>(mesh: &[TriangleOf<S>]) -> Vec<[[S; 3]; 2]> {
         .collect()
 }
 
-/// Returns the bound on the error: `2^-47` for each edge, times the ratio of its length to its
-/// distance if this ratio is above 1.
+/// Returns the bound on the error: `2^-47` for each edge, times the ratio of the edge's length to
+/// its distance from the point if this ratio is above 1, plus `f64::EPSILON`.
 fn allowed<S: Scalar>(edges: &[[[S; 3]; 2]], point: [S; 3]) -> f64 {
     let each = |edge: &[[S; 3]; 2]| {
         let seen =
@@ -111,7 +111,7 @@ fn compare<S: BvhScalar>(mesh: &[TriangleOf<S>], points: &[[S; 3]], seen: &mut S
 }
 
 /// Generates points around a mesh, and points whose rays meet corners and edges exactly, preferably
-/// those of open edges.
+/// open edges and their corners.
 fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     let open = open_edges(mesh);
     let aimed = |at: [f64; 3], rng: &mut Rng| {
@@ -140,12 +140,12 @@ fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
 }
 
 /// Generates a mesh and a point in f32. The point is the origin, and the mesh is moved so that the
-/// ray meets a corner or the midpoint of an edge.
+/// ray along [`WINDING_DIR`] meets a corner or the midpoint of an edge.
 fn in_f32(mesh: &[Triangle64], rng: &mut Rng) -> (Vec<Triangle>, [f32; 3]) {
     let open = open_edges(mesh);
     let [a, b] = if open.is_empty() { [mesh[0].0[0]; 2] } else { rng.pick(&open) };
     let at = if rng.unit() < 0.5 { a } else { [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])) };
-    // At a sixteenth of the size, these sums fit in 24 bits.
+    // At a sixteenth of the size, the sums below fit in 24 bits.
     let moved = |x: f64, k: usize| ((x - at[k]) / 16.0 + f64::from(WINDING_DIR[k])) as f32;
     let corner = |c: [f64; 3]| [0, 1, 2].map(|k| moved(c[k], k));
     (mesh.iter().map(|triangle| TriangleOf(triangle.0.map(corner))).collect(), [0.0; 3])
@@ -188,10 +188,10 @@ impl InF32 for Vec<Triangle64> {
     }
 }
 
-/// The rays must have the direction along which the test aims.
+/// Checks that crossings are counted along [`WINDING_DIR`], the direction in which the tests aim.
 #[test]
 fn rays_are_aimed_where_crossings_are_counted() {
-    // The ray goes exactly to the centre of a fan, which all its triangles share.
+    // The ray goes exactly to the centre of a fan, a corner that all triangles of the fan share.
     let d = WINDING_DIR.map(f64::from);
     let ring: [[f64; 3]; 4] =
         [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [-0.1, 0.0, 0.0], [0.0, -0.1, 0.0]];
