@@ -66,7 +66,7 @@ fn sphere() -> Bvh {
     let mesh = Mesh::icosphere(5);
     let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|v| v.map(|x| x as f32)).collect();
     let face = |face: &[usize; 3]| Triangle(face.map(|i| vertices[i]));
-    Bvh::new(&mesh.faces.iter().map(face).collect::<Vec<_>>()).expect("small")
+    Bvh::new(&mesh.faces.iter().map(face).collect::<Vec<_>>()).expect("the scene is small enough")
 }
 
 /// Tests eight rays against a triangle in integers: 512 steps.

@@ -36,7 +36,7 @@ fn of_scene(name: &str, scene: &Scene, by: [f64; 3], level: Level, lines: &mut V
     };
     let rays: Vec<_> = scene.rays.iter().map(ray).collect();
     let few = &rays[..rays.len().min(100)];
-    let bvh = Bvh::new(&triangles).expect("small");
+    let bvh = Bvh::new(&triangles).expect("the scene is small enough");
     let mut put = |query: &str, digest: Digest| {
         lines.push(Line::new(name, "exact", query, &digest));
     };
@@ -45,7 +45,7 @@ fn of_scene(name: &str, scene: &Scene, by: [f64; 3], level: Level, lines: &mut V
     put("closest, batch", of_hits(query.closest_batch(&rays)));
     put("closest, one", of_hits(few.iter().map(|r| query.closest(r).unwrap_or(Hit::MISS))));
     put("all", of_hits(few.iter().flat_map(|r| query.all(r))));
-    let lists = query.all_batch(few, Some(3)).expect("small");
+    let lists = query.all_batch(few, Some(3)).expect("the scene is small enough");
     put("all, first three", of_hits(lists.items));
     let mode = Mode::exact().at(level);
     let slices = few.iter().map(|r| mode.closest(&triangles, r).unwrap_or(Hit::MISS));
@@ -66,7 +66,7 @@ fn of_scene(name: &str, scene: &Scene, by: [f64; 3], level: Level, lines: &mut V
     put("crossings", digest);
 
     if scene.closed {
-        let solid = Solid::assume_closed(&triangles).expect("small");
+        let solid = Solid::assume_closed(&triangles).expect("the scene is small enough");
         let points = rays.iter().map(|r| [0, 1, 2].map(|k| r.origin[k] + 0.9 * r.dir[k]));
         let points: Vec<_> = points.chain(triangles.iter().map(|t| t.0[0])).collect();
         let mut digest = Digest::new();

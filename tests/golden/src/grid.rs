@@ -16,7 +16,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
         for (name, bits) in [
             ("fixed, fine", Bits::FINE),
             ("fixed, coarse", Bits::COARSE),
-            ("fixed, 6 bits", Bits::of_grid(6).expect("there is one")),
+            ("fixed, 6 bits", Bits::of_grid(6).expect("a grid with 6 bits exists")),
         ] {
             if let Some((triangles, rays)) = snapped(scene, bits) {
                 of_grid(&scene.name, name, fixed, &triangles, &rays, &mut lines);

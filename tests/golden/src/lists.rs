@@ -15,8 +15,8 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     for scene in &scenes() {
         // Two meshes with different masks.
         let (first, second) = scene.triangles.split_at(scene.triangles.len() / 3);
-        let whole = Bvh::new(&scene.triangles).expect("small");
-        let mut parts = Bvh::from_meshes(&[first, second]).expect("small");
+        let whole = Bvh::new(&scene.triangles).expect("the scene is small enough");
+        let mut parts = Bvh::from_meshes(&[first, second]).expect("the scene is small enough");
         parts.set_mask(1, 0b10);
         let certified = Mode::certified_with(scene.threshold).at(level);
         of_mode(scene, [&whole, &parts], certified, "certified", &mut lines);
@@ -46,15 +46,21 @@ fn of_mode(
         lines.push(Line::new(&scene.name, name, query, &digest));
     };
     let query = |bvh| Bvh::query(bvh).mode(mode);
-    let all = query(whole).all_batch(rays, None).expect("small");
+    let all = query(whole).all_batch(rays, None).expect("the scene is small enough");
     put("all, batch", &all);
-    put("all, first two", &query(whole).all_batch(rays, Some(2)).expect("small"));
-    put("all, two meshes", &query(parts).all_batch(rays, None).expect("small"));
-    put("all, masked", &query(parts).mask(0b10).all_batch(rays, None).expect("small"));
+    put(
+        "all, first two",
+        &query(whole).all_batch(rays, Some(2)).expect("the scene is small enough"),
+    );
+    put("all, two meshes", &query(parts).all_batch(rays, None).expect("the scene is small enough"));
+    put(
+        "all, masked",
+        &query(parts).mask(0b10).all_batch(rays, None).expect("the scene is small enough"),
+    );
     let front = query(whole).faces(Faces::Front);
-    put("all, front faces", &front.all_batch(rays, None).expect("small"));
+    put("all, front faces", &front.all_batch(rays, None).expect("the scene is small enough"));
     // Skip the first hit of each ray.
     let firsts: Vec<_> = all.iter().map(|hits| &hits[..hits.len().min(1)]).collect();
     let others = query(whole).skip(&firsts);
-    put("all, but the first", &others.all_batch(rays, None).expect("small"));
+    put("all, but the first", &others.all_batch(rays, None).expect("the scene is small enough"));
 }

@@ -12,7 +12,7 @@ use crate::scenes::{Scene, scenes};
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {
-        let bvh = Bvh::new(&scene.triangles).expect("small");
+        let bvh = Bvh::new(&scene.triangles).expect("the scene is small enough");
         let certified = Mode::certified_with(scene.threshold);
         of_mode(scene, &bvh, certified.at(level), "certified", &mut lines);
         of_mode(scene, &bvh, Mode::exact().at(level), "exact", &mut lines);

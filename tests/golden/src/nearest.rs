@@ -16,7 +16,7 @@ pub(crate) fn answers(_: Level) -> Vec<Line> {
             rays.map(move |ray| [0, 1, 2].map(|k| ray.origin[k] + x * ray.dir[k]))
         };
         let points: Vec<[f32; 3]> = along(0.0).chain(along(0.9)).chain(along(2.0)).collect();
-        let bvh = Bvh::new(&scene.triangles).expect("small");
+        let bvh = Bvh::new(&scene.triangles).expect("the scene is small enough");
         lines.push(closest(scene, &bvh, &points, "closest point", f64::INFINITY));
         lines.push(closest(scene, &bvh, &points, "closest point within 0.25", 0.25));
         if scene.closed {

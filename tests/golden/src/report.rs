@@ -74,7 +74,7 @@ pub fn report() -> (String, bool) {
     for section in SECTIONS {
         for level in Level::all() {
             let row = Row::new(section, level);
-            writeln!(text, "{row}").expect("text");
+            writeln!(text, "{row}").expect("writing to a string succeeds");
             same &= row.is_same();
         }
     }

@@ -13,7 +13,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mode = Mode::exact().at(level);
     let mut lines = vec![];
     for scene in &scenes() {
-        let bytes = Bvh::new(&scene.triangles).expect("small").to_bytes();
+        let bytes = Bvh::new(&scene.triangles).expect("the scene is small enough").to_bytes();
         let mut bvh = Bvh::from_bytes(&bytes).expect("just saved");
         let mut put = |bvh: &Bvh, query: &str| {
             let mut hits = vec![Hit::MISS; scene.rays.len()];
@@ -28,7 +28,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
         // Move every corner, using sums and products that are the same everywhere.
         let moved = |[x, y, z]: [f32; 3]| [0.75 * x - 0.25 * y, y + 0.125 * z, z - 0.5 * x];
         let moved: Vec<_> = scene.triangles.iter().map(|t| Triangle(t.0.map(moved))).collect();
-        bvh.refit(&moved).expect("as many");
+        bvh.refit(&moved).expect("the number of triangles stays the same");
         put(&bvh, "closest, moved");
     }
     lines

@@ -21,7 +21,8 @@ pub(crate) fn scenes() -> Vec<Scene> {
     let mut scenes = vec![];
     for family in FAMILIES {
         let scene = family.scene(&mut Rng::new(11), 60, 40);
-        let threshold = Threshold::new(scene.threshold).expect("a family's is one");
+        let threshold =
+            Threshold::new(scene.threshold).expect("the threshold of a family is valid");
         let (triangles, rays) = (scene.triangles, scene.rays);
         scenes.push(Scene { name: family.name.into(), triangles, rays, threshold, closed: false });
     }

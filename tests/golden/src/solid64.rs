@@ -21,7 +21,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
         let triangle = |t: &intertri::Triangle| TriangleOf(t.0.map(|corner| corner.map(place)));
         let triangles: Vec<Triangle64> = scene.triangles.iter().map(triangle).collect();
         let rays: Vec<Ray64> = scene.rays.iter().take(500).map(ray).collect();
-        let bytes = Bvh::new(&triangles).expect("small").to_bytes();
+        let bytes = Bvh::new(&triangles).expect("the scene is small enough").to_bytes();
         let mut bvh = Bvh::<f64>::from_bytes(&bytes).expect("just saved");
         lines.push(hits(scene, &bvh, &rays, level, "closest, loaded"));
         lines.push(nearest(scene, &bvh, &rays, "closest point"));
@@ -41,7 +41,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
         // Move every corner, using sums and products that are the same everywhere.
         let moved = |[x, y, z]: [f64; 3]| [0.75 * x - 0.25 * y, y + 0.125 * z, z - 0.5 * x];
         let moved: Vec<_> = triangles.iter().map(|t| TriangleOf(t.0.map(moved))).collect();
-        bvh.refit(&moved).expect("as many");
+        bvh.refit(&moved).expect("the number of triangles stays the same");
         lines.push(hits(scene, &bvh, &rays, level, "closest, moved"));
         lines.push(nearest(scene, &bvh, &rays, "closest point, moved"));
     }
