@@ -73,10 +73,13 @@ fn sphere() -> Bvh {
 fn integers<const FILTER: bool>(inputs: &mut Inputs, times: u64) {
     let (triangles, rays) = (inputs.triangles(), inputs.rays());
     let points = triangles.iter().flat_map(|t| t.0).chain(rays.iter().map(|r| r.origin));
-    let grid = Grid::around(points, Bits::FINE).expect("finite");
-    let prepared: Vec<_> =
-        triangles.iter().map(|t| Prepared::new(&grid.triangle(t).expect("within"))).collect();
-    let rays: Vec<_> = rays.iter().map(|r| grid.ray(r).expect("within")).collect();
+    let grid = Grid::around(points, Bits::FINE).expect("all points are finite");
+    let prepared: Vec<_> = triangles
+        .iter()
+        .map(|t| Prepared::new(&grid.triangle(t).expect("the grid covers the scene")))
+        .collect();
+    let rays: Vec<_> =
+        rays.iter().map(|r| grid.ray(r).expect("the grid covers the scene")).collect();
     let packets: Vec<_> = rays.chunks(8).map(Packet::new).collect();
     for _ in 0..times {
         black_box(LEVEL.run(Grids::<FILTER>(&packets, &prepared)));

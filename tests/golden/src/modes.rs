@@ -85,7 +85,7 @@ fn of_crossings(scene: &Scene, bvh: &Bvh, mode: Mode, lines: &mut Vec<Line>) {
 
 /// Computes the line for containment in a closed mesh, in the `exact` mode.
 fn contains(Scene { name, triangles, rays, .. }: &Scene) -> Line {
-    let solid = Solid::new(triangles).expect("closed");
+    let solid = Solid::new(triangles).expect("the mesh is closed");
     let points = rays.iter().map(|ray| [0, 1, 2].map(|k| ray.origin[k] + 0.9 * ray.dir[k]));
     let points: Vec<[f32; 3]> = points.chain(triangles.iter().map(|t| t.0[0])).collect();
     let mut digest = Digest::new();

@@ -20,7 +20,7 @@ pub(crate) fn answers(_: Level) -> Vec<Line> {
         lines.push(closest(scene, &bvh, &points, "closest point", f64::INFINITY));
         lines.push(closest(scene, &bvh, &points, "closest point within 0.25", 0.25));
         if scene.closed {
-            let solid = Solid::new(&scene.triangles).expect("closed");
+            let solid = Solid::new(&scene.triangles).expect("the mesh is closed");
             let mut digest = Digest::new();
             for distance in solid.signed_distance_batch(&points) {
                 digest.hits += u64::from(distance < 0.0);
