@@ -55,7 +55,7 @@ impl Point4 {
         }
     }
 
-    /// Moves a point, which is on wall `i` up to rounding, exactly onto that wall.
+    /// Moves a point that is on wall `i` up to rounding exactly onto the wall.
     fn on_wall(self, i: usize) -> Self {
         let w = self.w;
         match i {
@@ -69,8 +69,8 @@ impl Point4 {
     }
 }
 
-/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if its
-/// boundary coordinate is positive, and 1 if the point is outside, on the wall, or NaN.
+/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if
+/// boundary coordinate `i` is positive, and 1 if the point is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }
@@ -110,8 +110,8 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return Some((a, c));
     }
 
-    // How far the edge reaches from a toward c, and from c toward a. At most one end is outside
-    // each wall, and the wall limits how far the edge reaches from the other end.
+    // How far the visible part can reach from a toward c, and from c toward a. At most one end is
+    // outside each wall; the wall then limits how far the part reaches from the other end.
     let (mut from_a, mut from_c) = ((1.0, None), (1.0, None));
     for i in 0..6 {
         if c_outcode >> i & 1 == 1 {

@@ -25,9 +25,9 @@ use crate::view::View;
 pub enum Verdict {
     /// Both images agree.
     Same,
-    /// They differ, but rounding explains the difference.
+    /// The images differ, but rounding explains the difference.
     Excused,
-    /// They differ, and one of them is wrong.
+    /// The images differ, and one of them is wrong.
     Unexcused,
 }
 
@@ -55,7 +55,7 @@ pub fn differences(
 ) -> Vec<Verdict> {
     let width = view.width() as usize;
     let pixels = width * view.height() as usize;
-    assert!(one.len() == pixels && other.len() == pixels, "one hit per pixel");
+    assert!(one.len() == pixels && other.len() == pixels, "each image must have one hit per pixel");
     let mut verdicts = vec![Verdict::Same; pixels];
     threads::parts(&mut verdicts, width, |y, row, (): &mut ()| {
         for (x, verdict) in row.iter_mut().enumerate() {

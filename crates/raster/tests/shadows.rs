@@ -76,7 +76,8 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usi
     (dark, verdicts.iter().filter(|v| **v != Verdict::Same).count())
 }
 
-/// Returns the lights used by all tests: near, far, at the eye, behind it, below, and directional.
+/// Returns the lights used by all tests: near, far, at the eye, behind the eye, below the scene,
+/// and directional.
 fn lights(camera: &Camera) -> Vec<Light> {
     let mut lights = Vec::new();
     for position in
@@ -85,7 +86,7 @@ fn lights(camera: &Camera) -> Vec<Light> {
         lights.extend([point(position, REACH), point(position, 1.0)]);
     }
     for toward in [[0.3, 1.0, 0.2], [-1.0, 0.4, 0.0], [0.0, 1e-3, 1.0], [0.0, 0.0, -5.0]] {
-        // A vector that is long enough to leave the scene.
+        // Make the vector long enough to reach outside the scene.
         let long = toward.map(|x| 20.0 * x);
         lights.extend([directional(toward), Light::Directional { toward: long, reach: REACH }]);
     }
@@ -321,8 +322,8 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
     let adjacency = Adjacency::new(&soup);
     assert_eq!((adjacency.points().len(), adjacency.edges().count()), (8, 18));
     for edge in adjacency.edges() {
-        let [one, other] = edge.sides else { panic!("a closed mesh") };
-        assert_ne!(one.forward, other.forward, "wound consistently");
+        let [one, other] = edge.sides else { panic!("the mesh must be closed") };
+        assert_ne!(one.forward, other.forward, "the mesh must be wound consistently");
     }
     // Seen along a diagonal, the outline has six edges that form one closed loop. A front face and
     // a back face meet at each of them, so each counts 2.
