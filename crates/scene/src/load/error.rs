@@ -4,7 +4,7 @@ use std::collections::TryReserveError;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
-/// Why a model could not be read. It is displayed as one line: `file:line: cause`.
+/// Why a model could not be read. The error is displayed as one line: `file:line: cause`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadError {
     /// The file.

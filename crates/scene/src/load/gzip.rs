@@ -1,4 +1,4 @@
-//! Files compressed with gzip, for models in any format.
+//! Unpacks model files that are compressed with gzip.
 
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -17,11 +17,12 @@ const SURE: u64 = 64 << 20;
 /// few shrink to a fiftieth.
 const RATIO: u64 = 100;
 
-/// Unpacks a file of the given size. Memory is linear in that size, so a decompression bomb results
-/// in an error.
+/// Unpacks a file of the given size. Returns an error if the unpacked data would be
+/// disproportionately large, so that a decompression bomb cannot exhaust memory.
 ///
-/// A gzip file may have several consecutive members. Other data after them is ignored with a note,
-/// much as `gunzip` does. Zeros, which are used as padding on tapes, are ignored without a note.
+/// A gzip file may have several consecutive members. Other data after the members is skipped with a
+/// note, much as `gunzip` does. Zeros, which are used as padding on tapes, are skipped without a
+/// note.
 pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Result<Vec<u8>, Fault> {
     let most = size.saturating_mul(RATIO).max(SURE);
     let (mut packed, mut bytes) = (Vec::new(), Vec::new());
