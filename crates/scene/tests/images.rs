@@ -1,4 +1,4 @@
-//! Tests images: their sizes, their files, and what remains after a failure.
+//! Tests image sizes, reading and writing image files, and what a failed write leaves behind.
 
 use std::fs;
 #[cfg(unix)]

@@ -116,7 +116,7 @@ fn concave_polygons_are_covered_and_nothing_else() {
             let (triangles, notes) = cut::<f32>(&flat(&turned));
             assert_eq!(notes, [""; 0]);
             check(&flat(&turned), &triangles);
-            // Tiny and huge polygons, tilted, near 0 and far from it.
+            // Tiny and huge polygons, tilted, near the origin and far from it.
             for (size, place) in
                 [(1.0, [0.0; 3]), (1.0, [4e5, 5e6, 80.0]), (1e-300, [0.0; 3]), (1e300, [0.0; 3])]
             {

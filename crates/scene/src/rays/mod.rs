@@ -32,9 +32,9 @@ const PIECE: usize = 1 << 19;
 
 /// A stream of rays from a file or any reader, read in bounded memory.
 ///
-/// You choose the scalar in which to read the rays, f32 or f64. The numbers in the file are f32, f64,
-/// or decimals, which are read as the nearest f64. Numbers that are not exact in your scalar are
-/// rounded and counted ([`Rays::rounding`]).
+/// You choose the scalar in which to read the rays, f32 or f64. The numbers in the file are f32,
+/// f64, or decimals, which are read as the nearest f64. Numbers that are not exact in your scalar
+/// are rounded and counted ([`Rays::rounding`]).
 ///
 /// ```
 /// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None, None)?;
@@ -49,7 +49,7 @@ pub struct Rays<'a> {
     format: Format,
     /// In a text file, the number of the last line that was read.
     line: u64,
-    /// How that line ended.
+    /// How the last line ended.
     end: LineEnd,
     /// The number of rays that were read.
     count: u64,
