@@ -1,7 +1,7 @@
 //! Detects which rays of a batch are pixels in rows.
 //!
-//! The caller does not declare this, but at the end of each row the direction jumps back, or the
-//! origin does if the rays are parallel.
+//! The caller does not mark the rows, but at the end of each row the direction jumps back or, if
+//! the rays are parallel, the origin does.
 //!
 //! ```text
 //!   ┌──────────────────────►
@@ -9,8 +9,8 @@
 //!   ...
 //! ```
 //!
-//! Looking at two rows and at the ends of the others costs almost nothing compared with tracing
-//! them.
+//! Looking at two rows and at the ends of the others costs almost nothing compared with tracing the
+//! rays.
 
 use std::ops::Range;
 
@@ -30,7 +30,7 @@ const FEWEST: usize = LOWEST;
 /// pixels.
 const STEP: usize = 8;
 
-/// If no rows are found at a ray, the search resumes after this many rays.
+/// If no rows are found at a ray, the search resumes this many rays later.
 const AGAIN: usize = 1 << 16;
 
 /// A run of consecutive rays.
@@ -107,8 +107,8 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Returns whether the pixels jump back just before a ray, by at least half the change over
-    /// this many pixels.
+    /// Returns whether the direction (or the origin) jumps back just before a ray, by at least half
+    /// of its change over this many pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
         // Compare along the row, in units of its steps, so that jitter within a few pixels is not a
         // jump.

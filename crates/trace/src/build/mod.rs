@@ -10,7 +10,7 @@
 //!    [`split`] sorts boxes into a row of bins, and [`sweep`] finds the cheapest cut. On the way
 //!    back up, [`collapse`] uses dynamic programming to find the cheapest way to cut the tree into
 //!    eight-way nodes and blocks of eight triangles.
-//! 3. [`reinsert`] moves parts of that tree if large triangles make it worthwhile.
+//! 3. [`reinsert`] moves parts of that tree if large triangles make this worthwhile.
 //! 4. [`wide`] writes the nodes and blocks of the plan in the order in which rays visit them.
 //!
 //! The result depends only on the triangles, never on the number of threads or the SIMD width. At
