@@ -26,7 +26,7 @@ pub struct Side {
     pub forward: bool,
 }
 
-/// An edge and the faces that meet there, in ascending order.
+/// An edge and the faces that meet at the edge, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge<'a> {
     /// Two indices into [`Adjacency::points`], the smaller first.

@@ -26,7 +26,7 @@ pub(crate) struct Piece {
     corners: (u32, u32),
 }
 
-/// The outlines of several facets, and for each band the indices of those to draw, in order.
+/// The outlines of several facets, and for each band the indices of the outlines to draw, in order.
 pub(crate) struct Batch {
     corners: Vec<[i32; 2]>,
     pieces: Vec<Piece>,

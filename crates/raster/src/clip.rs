@@ -1,4 +1,4 @@
-//! Document E: edges and facets in homogeneous coordinates, clipped to the canonical view volume.
+//! Document E: clips edges and facets in homogeneous coordinates to the canonical view volume.
 //!
 //! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`. Each of its six walls has a
 //! boundary coordinate that is positive inside the wall and changes linearly along an edge:
@@ -161,7 +161,7 @@ pub fn clip_facet(
     outline.clear();
     outline.extend(corners);
 
-    // Find the walls that all corners are outside of, and those that any corner is outside of.
+    // Find the walls that all corners are outside of, and the walls that any corner is outside of.
     let (mut all, mut any, mut usable) = (walls, 0, true);
     for corner in &*outline {
         let boundaries = corner.boundaries();

@@ -1,4 +1,5 @@
-//! Decides, pixel by pixel and without rounding, where two images of the same scene may differ.
+//! Decides, pixel by pixel and without rounding, where two images of the same scene are allowed to
+//! differ.
 //!
 //! A traced ray does not pass exactly through the centre of its pixel: the tracer rounds directions
 //! to f32, and this crate snaps corners to fractions of a pixel. Together, these roundings shift

@@ -1,4 +1,4 @@
-//! The inverse view depth `q` of a plane, as a linear function of the image coordinates.
+//! Computes the inverse view depth `q` of a plane, which is linear in the image coordinates.
 //!
 //! Let `n` be the plane's normal, and `a` the vector from the eye to a point of the plane. The line
 //! of sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,

@@ -1,4 +1,4 @@
-//! Decides, pixel by pixel, where two shadow masks of the same image may differ.
+//! Decides, pixel by pixel, where two shadow masks of the same image are allowed to differ.
 //!
 //! The point that a pixel shows is known only to be in a small ball ([`Ball`]). A difference is
 //! excused if the surface of a shadow volume, a side or a near cap, meets that ball:

@@ -1,4 +1,5 @@
-//! Document C: the faces that point toward the light, and the silhouette edges of their shadow.
+//! Document C: finds the faces that point toward the light, and the silhouette edges of their
+//! shadow.
 //!
 //! The document selects the faces whose normals point toward the light, and the edges between them
 //! and the other faces. This selection is right for a closed mesh with consistent winding. Here,

@@ -1,4 +1,4 @@
-//! Document C: the shadow volumes behind the faces, as closed surfaces.
+//! Document C: builds the shadow volumes behind the faces, as closed surfaces.
 //!
 //! ```text
 //!           * light          Each face has a volume: everything behind it as seen from the

@@ -2,7 +2,8 @@
 //!
 //! 1. Every facet is clipped, snapped to fractions of a pixel, and sorted into bands of rows.
 //! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number
-//!    in integers. Each pixel in a run stores the facet if it is nearer than the one already there.
+//!    in integers. Each pixel in a run stores the facet if it is nearer than the facet already
+//!    stored.
 //! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
 use intertri::internal::Coefficients;

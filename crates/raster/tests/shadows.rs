@@ -1,5 +1,5 @@
-//! Compares shadow volumes with brute-force shadow rays, for well-formed meshes and many kinds of
-//! malformed ones.
+//! Compares shadow volumes with brute-force shadow rays, for well-formed meshes and for many kinds
+//! of malformed meshes.
 
 use crate::common::{Numbers, ball, cuboid, floor, view_of};
 use intertri::{Hit, Mode, Ray, Triangle};
@@ -218,7 +218,7 @@ fn the_eye_within_a_shadow() {
         assert_eq!(*lit, looks[hit.triangle as usize] == 1, "{hit:?}");
     }
     assert!(mask.contains(&true) && mask.contains(&false));
-    // A light in the middle of the room reaches all of it.
+    // A light in the middle of the room reaches the whole room.
     let (dark, _) = same_as_rays(&camera, &room, point([0.0; 3], REACH));
     assert_eq!(dark, 0);
 }
@@ -326,7 +326,7 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
         assert_ne!(one.forward, other.forward, "the mesh must be wound consistently");
     }
     // Seen along a diagonal, the outline has six edges that form one closed loop. A front face and
-    // a back face meet at each of them, so each counts 2.
+    // a back face meet at each edge, so each edge counts 2.
     let looks = facing(&adjacency, &directional([1.0, 2.0, 3.0]));
     assert_eq!(
         (looks.iter().filter(|f| **f == 1).count(), looks.iter().filter(|f| **f == -1).count()),

@@ -1,4 +1,5 @@
-//! Tests the rule that excuses differences, just inside and just outside its exact limits.
+//! Tests the rule that excuses differences between images, just inside and just outside its exact
+//! limits.
 
 use crate::common::Numbers;
 use dashu_ratio::Relaxed as Exact;
@@ -33,7 +34,7 @@ fn shows(triangle: u32, t: f64) -> Hit {
 }
 
 /// Returns the smallest f64 between `lo` and `hi` for which a predicate is true. The predicate must
-/// be false below that value and true above it.
+/// be false below the result and true above it.
 fn turning_point(lo: f64, hi: f64, question: impl Fn(f64) -> bool) -> f64 {
     let (mut lo, mut hi) = (lo.to_bits(), hi.to_bits());
     while hi - lo > 1 {

@@ -1,4 +1,4 @@
-//! Document E: an edge in homogeneous coordinates, clipped to the canonical view volume.
+//! Document E: clips an edge in homogeneous coordinates to the canonical view volume.
 //!
 //! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`; its points have `w > 0`, so a
 //! point behind the eye is outside. Each of the six walls has a boundary coordinate that is

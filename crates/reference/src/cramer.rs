@@ -142,8 +142,8 @@ impl Viewpoint {
 /// toward 0. Read as a colour 0xRRGGBB, the value is a shade of green for coordinates from 0 to
 /// 255. The green component repeats every 256 texels.
 ///
-/// Coordinates outside the range of `i32` are clamped to it, and NaN counts as 0. A product that
-/// overflows `i32` loses its high bits.
+/// Coordinates outside the range of `i32` are clamped to the range, and NaN counts as 0. A product
+/// that overflows `i32` loses its high bits.
 pub fn xor_pattern(tx: f64, ty: f64) -> i32 {
     (tx as i32 ^ ty as i32).wrapping_mul(256)
 }

@@ -126,8 +126,8 @@ impl Scene {
     /// threshold.
     ///
     /// # Errors
-    /// Returns an error if a triangle refers to a missing vertex. The error contains the first such
-    /// triangle and its first such vertex.
+    /// Returns an error if a triangle refers to a missing vertex. The error contains the first
+    /// triangle of this kind and its first missing vertex.
     pub fn new(
         vertx: Vec<Vector>,
         corners: impl IntoIterator<Item = [usize; 3]>,

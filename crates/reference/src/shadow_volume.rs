@@ -108,7 +108,8 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
     edges
 }
 
-/// Extrudes each edge of the silhouette into a quad, from the edge to the distance `big` behind it.
+/// Extrudes each edge of the silhouette into a quad, from the edge to the distance `big` behind the
+/// edge.
 ///
 /// `big` is the document's BIG: a distance that reaches beyond the scene. An edge through the
 /// position of the light, or along its direction, yields a quad without area.

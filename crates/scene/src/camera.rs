@@ -20,8 +20,8 @@ use intertri::RayOf;
 use crate::coordinate::Coordinate;
 use crate::mesh::{double, rounded};
 
-/// The smallest allowed sine of the angle between the view direction and up. Below this, rounding
-/// would determine the tilt of the image.
+/// The smallest allowed sine of the angle between the view direction and up. Below this value,
+/// rounding would determine the tilt of the image.
 const LEVEL: f64 = 1e-6;
 
 /// A pinhole camera with an eye, a view direction, and a field of view.

@@ -1,4 +1,4 @@
-//! The scalar of a scene: f32 or f64.
+//! The scalar type of a scene's coordinates: f32 or f64.
 
 use std::str::FromStr;
 

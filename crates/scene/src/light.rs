@@ -1,4 +1,4 @@
-//! A point light or a directional light, and its shadow rays.
+//! Point lights and directional lights, and their shadow rays.
 
 use glam::DVec3;
 use intertri::{Hit, RayOf, Scalar, TriangleOf, spawn_ray, spawn_ray_to};
@@ -191,7 +191,7 @@ mod tests {
                 assert!(!exact.any(&[triangle], &next), "{i}: {next:?}");
                 assert!(exact.any(&far[..1], &next), "{i}: {next:?}");
                 blocked += u32::from(!exact.any(&[far[0]], &light.shadow_ray(point.to_array())));
-                // A wall behind a point light does not occlude it.
+                // A wall behind a point light does not occlude the light.
                 let beyond = exact.any(&far[1..], &next);
                 assert_eq!(beyond, matches!(light, Light::Directional { .. }), "{i}: {next:?}");
             }

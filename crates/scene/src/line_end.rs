@@ -1,12 +1,12 @@
-//! Line ends in text: a line feed, a carriage return, or both.
+//! Reads lines of text that end in a line feed, a carriage return, or both.
 
 use std::io::{self, BufRead, ErrorKind};
 
 /// How the last line that was read ended.
 ///
-/// A carriage return ends a line at once, even if a line feed may follow, because a program that
-/// sends rays through a pipe may wait for the result before it continues. If a line feed follows,
-/// the next line begins after the line feed.
+/// A carriage return ends a line immediately, even if a line feed may follow, because a program
+/// that sends rays through a pipe may wait for the result before it continues. If a line feed
+/// follows, the next line begins after the line feed.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) enum LineEnd {
     /// The line ended with a line feed, or no line has been read yet.

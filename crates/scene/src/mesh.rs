@@ -33,7 +33,7 @@ pub struct Mesh<S = f32> {
     /// Three indices into `positions` per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// The texture coordinates of the three corners of each triangle, or `None` if no triangle has
-    /// texture coordinates. If only some triangles have them, the other triangles have zeros.
+    /// texture coordinates. If only some triangles have texture coordinates, the others have zeros.
     pub corner_uvs: Option<Vec<[[f32; 2]; 3]>>,
     /// The parts, ascending in `first`; empty for a mesh with only one material.
     pub parts: Vec<Part>,

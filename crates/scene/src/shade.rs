@@ -24,8 +24,8 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// value is not read. For an image without shadows, pass all `true`.
 ///
 /// The hit's u and v determine its point on the triangle. Surfaces are Lambertian: they reflect
-/// light in proportion to the cosine of the angle between the normal and the light. The normal is
-/// the geometric one, turned toward the camera, so both sides look alike, and meshes are not
+/// light in proportion to the cosine of the angle between the normal and the light. The geometric
+/// normal is used, turned toward the camera, so both sides look the same, and meshes are not
 /// smoothed. A little ambient light, more from above than from below, keeps shadows readable.
 ///
 /// # Errors
@@ -81,7 +81,7 @@ struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    /// Returns the face of a hit, reusing the last face if the hit is on it.
+    /// Returns the face of a hit. If the last face contains the hit, it is reused.
     fn at<'b, S: Coordinate, M: SceneGeometry<S>>(
         scene: &'a Scene<S, M>,
         hit: &Hit,

@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn between_the_thresholds_a_code_goes_on() {
-        // Test the ends of all buckets, and many numbers between them.
+        // Test the ends of all buckets, and many values in between.
         let mut bits = 0;
         while bits <= 1.0_f32.to_bits() {
             for x in [bits, bits.saturating_sub(1)].map(f32::from_bits) {

@@ -9,7 +9,8 @@ use tempfile::TempDir;
 
 type Point = [f64; 3];
 
-/// Returns the triangles of one polygon, as indices into its corners, and the notes about it.
+/// Returns the triangles of one polygon, as indices into the polygon's corners, and the notes about
+/// the polygon.
 fn cut<S: Coordinate>(corners: &[Point]) -> (Vec<[usize; 3]>, Vec<String>) {
     let mut text = String::new();
     for [x, y, z] in corners {

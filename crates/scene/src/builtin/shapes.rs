@@ -127,7 +127,7 @@ impl Shapes {
     /// Adds a unit sphere, transformed by `place`: an icosahedron with every triangle split into
     /// four, `levels` times.
     pub(super) fn icosphere(&mut self, levels: u32, place: impl Fn(DVec3) -> DVec3) {
-        // The corners of an icosahedron are those of three golden rectangles.
+        // The corners of an icosahedron are the corners of three golden rectangles.
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
         let mut points: Vec<DVec3> = Vec::new();
         for axis in 0..3 {

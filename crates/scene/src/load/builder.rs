@@ -182,7 +182,7 @@ impl<S: Coordinate> MeshBuilder<S> {
             self.notes.add(NO_UVS, 1, self.line);
             self.face_uvs.clear();
         }
-        // Texture coordinates are stored once a face has them; earlier faces get zeros.
+        // Texture coordinates are stored from the first face that has any; earlier faces get zeros.
         if !self.face_uvs.is_empty() || self.mesh.corner_uvs.is_some() {
             let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
             kept.try_reserve(self.mesh.triangles.len() - kept.len())?;

@@ -1,4 +1,4 @@
-//! Model files: Wavefront OBJ, PLY, STL, and glTF, optionally compressed with gzip.
+//! Reads model files: Wavefront OBJ, PLY, STL, and glTF, optionally compressed with gzip.
 
 mod builder;
 mod cut;
@@ -57,7 +57,7 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 ///
 /// In a strip, every other triangle is flipped, so that all have the same winding, and triangles
 /// that use a vertex twice are skipped. A text file may begin with a byte order mark. Vertices,
-/// texture coordinates, and other numbers that no triangle uses may have any value, such as NaN.
+/// texture coordinates, and other values that no triangle uses may be anything, such as NaN.
 ///
 /// The [`Notes`] of [`load_model`] count everything that is skipped, repaired, or guessed.
 ///

@@ -27,7 +27,7 @@ const RAW: usize = size_of::<Ray>();
 /// The number of bytes in a raw ray in f64.
 const RAW64: usize = size_of::<Ray64>();
 
-/// The number of bytes read at once, if available: a whole number of raw rays.
+/// The number of bytes to read at a time, if available: a whole number of raw rays.
 const PIECE: usize = 1 << 19;
 
 /// A stream of rays from a file or any reader, read in bounded memory.
@@ -86,9 +86,9 @@ impl<'a> Rays<'a> {
     /// Starts reading an input. `name` is used in error messages, and `size` is the size in bytes
     /// if it is known.
     ///
-    /// Without a `format`, the extension of `name` determines it, as in [`RaysFormat::of_name`].
-    /// For other extensions, the input is CSV if its first non-blank line consists of column names.
-    /// Anything else is an error, because any bytes could be raw rays.
+    /// Without a `format`, the extension of `name` determines the format, as in
+    /// [`RaysFormat::of_name`]. For other extensions, the input is CSV if its first non-blank line
+    /// consists of column names. Anything else is an error, because any bytes could be raw rays.
     ///
     /// # Errors
     /// Returns an error if the input cannot be read, its format is unknown, its line of column

@@ -1,4 +1,4 @@
-//! Detects which rays of a batch are pixels in rows.
+//! Detects which rays of a batch are the pixels of an image, row by row.
 //!
 //! The caller does not mark the rows, but at the end of each row the direction jumps back or, if
 //! the rays are parallel, the origin does.
@@ -55,7 +55,7 @@ pub fn runs(count: usize, line: impl Fn(usize) -> [[f64; 3]; 2]) -> Vec<Run> {
     while at < count {
         let rows = Rows::new(count - at, |i| line(at + i));
         let Some((first, width)) = rows.find() else {
-            // There are no rows here, but an image may begin later.
+            // There are no rows at this ray, but an image may begin later.
             let end = count.min(at + AGAIN);
             add(at..end, None);
             at = end;

@@ -48,7 +48,7 @@ impl Costs {
             }
             plan |= best << (3 * (children - 2));
         }
-        // One child: a wide node, whose eight slots the two sides divide between them.
+        // One child: a wide node, whose eight slots are divided between the two sides.
         let one = shared[8] + area * NODE;
         // `costs[i]` allows up to i + 1 children, so one child may be cheaper than several.
         let mut costs = [one; 7];

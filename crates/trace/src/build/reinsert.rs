@@ -125,8 +125,8 @@ impl Top {
         self.0.iter().map(|node| node.area).sum()
     }
 
-    /// Removes a subtree and makes it the sibling of the node next to which it costs least. Its
-    /// parent moves with it.
+    /// Removes a subtree and makes it the sibling of the node next to which it costs least. The
+    /// subtree's parent moves, too.
     fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;

@@ -66,8 +66,8 @@ impl Binning {
     /// Returns the bin of a box along one axis, with [`ROUND`] added.
     #[inline(always)]
     fn bin(&self, sides: &SimdAabb, axis: usize) -> f32 {
-        // Use the same operations as for all axes at once, so that a box never falls into a
-        // different bin here.
+        // Use the same operations as for all axes at once, so that a box always falls into the same
+        // bin.
         let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
         (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }

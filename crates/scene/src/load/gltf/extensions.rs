@@ -1,4 +1,4 @@
-//! The glTF extensions that affect triangles.
+//! Handles the glTF extensions that affect triangles.
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -55,8 +55,8 @@ const VISIBILITY: &str = "KHR_node_visibility";
 /// The maximum number of names in a note.
 const NAMED: usize = 4;
 
-/// Rejects a file that requires an unknown extension. Adds a note about the unknown extensions that
-/// the file uses without requiring them.
+/// Rejects a file that requires an unknown extension. Adds a note about unknown extensions that the
+/// file uses but does not require.
 pub(super) fn check(root: &Root, notes: &mut Notes) -> Result<(), Fault> {
     let known = |name: &str| KNOWN.iter().any(|known| name.starts_with(known));
     if let Some(unknown) = root.extensions_required.iter().find(|name| !known(name)) {

@@ -27,8 +27,8 @@ pub(super) struct Primitives<'a> {
 /// How a mesh is placed in the scene.
 #[derive(Clone, Copy)]
 pub(super) enum Placement<'a> {
-    /// By instances. The mesh stays in its own space; if the instances mirror it, its triangles are
-    /// flipped.
+    /// By instances. The mesh stays in its own space; if the instances mirror the mesh, its
+    /// triangles are flipped.
     ByInstances { are_mirrored: bool },
     /// By a skin. `joints` are the joints' transforms; each joint moves a vertex in proportion to
     /// its weight for that vertex. Primitives without joints are placed by their node's
