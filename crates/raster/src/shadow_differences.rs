@@ -35,9 +35,9 @@ use crate::volume::Volume;
 /// triangles edge-on to the light, or if the visible triangle's plane is edge-on to the eye within
 /// the tolerance. If the reach of the light is 1, the visible triangle's own cap does not count,
 /// and neither do its own sides if it is edge-on to the light.
-///The radius is rounded up. Whether a cap or a side meets the ball is decided in rational
-///arithmetic, from distances between points, lines, and planes.
-/// from distances between points, lines, and planes.
+///
+/// The radius is rounded up. Whether a cap or a side meets the ball is decided in rational
+/// arithmetic, from distances between points, lines, and planes.
 ///
 /// # Panics
 /// Panics if a slice does not have one entry per pixel, or if a differing pixel shows a triangle

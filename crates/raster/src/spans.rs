@@ -11,12 +11,12 @@
 //! ```
 //!
 //! The running sum along the row is the outline's winding number at each centre: +1 inside an
-//! outline that runs counter-clockwise (y up), -1 inside a clockwise one, 0 outside.
+//! outline that runs counter-clockwise (y up), -1 inside a clockwise outline, and 0 outside.
 //!
 //! **Ownership.** An edge applies to the rows with `top <= centre < bottom` and to the pixels with
 //! `crossing <= centre`. This is the top-left rule: a centre exactly on an edge belongs to the
 //! facet to its right, or to the facet below it if the edge is horizontal. Two facets that share an
-//! edge use the same integers for it, with opposite signs. The windings of a closed surface
+//! edge use the same integers for the edge, with opposite signs. The windings of a closed surface
 //! therefore add up to 0 at every centre, and every centre is covered equally often by front and
 //! back facets. There are no gaps and no overlaps, however thin the facets are.
 

@@ -1,4 +1,4 @@
-//! Document B: finds the facet that each pixel shows, the nearest one that covers its centre.
+//! Document B: finds the facet that each pixel shows, which is the nearest facet at its centre.
 //!
 //! 1. Every facet is clipped, snapped to fractions of a pixel, and sorted into bands of rows.
 //! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number

@@ -4,7 +4,6 @@
 //! document's order, and nothing is fused, reassociated, or approximated. No code is shared with
 //! the kernel, so a mistake in shared code cannot hide. If a document has an error, the file notes
 //! and corrects it.
-//! corrects it.
 //!
 //! | document | file | contents |
 //! | --- | --- | --- |

@@ -23,9 +23,9 @@
 //! - **The depth within a facet** is taken where its plane meets the pixel's projector. For a facet
 //!   of four or more vertices that is not flat, this is the plane with its mean normal through its
 //!   first vertex. The closer a facet is to edge-on, the less accurate its depth.
-//!If a facet is concave, only the points inside all of its edges are drawn. Cut concave facets into
-//!convex ones first, as the document does with curved facets.
-//! into convex ones first, as the document does with curved ones.
+//!
+//! If a facet is concave, only the points inside all of its edges are drawn. Cut concave facets
+//! into convex facets first, as the document does with curved facets.
 
 use alloc::vec;
 use alloc::vec::Vec;

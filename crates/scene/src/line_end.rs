@@ -42,7 +42,7 @@ impl LineEnd {
 }
 
 /// Appends the next line, without its end, to `line`. Returns false at the end of the text. Stops
-/// within a line once more than `longest` bytes are in `line`.
+/// within the line once `line` has more than `longest` bytes.
 pub(crate) fn read_line(
     input: &mut impl BufRead,
     line: &mut Vec<u8>,

@@ -24,8 +24,8 @@ impl Rounding {
     pub fn round<S: Coordinate>(&mut self, x: f64) -> S {
         let nearest = S::nearest(x);
         let moved = (nearest.into() - x).abs();
-        // NaN and infinities are the same in every scalar. They are not counted, because their
-        // difference from themselves is NaN.
+        // NaN and infinities are the same in every scalar. They are not counted, because
+        // subtracting them from themselves gives NaN.
         if moved > 0.0 {
             self.numbers += 1;
             self.by_up_to = self.by_up_to.max(moved);

@@ -1,4 +1,4 @@
-//! Shading, which turns a visibility buffer and a shadow mask into an image.
+//! Turns a visibility buffer and a shadow mask into a shaded image.
 
 use glam::{DVec2, DVec3, Vec3};
 use intertri::Hit;

@@ -1,5 +1,5 @@
-//! Document D: texture coordinates from the barycentric coordinates of a hit, and the texture
-//! lookup.
+//! Document D: computes texture coordinates from the barycentric coordinates of a hit, and looks up
+//! textures.
 //!
 //! ```text
 //!   t ^   c3                Each corner has texture coordinates (s, t). They are interpolated by the

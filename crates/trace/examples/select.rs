@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("from {:?}: {}", ray.origin, told(hits));
     }
 
-    // Everything except glass, with back faces culled.
+    // List the hits on everything except glass, with back faces culled.
     let lists = bvh.query().mask(SOLID).faces(Faces::Front).all_batch(&rays, None)?;
     println!("solid fronts: {}; {}", told(lists.of(0)), told(lists.of(1)));
     assert!(lists.items.iter().all(|hit| [0, 2].contains(&hit.geometry)));

@@ -1,4 +1,4 @@
-//! Errors in model files.
+//! The errors of model files, with the file, the line, and the cause.
 
 use std::collections::TryReserveError;
 use std::path::{Path, PathBuf};

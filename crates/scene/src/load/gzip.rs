@@ -11,7 +11,7 @@ use super::notes::Notes;
 /// The first bytes of a gzip file.
 pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// Any file may unpack to this many bytes.
+/// Any file, whatever its size, may unpack to this many bytes.
 const SURE: u64 = 64 << 20;
 /// A larger file may unpack to this many times its size. Models typically shrink to a tenth, and
 /// few shrink to a fiftieth.

@@ -37,7 +37,7 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, N
     let has_uvs = check(&header)?;
 
     // Read element by element, so that nothing unnecessary is kept and no allocation is sized by a
-    // count.
+    // count in the header.
     let parser = Parser::<Element>::new();
     let mut builder = MeshBuilder::numbered_from(0);
     for def in header.elements.values() {

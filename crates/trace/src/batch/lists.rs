@@ -34,7 +34,8 @@ pub struct Lists<T> {
     /// The start of each ray's items, followed by the end of the last ray's items. The offsets
     /// start at 0 and have one more entry than there are rays, as in Apache Arrow's lists.
     pub offsets: Vec<i64>,
-    /// The items. The items of each ray are sorted by t and, if several have the same t, by index.
+    /// The items. The items of each ray are sorted by t and, if several items have the same t, by
+    /// index.
     pub items: Vec<T>,
 }
 

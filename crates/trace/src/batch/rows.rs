@@ -26,8 +26,8 @@ const LONGEST: usize = 1 << 14;
 const FEWEST: usize = LOWEST;
 
 /// The direction of a ray is compared with that of the ray this many pixels later. At the end of a
-/// row, it must jump back by at least half of the difference, so rays may be jittered within their
-/// pixels.
+/// row, the direction must jump back by at least half of the difference, so rays may be jittered
+/// within their pixels.
 const STEP: usize = 8;
 
 /// If no rows are found at a ray, the search resumes this many rays later.
