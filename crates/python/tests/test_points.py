@@ -92,7 +92,7 @@ def test_more_points_than_are_put_in_order_at_once():
 
 
 def test_no_ray_leaks_and_every_count_is_right(dtype, rng):
-    """From inside a closed mesh, the signed crossings of every ray sum to 1, even if the ray passes through a corner or an edge."""
+    """From inside a closed mesh, the signed crossings of every ray sum to 1, even at corners and edges."""
     vertices, faces = icosphere(3)
     mesh = intertri.Mesh(vertices.astype(dtype), faces)
     origin = np.array([0.125, 0.25, -0.125], dtype)

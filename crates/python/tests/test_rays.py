@@ -212,7 +212,7 @@ def test_threads_and_out_change_nothing(dtype):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_crossings_of_a_diagonal(dtype):
-    """Each ray through the diagonal of a square crosses the square exactly once, even if its barycentric weights are rounded."""
+    """Each ray through a square's diagonal crosses the square exactly once, even if barycentric weights are rounded."""
     for n in range(2, 90):
         square = np.array([[0, 0, 1], [n, 0, 1], [0, n, 1], [n, n, 1]], dtype)
         mesh = intertri.Mesh(square, [[0, 1, 2], [3, 2, 1]])

@@ -34,7 +34,7 @@ def rays(rng, corners, count):
 
 
 def check(scene, instances, rng):
-    """Compares the results of all queries with those of a single mesh of all triangles. `instances` is {number: (mesh, matrix)}."""
+    """Compares all query results with those of a single mesh of all triangles. `instances` is {number: (mesh, matrix)}."""
     numbers = sorted(instances)
     parts = [placed(*instances[number]) for number in numbers]
     flat = intertri.Mesh(np.concatenate(parts))
