@@ -29,7 +29,7 @@ const MAX_FACETS: usize = i32::MAX as usize;
 /// the points with a nonzero winding number.
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
-/// - `t` is the distance from the eye, which equals the `t` of a ray whose direction has unit length.
+/// - `t` is the distance from the eye, which is the `t` of a ray whose direction has unit length.
 ///   It is computed from the facet's plane, and the point is never nearer or farther than the
 ///   facet's corners. Only points with `t > threshold` are visible, as with the threshold of rays.
 ///   The facet with the smallest `t` owns the pixel. If several have the same `t`, the facet with
