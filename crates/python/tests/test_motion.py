@@ -1,4 +1,4 @@
-"""Tests saved files, moving meshes, and nearest points."""
+"""Tests saving and loading meshes, refitting moved meshes, and finding nearest points."""
 
 import base64
 import copy
@@ -43,7 +43,7 @@ def test_nearest_points_are_right(dtype, rng, moved):
         squares = [oracle.squared_distance(triangle, point) for triangle in mesh.triangles]
         assert found["triangle"] == squares.index(min(squares))
         assert math.isclose(found["distance"], math.sqrt(min(squares)), rel_tol=1e-15)
-        # The hit point is rounded.
+        # `hit_points` rounds its results.
         assert np.linalg.norm(mesh.hit_points(found) - point) == pytest.approx(found["distance"], abs=1e-14 + 1e-15 * moved)
     assert (near["distance"][:10] == 0).all()
     signed = mesh.signed_distance(points)
@@ -214,7 +214,7 @@ def wall():
 
 
 class Meanwhile:
-    """Forwards calls, but runs `does` before returning each result."""
+    """Forwards calls to `inner`, and calls `does` before returning each result."""
 
     def __init__(self, inner, does):
         self.inner, self.does = inner, does
@@ -317,10 +317,10 @@ print(error, errors)
 """
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is limited and measured differently")
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc/self/statm")
 def test_a_refit_without_memory_changes_nothing(dtype):
     script = NO_MEMORY.format(tests=str(Path(__file__).parent), dtype=dtype.__name__)
-    # Freed memory goes back to the system at once, so that a refit cannot reuse it.
+    # The allocator must return freed memory to the system at once, so that no refit can reuse it.
     malloc = {"MALLOC_ARENA_MAX": "1", "MALLOC_MMAP_THRESHOLD_": "4096", "MALLOC_TRIM_THRESHOLD_": "4096"}
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300,
                          env=os.environ | malloc)

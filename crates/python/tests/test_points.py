@@ -1,4 +1,4 @@
-"""Tests points inside, outside, and on a mesh, checking the results in rational arithmetic."""
+"""Tests queries at points inside, outside, and on meshes, and checks `contains` in rational arithmetic."""
 
 import intertri
 import numpy as np
@@ -92,7 +92,7 @@ def test_more_points_than_are_put_in_order_at_once():
 
 
 def test_no_ray_leaks_and_every_count_is_right(dtype, rng):
-    """From inside a closed mesh, every ray's signed crossings sum to 1, even through corners and edges."""
+    """From inside a closed mesh, the signed crossings of every ray sum to 1, even at corners and edges."""
     vertices, faces = icosphere(3)
     mesh = intertri.Mesh(vertices.astype(dtype), faces)
     origin = np.array([0.125, 0.25, -0.125], dtype)

@@ -1,4 +1,4 @@
-"""Compares the functions for PyVista with PyVista's own."""
+"""Tests `intertri.pyvista` and compares its results with those of PyVista itself."""
 
 import numpy as np
 import pytest

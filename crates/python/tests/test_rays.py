@@ -1,4 +1,4 @@
-"""Checks every bit of every ray result in rational arithmetic."""
+"""Tests ray queries, comparing their results bit for bit with those of rational arithmetic."""
 
 import math
 
@@ -88,7 +88,7 @@ def test_intervals(dtype):
 
 
 def test_numpy_interval_ends_keep_their_precision():
-    """t is 2/3, which float32 rounds up. A plain Python number takes the dtype of the rays."""
+    """The hit's t is 2/3, which float32 rounds up. A plain Python float is converted to the dtype of the rays."""
     mesh = intertri.Mesh(np.float32([[[0, 0, 2], [1, 0, 2], [0, 1, 2]]]))
     ray = np.float32([0.25, 0.25, 0]), np.float32([0, 0, 3])
     t = mesh.closest(*ray)["t"]
@@ -177,7 +177,7 @@ def test_lists_of_pictures(dtype, width, height, rng):
 
 @pytest.mark.parametrize("width,height", [(2048, 9), (1024, 64), (500, 37)])
 def test_wide_pictures(dtype, width, height, rng):
-    """In scans with few, long rows, the thread count determines how many rows are traced together."""
+    """Traces scans with few, long rows, where the thread count determines how many rows are traced together."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     around, up = np.meshgrid(np.linspace(0, 6.2, width), np.linspace(-0.4, 0.4, height))
     directions = np.stack([np.cos(around), np.sin(around), up], axis=-1).astype(dtype)[:, :-1]
@@ -212,7 +212,7 @@ def test_threads_and_out_change_nothing(dtype):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_crossings_of_a_diagonal(dtype):
-    """Each ray through the diagonal of a square crosses exactly once, even if its barycentric weights are rounded."""
+    """Each ray through a square's diagonal crosses the square exactly once, even if barycentric weights are rounded."""
     for n in range(2, 90):
         square = np.array([[0, 0, 1], [n, 0, 1], [0, n, 1], [n, n, 1]], dtype)
         mesh = intertri.Mesh(square, [[0, 1, 2], [3, 2, 1]])
@@ -223,7 +223,7 @@ def test_crossings_of_a_diagonal(dtype):
 
 @pytest.mark.parametrize("few", [False, True])
 def test_lists_from_many_chunks(few, rng):
-    """Rays end between parallel walls, so their hits are known. They must not depend on the thread count."""
+    """Traces rays that end between parallel walls, so that the expected hits are known, on 1, 2, and 5 threads."""
     walls = np.arange(1, 6)
     corners = np.array([[-9, -9, 0], [9, -9, 0], [0, 18, 0]])
     mesh = intertri.Mesh(np.float32((corners + walls[:, None, None] * [0, 0, 1]).reshape(-1, 3)), np.arange(15).reshape(5, 3))

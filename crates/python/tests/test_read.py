@@ -1,4 +1,4 @@
-"""Tests reading models from files, with the loaders that the command-line program uses."""
+"""Tests `Mesh.read`, which reads model files with the loaders of the command-line program."""
 
 import gzip
 import pickle

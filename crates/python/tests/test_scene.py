@@ -18,7 +18,7 @@ def placed(mesh, matrix):
 
 
 def matrices(rng, count):
-    """Returns random matrices that rotate, shear, and scale. Every fourth one mirrors instead."""
+    """Returns random matrices that rotate, shear, and scale. Every fourth matrix is a reflection instead."""
     all = np.tile(np.eye(4), (count, 1, 1))
     all[:, :3, :3] = rng.uniform(-1, 1, (count, 3, 3)) * rng.choice([0.1, 1, 3], (count, 1, 1))
     all[:, :3, 3] = rng.uniform(-3, 3, (count, 3))
@@ -34,7 +34,7 @@ def rays(rng, corners, count):
 
 
 def check(scene, instances, rng):
-    """Compares all queries with those of a single mesh of all triangles. `instances` is {number: (mesh, matrix)}."""
+    """Compares all query results with those of a single mesh of all triangles. `instances` is {number: (mesh, matrix)}."""
     numbers = sorted(instances)
     parts = [placed(*instances[number]) for number in numbers]
     flat = intertri.Mesh(np.concatenate(parts))
@@ -270,14 +270,14 @@ def test_a_forked_process_loads_scenes_that_need_threads():
     assert len(pickle.loads(saved)) == 1000
     child = os.fork()
     if child == 0:
-        # A thread pool of the parent has no threads here, so waiting for it would never end.
+        # The parent's thread pool has no threads in the child, so waiting for them would never end.
         signal.alarm(30)
         os._exit(0 if len(pickle.loads(saved)) == 1000 else 1)
     assert os.waitpid(child, 0)[1] == 0
 
 
 def test_pictures_of_scenes_are_those_of_single_rays(rng):
-    """Rows of pixels are traced in packets, tile by tile."""
+    """Compares an image, which is traced in packets, tile by tile, with single rays."""
     scene, _ = saved_scene(rng)
     scene.commit()
     eye, ways = camera(100, [1, 2, 9])

@@ -1,4 +1,4 @@
-"""Tests that skip, visible, and spawn_rays keep a surface from shading itself by accident."""
+"""Tests that `skip`, `visible`, and `spawn_rays` keep surfaces from shadowing themselves."""
 
 import math
 
@@ -99,7 +99,7 @@ def test_skipping_is_as_a_mesh_without_the_face(dtype, rng):
 
 
 def test_skip_in_pictures_and_on_threads(dtype):
-    """An image with one origin is traced in tiles only if no triangle is skipped, but the results are the same."""
+    """An image with one origin is traced in tiles only if no triangle is skipped, but the results must not differ."""
     vertices, faces = icosphere(4)
     mesh = intertri.Mesh(vertices.astype(dtype), faces)
     eye, ways = (array.astype(dtype) for array in camera(160, [1, 2, 3]))
@@ -144,7 +144,7 @@ def test_spawned_rays_leave_the_surface(dtype, rng, moved):
         u, v = hits["u"][is_hit][:, None], hits["v"][is_hit][:, None]
         points = (1 - u - v) * corners[:, 0] + u * corners[:, 1] + v * corners[:, 2]
         assert abs(rays[is_hit][:, :3] - points).max() <= 8 * np.finfo(dtype).eps * abs(points).max() * 8
-        # An empty ray stays empty, whatever the interval.
+        # Rays spawned from misses hit nothing, whatever the interval.
         assert not mesh.any(rays[~is_hit], t_min=-math.inf, t_max=1).any()
 
 

@@ -13,7 +13,7 @@ from intertri.trimesh import RayMeshIntersector, install  # noqa: E402
 
 
 def wall():
-    """A wall at UTM coordinates, and its normal."""
+    """Returns a wall at UTM coordinates, and the wall's normal."""
     vertices = np.array([[528980.85, 183526.1, 0], [528980.85, 183526.1, 3],
                          [528982.3, 183523.55, 0], [528982.3, 183523.55, 3]])
     mesh = install(trimesh.Trimesh(vertices, [[1, 0, 2], [1, 2, 3]], process=False))
@@ -23,7 +23,7 @@ def wall():
 
 @pytest.mark.parametrize("distance", [1e-1, 1e-2, 1e-3, 1e-6, 1e-9])
 def test_48_a_ray_that_leaves_a_wall_at_utm_coordinates(distance):
-    """This issue was called unfixable: rays away from the wall must miss it, and rays toward it must hit it."""
+    """Rays away from the wall must miss it, and rays toward it must hit it. This issue was called unfixable."""
     mesh, normal = wall()
     middle = mesh.vertices[[0, 2]].mean(axis=0) + [0, 0, 1]
     for side in (1, -1):
@@ -189,7 +189,7 @@ def test_what_is_made_of_a_mesh_asks_intertri_too(make):
     assert made is not mesh and isinstance(made, trimesh.Trimesh) and isinstance(made, type(mesh))
     assert isinstance(made.ray, RayMeshIntersector) and isinstance(made.nearest, intertri.trimesh.ProximityQuery)
     assert made.ray.mesh is made and mesh.ray.mesh is mesh
-    # It queries its own faces, not those of the mesh it was made from.
+    # The new mesh queries its own faces, not those of the original mesh.
     above = made.triangles_center[:1] + made.face_normals[:1] / 64
     assert made.ray.intersects_any(above, -made.face_normals[:1]).all()
     assert np.allclose(made.nearest.on_surface(above)[1], 1 / 64) and len(made.ray.intertri) == len(made.faces)
@@ -229,7 +229,7 @@ def test_signed_distance_and_closest_points():
 
 
 def test_a_closest_point_on_an_edge_or_a_corner_has_the_face_that_faces_most(rng):
-    """The face's normal shows which side a point is on, even if a sharp edge or a corner is nearest."""
+    """The normal of the returned face shows which side of the mesh a point is on, even near a sharp edge or a corner."""
     corners = [[-1, 0.5, 0], [1, 0.5, 0], [0, -1, -0.5], [0, -1, 0.5]]
     mesh = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]]).subdivide().subdivide()
     away = np.concatenate([rng.uniform(-3, 3, (300, 3)), [[0, 1, 0.25], [0, 1, -0.25]], mesh.vertices])
@@ -247,7 +247,7 @@ def test_a_closest_point_on_an_edge_or_a_corner_has_the_face_that_faces_most(rng
 
 
 def test_rays_start_on_an_edge_or_a_corner():
-    """A ray that points inward from a corner or edge crosses once at its start and once where it leaves."""
+    """A ray that points inward from a corner or an edge crosses the surface at its start and at the far side."""
     mesh = install(trimesh.creation.box(extents=[2, 2, 2]))
     corner, edge = [1.0, 1, 1], [1.0, 1, 0.25]
     inward, outward = [-1, -0.9, -0.8], [1, 0.9, 0.8]

@@ -8,7 +8,7 @@
 //! ```text
 //!        a         Face 0 = (a, b, c) traverses the edge a-b forward.
 //!      / | \       Face 1 = (b, a, d) traverses it backward, as a consistent neighbour does.
-//!     d  |  c      A third face e at a-b is one more entry.
+//!     d  |  c      A third face at a-b would be another entry.
 //!      \ | /
 //!        b
 //! ```
@@ -22,11 +22,11 @@ use intertri::Triangle;
 pub struct Side {
     /// The index of the face among the triangles.
     pub face: u32,
-    /// Whether the edge runs from its first end to its second in the face's winding.
+    /// Whether the face's winding traverses the edge from its first end to its second.
     pub forward: bool,
 }
 
-/// An edge and the faces that meet there, in ascending order.
+/// An edge and the faces that meet at the edge, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge<'a> {
     /// Two indices into [`Adjacency::points`], the smaller first.
@@ -64,13 +64,13 @@ impl Adjacency {
     /// assert_eq!(adjacency.edges().filter(|edge| edge.sides.len() == 2).count(), 1);
     /// ```
     pub fn new(triangles: &[Triangle]) -> Self {
-        assert!(triangles.len() < 1 << 30, "fewer than 2^30 triangles");
+        assert!(triangles.len() < 1 << 30, "there must be fewer than 2^30 triangles");
 
-        // Weld equal points; the index is that of the first.
+        // Weld equal points, and number them in the order of their first use.
         let mut points = Vec::new();
         let mut numbers = HashMap::with_capacity(triangles.len());
         let mut number = |p: [f32; 3]| {
-            // -0 + 0 = 0
+            // Adding 0 turns -0 into 0.
             let p = p.map(|x| x + 0.0);
             *numbers.entry(p.map(f32::to_bits)).or_insert_with(|| {
                 points.push(p);

@@ -2,7 +2,7 @@
 //! that a pixel shows.
 //!
 //! The visible point P is where the line of sight through the pixel's centre meets the triangle's
-//! plane. Two roundings move it, so it is known only to be in a ball around the exact point:
+//! plane. Two roundings move P, so P is known only to be in a ball around the exact point:
 //!
 //! ```text
 //!   eye o---___ m                        The line of sight moves by m = r pixels, which is m / q at
@@ -12,9 +12,10 @@
 //!                                        the shadow ray adds 2^-24 of the ray's length.
 //! ```
 //!
-//! The surfaces consist of flat pieces. A near cap has three finite borders; a side has one finite
-//! border and two infinite ones. A piece meets the ball if one of its borders does, or if P
-//! projects into the piece and the plane meets the ball.
+//! The surface of a shadow volume consists of flat pieces: near caps, with three finite borders,
+//! and sides, with one finite border and two infinite ones. A piece meets the ball if one of its
+//! borders does, or if the ball meets the piece's plane and the ball's centre projects into the
+//! piece.
 
 use crate::disc::Disc;
 use crate::exact::{Exact, Point, abs, add, cross, dot, exact, point, rounded, scale, size, sub};
@@ -75,7 +76,7 @@ impl<'a> Ball<'a> {
             return None;
         }
         let slant = 1.0 + (directions + moved) * steep / upright;
-        // The f64 rounding of the depth, as in depth comparisons.
+        // The f64 rounding error of the depth, bounded as in depth comparisons.
         let products = size(&p) * size(&q);
         let doubt = &products * size(&d) / abs(height) + products * size(&arm) / abs(offset);
         let far = match volume.light() {
@@ -135,7 +136,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Returns whether a flat piece within these borders meets the ball.
+    /// Returns whether a flat piece with these borders meets the ball.
     fn meets(&self, normal: &Point, borders: &[Border; 3]) -> bool {
         let square = self.radius.sqr();
         let over = |border: &Border| {
@@ -166,9 +167,9 @@ impl<'a> Ball<'a> {
         dot(&arm, &arm) * &length - along.sqr() <= square * &length
     }
 
-    /// Returns where the volume begins behind a point. For a point light, that is at `1 / reach`
-    /// times the point's distance from the light. For a directional light, the point is shifted
-    /// away from the light by `1 - reach` times the vector to the light.
+    /// Returns the point where the volume begins behind a corner. For a point light, this point is
+    /// `1 / reach` times as far from the light as the corner. For a directional light, it is the
+    /// corner, shifted away from the light by `1 - reach` times the vector to the light.
     fn near(&self, corner: u32) -> Point {
         let place = point(self.volume.adjacency().points()[corner as usize]);
         match self.volume.light() {
@@ -182,7 +183,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Returns the direction in which the volume extends from there.
+    /// Returns the direction in which the volume extends from a corner to infinity.
     fn far(&self, corner: u32) -> Point {
         match self.volume.light() {
             Light::Point { position, .. } => {

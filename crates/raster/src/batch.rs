@@ -20,13 +20,13 @@ pub(crate) struct Piece {
     pub(crate) plane: FacetPlane,
     /// The caller's id for the outline.
     pub(crate) tag: i32,
-    /// The first row, and the row after the last.
+    /// The first row that the outline reaches, and the row after the last.
     rows: (u32, u32),
     /// The range of its corners in [`Batch::corners`].
     corners: (u32, u32),
 }
 
-/// The outlines of several facets, and for each band the indices of those to draw, in order.
+/// The outlines of several facets, and for each band the indices of the outlines to draw, in order.
 pub(crate) struct Batch {
     corners: Vec<[i32; 2]>,
     pieces: Vec<Piece>,
@@ -83,7 +83,8 @@ impl Batch {
         }
     }
 
-    /// Iterates over the outlines that reach into a band, each with its corners and its rows there.
+    /// Iterates over the outlines that reach into a band, each with its corners and its rows within
+    /// the band.
     pub(crate) fn of_band(
         &self,
         band: usize,
@@ -97,8 +98,8 @@ impl Batch {
     }
 }
 
-/// Prepares `count` facets in batches, and returns the batches in order. `prepare(batch, i)` pushes
-/// the i-th facet.
+/// Prepares `count` facets in batches, and returns the batches in order. `prepare(batch, i)` must
+/// push the i-th facet to the batch.
 pub(crate) fn batches(
     view: &View,
     count: usize,

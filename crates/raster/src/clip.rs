@@ -1,4 +1,4 @@
-//! Document E: edges and facets in homogeneous coordinates, clipped to the canonical view volume.
+//! Document E: clips edges and facets in homogeneous coordinates to the canonical view volume.
 //!
 //! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`. Each of its six walls has a
 //! boundary coordinate that is positive inside the wall and changes linearly along an edge:
@@ -55,7 +55,7 @@ impl Point4 {
         }
     }
 
-    /// Moves a point, which is on wall `i` up to rounding, exactly onto that wall.
+    /// Moves a point that is on wall `i` up to rounding exactly onto the wall.
     fn on_wall(self, i: usize) -> Self {
         let w = self.w;
         match i {
@@ -69,8 +69,8 @@ impl Point4 {
     }
 }
 
-/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if its
-/// boundary coordinate is positive, and 1 if the point is outside, on the wall, or NaN.
+/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if
+/// boundary coordinate `i` is positive, and 1 if the point is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }
@@ -110,8 +110,8 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return Some((a, c));
     }
 
-    // How far the edge reaches from a toward c, and from c toward a. At most one end is outside
-    // each wall, and the wall limits how far the edge reaches from the other end.
+    // How far the visible part can reach from a toward c, and from c toward a. At most one end is
+    // outside each wall; the wall then limits how far the part reaches from the other end.
     let (mut from_a, mut from_c) = ((1.0, None), (1.0, None));
     for i in 0..6 {
         if c_outcode >> i & 1 == 1 {
@@ -161,7 +161,7 @@ pub fn clip_facet(
     outline.clear();
     outline.extend(corners);
 
-    // Find the walls that all corners are outside of, and those that any corner is outside of.
+    // Find the walls that all corners are outside of, and the walls that any corner is outside of.
     let (mut all, mut any, mut usable) = (walls, 0, true);
     for corner in &*outline {
         let boundaries = corner.boundaries();

@@ -1,4 +1,5 @@
-//! Decides, pixel by pixel and without rounding, where two images of the same scene may differ.
+//! Decides, pixel by pixel and without rounding, where two images of the same scene are allowed to
+//! differ.
 //!
 //! A traced ray does not pass exactly through the centre of its pixel: the tracer rounds directions
 //! to f32, and this crate snaps corners to fractions of a pixel. Together, these roundings shift
@@ -25,9 +26,9 @@ use crate::view::View;
 pub enum Verdict {
     /// Both images agree.
     Same,
-    /// They differ, but rounding explains the difference.
+    /// The images differ, but rounding explains the difference.
     Excused,
-    /// They differ, and one of them is wrong.
+    /// The images differ, and one of them is wrong.
     Unexcused,
 }
 
@@ -55,7 +56,7 @@ pub fn differences(
 ) -> Vec<Verdict> {
     let width = view.width() as usize;
     let pixels = width * view.height() as usize;
-    assert!(one.len() == pixels && other.len() == pixels, "one hit per pixel");
+    assert!(one.len() == pixels && other.len() == pixels, "each image must have one hit per pixel");
     let mut verdicts = vec![Verdict::Same; pixels];
     threads::parts(&mut verdicts, width, |y, row, (): &mut ()| {
         for (x, verdict) in row.iter_mut().enumerate() {

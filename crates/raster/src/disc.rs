@@ -19,22 +19,22 @@ use crate::exact::{
 };
 use crate::view::View;
 
-/// One pixel's disc.
+/// The disc of a pixel: all points of the image within the tolerance of the pixel's centre.
 pub(crate) struct Disc {
     eye: Point,
     axes: [Point; 3],
     /// The centre at W = 1.
     centre: Point,
-    /// The [`View::tolerance`] at W = 1.
+    /// The [`View::tolerance`], as a length at W = 1.
     pub(crate) radius: Exact,
 }
 
 /// A triangle relative to the eye.
 struct SeenTriangle {
     corners: [Point; 3],
-    /// `n · (x, y, 1)`, which is positive where the triangle is in front.
+    /// `n · (x, y, 1)`, which is positive where the triangle is in front of the eye.
     height: Linear,
-    /// `n · a`, not negative.
+    /// `n · a`, which is never negative.
     offset: Exact,
     /// A bound on the f64 rounding error of the offset.
     doubt: Exact,
@@ -130,7 +130,8 @@ impl Disc {
     /// Returns the triangle relative to the eye, with its normal pointing away from the eye, or
     /// `None` if it is not finite or has no area.
     fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
-        // Both engines round about 12 times, in f64, while computing each of the two values.
+        // Both engines round about 12 times, in f64, to compute the height and again to compute the
+        // offset.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;

@@ -1,6 +1,6 @@
 //! Exact arithmetic, for verdicts that must not depend on rounding.
 //!
-//! Every finite f32 and f64 is a rational number, and so are sums, products, and quotients of them.
+//! Every finite f32 and f64 is a rational number, and so are their sums, products, and quotients.
 //! The sign of a sum with square roots can be found by squaring, so lengths can be compared too.
 
 use std::cmp::Ordering;
@@ -75,8 +75,8 @@ pub(crate) fn sign_with_roots(a: &Exact, [b, p]: [&Exact; 2], [c, q]: [&Exact; 2
     stronger(sign_with_root(a, b, p), sign(c), squares, q)
 }
 
-/// Returns the sign of `x + y sqrt(p)`, given the signs of x and y and, if those are opposite, the
-/// sign of `x^2 - y^2 p`.
+/// Returns the sign of `x + y sqrt(p)`, given the signs of x and y and, if the two are opposite,
+/// the sign of `x^2 - y^2 p`.
 fn stronger(x: Ordering, y: Ordering, squares: impl FnOnce() -> Ordering, p: &Exact) -> Ordering {
     let y = if p.is_zero() { Ordering::Equal } else { y };
     if y.is_eq() || x == y {

@@ -10,7 +10,7 @@
 //! use intertri::Triangle;
 //! use intertri_raster::{Adjacency, Light, View, Volume, lit, triangles};
 //!
-//! // A floor, and a sheet halfway between it and the light.
+//! // A floor, and a sheet halfway between the floor and the light.
 //! let square = |y: f32, half: f32| {
 //!     let p = |x: f32, z: f32| [x * half, y, z * half - 4.0];
 //!     let (a, b, c, d) = (p(-1.0, -1.0), p(-1.0, 1.0), p(1.0, 1.0), p(1.0, -1.0));

@@ -1,16 +1,16 @@
-//! The inverse view depth `q` of a plane, as a linear function of the image coordinates.
+//! Computes the inverse view depth `q` of a plane, which is linear in the image coordinates.
 //!
-//! Let `n` be the plane's normal, and `a` the vector from the eye to one of its points. The line of
-//! sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,
-//! which is linear over the image because `d` is. A larger q is nearer, and a point at infinity
-//! has q = 0.
+//! Let `n` be the plane's normal, and `a` the vector from the eye to a point of the plane. The line
+//! of sight `w * d` meets the plane where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`,
+//! which is linear over the image because `d` is. A larger q is nearer, and a point at infinity has
+//! q = 0.
 
 use intertri::simd::Lanes;
 
 use crate::vector::{Vector, dot};
 use crate::view::PixelDirections;
 
-/// The `q` of one plane, clamped to its range at the facet's corners.
+/// The `q` of one plane, clamped to the range of `q` at the facet's corners.
 ///
 /// The limits matter for planes that are nearly edge-on: the quotient of two small numbers can take
 /// any value, but the facet is no nearer and no farther than its corners.
@@ -69,7 +69,7 @@ impl FacetPlane {
     }
 }
 
-/// A plane along one row.
+/// A facet's plane along one row of pixels.
 #[derive(Clone, Copy)]
 pub(crate) struct Row<D> {
     q0: D,
@@ -79,8 +79,8 @@ pub(crate) struct Row<D> {
 }
 
 impl<D: Lanes<Scalar = f64>> Row<D> {
-    /// Returns the q at the centres `x`. No operation is fused, so the bits are the same on every
-    /// CPU.
+    /// Returns the q at pixel centres with these x coordinates. No operation is fused, so the bits
+    /// are the same on every CPU.
     #[inline(always)]
     pub(crate) fn at(&self, x: D) -> D {
         (self.dx * x + self.q0).max(self.lo).min(self.hi)

@@ -1,4 +1,4 @@
-//! Decides, pixel by pixel, where two shadow masks of the same image may differ.
+//! Decides, pixel by pixel, where two shadow masks of the same image are allowed to differ.
 //!
 //! The point that a pixel shows is known only to be in a small ball ([`Ball`]). A difference is
 //! excused if the surface of a shadow volume, a side or a near cap, meets that ball:
@@ -14,7 +14,7 @@
 //!
 //! A triangle that is edge-on to the light casts a flat, empty volume. Its surface still counts,
 //! because rounding decides whether a shadow ray along the triangle hits it. Its cap and its three
-//! sides are therefore treated like any others.
+//! sides are therefore treated like those of other triangles.
 
 use intertri::Hit;
 
@@ -36,8 +36,8 @@ use crate::volume::Volume;
 /// the tolerance. If the reach of the light is 1, the visible triangle's own cap does not count,
 /// and neither do its own sides if it is edge-on to the light.
 ///
-/// The radius is rounded up. Whether anything meets the ball is decided in rational arithmetic,
-/// from distances between points, lines, and planes.
+/// The radius is rounded up. Whether a cap or a side meets the ball is decided in rational
+/// arithmetic, from distances between points, lines, and planes.
 ///
 /// # Panics
 /// Panics if a slice does not have one entry per pixel, or if a differing pixel shows a triangle
@@ -51,7 +51,10 @@ pub fn shadow_differences(
 ) -> Vec<Verdict> {
     let width = view.width() as usize;
     let pixels = width * view.height() as usize;
-    assert!([hits.len(), one.len(), other.len()] == [pixels; 3], "one entry per pixel");
+    assert!(
+        [hits.len(), one.len(), other.len()] == [pixels; 3],
+        "slices must have one entry per pixel"
+    );
     let mut verdicts = vec![Verdict::Same; pixels];
     threads::parts(&mut verdicts, width, |y, row, (): &mut ()| {
         for (x, verdict) in row.iter_mut().enumerate() {

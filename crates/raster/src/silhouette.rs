@@ -1,17 +1,19 @@
-//! Document C: the faces that point toward the light, and the silhouette edges of their shadow.
+//! Document C: finds the faces that point toward the light, and the silhouette edges of their
+//! shadow.
 //!
 //! The document selects the faces whose normals point toward the light, and the edges between them
-//! and the other faces. That is right for a closed mesh with consistent winding. Here, **every**
-//! triangle casts a shadow, whatever its winding, just as it blocks a ray: a face that points away
-//! from the light is flipped first. The silhouette is then a sum to which each face contributes its
-//! three edges. Where two faces run along an edge in opposite directions, they cancel:
+//! and the other faces. This selection is right for a closed mesh with consistent winding. Here,
+//! **every** triangle casts a shadow, whatever its winding, just as it blocks a ray: a face that
+//! points away from the light is flipped first. The silhouette is then a sum to which each face
+//! contributes its three edges. Where two faces run along an edge in opposite directions, they
+//! cancel:
 //!
 //! ```text
 //!       / \
 //!      / ^ \    Within a lit surface, directions are opposite, and the sum is 0: no silhouette.
 //!     <--|-->   Along the document's silhouette, the far face was flipped, so both run the
 //!      \ v /    same way, and the sum is 2: one shadow each.
-//!       \ /     At the border of an open mesh, it is 1; where three faces meet, -3, -1, 1, or 3.
+//!       \ /     At an open border, the sum is 1; at three faces, it is -3, -1, 1, or 3.
 //! ```
 //!
 //! For any mesh, this sum is the boundary of the faces after flipping, so the faces and the sides
@@ -38,9 +40,9 @@ pub enum Light {
     Directional {
         /// The vector to the light, of any nonzero length. Shadow rays have the same length.
         toward: [f32; 3],
-        /// The fraction of that vector, from its far end (`t = 0`) to the surface (`t = 1`), in
-        /// which a blocker counts, as for a point light. A triangle's shadow begins behind it, at
-        /// `1 - reach` of the vector.
+        /// The fraction of this vector in which a blocker counts, from the light's end (`t = 0`) to
+        /// the surface (`t = 1`), as for a point light. A triangle's shadow begins behind the
+        /// triangle, shifted away from the light by `1 - reach` times this vector.
         reach: f64,
     },
 }
@@ -60,8 +62,8 @@ pub struct Outline {
 /// points away, and 0 if the face casts no shadow because it is edge-on to the light, has no area,
 /// or is not finite.
 ///
-/// For a point light, the sign is exact. For a directional light, it is exact for the face's sides
-/// after they are rounded to f64.
+/// For a point light, the sign is exact. For a directional light, it is exact for the face's edge
+/// vectors after these are rounded to f64.
 pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     let coord = |[x, y, z]: Vector| Coord3D { x, y, z };
     let face = |face: usize| {
@@ -85,13 +87,13 @@ pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     (0..adjacency.faces().len()).map(face).collect()
 }
 
-/// Returns the edges at which the faces do not cancel once those that point away from the light
-/// are flipped.
+/// Returns the edges at which the directions of the faces do not cancel once the faces that point
+/// away from the light are flipped.
 ///
 /// # Panics
 /// Panics if `facing` does not have one entry for each face.
 pub fn silhouette(adjacency: &Adjacency, facing: &[i8]) -> Vec<Outline> {
-    assert_eq!(facing.len(), adjacency.faces().len(), "one entry per face");
+    assert_eq!(facing.len(), adjacency.faces().len(), "`facing` must have one entry per face");
     let edges = adjacency.edges().filter_map(|edge| {
         let along = edge.sides.iter().map(|side| {
             let facing = i32::from(facing[side.face as usize]);

@@ -1,5 +1,5 @@
-//! Finds the pixels that an outline covers, in integer arithmetic and with exact ownership of
-//! shared edges.
+//! Finds the pixels that an outline covers, in integer arithmetic, so that each centre on a shared
+//! edge belongs to exactly one facet.
 //!
 //! Corners are on a grid of fractions of a pixel. Where an edge crosses the centre line of a row,
 //! it marks the first pixel whose centre is not to the left of the crossing:
@@ -11,12 +11,12 @@
 //! ```
 //!
 //! The running sum along the row is the outline's winding number at each centre: +1 inside an
-//! outline that runs counter-clockwise (y up), -1 inside a clockwise one, 0 outside.
+//! outline that runs counter-clockwise (y up), -1 inside a clockwise outline, and 0 outside.
 //!
 //! **Ownership.** An edge applies to the rows with `top <= centre < bottom` and to the pixels with
 //! `crossing <= centre`. This is the top-left rule: a centre exactly on an edge belongs to the
 //! facet to its right, or to the facet below it if the edge is horizontal. Two facets that share an
-//! edge use the same integers for it, with opposite signs. The windings of a closed surface
+//! edge use the same integers for the edge, with opposite signs. The windings of a closed surface
 //! therefore add up to 0 at every centre, and every centre is covered equally often by front and
 //! back facets. There are no gaps and no overlaps, however thin the facets are.
 
@@ -28,7 +28,7 @@ pub(crate) const BAND: u32 = 16;
 const PIXEL: i64 = 1 << SUBPIXEL_BITS;
 const HALF: i64 = PIXEL / 2;
 
-/// Where the outline crosses the rows of one band: (pixel, +1 or -1).
+/// Where an outline crosses each row of one band, as (pixel, +1 or -1).
 #[derive(Default)]
 pub(crate) struct Crossings {
     rows: [Vec<(u32, i32)>; BAND as usize],
@@ -84,7 +84,8 @@ impl Crossings {
         }
 
         // The crossing is at x = high.x + (centre - high.y) * dx / dy, and its pixel is the ceiling
-        // of (x - HALF) / PIXEL: the quotient and remainder of integers below 2^62.
+        // of (x - HALF) / PIXEL. Compute this ceiling as a quotient, with a remainder, of integers
+        // below 2^62.
         let dx = i64::from(low[0]) - i64::from(high[0]);
         let dy = i64::from(low[1]) - i64::from(high[1]);
         let below = i64::from(first) * PIXEL + HALF - i64::from(high[1]);
@@ -149,7 +150,7 @@ mod tests {
 
     #[test]
     fn crossings_are_those_of_whole_number_cross_products() {
-        // Document B's test in i128, with the ownership rule for a centre on an edge.
+        // Compute document B's test in i128, with the ownership rule for centres on edges.
         let mut state = 7;
         let (width, height) = (40_u32, 40_u32);
         for round in 0..400 {
@@ -178,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_cut_up_square_is_covered_once() {
-        // A fan of slivers around an inner point. Together they cover each centre of the square
+        // The slivers of a fan around an inner point together cover each pixel centre of the square
         // once.
         let mut state = 3;
         for _ in 0..50 {
@@ -193,7 +194,7 @@ mod tests {
             for pair in rim.windows(2) {
                 for (sum, w) in total.iter_mut().zip(windings(&[pair[0], pair[1], inner], 32, 32)) {
                     *sum += w;
-                    assert!(w <= 0, "each runs clockwise");
+                    assert!(w <= 0, "every sliver must run clockwise");
                 }
             }
             assert!(total.iter().all(|&w| w == -1));

@@ -42,7 +42,7 @@ use crate::z_buffer::{centres, plane};
 /// Panics if `hits` does not have one entry per pixel.
 pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
     let width = view.width() as usize;
-    assert_eq!(hits.len(), width * view.height() as usize, "one hit per pixel");
+    assert_eq!(hits.len(), width * view.height() as usize, "there must be one hit per pixel");
     let directions = view.pixel_directions();
     let seen = depths(view, &directions, hits, volume);
 
@@ -132,7 +132,7 @@ impl Surfaces<'_> {
         }
     }
 
-    /// Adds one side, which extends from a silhouette edge (reversed) to infinity.
+    /// Adds one side, which runs backward along a silhouette edge and extends from it to infinity.
     fn side(&self, batch: &mut Batch, i: usize) {
         let Self { view, directions, volume, near } = *self;
         let side = volume.silhouette()[i];
@@ -147,8 +147,8 @@ impl Surfaces<'_> {
             let [p, q] = [a, b].map(|point| volume.near(point));
             let normal = cross(sub(q, p), volume.far(a));
             let arms = [p, q].map(|p| sub(p, view.eye()));
-            // The near points are the nearest, unless the side runs back toward the plane of the
-            // eye.
+            // The near points are nearest to the eye, unless the side runs back toward the plane of
+            // the eye.
             let back = [a, b].map(|point| view.depth(volume.far(point))).into_iter();
             let depths = arms.map(|arm| view.depth(arm)).into_iter();
             let (_, hi) = range(depths.chain(back.filter(|&w| w < 0.0)));
@@ -157,8 +157,8 @@ impl Surfaces<'_> {
     }
 }
 
-/// The counters of one band. They cannot wrap, because there are fewer than 2^30 faces. Each row is
-/// padded to fill the last lanes.
+/// The counters of one band. The counters cannot wrap, because there are fewer than 2^30 faces.
+/// Each row is padded to fill the last lanes.
 #[derive(Default)]
 struct Counters {
     stride: usize,

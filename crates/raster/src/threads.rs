@@ -13,7 +13,7 @@ pub(crate) fn map<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send
 }
 
 /// Calls `work(i, part, scratch)` for each part of `all`. A part has `length` elements, except that
-/// the last may be shorter. A scratch value is reused from part to part.
+/// the last part may be shorter. A scratch value is reused for several parts.
 pub(crate) fn parts<T: Send, S: Default>(
     all: &mut [T],
     length: usize,

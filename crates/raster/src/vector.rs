@@ -1,4 +1,4 @@
-//! Vectors of three f64 values, for setting up facets and volumes.
+//! Arithmetic on vectors of three f64 values, for setting up facets and volumes.
 
 pub(crate) type Vector = [f64; 3];
 

@@ -1,4 +1,4 @@
-//! The viewer: an eye, its axes, and the image in front of it.
+//! The viewer: an eye, its axes, and the image in front of the eye.
 //!
 //! ```text
 //!                    up
@@ -12,8 +12,8 @@
 //! ```
 //!
 //! A point at `eye + a` has the view depth `w = forward & a`, the factor by which `d` must be
-//! scaled to reach it. Its inverse `q = 1 / w` is linear over the image within one plane, and the
-//! `t` of a ray of unit length is `w * |d| = |d| / q`.
+//! scaled to reach the point. The inverse `q = 1 / w` is linear over the image within one plane. On
+//! a ray whose direction has unit length, the point's `t` is `w * |d| = |d| / q`.
 
 use std::fmt;
 
@@ -46,7 +46,8 @@ pub struct View {
     height: u32,
 }
 
-/// The directions as a linear function of the position in the image: `origin + x * dx + y * dy`.
+/// The directions of lines of sight as a linear function of the position in the image:
+/// `origin + x * dx + y * dy`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelDirections {
     pub(crate) origin: Vector,
@@ -128,7 +129,8 @@ impl View {
         add(origin, add(scale(dx, x), scale(dy, y)))
     }
 
-    /// Returns [`View::direction`] through the centre of a pixel, and its length.
+    /// Returns the [`View::direction`] through the centre of a pixel, and the length of that
+    /// direction.
     pub(crate) fn through(&self, x: u32, y: u32) -> (Vector, f64) {
         let d = self.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
         (d, length(d))
@@ -145,15 +147,15 @@ impl View {
         }
     }
 
-    /// Returns the largest value of `|d|`, which it has at the corners of the image.
+    /// Returns the largest value of `|d|`, which occurs at the corners of the image.
     pub(crate) fn longest(&self) -> f64 {
         (1.0 + self.half_width * self.half_width + self.half_height * self.half_height).sqrt()
     }
 
     /// Returns how far apart, in pixels, a traced ray and this crate's image can place an edge.
     ///
-    /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its
-    /// directions to f32, and here the corners of facets are snapped to 2^-16 of a pixel.
+    /// The value is the sum of two rounding errors, derived in `docs/raster.md`: the tracer rounds
+    /// its directions to f32, and this crate snaps the corners of facets to 2^-16 of a pixel.
     pub fn tolerance(&self) -> f64 {
         let pixels = f64::from(self.height) / (2.0 * self.half_height);
         let longest = self.longest();
@@ -213,7 +215,7 @@ impl fmt::Display for ViewError {
         match self {
             Self::Size(width, height) => write!(
                 f,
-                "raster: a picture of {width}x{height}; give each side 1 to {MAX_SIDE} pixels"
+                "raster: an image of {width}x{height} pixels; give each side 1 to {MAX_SIDE} pixels"
             ),
             Self::Eye => write!(f, "raster: the eye is not finite; give three finite numbers"),
             Self::Axes => write!(
@@ -222,7 +224,7 @@ impl fmt::Display for ViewError {
             ),
             Self::Field(half) => write!(
                 f,
-                "raster: half the picture's height at distance 1 is {half}; give a field of view between 0 and 180 degrees"
+                "raster: half the image's height at distance 1 is {half}; give a field of view between 0 and 180 degrees"
             ),
         }
     }

@@ -1,4 +1,4 @@
-//! Document C: the shadow volumes behind the faces, as closed surfaces.
+//! Document C: builds the shadow volumes behind the faces, as closed surfaces.
 //!
 //! ```text
 //!           * light          Each face has a volume: everything behind it as seen from the
@@ -34,8 +34,9 @@ pub struct Volume<'a> {
     light: Light,
     facing: Vec<i8>,
     silhouette: Vec<Outline>,
-    /// Where the volume begins behind each point, and the direction in which it extends.
+    /// Where the volume begins behind each point.
     near: Vec<Vector>,
+    /// The direction in which the volume extends behind each point.
     far: Vec<Vector>,
 }
 
@@ -63,7 +64,7 @@ impl<'a> Volume<'a> {
         let silhouette = silhouette(adjacency, &facing);
         let points = adjacency.points().iter().copied().map(double);
         let (near, far) = match light {
-            // The face itself must keep its bits if the reach is 1.
+            // If the reach is 1, the near points must have the same bits as the points of the mesh.
             Light::Point { position, reach } => points
                 .map(|p| (p, sub(p, double(position))))
                 .map(|(p, away)| (add(p, scale(away, (1.0 - reach) / reach)), away))
@@ -102,12 +103,12 @@ impl<'a> Volume<'a> {
         }
     }
 
-    /// Returns where the volume begins behind a point.
+    /// Returns the point where the volume begins behind a point of the mesh.
     pub(crate) fn near(&self, point: u32) -> Vector {
         self.near[point as usize]
     }
 
-    /// Returns the direction in which the volume extends from there.
+    /// Returns the direction in which the volume extends behind a point of the mesh.
     pub(crate) fn far(&self, point: u32) -> Vector {
         self.far[point as usize]
     }

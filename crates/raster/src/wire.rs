@@ -8,11 +8,12 @@ use crate::vector::{double, sub};
 use crate::view::View;
 use crate::z_buffer::plane;
 
-/// The fraction of its distance by which an edge may lie behind its pixel's surface and still be
-/// drawn.
+/// How far behind the visible surface an edge may be and still be drawn, as a fraction of the
+/// edge's distance.
 ///
-/// A pixel's facet is known only at the pixel's centre, and an edge may pass up to half a pixel
-/// away. On a curved surface, the next facet's plane may be slightly in front of the edge there.
+/// A pixel's facet is known only at the pixel's centre, but an edge may pass up to half a pixel
+/// away from the centre. On a curved surface, the facet's plane may be slightly in front of the
+/// edge where the edge passes.
 const SLACK: f64 = 1.0 / 500.0;
 
 /// Returns the pixels through which edges of a mesh pass, except where visible surfaces hide them.
@@ -31,7 +32,7 @@ pub fn wire(
     edges: impl IntoIterator<Item = [u32; 2]>,
 ) -> Vec<bool> {
     let (width, height) = (view.width() as usize, view.height() as usize);
-    assert_eq!(hits.len(), width * height, "one hit per pixel");
+    assert_eq!(hits.len(), width * height, "there must be one hit per pixel");
     let directions = view.pixel_directions();
     let mut drawn = vec![false; hits.len()];
     for ends in edges {
@@ -54,7 +55,7 @@ pub fn wire(
             let (x, y, q) = (ax + t * (bx - ax), ay + t * (by - ay), aq + t * (bq - aq));
             let pixel = (y as usize).min(height - 1) * width + (x as usize).min(width - 1);
 
-            // Check whether the surface shown there is in front of the edge.
+            // Check whether the surface that the pixel shows is in front of the edge.
             let face = usize::try_from(hits[pixel].triangle).ok();
             let face = face.filter(|&face| face < adjacency.faces().len());
             let plane =

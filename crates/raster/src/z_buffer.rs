@@ -1,8 +1,9 @@
-//! Document B: finds the facet that each pixel shows, the nearest one that covers its centre.
+//! Document B: finds the facet that each pixel shows, which is the nearest facet at its centre.
 //!
 //! 1. Every facet is clipped, snapped to fractions of a pixel, and sorted into bands of rows.
 //! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number
-//!    in integers. Each pixel in a run stores the facet if it is nearer than the one already there.
+//!    in integers. Each pixel in a run stores the facet if it is nearer than the facet already
+//!    stored.
 //! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
 use intertri::internal::Coefficients;
@@ -16,7 +17,7 @@ use crate::threads;
 use crate::vector::{Vector, add, cross, dot, double, sub};
 use crate::view::{PixelDirections, View};
 
-/// The number of facets in an image must be less than this.
+/// An image must have fewer facets than this number.
 const MAX_FACETS: usize = i32::MAX as usize;
 
 /// Returns the facet that each pixel of a view shows, row by row from the top left.
@@ -28,7 +29,7 @@ const MAX_FACETS: usize = i32::MAX as usize;
 /// the points with a nonzero winding number.
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
-/// - `t` is the distance from the eye, which equals a ray's `t` if its direction has unit length.
+/// - `t` is the distance from the eye, which is the `t` of a ray whose direction has unit length.
 ///   It is computed from the facet's plane, and the point is never nearer or farther than the
 ///   facet's corners. Only points with `t > threshold` are visible, as with the threshold of rays.
 ///   The facet with the smallest `t` owns the pixel. If several have the same `t`, the facet with
@@ -41,7 +42,7 @@ const MAX_FACETS: usize = i32::MAX as usize;
 /// outline that is not flat, the plane has the mean normal and passes through the first corner.
 ///
 /// # Panics
-/// Panics if there are 2^31 facets or more, or if `threshold` is negative, infinite, or NaN.
+/// Panics if there are 2^31 - 1 facets or more, or if `threshold` is negative, infinite, or NaN.
 ///
 /// ```
 /// use intertri_raster::{View, facets};
@@ -56,10 +57,10 @@ pub fn facets<F>(view: &View, facets: &[F], threshold: f64) -> Vec<Hit>
 where
     F: AsRef<[[f32; 3]]> + Sync,
 {
-    assert!(facets.len() < MAX_FACETS, "fewer than 2^31 facets");
+    assert!(facets.len() < MAX_FACETS, "there must be fewer than 2^31 - 1 facets");
     assert!(
         threshold >= 0.0 && threshold.is_finite(),
-        "a threshold that is finite and not negative"
+        "the threshold must be finite and must not be negative"
     );
     let near = (threshold / view.longest()).max(f64::MIN_POSITIVE);
     let directions = view.pixel_directions();
@@ -105,8 +106,9 @@ pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit
     facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
 }
 
-/// Returns the depth of a facet, or `None` if it has no area or the eye is in its plane. Its normal
-/// is the sum of the cross products over the fan around the first corner, as in the reference.
+/// Returns the plane of a facet, or `None` if the facet has no area or the eye is in its plane. The
+/// plane's normal is the sum of the cross products over the fan around the first corner, as in the
+/// reference.
 pub(crate) fn plane<C>(view: &View, directions: &PixelDirections, corners: C) -> Option<FacetPlane>
 where
     C: IntoIterator<Item = Vector, IntoIter: Clone>,
@@ -125,7 +127,7 @@ where
     (dot(normal, arm) != 0.0).then(|| FacetPlane::new(directions, normal, arm, depths))
 }
 
-/// Performs step 1 for one facet.
+/// Clips and snaps one facet, and adds it to the batch (step 1).
 fn prepare(
     batch: &mut Batch,
     view: &View,
@@ -150,7 +152,7 @@ struct Buffer {
     crossings: Crossings,
 }
 
-/// Performs step 2 for one band.
+/// Draws the facets of one band (step 2).
 struct Draw<'a> {
     batches: &'a [Batch],
     directions: &'a PixelDirections,
@@ -209,7 +211,7 @@ impl WithSimd for Draw<'_> {
     }
 }
 
-/// Returns the centres of a pixel and the following pixels, one per lane.
+/// Returns the x coordinates of the centres of a pixel and the pixels after it, one per lane.
 #[inline(always)]
 pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     const STEPS: [f64; 16] = {
@@ -224,7 +226,7 @@ pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     D::splat(x as f64) + D::load(&STEPS)
 }
 
-/// Computes `|d|` for the lines of sight through these centres in a row.
+/// Computes `|d|` for the lines of sight through these pixel centres in a row.
 #[inline(always)]
 fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -> D {
     let d = |axis: usize| {
@@ -241,7 +243,7 @@ fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
     Coefficients::new(&first, view.eye().map(|x| x as f32))
 }
 
-/// Performs step 3 for one pixel: computes the distance and the weights.
+/// Computes the hit of one pixel from its facet and its depth (step 3).
 fn resolve(view: &View, seen: &Coefficients, facet: usize, q: f64, x: u32, y: u32) -> Hit {
     let (d, long) = view.through(x, y);
     let (u, v) = seen.weights(d);

@@ -1,5 +1,5 @@
-//! Compares shadow volumes with brute-force shadow rays, for well-formed meshes and many kinds of
-//! malformed ones.
+//! Compares shadow volumes with brute-force shadow rays, for well-formed meshes and for many kinds
+//! of malformed meshes.
 
 use crate::common::{Numbers, ball, cuboid, floor, view_of};
 use intertri::{Hit, Mode, Ray, Triangle};
@@ -76,7 +76,8 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usi
     (dark, verdicts.iter().filter(|v| **v != Verdict::Same).count())
 }
 
-/// Returns the lights used by all tests: near, far, at the eye, behind it, below, and directional.
+/// Returns the lights used by all tests: near, far, at the eye, behind the eye, below the scene,
+/// and directional.
 fn lights(camera: &Camera) -> Vec<Light> {
     let mut lights = Vec::new();
     for position in
@@ -85,7 +86,7 @@ fn lights(camera: &Camera) -> Vec<Light> {
         lights.extend([point(position, REACH), point(position, 1.0)]);
     }
     for toward in [[0.3, 1.0, 0.2], [-1.0, 0.4, 0.0], [0.0, 1e-3, 1.0], [0.0, 0.0, -5.0]] {
-        // A vector that is long enough to leave the scene.
+        // Make the vector long enough to reach outside the scene.
         let long = toward.map(|x| 20.0 * x);
         lights.extend([directional(toward), Light::Directional { toward: long, reach: REACH }]);
     }
@@ -217,7 +218,7 @@ fn the_eye_within_a_shadow() {
         assert_eq!(*lit, looks[hit.triangle as usize] == 1, "{hit:?}");
     }
     assert!(mask.contains(&true) && mask.contains(&false));
-    // A light in the middle of the room reaches all of it.
+    // A light in the middle of the room reaches the whole room.
     let (dark, _) = same_as_rays(&camera, &room, point([0.0; 3], REACH));
     assert_eq!(dark, 0);
 }
@@ -321,11 +322,11 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
     let adjacency = Adjacency::new(&soup);
     assert_eq!((adjacency.points().len(), adjacency.edges().count()), (8, 18));
     for edge in adjacency.edges() {
-        let [one, other] = edge.sides else { panic!("a closed mesh") };
-        assert_ne!(one.forward, other.forward, "wound consistently");
+        let [one, other] = edge.sides else { panic!("the mesh must be closed") };
+        assert_ne!(one.forward, other.forward, "the mesh must be wound consistently");
     }
     // Seen along a diagonal, the outline has six edges that form one closed loop. A front face and
-    // a back face meet at each of them, so each counts 2.
+    // a back face meet at each edge, so each edge counts 2.
     let looks = facing(&adjacency, &directional([1.0, 2.0, 3.0]));
     assert_eq!(
         (looks.iter().filter(|f| **f == 1).count(), looks.iter().filter(|f| **f == -1).count()),

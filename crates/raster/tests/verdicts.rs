@@ -1,4 +1,5 @@
-//! Tests the rule that excuses differences, just inside and just outside its exact limits.
+//! Tests the rule that excuses differences between images, just inside and just outside its exact
+//! limits.
 
 use crate::common::Numbers;
 use dashu_ratio::Relaxed as Exact;
@@ -17,7 +18,7 @@ fn ahead(half_height: f64) -> View {
     View::new([0.0; 3], axes, half_height, SIDE, SIDE).unwrap()
 }
 
-/// Returns the verdict on one pixel, for which the two images have these hits.
+/// Returns the verdict on one pixel, where the two images have these hits.
 fn verdict(view: &View, soup: &[Triangle], pair: [Hit; 2]) -> Verdict {
     let place = (PIXEL.1 * SIDE + PIXEL.0) as usize;
     let [one, other] = pair.map(|hit| {
@@ -33,7 +34,7 @@ fn shows(triangle: u32, t: f64) -> Hit {
 }
 
 /// Returns the smallest f64 between `lo` and `hi` for which a predicate is true. The predicate must
-/// be false below that value and true above it.
+/// be false below the result and true above it.
 fn turning_point(lo: f64, hi: f64, question: impl Fn(f64) -> bool) -> f64 {
     let (mut lo, mut hi) = (lo.to_bits(), hi.to_bits());
     while hi - lo > 1 {
@@ -50,7 +51,8 @@ fn turning_point(lo: f64, hi: f64, question: impl Fn(f64) -> bool) -> f64 {
 #[test]
 fn an_edge_at_the_distance_to_the_last_bit() {
     // A vertical edge to the right of a pixel's centre comes within the tolerance at a certain
-    // image width. Test the adjacent widths on both sides, where f64 could only guess.
+    // image width. Test the adjacent widths on both sides, for which arithmetic in f64 may give the
+    // wrong verdict.
     let mut numbers = Numbers(71);
     let (mut wrong_in_f64, mut excused, mut tried) = (0, 0, 0);
     for _ in 0..40 {
@@ -82,13 +84,13 @@ fn an_edge_at_the_distance_to_the_last_bit() {
         }
     }
     assert!(excused > tried / 3 && excused < tried * 2 / 3, "{excused} of {tried}");
-    assert!(wrong_in_f64 > 20, "{wrong_in_f64} of {tried}: this attack finds too little");
+    assert!(wrong_in_f64 > 20, "f64 decides only {wrong_in_f64} of {tried} cases wrongly");
 }
 
 #[test]
 fn planes_that_tie_beside_the_disc_excuse_nothing() {
     // Two planes intersect in a vertical line: at the centre, just within the tolerance, and beyond
-    // it.
+    // the tolerance.
     let view = ahead(1.0);
     let centre = (f64::from(PIXEL.0) + 0.5) / f64::from(SIDE) * 2.0 - 1.0;
     let wall = |slope: f64, line: f64| {

@@ -40,8 +40,8 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
 
 #[test]
 fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
-    // Convex facets inside the image; the reference decides coverage by document B's cross
-    // products in f64 and depth by -q, which is linear on the screen.
+    // All facets are convex and inside the image. The reference decides coverage by document B's
+    // cross products in f64, and depth by -q, which is linear on the screen.
     let (width, height) = (96, 64);
     let view = ahead(width, height);
     let mut numbers = Numbers(11);
@@ -93,7 +93,7 @@ fn random_soups_look_like_their_rays() {
     for (count, size) in [(40, 1.0), (300, 0.2), (20, 8.0), (60, 0.01)] {
         let soup = numbers.soup(count, 1.0, size);
         // One eye is outside the soup, the other inside, where facets cross the plane of the eye
-        // and reach behind it.
+        // and reach behind the eye.
         for eye in [[2.0, 1.5, 3.0], [0.1, 0.05, -0.2]] {
             let camera = Camera::new(eye, [0.0, 0.3, 0.1], Camera::UP, 70.0).unwrap();
             let drawn = same_as_rays(&camera, &soup, 120, 90);
@@ -120,7 +120,7 @@ fn from_inside_of_a_closed_surface_every_pixel_is_covered() {
 
 #[test]
 fn a_floor_reaches_to_the_horizon_and_below_the_feet() {
-    // A floor of two triangles, a million times larger than the eye's height above it.
+    // A floor of two triangles, a million times larger than the height of the eye above the floor.
     let soup = floor(-1.0, 1e6);
     let camera = Camera::new([0.0; 3], [0.3, -0.2, -1.0], Camera::UP, 120.0).unwrap();
     let drawn = same_as_rays(&camera, &soup, 160, 120);
@@ -174,7 +174,7 @@ fn what_is_not_finite_or_lies_in_one_plane_with_the_eye_is_not_there() {
     assert!(
         triangles(&view, &soup, THRESHOLD).iter().all(|hit| !hit.is_hit() || hit.triangle == 4)
     );
-    // The limits of f32.
+    // Coordinates near the limits of f32.
     let big = [a, b, c].map(|p| p.map(|x: f32| x * 1e38));
     assert!(triangles(&view, &[Triangle(big)], THRESHOLD)[16 * 32 + 16].is_hit());
     let small = [a, b, c].map(|p| p.map(|x: f32| x * 1e-38));

@@ -1,4 +1,4 @@
-//! Document E: an edge in homogeneous coordinates, clipped to the canonical view volume.
+//! Document E: clips an edge in homogeneous coordinates to the canonical view volume.
 //!
 //! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`; its points have `w > 0`, so a
 //! point behind the eye is outside. Each of the six walls has a boundary coordinate that is
@@ -57,8 +57,8 @@ impl Point4 {
     }
 }
 
-/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if its
-/// boundary coordinate is positive, and 1 if the point is outside, on the wall, or NaN.
+/// Returns the outcode of a point. Bit `i` is 0 if the point is inside wall `i`, that is, if
+/// boundary coordinate `i` is positive, and 1 if the point is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     let bit = |i: usize| if boundaries[i] > 0.0 { 0 } else { 1 << i };
     (0..6).map(bit).sum()
@@ -69,9 +69,9 @@ pub fn outcode(boundaries: [f64; 6]) -> u8 {
 /// and the result is 0.
 ///
 /// An end that is inside keeps its bits. Rounding may leave a clipped end slightly outside its
-/// wall. The part can be a single point if the edge touches an edge of the volume. The result is
-/// also 0 if a coordinate is NaN, infinite, or so large that a boundary coordinate such as `w + x`
-/// exceeds a quarter of the largest f64.
+/// wall. The remaining part can be a single point if the edge touches an edge of the volume. The
+/// result is also 0 if a coordinate is NaN, infinite, or so large that a boundary coordinate such
+/// as `w + x` exceeds a quarter of the largest f64.
 pub fn clip_edge(a: &mut Point4, c: &mut Point4) -> i32 {
     let a_bc = a.boundaries();
     let c_bc = c.boundaries();

@@ -1,9 +1,9 @@
-//! Plain loops over all triangles. Every faster search must return the same results.
+//! Finds hits in plain loops over all triangles. Every faster search must return the same results.
 //!
 //! A hit counts if [`Scene::inter_tri`] returns 1 and `t_min <= t < t_max`. The interval is open at
-//! its far end, so a `t` of infinity never counts, whatever `t_max` is. A NaN in the interval
-//! rejects everything. With a threshold of 0 or more, a ray or triangle that is not finite is never
-//! hit.
+//! its far end, so a `t` of infinity never counts, whatever `t_max` is. If an end of the interval
+//! is NaN, no hit counts. With a threshold of 0 or more, a ray or triangle that is not finite is
+//! never hit.
 
 use alloc::vec::Vec;
 
@@ -20,8 +20,8 @@ impl Scene {
         (inside && t_min <= t && t < t_max).then_some(t)
     }
 
-    /// Returns the index and `t` of the triangle with the smallest `t`. If two have the same `t`,
-    /// the lower index wins.
+    /// Returns the index and `t` of the triangle with the smallest `t`. If several triangles have
+    /// the same `t`, the lowest index wins.
     pub fn closest(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<(usize, f64)> {
         let mut closest = None;
         let mut t_closest = t_max;

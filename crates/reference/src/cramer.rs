@@ -25,7 +25,7 @@
 //!
 //! # Edge cases of the listing, kept as they are
 //! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the
-//!   one that its normal `T` points to.
+//!   side that the normal `T` points to.
 //! - The edge opposite A, `u + v = 1`, is **outside**; the other two edges and A are inside.
 //! - NaN counts as a miss, and so does a triangle without area.
 
@@ -65,7 +65,7 @@ pub struct Trig {
     /// The first texture coordinate: its value at A, its increase along AB, and its increase along
     /// AC.
     pub tu: Vector,
-    /// The second texture coordinate, likewise.
+    /// The second texture coordinate, in the same form.
     pub tv: Vector,
 }
 
@@ -85,7 +85,7 @@ pub struct Viewpoint {
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meeting {
-    /// The distance in multiples of the length of the ray's direction; positive.
+    /// The distance, always positive, in multiples of the length of the ray's direction.
     pub t: f64,
     /// The weight of B.
     pub u: f64,
@@ -123,7 +123,8 @@ impl Trig {
 }
 
 impl Viewpoint {
-    /// Applies the document's test, corrected, to the ray from this viewpoint along `dir`.
+    /// Applies the corrected version of the document's test to the ray from this viewpoint along
+    /// `dir`.
     ///
     /// Only the side that the normal `AB ^ AC` points to is visible, so `dir` must run against the
     /// normal. Points on AB and AC are hits. Points on BC, including its ends, are misses, and so
@@ -141,8 +142,8 @@ impl Viewpoint {
 /// toward 0. Read as a colour 0xRRGGBB, the value is a shade of green for coordinates from 0 to
 /// 255. The green component repeats every 256 texels.
 ///
-/// Coordinates outside the range of `i32` are clamped to it, and NaN counts as 0. A product that
-/// overflows `i32` loses its high bits.
+/// Coordinates outside the range of `i32` are clamped to the range, and NaN counts as 0. A product
+/// that overflows `i32` loses its high bits.
 pub fn xor_pattern(tx: f64, ty: f64) -> i32 {
     (tx as i32 ^ ty as i32).wrapping_mul(256)
 }

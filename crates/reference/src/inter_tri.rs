@@ -18,7 +18,7 @@
 //! # What the document leaves open, and the choices made here
 //! - **The length of the normal.** The document only says that triangles are "initialised in a
 //!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size
-//!   of the triangle. It does depend on the length of `dir`.
+//!   of the triangle. The test does depend on the length of `dir`.
 //! - **The value of `Threshold`.** The document does not give one. Here, it is a field of
 //!   [`Scene`], which is [`THRESHOLD`] by default. One number serves two purposes: the smallest
 //!   `|nrm & dir|` that does not count as parallel, and the largest `t` that does not count as a
@@ -32,10 +32,10 @@
 //! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is
 //!   false. The last line, `t > Threshold`, returns 0.
 //! - **Infinity**: `t` has no upper bound, so the test can return 1 even if `t` overflows to
-//!   infinity. In searches for hits ([`closest`](crate::closest)) the interval excludes it. For an
-//!   infinite direction `t` is 0 or NaN; for an infinite origin or vertex it is infinite or NaN. So
-//!   a ray or a triangle that is not finite is never hit with a finite `t` (for a threshold of 0 or
-//!   more).
+//!   infinity. Searches for hits ([`closest`](crate::closest)) use an interval that excludes an
+//!   infinite `t`. For an infinite direction, `t` is 0 or NaN; for an infinite origin or vertex,
+//!   `t` is infinite or NaN. So a ray or a triangle that is not finite is never hit with a finite
+//!   `t` (for a threshold of 0 or more).
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -59,7 +59,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// Creates a ray from anything that converts to vectors.
+    /// Creates a ray from two values that convert to vectors.
     pub fn new(org: impl Into<Vector>, dir: impl Into<Vector>) -> Self {
         Self { org: org.into(), dir: dir.into() }
     }
@@ -126,8 +126,8 @@ impl Scene {
     /// threshold.
     ///
     /// # Errors
-    /// Returns an error if a triangle refers to a missing vertex. The error contains the first such
-    /// triangle and its first such vertex.
+    /// Returns an error if a triangle refers to a missing vertex. The error contains the first
+    /// triangle of this kind and its first missing vertex.
     pub fn new(
         vertx: Vec<Vector>,
         corners: impl IntoIterator<Item = [usize; 3]>,
@@ -159,7 +159,8 @@ impl Scene {
         Self { threshold, ..self }
     }
 
-    /// Performs the document's special initialization of a triangle.
+    /// Adds a triangle, initialized in the document's "special way": with its edges and its unit
+    /// normal.
     fn push(&mut self, [c1, c2, c3]: [usize; 3]) {
         let h4 = self.vertx[c2] - self.vertx[c1];
         let h5 = self.vertx[c3] - self.vertx[c1];

@@ -2,8 +2,8 @@
 //!
 //! The code is written to be compared with the documents, not to be fast. The operations are in the
 //! document's order, and nothing is fused, reassociated, or approximated. No code is shared with
-//! the kernel, so a shared mistake cannot hide. If a document has an error, the file notes and
-//! corrects it.
+//! the kernel, so a mistake in shared code cannot hide. If a document has an error, the file notes
+//! and corrects it.
 //!
 //! | document | file | contents |
 //! | --- | --- | --- |

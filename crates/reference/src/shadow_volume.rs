@@ -12,14 +12,14 @@
 //! ```
 //!
 //! # Errors in the document
-//! It sets `index3 = index1 + BIG * lightdir` and `index4 = index2 + BIG * lightdir` and calls the
-//! triangles (index2, index1, index3) and (index4, index3, index1) a quad. They do not form one:
-//! they overlap in a quarter of it, leave a quarter uncovered, and wind in opposite directions, so
-//! a stencil counts one against the other. With the **two new vertices exchanged**, so that
-//! `index3` is below `index2` and `index4` is below `index1`, the same index triples form the quad
-//! in the drawing. This file exchanges them. The quad then runs along the common edge in the
-//! opposite direction to the front-culled face, so lit faces and sides bound one closed,
-//! outward-facing volume.
+//! The document sets `index3 = index1 + BIG * lightdir` and `index4 = index2 + BIG * lightdir` and
+//! calls the triangles (index2, index1, index3) and (index4, index3, index1) a quad. The two
+//! triangles do not form a quad: they overlap in a quarter of the intended quad, leave another
+//! quarter uncovered, and wind in opposite directions, so a stencil subtracts one triangle from the
+//! other. With the **two new vertices exchanged**, so that `index3` is below `index2` and `index4`
+//! is below `index1`, the same index triples form the quad in the drawing. This file exchanges the
+//! vertices. The quad then runs along the common edge in the opposite direction to the front-culled
+//! face, so lit faces and sides bound one closed, outward-facing volume.
 //!
 //! # What the document leaves open, and the choices made here
 //! - **A missing neighbour** (an open mesh) counts as back culled, so that the volume stays closed.
@@ -62,7 +62,7 @@ pub type Adj = [Option<usize>; 3];
 /// The sides of a shadow volume, without caps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sides {
-    /// The vertices of the mesh, then two new ones for each edge of the silhouette.
+    /// The vertices of the mesh, then two new vertices for each edge of the silhouette.
     pub vertx: Vec<Vector>,
     /// Two triangles for each edge, in the order of the silhouette, wound counter-clockwise as seen
     /// from outside if the mesh is.
@@ -90,7 +90,10 @@ pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec
 /// # Panics
 /// Panics if `faces`, `adj`, and `front` differ in length, or if a neighbour is missing.
 pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usize; 2]> {
-    assert!(faces.len() == adj.len() && faces.len() == front.len(), "one entry per face");
+    assert!(
+        faces.len() == adj.len() && faces.len() == front.len(),
+        "`adj` and `front` must have one entry per face"
+    );
     let mut edges = Vec::new();
     for face in (0..faces.len()).filter(|&face| front[face]) {
         let [index1, index2, index3] = faces[face];
@@ -105,7 +108,8 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
     edges
 }
 
-/// Extrudes each edge of the silhouette into a quad, from the edge to the distance `big` behind it.
+/// Extrudes each edge of the silhouette into a quad, from the edge to the distance `big` behind the
+/// edge.
 ///
 /// `big` is the document's BIG: a distance that reaches beyond the scene. An edge through the
 /// position of the light, or along its direction, yields a quad without area.

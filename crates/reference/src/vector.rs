@@ -86,7 +86,7 @@ impl Mul<f64> for Vector {
     }
 }
 
-/// Exact: every f32 is an f64.
+/// Converts exactly, because every f32 is also an f64.
 impl From<[f32; 3]> for Vector {
     fn from([x, y, z]: [f32; 3]) -> Self {
         Self { x: f64::from(x), y: f64::from(y), z: f64::from(z) }
@@ -109,7 +109,7 @@ impl From<Vector> for [f64; 3] {
 /// number, and `-0.0` for `-0.0`.
 pub fn sqrt(x: f64) -> f64 {
     // These cases do not need arithmetic: 0, -0, NaN, and +inf are their own roots, and negative
-    // numbers have no root.
+    // numbers have no real root.
     if x == 0.0 || x.is_nan() || x == f64::INFINITY {
         return x;
     }
@@ -117,8 +117,8 @@ pub fn sqrt(x: f64) -> f64 {
         return f64::NAN;
     }
 
-    // x = m * 2^e, where m is a 53-bit integer. A subnormal is shifted until its leading bit is
-    // set.
+    // x = m * 2^e, where m is a 53-bit integer. The fraction of a subnormal is shifted until bit 52
+    // is set.
     let bits = x.to_bits();
     let (mut m, mut e) = match (bits >> 52, bits & ((1 << 52) - 1)) {
         (0, fraction) => {
@@ -135,8 +135,8 @@ pub fn sqrt(x: f64) -> f64 {
     }
 
     // The root of m * 2^54, rounded down, is 54 bits long: the 53 bits of the result and one bit
-    // for rounding. The root is never exactly halfway: a halfway root would be odd, and so would
-    // its square, but m * 2^54 is even.
+    // for rounding. The root is never exactly halfway between two results: such a root would be
+    // odd, and so would its square, but m * 2^54 is even.
     let root = (u128::from(m) << 54).isqrt() as u64;
     let rounded = (root + 1) >> 1;
 

@@ -17,7 +17,7 @@
 //! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
 //! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
 //!   clockwise if y points up (counter-clockwise on a screen with y downward). An image contains
-//!   both orientations, so [`ZBuffer::draw`] mirrors the rule for the other one.
+//!   both orientations, so [`ZBuffer::draw`] mirrors the rule for the other.
 //! - **Facets without area.** For three collinear vertices, every `c_kz` is 0 along their line, and
 //!   for three equal vertices, everywhere. [`ZBuffer::draw`] skips such facets.
 //! - **The depth within a facet** is taken where its plane meets the pixel's projector. For a facet
@@ -25,14 +25,15 @@
 //!   first vertex. The closer a facet is to edge-on, the less accurate its depth.
 //!
 //! If a facet is concave, only the points inside all of its edges are drawn. Cut concave facets
-//! into convex ones first, as the document does with curved ones.
+//! into convex facets first, as the document does with curved facets.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::vector::Vector;
 
-/// Computes the document's `c_kz` for each vertex of the outline, in order. z is ignored.
+/// Computes the document's `c_kz` for each vertex of the outline, in order. z coordinates are
+/// ignored.
 pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(move |(&a, &b)| {
@@ -58,7 +59,7 @@ pub struct ZBuffer {
     pub height: usize,
     /// The smallest z, row by row; infinity where there is no facet.
     pub depth: Vec<f64>,
-    /// The number of the facet with that z.
+    /// The number of the facet with the smallest z, or `None` where there is no facet.
     pub facet: Vec<Option<usize>>,
 }
 
@@ -78,8 +79,9 @@ impl ZBuffer {
     pub fn draw(&mut self, facet: usize, outline: &[Vector]) {
         let Some((&a1, others)) = outline.split_first() else { return };
 
-        // The normal is the sum over the fan around the first vertex. Its z is twice the area, and
-        // positive if the outline runs against the document's direction.
+        // The normal is the sum of the cross products over the fan around the first vertex. Its z
+        // is twice the signed area, which is positive if the outline runs against the document's
+        // direction.
         let normal = others
             .windows(2)
             .map(|pair| (pair[0] - a1) ^ (pair[1] - a1))

@@ -26,8 +26,8 @@ fn outcodes_name_the_walls() {
     assert_eq!(code(0.0, 2.0, 0.0, 1.0), 0b00_1000);
     assert_eq!(code(0.0, 0.0, -2.0, 1.0), 0b01_0000);
     assert_eq!(code(0.0, 0.0, 2.0, 1.0), 0b10_0000);
-    assert_eq!(code(1.0, 0.0, 0.0, 1.0), 0b00_0010, "on the wall is outside");
-    assert_eq!(code(0.0, 0.0, 0.0, -1.0), 0b11_1111, "behind the eye is outside all walls");
+    assert_eq!(code(1.0, 0.0, 0.0, 1.0), 0b00_0010, "a point on the wall is outside");
+    assert_eq!(code(0.0, 0.0, 0.0, -1.0), 0b11_1111, "a point behind the eye is outside all walls");
     assert_eq!(code(f64::NAN, 0.0, 0.0, 1.0), 0b00_0011);
 }
 
@@ -68,7 +68,7 @@ fn past_a_corner_of_the_volume_the_interval_closes_early() {
     // One end is outside in x and the other in y, and the edge passes outside the corner (1, 1).
     let (a, c) = (p(3.0, 0.0, 0.0, 1.0), p(0.0, 3.0, 0.0, 1.0));
     assert_eq!(clip(a, c), (0, a, c));
-    // An edge through the corner itself is cut to one point.
+    // An edge through the corner itself is clipped to one point.
     let (answer, a, c) = clip(p(2.0, 0.0, 0.0, 1.0), p(0.0, 2.0, 0.0, 1.0));
     assert_eq!((answer, a, c), (1, p(1.0, 1.0, 0.0, 1.0), p(1.0, 1.0, 0.0, 1.0)));
 }
@@ -124,10 +124,10 @@ fn depth_inside(a: Point4, c: Point4, t: f64) -> f64 {
 }
 
 proptest! {
-    // The same cases on every run.
+    // Test the same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Walks along the edge: the remaining part is inside, and the rest is outside.
+    /// Walks along the edge: the remaining part is inside, and the rest of the edge is outside.
     #[test]
     fn the_part_that_is_left_is_the_part_inside(a in point(), c in point()) {
         let (answer, new_a, new_c) = clip(a, c);
@@ -154,7 +154,7 @@ proptest! {
         }
     }
 
-    /// The opposite direction yields the same part.
+    /// Clipping the reversed edge yields the same part.
     #[test]
     fn direction_does_not_matter(a in point(), c in point()) {
         let (one, a1, c1) = clip(a, c);

@@ -1,4 +1,4 @@
-//! Tests document D: its example, its errors, and its weights, which are compared with document A.
+//! Tests document D: its example, its errors, and its weights, compared with those of document A.
 
 use intertri_reference::cramer::{Corner, Trig, Viewpoint, calc_triangle, xor_pattern};
 use intertri_reference::{Ray, Scene, Vector};
@@ -20,7 +20,7 @@ fn pixels(hit: impl Fn(Vector) -> bool) -> usize {
     rows.filter(|&(x, y)| hit(Vector::from([x as f32 / 100.0, y as f32 / 100.0, 1.0]))).count()
 }
 
-/// Applies the listing's test unchanged, with its negative `t`.
+/// Applies the listing's test unchanged, so only triangles with a negative `t` are hit.
 fn listing(view: &Viewpoint, dir: Vector) -> bool {
     let (u, v, d) = (view.u & dir, view.v & dir, view.d & dir);
     u + v < d && u >= 0.0 && v >= 0.0 && view.t_ap < 0.0
@@ -45,7 +45,8 @@ fn coefficients_are_the_documents() {
     assert_eq!(trig.d, trig.t * -1.0);
     assert_eq!(trig.tu, Vector::new(0.0, 255.0, 255.0));
     assert_eq!(trig.tv, Vector::new(0.0, 0.0, 255.0));
-    // The determinants written out for AP = (1, -1, -1), AB = (2, 0, 0), AC = (2, -2, 0).
+    // The expected values are the determinants, written out for AP = (1, -1, -1), AB = (2, 0, 0),
+    // AC = (2, -2, 0).
     let view = trig.seen_from(Vector::default());
     assert_eq!(view.u, Vector::new(2.0, 2.0, 0.0));
     assert_eq!(view.v, Vector::new(0.0, -2.0, 2.0));
@@ -106,10 +107,10 @@ fn the_xor_pattern() {
 }
 
 proptest! {
-    // The same cases on every run.
+    // Test the same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Away from the edges, and seen from the front, the hit and u, v, and t match InterTri's.
+    /// Away from the edges, and seen from the front, hits and their t, u, and v match `inter_tri`.
     #[test]
     fn agrees_with_inter_tri(
         c in prop::array::uniform9(-1.0f32..1.0),

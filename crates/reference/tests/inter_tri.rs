@@ -74,7 +74,7 @@ fn threshold_is_open_for_parallel_and_for_t() {
     let from = |z: f64| ask(&plane, &Ray::new([0.25, 0.25, z], [0.0, 0.0, 1.0])).0;
     assert_eq!(from(-THRESHOLD), 0);
     assert_eq!(from(-THRESHOLD.next_up()), 1);
-    // The normal has unit length, so even a tiny triangle is not mistaken for a parallel one.
+    // The normal has unit length, so even a tiny triangle does not count as parallel.
     let tiny = Scene::from_triangles([TRIANGLE.map(|[x, y, z]| [x * 1e-20, y * 1e-20, z])]);
     assert_eq!(ask(&tiny, &down(1e-21, 1e-21)), (1, 5.0));
 }
@@ -171,7 +171,7 @@ fn an_index_out_of_range_is_an_error_that_says_where() {
 }
 
 proptest! {
-    // The same cases on every run.
+    // Test the same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     /// (u, v) and t describe the same point, anywhere in the triangle's plane.

@@ -67,7 +67,8 @@ fn open_edges(volume: &[[Vector; 3]]) -> usize {
     count.values().filter(|n| **n != 0).count()
 }
 
-/// Computes the volume by the divergence theorem. It is positive if the surface faces outward.
+/// Computes the enclosed volume by the divergence theorem. It is positive if the surface faces
+/// outward.
 fn contents(volume: &[[Vector; 3]]) -> f64 {
     volume.iter().map(|&[a, b, c]| (a & (b ^ c)) / 6.0).sum()
 }
@@ -170,7 +171,7 @@ fn the_documents_vertices_would_make_no_quad() {
 #[test]
 fn odd_lights() {
     let (vertx, faces) = cube();
-    // With a NaN, no face is front culled, so there is nothing to draw.
+    // If the light's direction contains NaN, no face is front culled, so there is nothing to draw.
     let nan = Light::Directional(Vector::new(f64::NAN, 0.0, 0.0));
     assert!(front_culled(&vertx, &faces, nan).iter().all(|front| !front));
     // If the light is at a vertex, that end of the edge stays in place.

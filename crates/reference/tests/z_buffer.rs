@@ -119,7 +119,7 @@ fn without_area_or_not_finite_draws_nothing() {
 }
 
 proptest! {
-    // The same cases on every run.
+    // Test the same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
     /// Documents A and B agree for rays along z through the pixel centres.

@@ -1,5 +1,5 @@
-//! Writes a GLB file of a forest: one tree with about a thousand triangles, a thousand instances of
-//! it, and the ground.
+//! Writes a GLB file of a forest: a thousand instances of one tree, which has about a thousand
+//! triangles, and the ground.
 //!
 //! ```sh
 //! cargo run --release -p intertri-scene --example forest -- forest.glb 1000
@@ -21,8 +21,8 @@ struct Shape {
 }
 
 impl Shape {
-    /// Adds a horizontal ring of vertices and returns the index of the first. Every other vertex
-    /// has its radius multiplied by `star`.
+    /// Adds a horizontal ring of vertices and returns the index of its first vertex. Every other
+    /// vertex has its radius multiplied by `star`.
     fn ring(&mut self, height: f32, radius: f32, star: f32) -> u32 {
         let first = self.positions.len() as u32;
         for i in 0..AROUND {
@@ -69,7 +69,7 @@ impl Numbers {
     }
 }
 
-/// The binary chunk, with the JSON of its buffer views and accessors.
+/// The binary chunk of the file, and the JSON of the buffer views and accessors in the chunk.
 #[derive(Default)]
 struct Chunk {
     bytes: Vec<u8>,

@@ -5,8 +5,8 @@
 //! cargo run --release -p intertri-scene --example hostile -- FOLDER   # writes some 8 GB, one file at a time
 //! ```
 //!
-//! The output is a table for `docs/fuzzing.md`. A separate process reads each file, so that Linux
-//! reports its peak memory in `/proc`.
+//! The output is a table for `docs/fuzzing.md`. Each file is read by a separate process, whose peak
+//! memory Linux reports in `/proc`.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};

@@ -76,7 +76,7 @@ fn built_in() -> Scene {
     shapes.part(SPHERE, true);
     shapes.icosphere(3, |p| p * 0.62 + DVec3::new(-2.05, 0.62, 2.35));
 
-    // A cut stone that lies on a facet, with table, crown, girdle, and pavilion.
+    // A cut stone with table, crown, girdle, and pavilion, which lies on a facet.
     shapes.part(STONE, false);
     let cut = [(0.0, 0.44, 0.0), (0.52, 0.44, 0.0), (0.86, 0.24, 0.5), (1.0, 0.05, 0.0)];
     let under = [(1.0, -0.05, 0.0), (0.55, -0.48, 0.5), (0.0, -0.92, 0.0)];
@@ -87,7 +87,7 @@ fn built_in() -> Scene {
     let camera = Camera::new([4.2, 4.7, 9.4], [0.2, 1.2, 0.1], Camera::UP, 36.0);
     Scene {
         mesh: shapes.mesh,
-        camera: camera.expect("its numbers are constants, and a test draws with them"),
+        camera: camera.expect("the camera is made from valid constants"),
         light: Light::Point { position: [-5.5, 10.5, 8.0] },
         texture: Some(Texture::Xor { texels: 8, dark: 0.5 }),
     }

@@ -20,8 +20,8 @@ use intertri::RayOf;
 use crate::coordinate::Coordinate;
 use crate::mesh::{double, rounded};
 
-/// The smallest allowed sine of the angle between the view direction and up. Below this, rounding
-/// would determine the tilt of the image.
+/// The smallest allowed sine of the angle between the view direction and up. Below this value,
+/// rounding would determine the tilt of the image.
 const LEVEL: f64 = 1e-6;
 
 /// A pinhole camera with an eye, a view direction, and a field of view.
@@ -168,8 +168,8 @@ impl<S: Coordinate> Camera<S> {
             return Self::framing_from([[S::ZERO; 3]], view, up, fov, aspect);
         }
 
-        // The eye is where two opposite borders meet, for the pair that meets farther away. It is
-        // centred between the other two borders, and behind the foremost point.
+        // Each pair of opposite borders determines how far back the eye must be. The eye is at the
+        // larger of the two distances, centred between the borders, and behind the foremost point.
         let [r_max, r_min, u_max, u_min] = borders;
         let size = (max - min).length();
         let near = max.z + if size > 0.0 { size * 0.01 } else { 1.0 };

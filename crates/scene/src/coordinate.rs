@@ -1,4 +1,4 @@
-//! The scalar of a scene: f32 or f64.
+//! The scalar type of a scene's coordinates: f32 or f64.
 
 use std::str::FromStr;
 
@@ -10,7 +10,7 @@ use intertri::Scalar;
 /// ```no_run
 /// use std::path::Path;
 /// use intertri_scene::{LoadError, Mesh, load_model};
-/// /// A survey in UTM coordinates, not rounded to f32.
+/// /// Reads a survey in UTM coordinates, without rounding to f32.
 /// fn survey(path: &Path) -> Result<Mesh<f64>, LoadError> {
 ///     load_model(path).map(|model| model.mesh)
 /// }

@@ -33,14 +33,14 @@ pub trait SceneGeometry<S: Coordinate>: Sync {
     fn has_uvs(&self) -> bool;
 
     /// Returns the texture coordinates at the corners of a hit's triangle, or `None` if its mesh
-    /// has none.
+    /// has no texture coordinates.
     fn uvs_of(&self, hit: &Hit) -> Option<&[[f32; 2]; 3]>;
 
     /// Returns the part that a hit's triangle belongs to, or `None` if it belongs to no part.
     fn part_of(&self, hit: &Hit) -> Option<&Part>;
 
     /// Returns the bounding box of [`SceneGeometry::enclosing_points`], which contains all
-    /// triangles, or `None` if there are none.
+    /// triangles, or `None` if there are no triangles.
     fn bounding_box(&self) -> Option<Bounds<S>> {
         Bounds::around(self.enclosing_points())
     }

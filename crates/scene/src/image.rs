@@ -100,8 +100,8 @@ impl Image {
     }
 }
 
-/// Creates or replaces the file at `path` with the output of `write`, once all of it is on the
-/// disk. If writing fails, `path` is unchanged.
+/// Creates or replaces the file at `path` with the output of `write`, once the whole output is on
+/// the disk. If writing fails, `path` is unchanged.
 fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<PartialFile>) -> io::Result<()>,
@@ -155,7 +155,7 @@ pub fn check_output(path: &Path) -> Result<(), ImageError> {
 /// Panics if `marks` does not have one entry per pixel.
 pub fn difference(image: &Image, marks: &[Option<[u8; 3]>]) -> Image {
     const FRAME: i64 = 4;
-    assert_eq!(marks.len(), image.pixels.len(), "one entry per pixel");
+    assert_eq!(marks.len(), image.pixels.len(), "there must be one entry per pixel");
     let mut marked = image.clone();
     for pixel in &mut marked.pixels {
         *pixel = pixel.map(|x| x / 4);
@@ -203,9 +203,9 @@ pub enum ImageError {
         /// The problem.
         cause: String,
     },
-    /// Writing failed.
+    /// An image cannot be written.
     Write {
-        /// The image's name.
+        /// The name of the image file.
         path: PathBuf,
         /// The error from the file system.
         cause: io::Error,

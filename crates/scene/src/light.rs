@@ -1,4 +1,4 @@
-//! A point light or a directional light, and its shadow rays.
+//! Point lights and directional lights, and their shadow rays.
 
 use glam::DVec3;
 use intertri::{Hit, RayOf, Scalar, TriangleOf, spawn_ray, spawn_ray_to};
@@ -27,12 +27,12 @@ impl Light {
     /// The end of a shadow ray's interval, as a fraction of the distance from the light to the
     /// surface.
     ///
-    /// A shadow ray ends on the triangle that the pixel shows, at `t = 1` up to rounding. Its f32
-    /// direction misses the point by about 1e-7 of the distance, and the triangle's `t` differs by
-    /// that amount divided by the cosine between ray and normal. One part in ten thousand covers
-    /// every cosine above 1e-3, below which the surface gets no visible light anyway. In a typical
-    /// image, it is a tenth of a pixel. This is a tolerance for shading only; the intersection test
-    /// has none.
+    /// A shadow ray ends on the triangle that the pixel shows, at `t = 1` up to rounding. The ray's
+    /// f32 direction misses the visible point by about 1e-7 of the distance, and the triangle's `t`
+    /// differs from 1 by that amount divided by the cosine between ray and normal. A margin of one
+    /// part in ten thousand covers every cosine above 1e-3; at smaller cosines, the surface gets no
+    /// visible light anyway. In a typical image, the margin is a tenth of a pixel. This is a
+    /// tolerance for shading only; the intersection test has none.
     pub const REACH: f32 = 0.9999;
 }
 
@@ -56,7 +56,7 @@ impl<S: Coordinate> Light<S> {
     /// the scalar.
     pub fn sun(toward: [f32; 3], bounds: &Bounds<S>) -> Option<Self> {
         let direction = double(toward).try_normalize()?;
-        // Longer than any segment in the bounds.
+        // Make the vector longer than any segment in the bounds.
         let toward: [S; 3] = rounded(direction * (bounds.radius() * 2.02));
         toward.iter().all(|x| x.is_finite()).then_some(Self::Directional { toward })
     }
@@ -106,7 +106,7 @@ impl<S: Coordinate> Light<S> {
     }
 }
 
-/// Returns the point of a `hit` on `ray`, in f64. For a miss, it is not finite.
+/// Returns the point of a `hit` on `ray`, in f64. The point of a miss is not finite.
 pub fn hit_point<S: Scalar>(ray: &RayOf<S>, hit: &Hit) -> [f64; 3] {
     (double(ray.origin) + double(ray.dir) * hit.t).to_array()
 }
@@ -191,7 +191,7 @@ mod tests {
                 assert!(!exact.any(&[triangle], &next), "{i}: {next:?}");
                 assert!(exact.any(&far[..1], &next), "{i}: {next:?}");
                 blocked += u32::from(!exact.any(&[far[0]], &light.shadow_ray(point.to_array())));
-                // A wall behind a point light does not occlude it.
+                // A wall behind a point light does not occlude the light.
                 let beyond = exact.any(&far[1..], &next);
                 assert_eq!(beyond, matches!(light, Light::Directional { .. }), "{i}: {next:?}");
             }

@@ -1,20 +1,21 @@
-//! Line ends in text: a line feed, a carriage return, or both.
+//! Reads lines of text that end in a line feed, a carriage return, or both.
 
 use std::io::{self, BufRead, ErrorKind};
 
 /// How the last line that was read ended.
 ///
-/// A carriage return ends a line at once, even if a line feed may follow, because a program that
-/// sends rays through a pipe may wait for the result before it continues. If a line feed follows,
-/// the next line begins after it.
+/// A carriage return ends a line immediately, even if a line feed may follow, because a program
+/// that sends rays through a pipe may wait for the result before it continues. If a line feed
+/// follows, the next line begins after the line feed.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) enum LineEnd {
-    /// With a line feed, or no line was read yet.
+    /// The line ended with a line feed, or no line has been read yet.
     #[default]
     Feed,
-    /// With a carriage return, which a line feed may follow.
+    /// The line ended with a carriage return, which a line feed may follow.
     ReturnAndPerhapsFeed,
-    /// With a carriage return, as do all lines of the text.
+    /// The line ended with a carriage return, like every line of the text. A line feed that follows
+    /// is not part of the line end.
     Return,
 }
 
@@ -30,7 +31,7 @@ impl LineEnd {
         Ok(())
     }
 
-    /// Returns whether the available bytes contain a whole line.
+    /// Returns whether the available bytes contain a whole line, including its end.
     pub(crate) fn has_line(self, bytes: &[u8]) -> bool {
         let bytes = match (self, bytes) {
             (Self::ReturnAndPerhapsFeed, [b'\n', rest @ ..]) => rest,
@@ -40,8 +41,8 @@ impl LineEnd {
     }
 }
 
-/// Appends the next line, without its end, to `line`. Returns false at the end of the text, and
-/// stops within a line that becomes longer than `longest`.
+/// Appends the next line, without its end, to `line`. Returns false at the end of the text. Stops
+/// within the line once `line` has more than `longest` bytes.
 pub(crate) fn read_line(
     input: &mut impl BufRead,
     line: &mut Vec<u8>,

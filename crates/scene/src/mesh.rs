@@ -1,4 +1,4 @@
-//! Indexed triangles, in the order of the file.
+//! Indexed triangle meshes, their parts, and bounding boxes.
 
 use glam::DVec3;
 use intertri::{Scalar, TriangleOf};
@@ -32,8 +32,8 @@ pub struct Mesh<S = f32> {
     pub positions: Vec<[S; 3]>,
     /// Three indices into `positions` per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// The texture coordinates of the three corners of each triangle, or `None` if the mesh has
-    /// none. If only some triangles have them, the others have zeros.
+    /// The texture coordinates of the three corners of each triangle, or `None` if no triangle has
+    /// texture coordinates. If only some triangles have texture coordinates, the others have zeros.
     pub corner_uvs: Option<Vec<[[f32; 2]; 3]>>,
     /// The parts, ascending in `first`; empty for a mesh with only one material.
     pub parts: Vec<Part>,
@@ -72,7 +72,7 @@ impl<S: Coordinate> Mesh<S> {
         self.triangles.as_flattened().iter().map(|&corner| self.positions[corner as usize])
     }
 
-    /// Returns the bounding box of all triangles, or `None` if there are none.
+    /// Returns the bounding box of all triangles, or `None` if there are no triangles.
     pub fn bounds(&self) -> Option<Bounds<S>> {
         Bounds::around(self.points())
     }
@@ -88,7 +88,7 @@ pub struct Bounds<S = f32> {
 }
 
 impl<S: Scalar> Bounds<S> {
-    /// Returns the bounding box of points, or `None` if there are none.
+    /// Returns the bounding box of points, or `None` if there are no points.
     pub(crate) fn around(mut points: impl Iterator<Item = [S; 3]>) -> Option<Self> {
         let first = points.next()?;
         let mut bounds = Self { min: first, max: first };

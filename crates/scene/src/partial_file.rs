@@ -63,8 +63,8 @@ impl PartialFile {
         Ok(partial)
     }
 
-    /// Waits until the bytes are on the disk. Without this, a power cut could leave an incomplete
-    /// file under the final name.
+    /// Waits until the bytes are on the disk. Without this call, a power cut could leave an
+    /// incomplete file under the final name.
     ///
     /// # Errors
     /// Returns any error from the file system.

@@ -1,4 +1,4 @@
-//! Counts numbers that are not exact in a scalar.
+//! Counts the numbers that change when they are rounded to a scalar.
 
 use crate::coordinate::Coordinate;
 
@@ -20,12 +20,12 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// Rounds `x` to the nearest value of a scalar, and counts it if its value changes.
+    /// Rounds `x` to the nearest value of a scalar, and counts the number if its value changes.
     pub fn round<S: Coordinate>(&mut self, x: f64) -> S {
         let nearest = S::nearest(x);
         let moved = (nearest.into() - x).abs();
-        // NaN and infinities are the same in every scalar. Their difference is NaN, so they are not
-        // counted.
+        // NaN and infinities are the same in every scalar. They are not counted, because
+        // subtracting them from themselves gives NaN.
         if moved > 0.0 {
             self.numbers += 1;
             self.by_up_to = self.by_up_to.max(moved);

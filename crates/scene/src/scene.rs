@@ -16,8 +16,8 @@ pub struct Scene<S = f32, M = Mesh<S>> {
     pub camera: Camera<S>,
     /// The light.
     pub light: Light<S>,
-    /// The texture of the textured parts, or of the whole mesh if it has no parts, mapped by its
-    /// texture coordinates.
+    /// The texture of the textured parts, or of the whole mesh if it has no parts. The texture
+    /// coordinates of the mesh determine the mapping.
     pub texture: Option<Texture>,
 }
 

@@ -1,4 +1,4 @@
-//! Shading, which turns a visibility buffer and a shadow mask into an image.
+//! Turns a visibility buffer and a shadow mask into a shaded image.
 
 use glam::{DVec2, DVec3, Vec3};
 use intertri::Hit;
@@ -20,12 +20,12 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// Shades `scene`, given its visibility buffer and its shadow mask.
 ///
 /// `hits[y * width + x]` is the hit of the ray that [`crate::Camera::ray`] returns for pixel
-/// `(x, y)`. `lit` at the same index is true if the light reaches the hit point; it is not read
-/// where the ray missed. For an image without shadows, pass all `true`.
+/// `(x, y)`. `lit` at the same index is true if the light reaches the hit point; for a miss, the
+/// value is not read. For an image without shadows, pass all `true`.
 ///
 /// The hit's u and v determine its point on the triangle. Surfaces are Lambertian: they reflect
-/// light in proportion to the cosine of the angle between the normal and the light. The normal is
-/// the geometric one, turned toward the camera, so both sides look alike, and meshes are not
+/// light in proportion to the cosine of the angle between the normal and the light. The geometric
+/// normal is used, turned toward the camera, so both sides look the same, and meshes are not
 /// smoothed. A little ambient light, more from above than from below, keeps shadows readable.
 ///
 /// # Errors
@@ -41,8 +41,8 @@ pub fn shade<S: Coordinate, M: SceneGeometry<S>>(
     lit: &[bool],
 ) -> Result<Image, ImageError> {
     let mut image = Image::new(width, height)?;
-    assert_eq!(hits.len(), image.pixels().len(), "one hit per pixel");
-    assert_eq!(lit.len(), image.pixels().len(), "one shadow bit per pixel");
+    assert_eq!(hits.len(), image.pixels().len(), "there must be one hit per pixel");
+    assert_eq!(lit.len(), image.pixels().len(), "there must be one shadow bit per pixel");
 
     let srgb = Srgb::get();
     let columns = width as usize;
@@ -67,8 +67,9 @@ pub fn shade<S: Coordinate, M: SceneGeometry<S>>(
 struct Face<'a> {
     /// The indices of the triangle and its geometry, as in [`Hit`].
     triangle: [u32; 2],
-    /// The first corner, and the vectors from there to the other two.
+    /// The first corner.
     corner: DVec3,
+    /// The vectors from the first corner to the second and to the third.
     sides: [DVec3; 2],
     /// The unit normal on the side that faces the eye.
     normal: DVec3,
@@ -80,7 +81,7 @@ struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    /// Returns the face of a hit, reusing the last one if it is the same.
+    /// Returns the face of a hit. If the last face contains the hit, it is reused.
     fn at<'b, S: Coordinate, M: SceneGeometry<S>>(
         scene: &'a Scene<S, M>,
         hit: &Hit,
@@ -89,7 +90,7 @@ impl<'a> Face<'a> {
         if last.as_ref().is_none_or(|face| face.triangle != [hit.triangle, hit.geometry]) {
             *last = Some(Self::new(scene, hit));
         }
-        last.as_ref().expect("it was just put there")
+        last.as_ref().expect("the face has just been stored")
     }
 
     fn new<S: Coordinate, M: SceneGeometry<S>>(scene: &'a Scene<S, M>, hit: &Hit) -> Self {
@@ -209,7 +210,7 @@ mod tests {
         image.pixels_mut().copy_from_slice(&[[255; 3], [255, 0, 0]]);
         let mut scene = floor(7.0);
         scene.texture = Some(Texture::Image(image));
-        // No texture coordinates.
+        // Without texture coordinates, the texture has no effect.
         assert_eq!(look(&scene, HIT, false), look(&floor(7.0), HIT, false));
         // First, the whole triangle maps to one point of the texture; then the point depends on u.
         scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);

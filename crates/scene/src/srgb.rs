@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
-/// The code for each amount of light, and the light of each code.
+/// Tables of the code for each amount of light, and of the light for each code.
 pub(crate) struct Srgb {
     /// The least light for each code, followed by infinity.
     thresholds: [f32; 257],
@@ -26,9 +26,9 @@ pub(crate) struct Srgb {
 
 /// The number of low bits of an f32 that do not affect its bucket.
 const REST: u32 = 23 - 7;
-/// The first bucket begins at 2^-13, below the first threshold.
+/// The number of the first bucket, which begins at 2^-13, below the first threshold.
 const FIRST: usize = (f32::MIN_POSITIVE.to_bits() as usize >> REST) + (126 - 13) * 128;
-/// The last bucket contains only 1.
+/// The number of buckets. The last bucket contains only 1.
 const BUCKETS: usize = 13 * 128 + 1;
 
 static SRGB: LazyLock<Srgb> = LazyLock::new(Srgb::new);
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn between_the_thresholds_a_code_goes_on() {
-        // Test the ends of all buckets, and many numbers between them.
+        // Test the ends of all buckets, and many values in between.
         let mut bits = 0;
         while bits <= 1.0_f32.to_bits() {
             for x in [bits, bits.saturating_sub(1)].map(f32::from_bits) {

@@ -1,5 +1,5 @@
-//! Document D: texture coordinates from the barycentric coordinates of a hit, and the texture
-//! lookup.
+//! Document D: computes texture coordinates from the barycentric coordinates of a hit, and looks up
+//! textures.
 //!
 //! ```text
 //!   t ^   c3                Each corner has texture coordinates (s, t). They are interpolated by the
@@ -22,12 +22,12 @@ use crate::srgb::Srgb;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
     /// The document's pattern: the exclusive or of a texel's column and row numbers, modulo
-    /// `texels`, the number of columns and rows. Zero reflects the fraction `dark` of the light,
-    /// and the largest number reflects all of it.
+    /// `texels`, the number of columns and rows. A result of 0 reflects the fraction `dark` of the
+    /// light, and the largest result reflects all of the light.
     Xor {
         /// Texels per side, a power of two.
         texels: u32,
-        /// The fraction of light that the lowest number reflects.
+        /// The fraction of light that a result of 0 reflects.
         dark: f32,
     },
     /// An image, with bilinear filtering.
@@ -46,7 +46,8 @@ pub fn place(corners: &[[f32; 2]; 3], u: f64, v: f64) -> [f64; 2] {
     (first + p * u + q * v).to_array()
 }
 
-/// Returns the first corner's texture coordinates, and the vectors from there to the other two.
+/// Returns the first corner's texture coordinates, and the vectors from there to the coordinates of
+/// the other two corners.
 pub(crate) fn ways(corners: &[[f32; 2]; 3]) -> [DVec2; 3] {
     let [a, b, c] = corners.map(|[s, t]| DVec2::new(s.into(), t.into()));
     [a, b - a, c - a]
@@ -72,7 +73,7 @@ impl Texture {
     pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
         match self {
             Self::Xor { texels, dark } => {
-                // Rounds down without calling the C library.
+                // Round down without calling the C library.
                 let number = |x: f64| {
                     let x = x * f64::from(*texels);
                     let toward_zero = x as i64;
@@ -115,7 +116,7 @@ mod tests {
             let level = f64::from(x ^ y) as f32 / 255.0;
             assert_eq!(colour, Vec3::splat(0.5 + 0.5 * level));
         }
-        // Unlike the document's pattern, which rounds toward zero, this one also repeats below
+        // Unlike the document's pattern, which rounds toward zero, this pattern also repeats below
         // zero.
         let coarse = Texture::Xor { texels: 8, dark: 0.5 };
         assert_eq!(coarse.color([0.3, 0.9]), coarse.color([-0.7, 5.9]));
@@ -128,7 +129,7 @@ mod tests {
         image.pixels_mut().copy_from_slice(&[[255; 3], [0; 3], [255, 0, 0], [0, 0, 255]]);
         let texture = Texture::Image(image);
         let at = |s, t| texture.color([s, t]).to_array();
-        // At the centres of the pixels.
+        // Test the centres of the pixels.
         assert_eq!(at(0.25, 0.75), [1.0; 3]);
         assert_eq!(at(0.75, 0.75), [0.0; 3]);
         assert_eq!(at(0.25, 0.25), [1.0, 0.0, 0.0]);

@@ -12,13 +12,16 @@ fn message(name: &str, bytes: impl AsRef<[u8]>) -> String {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, bytes).unwrap();
-    let error = load(&path).expect_err("it was taken for a model").to_string();
-    assert!(!error.contains('\n'), "more than one line: {error}");
+    let error = load(&path).expect_err("an invalid file must not load").to_string();
+    assert!(!error.contains('\n'), "the message has more than one line: {error}");
     let begin = format!("{}/", folder.path().display());
-    error.strip_prefix(&begin).unwrap_or_else(|| panic!("no file name: {error}")).into()
+    error
+        .strip_prefix(&begin)
+        .unwrap_or_else(|| panic!("the message lacks the file name: {error}"))
+        .into()
 }
 
-/// Checks the beginning of a message, and that it contains `part`.
+/// Checks that a message begins with `begin` and contains `part`.
 #[track_caller]
 fn says(message: &str, begin: &str, part: &str) {
     assert!(
@@ -38,7 +41,7 @@ fn what_is_no_file() {
     let error = load(folder.path()).unwrap_err().to_string();
     assert!(error.contains("is a folder"), "{error}");
     if Path::new("/dev/zero").exists() {
-        // Reading it would never end.
+        // Reading this device would never end.
         let error = load(Path::new("/dev/zero")).unwrap_err().to_string();
         assert_eq!(
             error,

@@ -165,7 +165,8 @@ fn hostile_instances_are_errors() {
         file.json["nodes"] = copies(&json!({"TRANSLATION": table}));
         refused(&file, words);
     }
-    // Nested scales whose product overflows, then corners that overflow when they are transformed.
+    // Test nested scales whose product overflows, then corners that overflow when they are
+    // transformed.
     let nested = |depth: usize| {
         let mut nodes: Vec<Value> =
             (1..depth).map(|i| json!({"children": [i], "scale": [1e38, 1e38, 1e38]})).collect();
@@ -178,7 +179,7 @@ fn hostile_instances_are_errors() {
     let far = file.floats("VEC3", &[3e38; 9]);
     file.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(far);
     refused(&file, "the vertex (inf, inf, inf) is not finite in f64");
-    // NaN in a table.
+    // Test NaN in a table.
     let mut file = File::new(&copies(&json!({"TRANSLATION": 1})));
     file.floats("VEC3", &[f32::NAN, 0.0, 0.0]);
     refused(&file, "not finite");

@@ -107,7 +107,7 @@ fn moved(by: [f32; 3]) -> Triangle {
 
 #[test]
 fn mirrors_turn_the_winding() {
-    // Nodes with and without mirroring, and whether the winding is flipped.
+    // Nodes with and without mirroring, and whether they flip the winding.
     for (nodes, turned) in [
         (json!([{"mesh": 0, "scale": [1, 1, -1]}]), true),
         (json!([{"mesh": 0, "scale": [-1, -1, 1]}]), false),
@@ -265,7 +265,7 @@ fn morph_targets_go_as_far_as_their_weights() {
     assert_eq!(file.triangles(), [TRIANGLE]);
     file.json["meshes"][0]["weights"] = json!([1.0, 0.0]);
     assert_eq!(file.triangles(), [moved([0.0, 0.0, 2.0])]);
-    // A node's weights replace its mesh's.
+    // A node's weights replace those of its mesh.
     file.json["nodes"][0]["weights"] = json!([0.5, 0.25]);
     assert_eq!(file.triangles(), [moved([1.0, 0.0, 1.0])]);
 }
@@ -407,7 +407,7 @@ fn buffers_are_anywhere_in_the_models_folder_and_nowhere_else() {
         }
         assert_eq!(load("stays.bin").unwrap().mesh.triangles.len(), 1);
         assert_eq!(load("up/model/a.bin").unwrap().mesh.triangles.len(), 1);
-        // A link to the whole folder does not lead out of it.
+        // A link to the whole folder does not lead out of the folder.
         assert_eq!(
             load_model::<f32>(&folder.path().join("linked/a.gltf")).unwrap().mesh.triangles.len(),
             1

@@ -1,4 +1,4 @@
-//! Tests images: their sizes, their files, and what remains after a failure.
+//! Tests image sizes, reading and writing image files, and what a failed write leaves behind.
 
 use std::fs;
 #[cfg(unix)]
@@ -41,8 +41,8 @@ fn an_older_picture_is_replaced_and_never_written_into() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.png");
     fs::write(&path, "old").unwrap();
-    // A program that has the old file open can still read all of it, because only the name refers
-    // to a new file.
+    // A program that has the old file open can still read the whole old file, because only the name
+    // refers to the new file.
     let mut old = fs::File::open(&path).unwrap();
     picture().write_png(&path).unwrap();
     let mut text = String::new();

@@ -1,5 +1,5 @@
-//! Tests that well-known models load completely. They are not part of the repository; if they are
-//! missing, these tests print a message and return.
+//! Tests that well-known models load completely. The models are not part of the repository. If a
+//! model is missing, the tests print a message and skip the model.
 
 use std::path::{Path, PathBuf};
 

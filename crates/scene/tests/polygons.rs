@@ -9,7 +9,8 @@ use tempfile::TempDir;
 
 type Point = [f64; 3];
 
-/// Returns the triangles of one polygon, as indices into its corners, and the notes about it.
+/// Returns the triangles of one polygon, as indices into the polygon's corners, and the notes about
+/// the polygon.
 fn cut<S: Coordinate>(corners: &[Point]) -> (Vec<[usize; 3]>, Vec<String>) {
     let mut text = String::new();
     for [x, y, z] in corners {
@@ -116,7 +117,7 @@ fn concave_polygons_are_covered_and_nothing_else() {
             let (triangles, notes) = cut::<f32>(&flat(&turned));
             assert_eq!(notes, [""; 0]);
             check(&flat(&turned), &triangles);
-            // Tiny and huge polygons, tilted, near 0 and far from it.
+            // Tiny and huge polygons, tilted, near the origin and far from it.
             for (size, place) in
                 [(1.0, [0.0; 3]), (1.0, [4e5, 5e6, 80.0]), (1e-300, [0.0; 3]), (1e300, [0.0; 3])]
             {

@@ -1,4 +1,4 @@
-//! Counts how many of a million points are inside a mesh, and estimates its volume:
+//! Counts how many of a million points are inside a mesh, and estimates the mesh's volume:
 //! `cargo run --release --example contains`.
 
 use std::f32::consts::TAU;

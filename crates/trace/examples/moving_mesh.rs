@@ -1,4 +1,4 @@
-//! Refits the hierarchy of a moving mesh each frame, and rebuilds it once it is worn:
+//! Refits the hierarchy of a moving mesh each frame, and rebuilds the hierarchy once it is worn:
 //! `cargo run --release --example moving_mesh`.
 
 use std::time::Instant;
@@ -50,8 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             traced * 1e3
         );
 
-        // However worn the tree is, it returns the same results as a new tree, but a new tree may
-        // be faster.
+        // A worn tree returns the same results as a new tree, but a new tree may be faster.
         if refit.is_worn() {
             let anew = Bvh::new(&triangles)?;
             assert_eq!(anew.closest(&rays[99_000]), hits[99_000].some());

@@ -52,17 +52,17 @@ fn ball() -> Vec<Triangle> {
 /// A ray, its pixel, and the fraction of the light along it that reaches the pixel.
 type Path = (Ray, usize, V);
 
-/// Traces paths to their next hits, adds the lamp's light there, and returns the paths that
-/// continue.
+/// Traces paths to their next hits, adds the light that these hits send to the eye, and returns the
+/// paths that continue.
 fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<Path> {
     let rays: Vec<Ray> = paths.iter().map(|path| path.0).collect();
     let (mut next, mut segments, mut lit) = (Vec::new(), Vec::new(), Vec::new());
     for (&(ray, pixel, share), hit) in paths.iter().zip(room.closest_batch(&rays)) {
         // The room is closed, so a ray that misses has slipped through an edge.
-        let normal = room.normal(&hit).expect("no ray is lost");
+        let normal = room.normal(&hit).expect("every ray hits the closed room");
         if hit.geometry == LAMP {
             // Only the camera sees the lamp directly; at later hits, the segments already account
-            // for it.
+            // for the lamp's light.
             let seen = if ray.origin == EYE { LIGHT } else { 0.0 };
             picture[pixel] = each(|k| picture[pixel][k] + seen);
             continue;

@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sea = Bvh::from_indexed(&positions, &triangles)?;
     println!("{} triangles, built in {:.1} ms", sea.len(), start.elapsed().as_secs_f64() * 1e3);
 
-    // Write it to a file and read it back.
+    // Write the hierarchy to a file and read it back.
     let path = std::env::temp_dir().join(format!("sea-{}.itri", std::process::id()));
     sea.write_to(File::create(&path)?)?;
     let bytes = fs::metadata(&path)?.len();

@@ -8,9 +8,11 @@ use std::error::Error;
 use intertri::{Hit, Ray, Triangle};
 use intertri_trace::{Bvh, Faces};
 
-/// The bits of the masks.
+/// The mask bit of opaque meshes.
 const SOLID: u32 = 0b001;
+/// The mask bit of glass.
 const GLASS: u32 = 0b010;
+/// The mask bit of helpers, such as lamps.
 const HELPER: u32 = 0b100;
 
 /// The names of the geometries, in the order of the meshes.
@@ -44,12 +46,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("from {:?}: {}", ray.origin, told(hits));
     }
 
-    // Everything except glass, with back faces culled.
+    // List the hits on everything except glass, with back faces culled.
     let lists = bvh.query().mask(SOLID).faces(Faces::Front).all_batch(&rays, None)?;
     println!("solid fronts: {}; {}", told(lists.of(0)), told(lists.of(1)));
     assert!(lists.items.iter().all(|hit| [0, 2].contains(&hit.geometry)));
 
-    // The next hit of each ray, after its first.
+    // Find the next hit of each ray, after the first one.
     let first = bvh.closest_batch(&rays);
     let skip: Vec<&[Hit]> = first.iter().map(std::slice::from_ref).collect();
     let next = bvh.query().skip(&skip).closest_batch(&rays);

@@ -3,9 +3,9 @@
 //!
 //! A particle flies straight until it collides, and is then absorbed or scattered. A third of the
 //! particles are aimed exactly at corners, and a third at edges. A particle is lost if the medium
-//! of a segment differs from the medium at its midpoint, if its path has a gap, or if it does not
-//! end outside. Points closer to a wall than the spacing of coordinates may be rounded to its other
-//! side. They are counted separately.
+//! of a segment differs from the medium at the segment's midpoint, if the particle's path has a
+//! gap, or if the path does not end outside. Points closer to a wall than the spacing of
+//! coordinates may be rounded to the other side of the wall. Such points are counted separately.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -17,15 +17,16 @@ const CONCRETE: u32 = 0;
 const STEEL: u32 = 1;
 const WATER: u32 = 2;
 
-/// Collisions per metre in each medium, and the fraction of collisions that absorb the particle.
+/// Collisions per metre in each medium.
 const PER_METRE: [f64; 3] = [1.5, 6.0, 2.0];
+/// The fraction of collisions that absorb the particle.
 const ABSORBED: f64 = 0.5;
 
 /// A corner of the site, in metres.
 const SITE: [f64; 3] = [500_123.0, 4_649_776.0, 311.0];
 
-/// Points closer to a wall than this may be rounded to its other side. The distance is larger than
-/// the rounding of coordinates.
+/// Points closer to a wall than this distance may be rounded to the other side of the wall. The
+/// distance is larger than the rounding error of coordinates.
 const BESIDE: f64 = 1e-8;
 
 /// Returns a pseudorandom number in `0..1`.
@@ -87,9 +88,9 @@ fn along(ray: &Ray64, t: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| ray.origin[k] + t * ray.dir[k])
 }
 
-/// Moves particles to their next collision and returns the rays of the scattered ones.
+/// Moves particles to their next collision and returns the rays of the scattered particles.
 fn fly(media: &Media<f64>, rays: &[Ray64], state: &mut u64, tally: &mut Tally) -> Vec<Ray64> {
-    let paths = media.segments_batch(rays).expect("memory for a batch");
+    let paths = media.segments_batch(rays).expect("not enough memory for a batch");
     let (mut scattered, mut points, mut expected) = (Vec::new(), Vec::new(), Vec::new());
     for (ray, path) in rays.iter().zip(paths.iter()) {
         let length = ray.dir.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -122,7 +123,7 @@ fn fly(media: &Media<f64>, rays: &[Ray64], state: &mut u64, tally: &mut Tally) -
             }
         }
     }
-    let found = media.medium_at_batch(&points).expect("memory for a batch");
+    let found = media.medium_at_batch(&points).expect("not enough memory for a batch");
     for i in (0..points.len()).filter(|&i| found[i] != expected[i]) {
         let is_beside = media.bvh().closest_point(points[i], BESIDE).is_some();
         *(if is_beside { &mut tally.beside_walls } else { &mut tally.lost }) += 1;
@@ -131,9 +132,9 @@ fn fly(media: &Media<f64>, rays: &[Ray64], state: &mut u64, tally: &mut Tally) -
 }
 
 fn main() -> Result<(), MediaError<f64>> {
-    let count = std::env::args()
-        .nth(1)
-        .map_or(100_000, |count| count.parse().expect("a number of particles"));
+    let count = std::env::args().nth(1).map_or(100_000, |count| {
+        count.parse().expect("the argument must be a number of particles")
+    });
     // Two blocks that share a wall, a steel sphere that reaches into both, and water inside the
     // sphere.
     let meshes = [

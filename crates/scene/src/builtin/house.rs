@@ -1,4 +1,5 @@
-//! A house at surveyors' coordinates (UTM), in metres from a meridian and the equator.
+//! The built-in house, at the UTM coordinates that surveyors use: metres from a meridian and the
+//! equator.
 
 use glam::{DQuat, DVec3};
 
@@ -21,8 +22,8 @@ const WOOD: [f32; 3] = [0.62, 0.47, 0.30];
 impl Scene<f64> {
     /// Returns a house with a fence at UTM coordinates, about 148 km east and 529 km north of the
     /// origin, with z up. There, adjacent f32 values are 1.6 cm apart eastward and 6.3 cm apart
-    /// northward. Rounded to f32, walls warp, palings vanish, and rays that should start on a wall
-    /// start in front of or behind it.
+    /// northward. If the coordinates are rounded to f32, walls warp, palings vanish, and rays that
+    /// should start on a wall start in front of or behind the wall.
     ///
     /// The scene includes a camera and a light, and every part is closed. Every call returns the
     /// same bits.
@@ -90,8 +91,8 @@ fn house() -> Scene<f64> {
     let light = house.mesh.bounds().and_then(|bounds| Light::sun(sun, &bounds));
     Scene {
         mesh: house.mesh,
-        camera: camera.expect("its numbers are constants, and a test draws with them"),
-        light: light.expect("its direction is a constant"),
+        camera: camera.expect("the camera is made from valid constants"),
+        light: light.expect("the direction is a constant other than zero"),
         texture: None,
     }
 }
@@ -173,7 +174,7 @@ mod tests {
             }
         }
         assert!(edges.iter().all(|(&(a, b), &n)| n == 1 && edges.get(&(b, a)) == Some(&1)));
-        // Six times the volume is positive if the faces point outward.
+        // The sum is six times the volume, which is positive if the faces point outward.
         let volume = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| DVec3::from(mesh.positions[i as usize]) - CORNER);
             a.dot(b.cross(c))

@@ -1,6 +1,6 @@
 //! Generated shapes: grids, surfaces of revolution, wedges, and spheres.
 //!
-//! The triangles of a shape share their vertices, even across its seams, so their indices determine
+//! The triangles of a shape share their vertices, even across its seams, so the indices determine
 //! adjacency. Texture coordinates belong to triangle corners and may differ between neighbours.
 
 use std::collections::HashMap;
@@ -31,8 +31,8 @@ impl Shapes {
     }
 
     /// Adds a surface of `cells` quads. `place` maps u and v in `0..=1` to points, and `closed`
-    /// states which of the two wraps around. The texture repeats `repeat` times along u and,
-    /// assuming roughly square quads, proportionally along v.
+    /// states whether u and v wrap around. The texture repeats `repeat` times along u and, assuming
+    /// roughly square quads, proportionally along v.
     pub(super) fn grid(
         &mut self,
         cells: [u32; 2],
@@ -106,8 +106,8 @@ impl Shapes {
         }
     }
 
-    /// Adds a sector of a flat ring around the y axis, between two radii and two angles. It extends
-    /// upward from `y` by `height`.
+    /// Adds a sector of a flat ring around the y axis, between two radii and two angles. The sector
+    /// extends upward from `y` by `height`.
     pub(super) fn wedge(&mut self, radii: [f64; 2], y: f64, height: f64, angles: [f64; 2]) {
         let first = self.mesh.positions.len() as u32;
         for corner in 0..8_usize {
@@ -127,7 +127,7 @@ impl Shapes {
     /// Adds a unit sphere, transformed by `place`: an icosahedron with every triangle split into
     /// four, `levels` times.
     pub(super) fn icosphere(&mut self, levels: u32, place: impl Fn(DVec3) -> DVec3) {
-        // The corners of an icosahedron are those of three golden rectangles.
+        // The corners of an icosahedron are the corners of three golden rectangles.
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
         let mut points: Vec<DVec3> = Vec::new();
         for axis in 0..3 {
@@ -137,7 +137,7 @@ impl Shapes {
                 points.push(DVec3::from(p).normalize());
             }
         }
-        // Its faces are all triples of neighbouring corners, facing outward.
+        // The icosahedron's faces are all triples of neighbouring corners, facing outward.
         let near = |a: usize, b: usize| points[a].dot(points[b]) > 0.4;
         let mut faces: Vec<[usize; 3]> = Vec::new();
         for a in 0..12 {

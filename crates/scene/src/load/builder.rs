@@ -28,10 +28,12 @@ pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     })
 }
 
-/// Notes about faces that were skipped or changed.
+/// The note about faces that are skipped because they have too few corners.
 const SHORT: &str = "faces with fewer than three corners, skipped";
+/// The note about faces that cannot be cut reliably.
 const UNCLEAR: &str =
     "concave faces that cross themselves or have more than 16384 corners, filled as fans";
+/// The note about faces that lose their texture coordinates.
 const NO_UVS: &str = "faces whose texture coordinates are missing or not finite, read without them";
 
 /// A mesh under construction.
@@ -40,9 +42,9 @@ pub(super) struct MeshBuilder<S> {
     /// The texture coordinates that faces refer to.
     uvs: Vec<[f32; 2]>,
     pub(super) notes: Notes,
-    /// The current line, in a text file.
+    /// The current line, if the file is text.
     pub(super) line: Option<u64>,
-    /// The number of the file's first vertex, for messages.
+    /// The number that the format gives to the first vertex, for error messages.
     numbered_from: u64,
     waiting: WaitingFaces,
     unusable: Vec<UnusableVertex>,
@@ -51,15 +53,15 @@ pub(super) struct MeshBuilder<S> {
     face_uvs: Vec<[f32; 2]>,
 }
 
-/// Faces waiting for a vertex or texture coordinate that comes later in the file, and all faces
-/// after the first of them.
+/// Faces that wait for a vertex or texture coordinate later in the file. Once one face waits, all
+/// faces after it wait too.
 #[derive(Default)]
 struct WaitingFaces {
     /// The vertices of all waiting faces.
     corners: Vec<u32>,
     /// The texture coordinates of all waiting faces.
     uvs: Vec<u32>,
-    /// For each face, its line and the ends of its corners and texture coordinates.
+    /// For each face, its line and where its entries in `corners` and `uvs` end.
     faces: Vec<(Option<u64>, usize, usize)>,
 }
 
@@ -97,7 +99,8 @@ impl<S: Coordinate> MeshBuilder<S> {
         self.uvs.len()
     }
 
-    /// Adds the position of a vertex. If it is not finite, no triangle may use it.
+    /// Adds the position of a vertex. If the position is not finite, no triangle may use the
+    /// vertex.
     pub(super) fn position(&mut self, position: [S; 3]) -> Result<(), Fault> {
         if self.vertices() >= u32::MAX as usize {
             return fault("more than 4294967295 vertices; cut the model into parts");
@@ -126,7 +129,7 @@ impl<S: Coordinate> MeshBuilder<S> {
     }
 
     /// Adds a face with these vertices and, if `uvs` is not empty, these texture coordinates, some
-    /// of which may be [`NO_UV`]. Both may refer to entries later in the file.
+    /// of which may be [`NO_UV`]. Vertices and texture coordinates may come later in the file.
     pub(super) fn polygon(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
         let is_there = corners.iter().all(|&corner| (corner as usize) < self.vertices())
             && uvs.iter().all(|&uv| uv == NO_UV || (uv as usize) < self.uvs());
@@ -179,7 +182,7 @@ impl<S: Coordinate> MeshBuilder<S> {
             self.notes.add(NO_UVS, 1, self.line);
             self.face_uvs.clear();
         }
-        // Texture coordinates are stored once a face has them; earlier faces get zeros.
+        // Texture coordinates are stored from the first face that has any; earlier faces get zeros.
         if !self.face_uvs.is_empty() || self.mesh.corner_uvs.is_some() {
             let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
             kept.try_reserve(self.mesh.triangles.len() - kept.len())?;

@@ -9,16 +9,16 @@
 //!    0  \·  1
 //! ```
 //!
-//! The `earcut` crate cuts those polygons in the plane that fits them best, which is perpendicular
-//! to Newell's normal, the sum of the cross products of the fan.
+//! The `earcut` crate cuts the other polygons in the plane that fits them best, which is
+//! perpendicular to Newell's normal, the sum of the cross products of the fan.
 
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
 use super::error::Fault;
 
-/// Concave polygons with more corners than this are not cut, because the crate's running time may
-/// grow with the square of the number of corners.
+/// Concave polygons with more corners than this are not cut, because the running time of `earcut`
+/// may grow with the square of the number of corners.
 const MOST: usize = 1 << 14;
 
 /// A bound on the rounding error in a sum of a few products, relative to their sizes.
@@ -83,8 +83,8 @@ impl Cutter {
     }
 
     /// Stores the corners relative to the first one, scaled to a size of about one. Returns false
-    /// if they are all the same point or are not finite. Both scales are powers of two, so scaling
-    /// does not round.
+    /// if the corners are all the same point or are not finite. Both scaling factors are powers of
+    /// two, so scaling does not round.
     fn place(&mut self, corners: impl Iterator<Item = DVec3> + Clone) -> bool {
         let largest = |points: &mut dyn Iterator<Item = DVec3>| {
             points.fold(0.0, |most: f64, p| most.max(p.abs().max_element()))
@@ -158,7 +158,7 @@ impl Cutter {
     }
 
     /// Returns whether all triangles have the same orientation. If so, they fill the polygon
-    /// without overlap, because their areas add up to its area.
+    /// without overlap, because their areas add up to the polygon's area.
     fn is_cut(&self) -> bool {
         self.ears.as_chunks::<3>().0.iter().all(|ear| {
             let (area, error) = self.area(ear);

@@ -1,10 +1,10 @@
-//! Errors in model files.
+//! The errors of model files, with the file, the line, and the cause.
 
 use std::collections::TryReserveError;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
-/// Why a model could not be read. It is displayed as one line: `file:line: cause`.
+/// Why a model could not be read. The error is displayed as one line: `file:line: cause`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadError {
     /// The file.

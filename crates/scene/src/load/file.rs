@@ -12,7 +12,7 @@ const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
 pub(super) struct Beside<'a> {
     /// The folder that contains the files.
     pub(super) folder: &'a Path,
-    /// The files that were read.
+    /// The files that have been read so far.
     pub(super) read: Vec<PathBuf>,
 }
 

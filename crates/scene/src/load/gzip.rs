@@ -1,4 +1,4 @@
-//! Files compressed with gzip, for models in any format.
+//! Unpacks model files that are compressed with gzip.
 
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -11,17 +11,18 @@ use super::notes::Notes;
 /// The first bytes of a gzip file.
 pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// Any file may unpack to this many bytes.
+/// Any file, whatever its size, may unpack to this many bytes.
 const SURE: u64 = 64 << 20;
 /// A larger file may unpack to this many times its size. Models typically shrink to a tenth, and
 /// few shrink to a fiftieth.
 const RATIO: u64 = 100;
 
-/// Unpacks a file of the given size. Memory is linear in that size, so a decompression bomb results
-/// in an error.
+/// Unpacks a file of the given size. Returns an error if the unpacked data would be
+/// disproportionately large, so that a decompression bomb cannot exhaust memory.
 ///
-/// A gzip file may have several consecutive members. Other data after them is ignored with a note,
-/// much as `gunzip` does. Zeros, which are used as padding on tapes, are ignored without a note.
+/// A gzip file may have several consecutive members. Other data after the members is skipped with a
+/// note, much as `gunzip` does. Zeros, which are used as padding on tapes, are skipped without a
+/// note.
 pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Result<Vec<u8>, Fault> {
     let most = size.saturating_mul(RATIO).max(SURE);
     let (mut packed, mut bytes) = (Vec::new(), Vec::new());

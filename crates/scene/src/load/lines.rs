@@ -6,7 +6,7 @@ use std::io::BufRead;
 use super::error::{Fault, fault};
 use crate::line_end::{LineEnd, read_line};
 
-/// The maximum length of a line, in bytes. A face with a million corners takes half of it.
+/// The maximum length of a line, in bytes: about twice the length of a face with a million corners.
 const LONGEST: usize = 1 << 24;
 
 /// A text file, read line by line.
@@ -14,7 +14,7 @@ pub(super) struct Lines<R> {
     input: R,
     line: Vec<u8>,
     end: LineEnd,
-    /// The number of the last line that was read, from 1.
+    /// The number of the last line that was read, counted from 1.
     pub(super) number: u64,
 }
 
@@ -30,19 +30,19 @@ impl<R: BufRead> Lines<R> {
         Self { end: LineEnd::Return, ..Self::new(input) }
     }
 
-    /// Returns the input after the lines that were read.
+    /// Returns the input, positioned after the last line that was read.
     pub(super) fn input(&mut self) -> Result<&mut R, Fault> {
         self.end.pass(&mut self.input)?;
         Ok(&mut self.input)
     }
 
-    /// Reads the next line; returns false at the end of the file.
+    /// Reads the next line. Returns false at the end of the file.
     pub(super) fn advance(&mut self) -> Result<bool, Fault> {
         self.line.clear();
         self.append()
     }
 
-    /// Reads the next line that is not blank.
+    /// Reads the next line that is not blank. Returns false at the end of the file.
     pub(super) fn advance_to_text(&mut self) -> Result<bool, Fault> {
         while self.advance()? {
             if !self.line.is_empty() {
@@ -72,7 +72,7 @@ impl<R: BufRead> Lines<R> {
         String::from_utf8_lossy(&self.line)
     }
 
-    /// Reads up to the next line end.
+    /// Appends the next line of the file to the current line, and removes trailing blanks.
     fn append(&mut self) -> Result<bool, Fault> {
         let read = read_line(&mut self.input, &mut self.line, &mut self.end, LONGEST)?;
         if !read {

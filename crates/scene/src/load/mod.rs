@@ -1,4 +1,4 @@
-//! Model files: Wavefront OBJ, PLY, STL, and glTF, optionally compressed with gzip.
+//! Reads model files: Wavefront OBJ, PLY, STL, and glTF, optionally compressed with gzip.
 
 mod builder;
 mod cut;
@@ -32,7 +32,7 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 /// Reads a model.
 ///
 /// The extension determines the format (`.obj`, `.ply`, `.stl`, `.gltf`, or `.glb`, in upper or
-/// lower case). For any other extension, the first bytes of the file determine it. A gzip file is
+/// lower case). For any other extension, the first bytes determine the format. A gzip file is
 /// unpacked first, whatever its name, and the extension `.gz` is ignored.
 ///
 /// - A polygon with n corners becomes n - 2 consecutive triangles with the same winding: the fan
@@ -57,7 +57,7 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 ///
 /// In a strip, every other triangle is flipped, so that all have the same winding, and triangles
 /// that use a vertex twice are skipped. A text file may begin with a byte order mark. Vertices,
-/// texture coordinates, and other numbers that no triangle uses may have any value, such as NaN.
+/// texture coordinates, and other values that no triangle uses may be anything, such as NaN.
 ///
 /// The [`Notes`] of [`load_model`] count everything that is skipped, repaired, or guessed.
 ///
@@ -79,7 +79,7 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
 pub struct LoadedModel<S = f32> {
     /// The triangles.
     pub mesh: Mesh<S>,
-    /// Other files that were read for the model: the buffers of a glTF.
+    /// Other files that were read for the model: the buffers of a glTF file.
     pub files: Vec<PathBuf>,
     /// What was skipped, repaired, or guessed; empty for most models.
     pub notes: Notes,
@@ -109,7 +109,7 @@ pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadErro
 pub struct LoadedInstances {
     /// The meshes and their instances.
     pub model: InstancedMesh,
-    /// Other files that were read for the model: the buffers of a glTF.
+    /// Other files that were read for the model: the buffers of a glTF file.
     pub files: Vec<PathBuf>,
     /// What was skipped, repaired, or guessed; empty for most models.
     pub notes: Notes,
@@ -164,7 +164,7 @@ impl LoadedInstances {
     }
 }
 
-/// Reads a model like [`load`] from bytes in memory, as if they were a file with that name.
+/// Reads a model like [`load`] from bytes in memory, as if from a file named `path`.
 ///
 /// # Errors
 /// Returns an error under the same conditions as [`load`], and also if a glTF model has buffers in
@@ -222,7 +222,8 @@ fn unpacked<S: Coordinate>(
     model(path, input, size, beside)
 }
 
-/// Reads a model from a file with the given name and size. The input must be at its beginning.
+/// Reads a model from a file with the given name and size. The input must be positioned at its
+/// start.
 fn model<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,

@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// One kind of thing that was skipped, repaired, or guessed in a file, and its number of
-/// occurrences.
+/// One kind of thing that was skipped, repaired, or guessed in a file, and how often it occurs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
     /// What it is, and what was done: `faces with fewer than three corners, skipped`.
@@ -15,7 +14,7 @@ pub struct Note {
     pub line: Option<u64>,
 }
 
-/// `faces with fewer than three corners, skipped: 2 (the first in line 5)`.
+/// Formats a note like `faces with fewer than three corners, skipped: 2 (the first in line 5)`.
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.what, self.count)?;
@@ -27,7 +26,7 @@ impl fmt::Display for Note {
     }
 }
 
-/// The notes about a model: one for each kind, in order of first occurrence.
+/// The notes about a model, one per kind, in order of first occurrence.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Notes(Vec<Note>);
 
@@ -49,7 +48,7 @@ impl Notes {
         }
     }
 
-    /// The notes.
+    /// The notes, in order of first occurrence.
     pub fn as_slice(&self) -> &[Note] {
         &self.0
     }

@@ -1,4 +1,4 @@
-//! Wavefront OBJ: reads `v`, `vt`, and `f` line by line.
+//! Reads the `v`, `vt`, and `f` statements of Wavefront OBJ files, line by line.
 //!
 //! No maintained crate meets the requirements. `tobj` 4.0 does not report the line of an error,
 //! renumbers positions object by object, mixes lines with faces, and does unchecked arithmetic on
@@ -15,14 +15,15 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// Statements that define curves and surfaces without triangles, in the current syntax and in that
-/// of version 2.11. Statements that only describe curves and surfaces are in [`OTHERS`].
+/// Statements that define curves and surfaces without triangles, in the current syntax and in the
+/// syntax of version 2.11. Statements that only describe curves and surfaces are in [`OTHERS`].
 const SURFACES: [&str; 8] = ["curv", "curv2", "surf", "bsp", "bzp", "cdc", "cdp", "res"];
 
 /// Statements that read or run another file.
 const CALLS: [&str; 2] = ["call", "csh"];
 
-/// Statements that end with names. A name may end in a backslash, like a folder on Windows.
+/// Statements that end with names. A name may end in a backslash, like the path of a Windows
+/// folder.
 const NAMES: [&str; 7] = ["g", "o", "usemtl", "mtllib", "usemap", "maplib", "mg"];
 
 /// Statements that define no triangles.
@@ -94,8 +95,8 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
 }
 
-/// Returns the position of a comment after a statement. A `#` after a decimal point does not begin
-/// a comment: some programs write `1.#INF` and `-1.#IND` for infinity and NaN.
+/// Returns the position at which a comment begins, if there is one. A `#` after a decimal point
+/// does not begin a comment: some programs write `1.#INF` and `-1.#IND` for infinity and NaN.
 fn comment(text: &[u8]) -> Option<usize> {
     (0..text.len()).find(|&i| text[i] == b'#' && (i == 0 || text[i - 1] != b'.'))
 }

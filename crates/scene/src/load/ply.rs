@@ -1,4 +1,4 @@
-//! PLY: reads ASCII and binary files element by element. The `ply-rs-bw` crate reads the header and
+//! Reads ASCII and binary PLY files, element by element. The `ply-rs-bw` crate reads the header and
 //! binary elements. ASCII elements are parsed here, because the crate rejects numbers that are not
 //! finite even in unused properties.
 
@@ -17,18 +17,18 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// The names of the properties that hold texture coordinates.
+/// The possible names of the two properties that hold texture coordinates.
 const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
-/// The names of the property that holds the corners of a face.
+/// The possible names of the property that holds the corners of a face.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// The elements that contain triangles.
 const FACES: [&str; 2] = ["face", "tristrips"];
 
-/// The maximum length of a header, in bytes. Typical headers take a few hundred.
+/// The maximum length of a header, in bytes. Typical headers take a few hundred bytes.
 const LONGEST_HEADER: usize = 1 << 20;
 
-/// Reads vertices and faces; other elements are skipped.
+/// Reads vertices, faces, and strips, and skips other elements.
 pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, Notes), Fault> {
     let beginning = input.fill_buf()?;
     let has_returns = beginning.starts_with(b"ply\r") && !beginning.starts_with(b"ply\r\n");
@@ -37,7 +37,7 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, N
     let has_uvs = check(&header)?;
 
     // Read element by element, so that nothing unnecessary is kept and no allocation is sized by a
-    // count.
+    // count in the header.
     let parser = Parser::<Element>::new();
     let mut builder = MeshBuilder::numbered_from(0);
     for def in header.elements.values() {
@@ -108,7 +108,7 @@ fn check(header: &Header) -> Result<bool, Fault> {
              point cloud?",
         );
     }
-    // A header could declare any number of elements that take no bytes.
+    // Without this check, a header could declare any number of elements that take no bytes.
     if let Some(def) = header.elements.values().find(|def| def.properties.is_empty()) {
         return fault(format!(
             "the PLY header has an element {} without properties",

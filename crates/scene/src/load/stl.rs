@@ -1,9 +1,9 @@
-//! STL, ASCII and binary.
+//! Reads ASCII and binary STL files.
 //!
 //! This reader does not use the `stl_io` crate, because that crate reads only one solid from a file
 //! with several, mistakes a binary file that begins with the word `solid` for ASCII, does not
-//! report the line of an error, and does not check sizes. All that it would still be used for is
-//! parsing a record of twelve numbers.
+//! report the line of an error, and does not check sizes. Its only remaining use would be to parse
+//! records of twelve numbers.
 
 use std::io::{BufRead, Read, Seek};
 
@@ -88,8 +88,8 @@ pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
     is_ascii(start, size) || promised(start) == Some(size)
 }
 
-/// Returns whether the file is ASCII, that is, whether it begins with `solid` and is not a binary
-/// file whose free text does. A binary file has the size that its header implies or, if it is
+/// Returns whether the file is ASCII. ASCII files begin with `solid`, but the free text of a binary
+/// file may begin with it, too. A binary file has the size that its header implies or, if it is
 /// damaged, at least one zero byte in its free text or count.
 fn is_ascii(start: &[u8], size: u64) -> bool {
     let text = without_mark(start).trim_ascii_start();
@@ -104,7 +104,7 @@ fn promised(bytes: &[u8]) -> Option<u64> {
     Some(HEADER as u64 + u64::from(u32::from_le_bytes(count)) * TRIANGLE as u64)
 }
 
-/// The statements of a facet, one per line, by their first words.
+/// The first words of the statements that make up a facet, each on its own line.
 const FACET: [&str; 7] = ["facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet"];
 
 /// Reads solids made of facets. Words may be in upper or lower case; names and normals are ignored.

@@ -1,4 +1,4 @@
-//! Rays as CSV: a line of column names, then one ray per line.
+//! Parses rays in CSV, which consists of a line of column names, then one ray per line.
 
 /// The column names, in the order of a raw ray.
 pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
@@ -33,7 +33,7 @@ impl Columns {
         }
     }
 
-    /// Parses the numbers in a line, in the order of a raw ray, or returns an error message.
+    /// Parses a line and returns its numbers in the order of a raw ray, or an error message.
     pub(super) fn numbers(&self, line: &str) -> Result<[f64; 8], String> {
         let mut numbers = [0.0; 8];
         numbers[7] = f64::INFINITY;
@@ -62,7 +62,7 @@ fn names(line: &str) -> impl Iterator<Item = String> {
 fn number(cell: &str) -> Result<f64, &'static str> {
     let cell = unquoted(cell);
     let number: f64 = cell.parse().map_err(|_| "is not a number")?;
-    // Infinity is accepted only if it is written as such.
+    // Infinity is accepted only if it is written as a word.
     if !number.is_finite() && cell.contains(|c: char| c.is_ascii_digit()) {
         return Err("is beyond the range of f64");
     }

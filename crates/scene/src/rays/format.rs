@@ -1,4 +1,4 @@
-//! The format of a file of rays.
+//! The formats of ray files, and the file extensions that determine them.
 
 use std::path::Path;
 

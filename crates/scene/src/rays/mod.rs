@@ -1,4 +1,4 @@
-//! Files and streams of rays, read in pieces.
+//! Reads rays from files and streams, piece by piece.
 
 mod csv;
 mod format;
@@ -18,22 +18,23 @@ use crate::rounding::Rounding;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
-/// The maximum length of a line, which holds eight numbers. It bounds the memory that a file
+/// The maximum length of a line, which holds eight numbers. The limit bounds the memory that a file
 /// without line ends can take.
 const MAX_LINE: usize = 4096;
 
-/// The number of bytes in a raw ray, in f32 and in f64.
+/// The number of bytes in a raw ray in f32.
 const RAW: usize = size_of::<Ray>();
+/// The number of bytes in a raw ray in f64.
 const RAW64: usize = size_of::<Ray64>();
 
-/// The number of bytes read at once, if available: a whole number of raw rays.
+/// The number of bytes to read at a time, if available: a whole number of raw rays.
 const PIECE: usize = 1 << 19;
 
 /// A stream of rays from a file or any reader, read in bounded memory.
 ///
-/// You choose the scalar in which to read them, f32 or f64. The numbers in the file are f32, f64,
-/// or decimals, which are read as the nearest f64. Numbers that are not exact in your scalar are
-/// rounded and counted ([`Rays::rounding`]).
+/// You choose the scalar in which to read the rays, f32 or f64. The numbers in the file are f32,
+/// f64, or decimals, which are read as the nearest f64. Numbers that are not exact in your scalar
+/// are rounded and counted ([`Rays::rounding`]).
 ///
 /// ```
 /// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None, None)?;
@@ -46,8 +47,9 @@ pub struct Rays<'a> {
     name: PathBuf,
     input: BufReader<Box<dyn Read + Send + 'a>>,
     format: Format,
-    /// In a text file, the number of the last line that was read, and how the line ended.
+    /// In a text file, the number of the last line that was read.
     line: u64,
+    /// How the last line ended.
     end: LineEnd,
     /// The number of rays that were read.
     count: u64,
@@ -62,7 +64,7 @@ enum Format {
 }
 
 impl<'a> Rays<'a> {
-    /// Opens a file, or standard input for `-`; the format is chosen as in [`Rays::new`].
+    /// Opens a file, or standard input if `path` is `-`. The format is chosen as in [`Rays::new`].
     ///
     /// # Errors
     /// Returns an error if the file cannot be opened, or under the same conditions as
@@ -84,9 +86,9 @@ impl<'a> Rays<'a> {
     /// Starts reading an input. `name` is used in error messages, and `size` is the size in bytes
     /// if it is known.
     ///
-    /// Without a `format`, the extension of `name` determines it, as in [`RaysFormat::of_name`].
-    /// For other extensions, the input is CSV if its first non-blank line consists of column names.
-    /// Anything else is an error, because any bytes could be raw rays.
+    /// Without a `format`, the extension of `name` determines the format, as in
+    /// [`RaysFormat::of_name`]. For other extensions, the input is CSV if its first non-blank line
+    /// consists of column names. Anything else is an error, because any bytes could be raw rays.
     ///
     /// # Errors
     /// Returns an error if the input cannot be read, its format is unknown, its line of column
@@ -138,7 +140,7 @@ impl<'a> Rays<'a> {
     }
 
     /// Replaces the contents of `rays` with the next rays: at least one and at most `count`, or
-    /// none at the end. Waits for the first ray, but not for those after it.
+    /// none at the end. Waits for the first ray, but not for the rays after it.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, a line contains something other than numbers, a
@@ -185,7 +187,7 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// Reads records of N bytes.
+    /// Reads raw rays, each of which is a record of N bytes.
     fn read_raw<const N: usize, S: Coordinate>(
         &mut self,
         rays: &mut Vec<RayOf<S>>,
@@ -242,8 +244,8 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// Reads the line of column names. Unless the format is `certain`, only this line identifies
-    /// it.
+    /// Reads the line of column names. If the format is not `certain`, only this line shows that
+    /// the input is CSV.
     fn read_names(&mut self, certain: bool) -> Result<()> {
         let unknown = |rays: &Self, why: &str| LoadError {
             path: rays.name.clone(),
@@ -275,7 +277,7 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// Reads the next line; returns false at the end of the file.
+    /// Reads the next line. Returns false at the end of the file.
     fn next_line(&mut self, text: &mut String) -> Result<bool> {
         let mut line = std::mem::take(text).into_bytes();
         line.clear();
@@ -316,7 +318,7 @@ impl<'a> Rays<'a> {
         self.wrong("its rays need more memory than is available".to_owned())
     }
 
-    /// Returns an error at this point, with the number of the last line if the format has lines.
+    /// Returns an error with this cause and, in a text file, the number of the last line.
     fn wrong(&self, cause: String) -> LoadError {
         LoadError { path: self.name.clone(), line: (self.line > 0).then_some(self.line), cause }
     }
@@ -348,7 +350,7 @@ fn ray_of<S: Coordinate>([x, y, z, t_min, dx, dy, dz, t_max]: [S; 8]) -> RayOf<S
 mod tests {
     use super::*;
 
-    /// Returns its pieces one at a time, like a slow pipe.
+    /// A reader that returns its pieces one at a time, like a slow pipe.
     struct Pieces<'a>(&'a [&'a [u8]]);
 
     impl Read for Pieces<'_> {

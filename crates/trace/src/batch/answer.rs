@@ -10,8 +10,8 @@ pub trait Answer: Copy + Send + Sync {
     /// The answer for a ray that hits nothing.
     const MISS: Self;
 
-    /// Whether rays with a common origin are traced in bundles for this answer, so that their order
-    /// affects the speed.
+    /// Whether rays with a common origin are traced in bundles for this answer, so that the order
+    /// of the rays affects the speed.
     const IN_BUNDLES: bool;
 
     /// Wraps a slice of answers for a traversal to write to.

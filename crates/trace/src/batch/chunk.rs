@@ -17,10 +17,11 @@ use crate::walk::bundle::{
 use crate::walk::packet::Packets;
 use crate::walk::stream::Stream;
 
-/// Rays outside any bundle are traced as a stream once there are this many; more would not fit in
-/// the cache. Directly after a bundle, more rays may wait, because some CPUs lower their clock rate
-/// for a while.
+/// Rays outside any bundle are traced as a stream once there are this many. More rays would not fit
+/// in the cache.
 const STREAM: usize = 4096;
+/// The corresponding number directly after a bundle. More rays wait then, because some CPUs lower
+/// their clock rate for a while.
 const STREAM_AFTER_BUNDLE: usize = 4 * STREAM;
 
 /// After a reversed bundle that was not worth its cost, the next bundles are not reversed, and
@@ -30,11 +31,11 @@ const STREAM_AFTER_BUNDLE: usize = 4 * STREAM;
 const REVERSAL_PATIENCE: [usize; 2] = [4, 64];
 
 /// The same limits for bundles that are not reversed. For example, rays from one camera in random
-/// order share an origin, but each packet of them covers the whole image.
+/// order share an origin, but each packet of these rays covers the whole image.
 const BUNDLE_PATIENCE: [usize; 2] = [2, 64];
 
-/// A bundle was not worth its cost if it took more packet tests per ray than this. One by one,
-/// these rays would have been faster.
+/// A bundle was not worth its cost if it took more packet tests per ray than this. Its rays would
+/// have been faster to trace one by one.
 const EXPENSIVE: usize = 14;
 
 /// The number of rays in the smallest bundle.
@@ -43,6 +44,7 @@ const SMALLEST: usize = 16;
 /// If a bundle needs more packet tests per ray than this, the next bundles have no more than
 /// [`BUSY_RAYS`] rays, so that small triangles are tested against fewer windows that they miss.
 const BUSY: usize = 5;
+/// The maximum number of rays in the bundles after a bundle that needed many packet tests.
 const BUSY_RAYS: usize = 256;
 
 /// Consecutive rays, with everything that the traversal needs.
@@ -181,7 +183,7 @@ impl WithSimd for TraceChunk<'_, '_> {
     }
 }
 
-/// Writes the answers of a bundle. The packets in `left` have not been traced yet.
+/// Writes the results of a bundle. The packets in `left` have not been traced yet.
 #[inline(always)]
 fn write_bundle<S: Simd>(
     chunk: &Chunk<'_>,
@@ -220,8 +222,8 @@ fn bundle_of<'a>(
     reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
-/// Returns whether a bundle was worth its cost: at least half of its rays were traced, and that did not
-/// take too much work.
+/// Returns whether a bundle was worth its cost: at least half of its rays were traced, and tracing
+/// them did not take too much work.
 #[inline(always)]
 fn pays(outcome: &Outcome, rays: &[Ray]) -> bool {
     matches!(*outcome, Outcome::Traced { left, work }

@@ -6,9 +6,10 @@
 //!   hits      a        b  c
 //! ```
 //!
-//! Streams and bundles list pairs of a ray and a triangle in the order in which they find them. If
-//! a bundle has not computed t and the weights, these are computed for eight pairs at a time. The
-//! pairs are then put in the order of the rays, and the pairs of each ray are sorted.
+//! Streams and bundles list pairs of a ray and a triangle in the order in which the pairs are
+//! found. If a bundle has not computed t and the weights of its pairs, these are computed for eight
+//! pairs at a time. The pairs are then put in the order of the rays, and the pairs of each ray are
+//! sorted.
 
 use intertri::internal::exact::Side;
 use intertri::internal::{Pairs, Resolver};
@@ -33,7 +34,8 @@ pub struct Lists<T> {
     /// The start of each ray's items, followed by the end of the last ray's items. The offsets
     /// start at 0 and have one more entry than there are rays, as in Apache Arrow's lists.
     pub offsets: Vec<i64>,
-    /// The items. Those of each ray are sorted by t and, if two have the same t, by index.
+    /// The items. The items of each ray are sorted by t and, if several items have the same t, by
+    /// index.
     pub items: Vec<T>,
 }
 
@@ -70,12 +72,12 @@ impl<T> Lists<T> {
 
 /// An item of a list: a hit, or a crossing, which is a hit with its side.
 pub(crate) trait ListItem: Clone + Send {
-    /// Creates an item from a hit. `leaves` computes whether the ray leaves there, which is
-    /// expensive.
+    /// Creates an item from a hit. `leaves` computes whether the ray leaves the mesh at this hit,
+    /// which is expensive.
     fn new(hit: Hit, leaves: impl FnOnce() -> bool) -> Self;
     /// The hit.
     fn hit(&self) -> &Hit;
-    /// The hit, mutably, so that it can be renamed.
+    /// The hit, mutably, so that its triangle and geometry can be renamed.
     fn hit_mut(&mut self) -> &mut Hit;
 }
 
@@ -164,7 +166,8 @@ struct ChunkLists<T> {
     pairs: HitPairs,
     /// The end of each ray's items.
     ends: Vec<usize>,
-    /// Ray by ray, the slot of each triangle that the ray hits, and the index of that pair.
+    /// For each ray in turn, the slots of the triangles that it hits, each with the index of its
+    /// pair in `pairs`.
     slots: Vec<(LeafSlot, u32)>,
     items: Vec<T>,
     /// Whether memory has run out.
@@ -183,7 +186,7 @@ impl<T: ListItem> ChunkLists<T> {
         self.items.clear();
     }
 
-    /// Lists the hits of some rays.
+    /// Lists the hits of a chunk of rays.
     fn list(&mut self, chunk: &Chunk<'_>, limit: Option<usize>) -> Result<(), NoMemory> {
         let Chunk { tree, filter, rays, .. } = *chunk;
         self.pairs.clear(limit);
@@ -211,8 +214,8 @@ impl<T: ListItem> ChunkLists<T> {
         let Chunk { tree, filter, rays, .. } = *chunk;
         let Self { pairs: HitPairs { pairs, hits: met, .. }, ends, slots, items, .. } = self;
 
-        // Count the pairs of each ray and add up the counts to get the starts. Placing the pairs
-        // advances the starts to the ends.
+        // Count the pairs of each ray, and add up the counts to find where the items of each ray
+        // start. Placing the pairs advances the starts to the ends.
         ends.try_reserve(rays.len())?;
         ends.resize(rays.len(), 0);
         // A counting sort by ray takes two passes over the pairs and no comparisons.
@@ -248,7 +251,7 @@ fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
     ends.iter().scan(0, |begin, &end| Some(std::mem::replace(begin, end)..end))
 }
 
-/// Computes the hits of the pairs whose hit is not known yet.
+/// Computes the hits of the pairs whose hits are not known yet.
 struct Meet<'a> {
     tree: &'a Tree,
     rays: &'a [Ray],
@@ -263,7 +266,7 @@ impl WithSimd for Meet<'_> {
     fn run<S: Simd>(self) {
         let Self { tree, rays, resolver, pairs: HitPairs { pairs, hits, .. } } = self;
 
-        // Process eight pairs at a time, from any rays.
+        // Process eight pairs at a time; they may belong to different rays.
         let (mut eight, mut waiting) = (Pairs::new(), 0);
         let (mut ids, mut to) = ([(RayId(0), LeafSlot(0)); 8], [0; 8]);
         for (i, &(id, slot)) in pairs.iter().enumerate() {
@@ -333,7 +336,7 @@ fn sort_ties<T: ListItem>(
     }
 }
 
-/// Keeps at most this many items of each ray.
+/// Keeps at most `limit` items of each ray.
 fn cut<T: Clone>(ends: &mut [usize], items: &mut Vec<T>, limit: usize) {
     let (mut begin, mut kept) = (0_usize, 0);
     for end in ends {
@@ -357,8 +360,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::threads;
 
-    /// With more rays than fit in a round, each ray has its own list, whatever earlier chunks left
-    /// behind.
+    /// Traces more rays than fit in a round. Each ray must have its own list, whatever earlier
+    /// chunks left behind.
     #[test]
     fn rounds_of_chunks_follow_each_other() {
         let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);

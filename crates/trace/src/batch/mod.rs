@@ -31,12 +31,13 @@ use chunk::Chunk;
 use rows::{Run, runs};
 use tiles::Band;
 
-/// A thread takes at least this many rays at a time, and at most [`CHUNKS`] times as many. Longer
-/// chunks help because each bundle determines the size of the next.
+/// The minimum number of rays that a thread takes at a time.
 const CHUNK: usize = 4096;
+/// The maximum number of rays that a thread takes at a time, as a multiple of [`CHUNK`]. Long
+/// chunks help because each bundle determines the size of the next.
 const CHUNKS: usize = 16;
 
-/// If there are too few rays for full chunks, each thread takes at least this many.
+/// If there are too few rays for full chunks, each thread takes at least this many rays.
 const SMALLEST: usize = 256;
 
 /// The rays of one call, with the query's mode and selection.
@@ -54,7 +55,7 @@ impl<S: Backend> RayBatch<'_, S> {
     /// # Panics
     /// Panics if there is not one answer per ray.
     pub(crate) fn trace<A: Answer>(&self, answers: &mut [A]) -> Counts {
-        assert_eq!(self.rays.len(), answers.len(), "one answer per ray");
+        assert_eq!(self.rays.len(), answers.len(), "there must be one answer per ray");
         let runs: Vec<_> =
             self.runs::<A>().into_iter().map(|run| (Pieces::of(&run), run)).collect();
         let (mut pieces, mut rest) = (Vec::new(), answers);
@@ -85,7 +86,7 @@ impl<S: Backend> RayBatch<'_, S> {
         }
     }
 
-    /// Traces rows of pixels on this thread, starting at this ray.
+    /// Traces rows of pixels on this thread, starting at ray `begin`.
     fn trace_band<A: Answer>(&self, whole: &Band, begin: usize, answers: &mut [A]) -> Counts {
         let (mut gathered, mut found, mut counts) = (Vec::new(), Vec::new(), Counts::default());
         let band = whole.within(answers.len());
@@ -100,7 +101,7 @@ impl<S: Backend> RayBatch<'_, S> {
         counts
     }
 
-    /// Traces some of the rays on this thread.
+    /// Traces a range of the rays on this thread.
     pub(crate) fn trace_part(&self, range: Range<usize>, mut output: BatchOutput<'_>) -> Counts {
         let (start, mut counts) = (range.start, Counts::default());
         self.pieces(range, |chunk, piece| {
@@ -133,7 +134,7 @@ pub(crate) fn chunks<R: Sync, A: Send>(
     answers: &mut [A],
     each: impl Fn(&[R], &mut [A]) -> Counts + Sync,
 ) -> Counts {
-    assert_eq!(of.len(), answers.len(), "one answer each");
+    assert_eq!(of.len(), answers.len(), "there must be one answer per item");
     let size = chunk_size(of.len());
     add(of.chunks(size).zip(answers.chunks_mut(size)), |(of, answers)| each(of, answers))
 }
@@ -176,7 +177,7 @@ fn chunk_size(rays: usize) -> usize {
     if rays < threads * CHUNK {
         return rays.div_ceil(threads).next_multiple_of(SMALLEST).max(SMALLEST);
     }
-    // One thread does not wait for others.
+    // A single thread does not have to wait for others.
     let each = if threads == 1 { 1 } else { 16 };
     (rays / (each * threads)).next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
 }
@@ -208,7 +209,7 @@ mod tests {
         bundles_change_nothing(&sheet(30));
     }
 
-    /// With many rays per triangle, the values that they share are computed once.
+    /// With many rays per triangle, the values that rays share are computed once.
     #[test]
     fn bundles_that_share_triangles_change_nothing() {
         bundles_change_nothing(&sheet(7));
@@ -241,7 +242,8 @@ mod tests {
         }
         assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 2000);
 
-        // Every hit of each ray: hits of packets that a bundle did not trace are listed once.
+        // List every hit of each ray. Hits of packets that a bundle did not trace must be listed
+        // once.
         let exact = Mode::exact();
         let (lists, of_exact) = (
             bvh.query().mode(mode).all_batch(&rays, None),
@@ -256,7 +258,7 @@ mod tests {
         );
         assert!(lists.items.len() > 2000 && of_exact.items.len() > 2000);
 
-        // The same test in f64, with coordinates that are not exact in f32.
+        // Repeat the test in f64, with coordinates that are not exact in f32.
         let off = |x: f32| f64::from(x) + 1e-9;
         let corners = |triangle: &Triangle| TriangleOf(triangle.0.map(|corner| corner.map(off)));
         let triangles: Vec<_> = bvh.to_triangles().iter().map(corners).collect();

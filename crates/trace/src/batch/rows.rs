@@ -1,7 +1,7 @@
-//! Detects which rays of a batch are pixels in rows.
+//! Detects which rays of a batch are the pixels of an image, row by row.
 //!
-//! The caller does not declare this, but at the end of each row the direction jumps back, or the
-//! origin does if the rays are parallel.
+//! The caller does not mark the rows, but at the end of each row the direction jumps back or, if
+//! the rays are parallel, the origin does.
 //!
 //! ```text
 //!   ┌──────────────────────►
@@ -9,8 +9,8 @@
 //!   ...
 //! ```
 //!
-//! Looking at two rows and at the ends of the others costs almost nothing compared with tracing
-//! them.
+//! Looking at two rows and at the ends of the others costs almost nothing compared with tracing the
+//! rays.
 
 use std::ops::Range;
 
@@ -26,11 +26,11 @@ const LONGEST: usize = 1 << 14;
 const FEWEST: usize = LOWEST;
 
 /// The direction of a ray is compared with that of the ray this many pixels later. At the end of a
-/// row, it must jump back by at least half of the difference, so rays may be jittered within their
-/// pixels.
+/// row, the direction must jump back by at least half of the difference, so rays may be jittered
+/// within their pixels.
 const STEP: usize = 8;
 
-/// If no rows are found at a ray, the search resumes after this many rays.
+/// If no rows are found at a ray, the search resumes this many rays later.
 const AGAIN: usize = 1 << 16;
 
 /// A run of consecutive rays.
@@ -55,7 +55,7 @@ pub fn runs(count: usize, line: impl Fn(usize) -> [[f64; 3]; 2]) -> Vec<Run> {
     while at < count {
         let rows = Rows::new(count - at, |i| line(at + i));
         let Some((first, width)) = rows.find() else {
-            // There are no rows here, but an image may begin later.
+            // There are no rows at this ray, but an image may begin later.
             let end = count.min(at + AGAIN);
             add(at..end, None);
             at = end;
@@ -107,8 +107,8 @@ impl<F: Fn(usize) -> [[f64; 3]; 2]> Rows<F> {
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Returns whether the pixels jump back just before a ray, by at least half the change over
-    /// this many pixels.
+    /// Returns whether the direction (or the origin) jumps back just before a ray, by at least half
+    /// of its change over this many pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
         // Compare along the row, in units of its steps, so that jitter within a few pixels is not a
         // jump.

@@ -1,4 +1,4 @@
-//! Traces rows of pixels tile by tile.
+//! Arranges rows of pixels in tiles, in which they are faster to trace.
 //!
 //! Rays with a common origin are fastest to trace if 1024 consecutive rays form a narrow cone, but
 //! a row of pixels forms a flat fan. Therefore, a block of rows is read row by row, four pixels at
@@ -12,7 +12,7 @@
 //! ```
 //!
 //! Memory is read and written in long runs, and a block fits in the L2 cache. Tiling does not
-//! affect the answers.
+//! affect the results.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -46,7 +46,7 @@ pub struct Band {
 }
 
 /// The order in which the pixels of a block are gathered. For each row, it lists where each group
-/// of four starts among the gathered rays.
+/// of four pixels starts among the gathered rays.
 #[derive(Clone)]
 struct BlockOrder {
     width: usize,
@@ -65,8 +65,8 @@ pub struct Block<'a> {
 }
 
 impl Band {
-    /// Creates a band of an image whose rows have this width. It is as tall as a tile, unless that
-    /// leaves too few bands for the threads.
+    /// Creates a band of an image whose rows have this width. The band is as tall as a tile, unless
+    /// that leaves too few bands for the threads.
     pub fn of_picture(width: usize, pixels: usize, threads: usize) -> Self {
         let mut rows = TILE;
         // Use shorter bands if there are too few to keep all threads busy.
@@ -92,8 +92,8 @@ impl Band {
         self.rows
     }
 
-    /// Returns this band or, if there are fewer pixels, a band with as many whole rows as they
-    /// fill.
+    /// Returns this band or, if it has more pixels than given, a shorter band with as many whole
+    /// rows as the pixels fill.
     pub fn within(&self, pixels: usize) -> Cow<'_, Self> {
         if pixels < self.pixels() {
             Cow::Owned(Self::new(self.width, pixels / self.width))
@@ -182,12 +182,12 @@ impl Block<'_> {
         }
     }
 
-    /// Iterates over the rows of the next block, in this band or the one below. They may be outside
-    /// the image.
+    /// Iterates over the rows of the next block, in this band or in the band below. The rows may be
+    /// outside the image.
     pub fn next_rows(&self) -> impl Iterator<Item = Range<usize>> {
         let BlockOrder { width, height, .. } = *self.order;
         let right = self.first + width;
-        // The block to the right, or the first one of the next band.
+        // The block to the right, or the first block of the next band.
         let next = if right < self.row { right } else { height * self.row };
         let width = ACROSS.min(self.row - right % self.row);
         (next..).step_by(self.row).take(height).map(move |start| start..start + width)

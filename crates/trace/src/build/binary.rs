@@ -37,7 +37,7 @@ pub(super) struct Binary {
     /// and its plan. The entries are plain numbers, so that the memory can be allocated as zeros
     /// and is not touched before it is used.
     inner: Box<[[f32; 8]]>,
-    /// Nodes that replace those at the top if parts were moved; the root is the last.
+    /// Nodes that replace the nodes at the top if parts were moved. The last one is the root.
     pub moved: Vec<Moved>,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Moved {
 }
 
 /// A part of the tree: `count` references starting at `first`, and nodes starting at `node`. If
-/// `node` is past the end of the nodes, it stands for an entry of [`Binary::moved`].
+/// `node` is past the end of the nodes, it refers to an entry of [`Binary::moved`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Subtree {
     pub node: usize,
@@ -96,7 +96,8 @@ impl Binary {
         if let Some(moved) = self.moved(part) {
             return moved.sides;
         }
-        // The left side has `left` references and `left - 1` nodes, directly after its parent.
+        // The left side has `left` references and `left - 1` nodes, which directly follow the
+        // parent.
         let left = SimdAabb(self.inner[part.node]).word(0) as usize;
         let Subtree { node, first, count } = part;
         [
@@ -241,8 +242,8 @@ impl WithSimd for Small<'_> {
     }
 }
 
-/// Partitions the references by the cheapest cut. Returns how many are on the left, and the boxes
-/// around the centres of both sides.
+/// Partitions the references by the cheapest cut. Returns how many references are on the left, and
+/// the boxes around the centres of both sides.
 struct Cut<'a> {
     builder: &'a Builder<'a>,
     refs: &'a mut [PrimRef],
@@ -257,7 +258,8 @@ impl WithSimd for Cut<'_> {
     fn run<S: Simd>(self) -> Self::Output {
         let Self { builder, refs, centres, depth } = self;
         let (count, scale) = (refs.len(), builder.scale);
-        // Halving from here on needs this many levels. While more are left, any cut is allowed.
+        // Halving from here on needs this many levels. While more levels are left, any cut is
+        // allowed.
         let levels = count.ilog2() as usize;
         if depth + levels < MAX_DEPTH {
             let binning = Binning::new(count, centres, scale);
@@ -313,7 +315,8 @@ fn node(sides: &SimdAabb, left: usize, plan: Plan) -> [f32; 8] {
     node.0
 }
 
-/// Splits nodes into the node itself, those of its left side, and those of its right.
+/// Splits the nodes of a subtree into its root, the nodes of its left side, and those of its right
+/// side.
 #[inline(always)]
 fn nodes_of(
     inner: &mut [[f32; 8]],

@@ -1,4 +1,4 @@
-//! Checks that a tree is well formed. This is slow and is used only in tests.
+//! Checks that a tree is well formed. The check is slow and is used only in tests.
 
 use super::layout::{Layout, MAX_DEPTH};
 use crate::tree::{Aabb, BLOCK, EMPTY, HitBounds, LEAF, NONE, hit_bounds};
@@ -21,8 +21,8 @@ impl Layout {
         // Count every node and block when it is reached, from the root down. A child that is
         // missing, has two parents, or is part of a cycle shows up in the counts.
         walk.node(0, 1)?;
-        // Triangles with a box are in exactly one block. Others are never hit, or are in leaves of
-        // the second tree.
+        // Triangles with a box are in exactly one block. Other triangles are never hit, or are in
+        // leaves of the second tree.
         let expected = |t: &Triangle| {
             let bounds = hit_bounds(t);
             u32::from(matches!(bounds, HitBounds::Box { .. } | HitBounds::Degenerate(_)))
@@ -55,7 +55,7 @@ impl Walk<'_> {
     fn node(&mut self, index: usize, depth: usize) -> Result<Aabb, String> {
         self.nodes[index] += 1;
         self.depth = self.depth.max(depth);
-        // Check this before the recursion, which would never end in a cycle.
+        // Check the depth before the recursion, which would never end in a cycle.
         if depth > MAX_DEPTH {
             return Err(format!("node {index} is {depth} deep"));
         }

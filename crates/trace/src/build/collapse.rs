@@ -1,8 +1,9 @@
 //! Plans how to cut a two-way tree into eight-way nodes and blocks of eight triangles.
 //!
 //! This follows Ylitie, Karras, and Laine, *Efficient Incoherent Ray Traversal on GPUs Through
-//! Compressed Wide BVHs* (2017), section 3. For each two-way node and each `i`, this computes the
-//! least cost of representing the node's triangles by at most `i` children of some wide node:
+//! Compressed Wide BVHs* (2017), section 3. For each two-way node and each `i`, this module
+//! computes the least cost of representing the node's triangles by at most `i` children of some
+//! wide node:
 //!
 //! - One child is either a wide node, whose eight slots are divided between the two sides, or a
 //!   block, which ends the two-way tree.
@@ -48,7 +49,7 @@ impl Costs {
             }
             plan |= best << (3 * (children - 2));
         }
-        // One child: a wide node, whose eight slots the two sides divide between them.
+        // One child: a wide node, whose eight slots are divided between the two sides.
         let one = shared[8] + area * NODE;
         // `costs[i]` allows up to i + 1 children, so one child may be cheaper than several.
         let mut costs = [one; 7];

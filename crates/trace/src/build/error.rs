@@ -1,4 +1,4 @@
-//! Why a hierarchy cannot be built.
+//! The error for a hierarchy that cannot be built.
 
 use std::fmt;
 
@@ -18,9 +18,9 @@ pub enum BuildError {
     },
     /// An index is out of bounds.
     BadIndex {
-        /// The mesh, if there are several.
+        /// The index of the mesh, which is 0 if there is only one.
         geometry: usize,
-        /// The triangle within the mesh.
+        /// The index of the triangle within the mesh.
         triangle: usize,
         /// The vertex index that is out of bounds.
         index: u32,

@@ -10,7 +10,7 @@ use {
 /// The maximum number of nodes on a path from the root, for any triangles.
 pub(crate) const MAX_DEPTH: usize = 64;
 
-/// The hierarchy over a slice of triangles. It keeps their indices, not the triangles.
+/// The hierarchy over a slice of triangles. It stores indices of triangles, not the triangles.
 #[derive(Debug, Default)]
 pub(crate) struct Layout {
     /// The nodes, starting with the root. All children of a node that are nodes are adjacent.

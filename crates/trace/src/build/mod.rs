@@ -10,7 +10,7 @@
 //!    [`split`] sorts boxes into a row of bins, and [`sweep`] finds the cheapest cut. On the way
 //!    back up, [`collapse`] uses dynamic programming to find the cheapest way to cut the tree into
 //!    eight-way nodes and blocks of eight triangles.
-//! 3. [`reinsert`] moves parts of that tree if large triangles make it worthwhile.
+//! 3. [`reinsert`] moves parts of that tree if large triangles make this worthwhile.
 //! 4. [`wide`] writes the nodes and blocks of the plan in the order in which rays visit them.
 //!
 //! The result depends only on the triangles, never on the number of threads or the SIMD width. At
@@ -72,7 +72,7 @@ impl Tree {
         let Layout { nodes, blocks, depth, lean, thin, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
         // Slot numbers are 32-bit, and each leaf has eight slots. Leaves below the root come first;
-        // later ones are reached through the second tree or tested against every ray.
+        // later leaves are reached through the second tree or tested against every ray.
         let boxed = blocks.len();
         if boxed + thin.len() > MOST_LEAVES {
             return Err(NoMemory);
@@ -103,8 +103,8 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Adds leaves for triangles that are not below the root, and for those without area, which no
-    /// ray hits. Neighbours share leaves, which belong to the second tree.
+    /// Adds leaves for triangles that are not below the root, and for triangles without area, which
+    /// no ray hits. Neighbours share leaves, which belong to the second tree.
     pub(crate) fn add_unboxed(
         &mut self,
         triangles: &(impl Triangles + ?Sized),

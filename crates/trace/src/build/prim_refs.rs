@@ -63,8 +63,8 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
                 (SimdAabb::EMPTY, NONE)
             }
         };
-        // The whole row is used in f32 arithmetic, and a small index would be a subnormal number
-        // there.
+        // The whole row is used in f32 arithmetic, in which a small index would be a subnormal
+        // number.
         sides.set_word(0, index ^ NORMAL);
         PrimRef(sides)
     })?;

@@ -14,8 +14,8 @@
 //! ```
 //!
 //! Only the nodes with the largest boxes are moved, because rays meet them most often. A trial with
-//! a few of them determines whether it is worthwhile, as it is for interiors with long walls but
-//! not for scans.
+//! a few of these nodes determines whether reinsertion is worthwhile, as it is for interiors with
+//! long walls but not for scans.
 
 use super::binary::{Binary, Moved, Subtree, TRIFLE};
 use super::collapse::Costs;
@@ -25,8 +25,9 @@ use crate::util::threads::join;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// One node is moved per this many triangles, up to a limit.
+/// One node is moved per this many triangles, up to [`MOST`] nodes.
 const SHARE: usize = 32;
+/// The maximum number of nodes that are moved.
 const MOST: usize = 2048;
 
 /// One in this many nodes takes part in the trial.
@@ -41,10 +42,10 @@ const ROUNDS: usize = 2;
 /// With at least this many triangles, the two sides are processed in parallel.
 const MANY: usize = 1 << 12;
 
-/// No node.
+/// Stands for no node, as the parent of the root.
 const NONE: usize = usize::MAX;
 
-/// Moves parts of a tree. Afterward, its boxes and plans are like those of a new build.
+/// Moves parts of a tree. Afterward, the tree's boxes and plans are like those of a new build.
 pub(super) fn reinsert(binary: &mut Binary) {
     // The trial moves an eighth of the nodes once. If that lowers the cost enough, all nodes are
     // moved.
@@ -124,8 +125,8 @@ impl Top {
         self.0.iter().map(|node| node.area).sum()
     }
 
-    /// Removes a subtree and makes it the sibling of the node next to which it costs least. Its
-    /// parent moves with it.
+    /// Removes a subtree and makes it the sibling of the node next to which it costs least. The
+    /// subtree's parent moves, too.
     fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
@@ -135,8 +136,8 @@ impl Top {
             return;
         }
         let sibling = if a == i { b } else { a };
-        // Take it out with its parent: the sibling moves up. The area of the parent, plus the
-        // shrinkage of all boxes above, is the cost that any new position has to beat.
+        // Take the subtree out with its parent; the sibling moves up. The area of the parent, plus
+        // the shrinkage of all boxes above, is the cost that any new position has to beat.
         //         above              above            above
         //           │                  │                │
         //         parent     ─►     sibling     ─►      ···
@@ -194,7 +195,7 @@ impl Top {
         waiting.clear();
         waiting.push((self.with(0, bounds) - self.0[0].area, 0));
         while let Some((grown, i)) = waiting.pop() {
-            // Below this node the new parent's area is at least the box's own, which gives a lower
+            // Below this node, the new parent's area is at least the box's own, which gives a lower
             // bound that prunes the search.
             if grown + own >= cost {
                 continue;

@@ -1,4 +1,4 @@
-//! A box as one row of lanes.
+//! An axis-aligned bounding box in one row of eight lanes.
 //!
 //! ```text
 //!   -lo.x  -lo.y  -lo.z  word   hi.x  hi.y  hi.z  word
@@ -41,8 +41,8 @@ impl SimdAabb {
         self.0[4 * which + 3] = f32::from_bits(word);
     }
 
-    /// Extends this box to contain both. If it is inlined at a level with eight lanes, this is one
-    /// instruction.
+    /// Extends this box to contain the other box, too. If this function is inlined at a SIMD level
+    /// with eight lanes, it compiles to one instruction.
     #[inline(always)]
     pub(super) fn join(&mut self, other: &Self) {
         for (a, b) in self.0.iter_mut().zip(&other.0) {
@@ -60,10 +60,10 @@ impl SimdAabb {
         S::F32x4::load(&self.0[4..]) * scale + S::F32x4::load(&self.0) * scale
     }
 
-    /// Returns twice the centre, in the same units.
+    /// Returns twice the centre, in units of `1 / scale`.
     #[inline(always)]
     pub(super) fn centre<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
-        // hi + lo, for the same reason.
+        // hi + lo, because the lower sides are stored negated.
         S::F32x4::load(&self.0[4..]) * scale - S::F32x4::load(&self.0) * scale
     }
 

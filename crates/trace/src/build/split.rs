@@ -24,8 +24,8 @@ const BINS: usize = ROW;
 /// With more boxes than this, a second set of bins is worthwhile.
 const MANY: usize = 200;
 
-/// Adding this number rounds to an integer in the low bits, as a conversion would, but in vector
-/// form.
+/// Adding this number rounds a value to an integer in the low bits of the float. This replaces a
+/// conversion and works on whole vectors.
 const ROUND: f32 = 12_582_912.0;
 
 /// Maps a box to its bin along each axis.
@@ -52,7 +52,7 @@ impl Binning {
         Self { origin: centres.lo, per_unit, scale, bins }
     }
 
-    /// Returns the bins along all axes, as numbers with [`ROUND`] added.
+    /// Returns the bins of a centre along all axes, as numbers with [`ROUND`] added.
     #[inline(always)]
     fn bins<S: Simd>(&self, centre: S::F32x4) -> [f32; 4] {
         let at = (centre - S::F32x4::load(&self.origin)) * S::F32x4::load(&self.per_unit);
@@ -63,17 +63,17 @@ impl Binning {
         bins
     }
 
-    /// Returns the bin along one axis, with [`ROUND`] added.
+    /// Returns the bin of a box along one axis, with [`ROUND`] added.
     #[inline(always)]
     fn bin(&self, sides: &SimdAabb, axis: usize) -> f32 {
-        // Use the same operations as for all axes at once, so that a box never falls into a
-        // different bin here.
+        // Use the same operations as for all axes at once, so that a box always falls into the same
+        // bin.
         let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
         (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }
 }
 
-/// The number of boxes in each bin of each axis, and the box around them.
+/// The number of boxes in each bin of each axis, and the box around the boxes in the bin.
 pub(super) struct Bins {
     sides: [[SimdAabb; BINS]; 3],
     count: [[u32; BINS]; 3],
@@ -153,8 +153,8 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     centres.store()
 }
 
-/// Partitions the boxes in place by a cut. Returns how many are on the left, and the boxes around
-/// the centres of both sides.
+/// Partitions the boxes in place by a cut. Returns how many boxes are on the left, and the boxes
+/// around the centres of both sides.
 #[inline(always)]
 pub(super) fn partition<S: Simd>(
     refs: &mut [PrimRef],

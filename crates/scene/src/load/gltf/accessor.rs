@@ -1,4 +1,4 @@
-//! Accessors: tables of numbers in a buffer.
+//! Reads accessors, which are tables of numbers in buffers.
 
 use gltf::json::accessor::sparse::Sparse as SparseJson;
 use gltf::json::accessor::{ComponentType, Type};
@@ -39,7 +39,7 @@ pub(super) struct Tables<'a> {
 
 impl<'a> Tables<'a> {
     /// Returns the table with this index, whose rows must have the type `wanted`. Error messages
-    /// call it `what`.
+    /// call the table `what`.
     pub(super) fn get(
         self,
         index: Index<accessor::Accessor>,

@@ -27,7 +27,7 @@ enum Bytes<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads all buffers; `blob` is the binary chunk of a GLB.
+    /// Reads all buffers. `blob` is the binary chunk of a GLB.
     pub(super) fn read(
         root: &Root,
         blob: Option<&'a [u8]>,
@@ -131,7 +131,7 @@ fn inline<'a>(i: usize, uri: &str) -> Result<Bytes<'a>, Fault> {
     }
 }
 
-/// Returns whether a URI contains its data. The case of a scheme does not matter.
+/// Returns whether a URI is a data URI. The scheme may be in upper or lower case.
 fn is_data(uri: &str) -> bool {
     uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
@@ -163,8 +163,8 @@ fn within(path: &Path) -> Option<PathBuf> {
     Some(within).filter(|path| !path.as_os_str().is_empty())
 }
 
-/// Returns whether a symbolic link leads out of the folder. A missing file is an error later, when
-/// it is opened.
+/// Returns whether a path leads out of the folder through a symbolic link. For a missing file, the
+/// result is false, because opening the file fails later.
 fn leaves(folder: &Path, path: &Path) -> bool {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     match (folder.canonicalize(), path.canonicalize()) {

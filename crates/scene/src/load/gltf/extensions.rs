@@ -1,4 +1,4 @@
-//! The glTF extensions that affect triangles.
+//! Handles the glTF extensions that affect triangles.
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -41,8 +41,8 @@ const KNOWN: [&str; 28] = [
     "VRM",
 ];
 
-/// Compression extensions and what they compress. A file that uses one without requiring it also
-/// contains the uncompressed data.
+/// Compression extensions and what they compress. A file that uses such an extension without
+/// requiring it also contains the uncompressed data.
 const COMPRESSIONS: [(&str, &str); 3] = [
     ("KHR_draco_mesh_compression", "its meshes are compressed with Draco"),
     ("EXT_meshopt_compression", "its buffers are compressed with meshopt"),
@@ -55,8 +55,8 @@ const VISIBILITY: &str = "KHR_node_visibility";
 /// The maximum number of names in a note.
 const NAMED: usize = 4;
 
-/// Rejects unknown extensions that the file requires, and counts unknown extensions that it only
-/// uses.
+/// Rejects a file that requires an unknown extension. Adds a note about unknown extensions that the
+/// file uses but does not require.
 pub(super) fn check(root: &Root, notes: &mut Notes) -> Result<(), Fault> {
     let known = |name: &str| KNOWN.iter().any(|known| name.starts_with(known));
     if let Some(unknown) = root.extensions_required.iter().find(|name| !known(name)) {
@@ -86,7 +86,7 @@ fn of<'a>(node: &'a scene::Node, name: &str) -> Option<&'a Value> {
     node.extensions.as_ref()?.others.get(name)
 }
 
-/// Returns whether a node is hidden, along with everything below it.
+/// Returns whether a node and everything below it are hidden.
 pub(super) fn is_hidden(node: &scene::Node) -> bool {
     of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
 }

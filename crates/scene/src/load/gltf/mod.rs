@@ -1,7 +1,7 @@
-//! glTF 2.0, as text and as GLB. The `gltf` crate parses the JSON and the container.
+//! Reads glTF 2.0, as text and as GLB. The `gltf` crate parses the JSON and the container.
 //!
 //! Nothing else from that crate is used. Its accessor readers, and even its validation, use numbers
-//! from the file as indices and panic if they are out of range. This reader checks every number
+//! from the file as indices and panic if an index is out of range. This reader checks every number
 //! first.
 
 mod accessor;
@@ -75,7 +75,7 @@ fn split(bytes: &[u8]) -> Result<(Chunk<'_>, Option<Chunk<'_>>), Fault> {
     if !bytes.starts_with(MAGIC) {
         return Ok((bytes.into(), None));
     }
-    // The crate subtracts the header's size from this length, so it must not be smaller.
+    // The crate subtracts the header's size from this length, so the length must not be smaller.
     let length = bytes.get(8..HEADER).and_then(|length| length.try_into().ok());
     let length = length.map(u32::from_le_bytes);
     if length.is_none_or(|length| (length as usize) < HEADER) {

@@ -38,11 +38,12 @@ pub(super) struct Weights<'a> {
 /// How a mesh is placed in the scene.
 #[derive(Clone, Copy)]
 pub(super) enum Placement<'a> {
-    /// By instances. The mesh stays in its own space; if the instances mirror it, its triangles are
-    /// flipped.
+    /// By instances. The mesh stays in its own space; if the instances mirror the mesh, its
+    /// triangles are flipped.
     ByInstances { are_mirrored: bool },
-    /// By a skin. `joints` are the joints' transforms; each moves a vertex in proportion to its
-    /// weight. Primitives without joints are placed by their node's `transform`.
+    /// By a skin. `joints` are the joints' transforms; each joint moves a vertex in proportion to
+    /// its weight for that vertex. Primitives without joints are placed by their node's
+    /// `transform`.
     BySkin { joints: &'a [DMat4], transform: DMat4 },
 }
 
@@ -56,7 +57,7 @@ impl<'a> Primitives<'a> {
     }
 
     /// Returns the number of vertices and triangles that a file of `size` bytes may have. The same
-    /// limit applies again when its instances are flattened.
+    /// limit applies again when the file's instances are flattened.
     pub(super) fn most(tables: Tables<'_>, size: usize) -> u64 {
         REPEATS + size as u64 + tables.buffers.size() as u64
     }

@@ -1,4 +1,4 @@
-//! Transforms made from a scale, a rotation, and a translation.
+//! Computes the transforms of nodes and instances.
 
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::scene;
@@ -22,7 +22,7 @@ pub(super) fn of_parts(scale: [f64; 3], rotation: [f64; 4], translation: [f64; 3
     DMat4::from_scale_rotation_translation(DVec3::from(scale), rotation, DVec3::from(translation))
 }
 
-/// Returns whether a transform mirrors, so that counter-clockwise becomes clockwise.
+/// Returns whether a transform mirrors, and so turns counter-clockwise triangles clockwise.
 pub(super) fn mirrors(transform: &DMat4) -> bool {
     let axes = [transform.x_axis, transform.y_axis, transform.z_axis];
     let [x, y, z] = axes.map(|axis| axis.truncate().normalize_or_zero());
