@@ -1,5 +1,5 @@
 //! Tests that batches traced on all threads return the same results as rays traced one by one. Run
-//! this test under ThreadSanitizer to check for data races.
+//! this test under `ThreadSanitizer` to check for data races.
 
 use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_trace::Bvh;
