@@ -124,7 +124,7 @@ fn panel(
         let centre = top + (ROW - 4.0) / 2.0;
         svg.line([low, centre], [high, centre], INK, 1.0);
         let wrong = row.wrong_hits + row.wrong_triangles;
-        // The answers of `fixed` refer to the snapped scene.
+        // The answers of `fixed` are exact for the snapped scene, and differ only due to the grid.
         let how = if row.engine == "fixed" { "due to the grid" } else { "wrong" };
         let wrong = match wrong as f64 * 1e6 / row.rays.max(1) as f64 {
             0.0 => format!("none {how}"),

@@ -24,8 +24,8 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Returns the number of additions per nanosecond in a chain, which is the clock rate in GHz,
-    /// as the higher of two samples.
+    /// Returns the clock rate in GHz, which is the number of additions per nanosecond in a chain.
+    /// Takes two samples, and returns the higher one.
     pub fn now() -> f64 {
         sample().max(sample())
     }

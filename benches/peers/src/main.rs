@@ -68,7 +68,7 @@ enum Command {
     Rays(Options),
     /// Measure how long it takes to build the hierarchies.
     Builds(BuildOptions),
-    /// Count rays from inside closed meshes that aim at vertices and edges but hit nothing.
+    /// Count leaks: rays from inside closed meshes, aimed at vertices and edges, that hit nothing.
     Leaks(leaks::Options),
     /// Measure queries for every hit of each ray.
     Lists(lists::Options),

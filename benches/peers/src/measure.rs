@@ -60,10 +60,11 @@ impl Row {
     }
 }
 
-/// Returns the true answers for an engine, given its name.
+/// A function that takes the name of an engine and returns the true answers for it.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Truth<'a>;
 
-/// Returns the index of the row to compare a row with, given the index of that row.
+/// A function that takes the rows and the index of one of them, and returns the index of the row to
+/// compare it with.
 pub type Beside = fn(&[Row], usize) -> Option<usize>;
 
 /// An engine and its name.

@@ -122,7 +122,7 @@ pub fn list() {
     }
 }
 
-/// Prints one hostile case for all engines, with the ratio of each time to that in the plain case.
+/// Prints one hostile case for all engines, with the ratio of each time to the plain case's time.
 pub fn cliff(what: &str, rows: &[Row], plain: &[Row]) {
     println!("\n{what}");
     println!(

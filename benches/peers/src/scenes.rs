@@ -19,9 +19,11 @@ pub const CLOSED: [&str; 5] = ["cube", "icosahedron", "torus", "sphere-1000", "s
 /// The triangle counts of the spheres in the growth chart.
 pub const GROWTH: [u32; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Subdivisions of an octahedron's edge. The number of triangles is 8 times its square: 1,312,200.
+/// The number of parts that each edge of an octahedron is divided into. The sphere has 8 times the
+/// square of this number of triangles, that is, 1,312,200.
 const SPHERE: u32 = 405;
-/// Squares along a side of the terrain. The number of triangles is twice its square: 9,999,392.
+/// The number of squares along each side of the terrain, which has twice the square of this number
+/// of triangles, that is, 9,999,392.
 const TERRAIN: u32 = 2236;
 
 /// Creates a scene by its name: one of [`SCENES`], `sphere-` followed by the approximate number of

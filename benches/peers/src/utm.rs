@@ -1,5 +1,6 @@
-//! Measures scenes at map coordinates, in f64: a kilometre across, half a million metres to the
-//! east and four and a half million to the north. Tracers in f32 trace the scene rounded to f32.
+//! Measures scenes at map coordinates, in f64. The scenes are a kilometre across, and are moved
+//! half a million metres to the east and four and a half million to the north. Tracers in f32 trace
+//! the scene rounded to f32.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -25,7 +25,7 @@ pub use collector::Collector;
 use collector::collect;
 pub use instances::Instances;
 
-/// A pointer to a device, a scene, a geometry, or anything else.
+/// An opaque pointer to a device, a scene, a geometry, or another object.
 type Ptr = *mut c_void;
 
 /// Declares Embree's functions, and looks them up in the library.
@@ -124,7 +124,7 @@ impl Api {
     }
 }
 
-/// How to build a scene.
+/// The options for building a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Build {
     pub robust: bool,
@@ -164,7 +164,7 @@ impl Scene {
         let isa = if build.avx2 { "isa=avx2," } else { "" };
         let config = format!("{isa}frequency_level=simd256,threads={}", build.threads);
         let config = CString::new(config).map_err(|e| e.to_string())?;
-        // SAFETY: calls in the order of the manual.
+        // SAFETY: the calls are in the order that Embree's manual prescribes.
         unsafe {
             let device = (api.new_device)(config.as_ptr());
             if device.is_null() {
@@ -181,7 +181,8 @@ impl Scene {
     /// Adds a mesh, with the collecting filter if `collects` is set.
     fn add(&self, mesh: &Mesh, collects: bool) {
         let Self { api, device, scene, .. } = self;
-        // SAFETY: calls in the order of the manual; the buffers have the sizes that are passed.
+        // SAFETY: the calls are in the order that Embree's manual prescribes; the buffers have the
+        // sizes that are passed.
         unsafe {
             let geometry = (api.new_geometry)(*device, TRIANGLES);
             let fill = |kind, format, rows: &[[u32; 3]]| {

@@ -39,7 +39,7 @@ impl Aim {
         Ray::new(self.origin, [0, 1, 2].map(|k| f32::midpoint(a[k], b[k]) - self.origin[k]))
     }
 
-    /// Returns whether the direction is exact, because nothing was rounded.
+    /// Returns whether the direction is exact, that is, whether nothing was rounded.
     pub fn is_exact(&self) -> bool {
         let [a, b] = self.ends.map(|p| p.map(f64::from));
         let dir = self.ray().dir.map(f64::from);

@@ -13,7 +13,7 @@ use super::aim::Aim;
 /// The engine's name.
 pub const NAME: &str = "fixed-aimed";
 
-/// Bits per coordinate.
+/// The number of bits per coordinate.
 const BITS: u32 = 17;
 
 /// Snaps the mesh, the origins and the targets to the grid, and returns the number of rays that

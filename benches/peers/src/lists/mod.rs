@@ -136,7 +136,7 @@ fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
     rays.par_iter().map(|ray| answer(count(ray))).collect()
 }
 
-/// Returns an answer that contains a number of hits in place of a triangle.
+/// Returns an answer that stores the number of hits in place of a triangle index.
 fn answer(hits: usize) -> Answer {
     if hits == 0 { Answer::MISS } else { Answer { triangle: hits as u32, t: f64::NAN } }
 }
