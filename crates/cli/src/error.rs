@@ -1,4 +1,4 @@
-//! Errors: one line for people, and an exit code for programs.
+//! The program's errors: each has a one-line message for people and an exit code for scripts.
 
 use std::fmt;
 use std::io::{self, Write};

@@ -10,8 +10,9 @@ use crate::io::numbers::Decimal;
 /// hardly lit, so a missing shadow is not visible.
 const FLAT: f64 = 0.01;
 
-/// If a light is farther away than this many times a model's size, shadows start visibly behind the
-/// object that casts them: at a ten-thousandth of the distance, because of [`Light::REACH`].
+/// If a light is farther away than this many times a model's size, shadows visibly begin some
+/// distance behind the objects that cast them. That distance is a ten-thousandth of the distance
+/// from the light, because of [`Light::REACH`].
 const FAR: f64 = 100.0;
 
 /// Returns a warning if a scene is so small that the default threshold hides triangles from its

@@ -53,8 +53,8 @@ impl FixedScene {
         self.grid.snap(p).map_or(p, |i| self.grid.unsnap(i).map(|x| x as f32))
     }
 
-    /// Returns whether a point is outside the grid, so that rays from it hit nothing. A point that
-    /// is not finite is not considered outside.
+    /// Returns whether a point is outside the grid, so that rays from it hit nothing. Non-finite
+    /// points do not count as outside.
     pub(crate) fn is_outside(&self, p: [f32; 3]) -> bool {
         matches!(self.grid.snap(p), Err(GridError::Outside(_)))
     }
@@ -116,8 +116,8 @@ impl FixedScene {
     /// Returns the report about the grid.
     pub(crate) fn report(&self) -> GridReport {
         let (bits, step) = (self.grid.bits(), self.grid.step());
-        // Over the whole grid, snapping a direction changes each component by less than 2^-q of the
-        // longest.
+        // Snapping a direction changes each component by less than 2^-q of the longest component,
+        // so a ray that crosses the whole grid deviates by less than 2^-q of the grid's size.
         let across = step * f64::from(2_u32 << bits.b());
         let strays = across / f64::from(1_u32 << bits.q());
         GridReport { bits: bits.b(), direction_bits: bits.q(), step, moved: self.moved, strays }

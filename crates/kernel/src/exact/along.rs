@@ -90,11 +90,11 @@ pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32
     narrowed([t, u, v]).unwrap_or_else(|| attributes32_by_integers(ray, triangle))
 }
 
-/// Given exact numbers that were correctly rounded to f64, rounds the exact numbers to f32 if the
-/// f64 values determine the results.
+/// Takes f64 values that were correctly rounded from exact numbers, and returns the exact numbers
+/// correctly rounded to f32. Returns `None` if the f64 values do not determine the results.
 ///
-/// Rounding preserves order. So if the f64 neighbours of a number round to the same f32, so does
-/// every real number that rounds to that number. Around the midpoint of two f32 values, the
+/// Rounding preserves order. So if both f64 neighbours of a value round to the same f32, so does
+/// every real number that rounds to the value. Next to the midpoint of two f32 values, the
 /// neighbours round to different values.
 #[inline(always)]
 pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {

@@ -47,7 +47,7 @@ impl<const N: usize> Int<N> {
         if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
     }
 
-    /// Returns the same number with more limbs. The number must not be negative.
+    /// Returns the same number with more limbs. The number must be non-negative.
     #[inline(always)]
     pub(super) fn widened<const M: usize>(&self) -> Int<M> {
         const { assert!(M >= N) };
@@ -80,8 +80,7 @@ impl<const N: usize> Int<N> {
             product[i + M] = carry;
         }
 
-        // The limbs of a negative factor represent a number that is 2^(64 limbs) larger than its
-        // value.
+        // Read as unsigned, the limbs of a negative factor represent its value plus 2^(64 limbs).
         let mut product = Int(product);
         product.take(b, N, self.is_negative());
         product.take(self, M, b.is_negative());

@@ -108,7 +108,7 @@ mod tests {
         [over(numbers.volume(), scales.of_t()), over(v, 0), over(w, 0)]
     }
 
-    /// 33 limbs are enough for any f64 pair, even one that combines the largest and smallest
+    /// 33 limbs are enough for any pair in f64, even if it combines the largest and smallest
     /// values.
     #[test]
     fn the_same_code_takes_f64() {

@@ -92,7 +92,7 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
 fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     let (none, all) = (D::splat(0.0), D::splat(1.0));
     // Find the foot of the perpendicular on the edge's line, clamped to the edge. If the edge has
-    // no length, the foot's position is NaN, which is replaced by 0: the corner itself.
+    // length 0, the foot's position is NaN, which is replaced by 0: the corner itself.
     let share = -corner.dot_fused(edge) / edge.dot_fused(edge);
     // A comparison with NaN is false, so NaN becomes 0.
     let share = D::select(share.ge(none), share, none);
