@@ -56,7 +56,7 @@ pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
         Some(rest) if rest.ends_with("-f64") || rest == "-inexact" => false,
         // Our single-ray calls and lower instruction levels are separate contenders.
         Some(rest) => !matches!(group, "certified" | "exact") || rest.is_empty(),
-        // The high-quality build also counts as the fast mode.
+        // Rows of the high-quality build also count as the fast mode.
         None => group == "embree-fast" && row.engine.starts_with("embree-high"),
     };
     rows.iter().filter(of).max_by(|a, b| a.speed[1].total_cmp(&b.speed[1])).copied()

@@ -68,8 +68,8 @@ impl Cause {
         }
     }
 
-    /// Returns whether the cause generates its own scene instead of using the scenes that the user
-    /// chose.
+    /// Returns whether the cause generates its own scene. All other causes use the scenes that the
+    /// user chose.
     fn has_its_own_scene(self) -> bool {
         matches!(self, Self::Thin | Self::Poles)
     }

@@ -1,6 +1,6 @@
-//! An engine that uses the `fixed` mode, through a hierarchy. Triangles and rays are first snapped
-//! to a grid, and each crossing is counted once. The answers are therefore exact on the grid, and
-//! differ from those of other engines only because of the snapping.
+//! An engine that traces with the `fixed` mode, through a hierarchy. Triangles and rays are first
+//! snapped to a grid, and each crossing is counted once. The answers are therefore exact on the
+//! grid, and differ from those of other engines only because of the snapping.
 
 use std::ops::Range;
 

@@ -116,6 +116,6 @@ pub(crate) fn note(what: &str) {
         }
     }
     line.push('\n');
-    // If standard error is closed, the exit code alone has to report the error.
+    // If standard error is closed, only the exit code can report the error.
     let _ = io::stderr().write_all(line.as_bytes());
 }

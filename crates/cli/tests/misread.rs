@@ -318,7 +318,8 @@ fn rays_in_lines_that_end_in_carriage_returns() {
     place.fails("trace m.obj --rays rays.csv -o out.csv", 1, &["rays.csv:4: ", "is not a number"]);
 }
 
-/// A tiny model at 0 and a distant model both lose digits in f32, but each has its own message.
+/// A tiny model at the origin and a distant model both lose digits in f32, but the program prints a
+/// different message for each.
 #[test]
 fn tiny_and_distant_models_have_different_messages() {
     let place = TestFolder::new();

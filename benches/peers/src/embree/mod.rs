@@ -95,8 +95,8 @@ const REFIT: i32 = 3;
 const DYNAMIC: i32 = 1;
 
 impl Api {
-    /// Loads the library at `path`. Without a path, it searches the system's library path, newer
-    /// versions first.
+    /// Loads the library at `path` or, if no path is given, searches the system's library path,
+    /// newer versions first.
     pub fn open(path: Option<PathBuf>) -> Result<Arc<Self>, String> {
         let known = ["libembree4.so.4", "libembree4.so", "libembree3.so.3", "libembree4.dylib"];
         let paths = path.map_or_else(|| known.map(PathBuf::from).to_vec(), |path| vec![path]);

@@ -23,8 +23,8 @@ impl Target {
     }
 }
 
-/// An origin, and two points whose midpoint is the target: the same vertex twice, or the ends of an
-/// edge.
+/// An origin, and two points whose midpoint is the target: either the same vertex twice, or the two
+/// ends of an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Aim {
     pub origin: [f32; 3],

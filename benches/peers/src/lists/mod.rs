@@ -43,7 +43,7 @@ pub const ENGINES: [&str; 11] = [
     "obvhs-8",
 ];
 
-/// The query: hit lists, for rays that are not declared coherent.
+/// The kind of query: all hits, for rays that are not declared coherent.
 const QUESTION: Question = Question { any: false, coherent: false };
 
 #[derive(Args)]

@@ -273,7 +273,7 @@ impl Answers {
         }
     }
 
-    /// Returns whether the other engine's answers begin with these answers.
+    /// Returns whether the first answers of the other engine equal these answers.
     fn start_as(&self, other: &Self) -> bool {
         let same = |(a, b): (&Hit, &Hit)| (a.triangle, a.t) == (b.triangle, b.t);
         self.any.iter().zip(&other.any).all(|(a, b)| a == b)

@@ -58,8 +58,8 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
 /// model's size.
 const COARSE: f64 = 1e-5;
 
-/// Returns a warning if a model lost most of its digits in f32, because it is far from 0 or as
-/// small as the smallest f32.
+/// Returns a warning if a model loses most of its digits in f32, because it is far from the origin
+/// or as small as the smallest f32.
 pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let bounds = mesh.bounds()?;
     let ends = [bounds.min, bounds.max];

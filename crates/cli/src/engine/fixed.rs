@@ -25,9 +25,9 @@ pub(crate) struct FixedScene {
 }
 
 impl FixedScene {
-    /// Snaps triangles to the finest grid that contains them and the points `more`, which bound the
-    /// ray origins. Points that are not finite are skipped: rays from them hit nothing, as in every
-    /// engine.
+    /// Snaps triangles to the finest grid that contains the triangles and the points `more`, which
+    /// bound the ray origins. Non-finite points are skipped: as in every engine, rays from such
+    /// points hit nothing.
     pub(crate) fn new(triangles: &[Triangle], more: &[[f32; 3]], bits: Bits) -> Result<Self> {
         let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
         let points = triangles.iter().flat_map(|t| t.0).chain(more);
@@ -84,7 +84,7 @@ impl FixedScene {
         Ok(hits)
     }
 
-    /// Returns every crossing of a ray, with the side that the ray comes from.
+    /// Returns every crossing of a ray, with its side: whether the ray enters or leaves.
     pub(crate) fn crossings(&self, ray: &Ray) -> Result<Vec<Crossing>> {
         let ray = self.grid.ray(ray).unwrap_or(self.never);
         let mut crossings = memory::crossings(self.bvh.query(), ray.to_f32())?;

@@ -26,7 +26,7 @@ pub(crate) enum Wire {
     Silhouette,
 }
 
-/// One image of a scene. Everything is computed on demand.
+/// One image of a scene. All of its data is computed on demand.
 pub(crate) struct Raster<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) triangles: &'a [Triangle],

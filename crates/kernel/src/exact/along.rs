@@ -197,8 +197,8 @@ fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
     if num.sign() == den.sign() { size } else { -size }
 }
 
-/// Compares the t of two triangles by cross-multiplying with the denominators. At common scales,
-/// both quotients are multiplied by the same power of two, which cancels.
+/// Compares the values of t for two triangles by cross-multiplying with the denominators. At common
+/// scales, both quotients are multiplied by the same power of two, which cancels.
 fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usize>(
     one: &Pair<S>,
     other: &Pair<S>,

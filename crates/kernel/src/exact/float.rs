@@ -68,8 +68,8 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
     }
 }
 
-/// Makes every decision that the bounds allow. No input may be subnormal. Non-finite inputs are
-/// never a hit.
+/// Makes every decision that the bounds allow. The input must not contain subnormal numbers.
+/// Non-finite input never results in a hit.
 #[inline(always)]
 pub fn decide<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],

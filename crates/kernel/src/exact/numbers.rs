@@ -122,8 +122,8 @@ mod tests {
             assert_eq!(attributes(&pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
             assert_eq!(attributes(&pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
         }
-        // Test a ray that starts one f64 step from the plane, then one that starts as far away as
-        // possible.
+        // Test a ray that starts one f64 step away from the plane, then one that starts as far away
+        // as f64 allows.
         let mut near = pair(1.0, 0.0);
         near.origin[2] = 4.0_f64.next_down();
         assert_eq!(attributes(&near)[0], 4.0 - 4.0_f64.next_down());
