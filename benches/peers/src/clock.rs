@@ -17,7 +17,7 @@ const STEADY: f64 = 0.03;
 /// measurement may be a boost.
 const USUAL: usize = 900;
 
-/// The clock rates measured while an engine traced the rays of a cell.
+/// The clock rates measured while an engine traced the rays of one cell of the table.
 #[derive(Default)]
 pub struct Clock {
     seen: Vec<f64>,

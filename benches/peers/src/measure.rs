@@ -29,7 +29,8 @@ pub struct Row {
     pub threads: usize,
     pub engine: String,
     pub rays: usize,
-    /// Millions of rays per second, from the slow, median and fast times of each part of the rays.
+    /// Millions of rays per second: low, median and high, from the slow, median and fast times of
+    /// each part of the rays.
     pub speed: [f64; 3],
     /// The number of timed parts that count.
     pub repeats: usize,
@@ -99,14 +100,14 @@ impl Times {
         self.rounds.push(round);
     }
 
-    /// Returns the seconds of the parts that count.
+    /// Returns the times of the parts that count, in seconds.
     fn kept(&self) -> Rounds {
         let counts = |&(seconds, at): &(f64, f64)| self.clock.is_steady(at).then_some(seconds);
         self.rounds.iter().map(|round| round.iter().map(counts).collect()).collect()
     }
 
-    /// Returns whether to stop: the time is used up, and either each part has enough valid times,
-    /// or a steady clock rate is unlikely.
+    /// Returns whether to stop measuring. This is so if the time is used up, and either each part
+    /// has enough valid times, or a steady clock rate is unlikely.
     fn enough(&self, budget: f64) -> bool {
         if self.spent < budget {
             return false;

@@ -33,7 +33,7 @@ pub fn header(fastest: f64, threads: usize, size: u32) {
     );
 }
 
-/// Prints one cell of the table: all engines for one scene and one kind of ray.
+/// Prints one cell of the table: the results of all engines for one scene and one kind of ray.
 pub fn table(rows: &[Row]) {
     let Some(first) = rows.first() else { return };
     println!(

@@ -4,8 +4,8 @@
 
 use crate::common::{TestFolder, one_line};
 
-/// Rays straight down onto the unit square: to its lower right half, to its upper left half, and
-/// next to it.
+/// Rays that point straight down: one at the lower right half of the unit square, one at its upper
+/// left half, and one beside the square.
 const DOWN: &str = "ox,oy,oz,dx,dy,dz\n0.75,0.25,5,0,0,-1\n0.25,0.75,5,0,0,-1\n3,3,5,0,0,-1\n";
 
 /// The vertices of the square, counter-clockwise.

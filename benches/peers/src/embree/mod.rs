@@ -148,7 +148,7 @@ pub struct Scene {
 
 // SAFETY: a committed scene may be queried from any thread.
 unsafe impl Send for Scene {}
-// SAFETY: as above.
+// SAFETY: as for `Send`.
 unsafe impl Sync for Scene {}
 
 impl Scene {
@@ -256,7 +256,7 @@ impl Drop for Scene {
     }
 }
 
-/// Rays in a group: origin, near end, direction, far end.
+/// The rays of a group: their origins, near ends, directions, and far ends.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Group<const N: usize>([[f32; N]; 8]);

@@ -1,6 +1,6 @@
-//! Lists every hit of each ray, sorted by t. Compares intertri's batches and single-ray calls with
-//! Embree, whose filter collects and rejects every hit, and with obvhs, whose closure does the
-//! same.
+//! Measures queries that list every hit of each ray, sorted by t. Compares intertri's batches and
+//! single-ray calls with Embree, in which a filter collects and rejects every hit, and with obvhs,
+//! in which a closure does the same.
 
 mod collected;
 mod embree;

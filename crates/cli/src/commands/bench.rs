@@ -150,8 +150,8 @@ fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<(Vec<Ray>, Roun
     Ok((all, file.rounding()))
 }
 
-/// Creates camera rays, shadow rays to the points that they hit, and diffuse rays from the same
-/// points.
+/// Creates camera rays, shadow rays to the points that the camera rays hit, and diffuse rays from
+/// these points.
 fn kinds(
     scene: &Scene,
     triangles: &[Triangle],

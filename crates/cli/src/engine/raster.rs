@@ -48,7 +48,7 @@ impl<'a> Raster<'a> {
         Self { scene, triangles, size, threshold, adjacency: OnceCell::new() }
     }
 
-    /// Returns the camera in the rasterizer's form.
+    /// Converts the camera to the rasterizer's type.
     pub(crate) fn view(&self) -> Result<View> {
         let count = self.triangles.len();
         if count > MAX_TRIANGLES {

@@ -131,8 +131,8 @@ pub fn order_from<S: Scalar>(
     at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
-/// Computes t, u and v in integers, except for those that are already known. A weight of 0, at a
-/// point on an edge, cannot be proven by a bound, so it is computed here.
+/// Computes those of t, u and v in integers that are not yet known. A weight of 0, at a point on an
+/// edge, cannot be proven by a bound, so it is computed here.
 #[inline(never)]
 fn attributes_by_integers<S: Scalar>(
     from: Tier,
@@ -181,7 +181,7 @@ fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
             return 0.0;
         }
         let size = Quotient::new(&num.size(), &den.size(), exponent).to_f32();
-        // A zero is always positive.
+        // A result of 0 is always positive.
         if num.sign() == den.sign() || size == 0.0 { size } else { -size }
     };
     [ratio(&numbers.volume(), scales.of_t()), ratio(&v, 0), ratio(&w, 0)]

@@ -167,7 +167,7 @@ pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> 
 }
 
 /// Returns the lanes in which `num / den` is certainly beyond an end of the interval, and those in
-/// which it is certainly before it.
+/// which it is certainly before that end.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {
     // num / den < end, multiplied by the positive den.

@@ -15,7 +15,7 @@ impl<const N: usize> Int<N> {
             return Self([(mantissa << shift) as u64; N]);
         }
         // The magnitude of a mantissa that is shifted by less than 64 places covers at most two
-        // limbs. The sign comes last.
+        // limbs. The sign is applied last.
         let (limb, shift) = (shift as usize / 64, shift % 64);
         let mut limbs = [0; N];
         let size = u128::from(mantissa.unsigned_abs()) << shift;
@@ -126,8 +126,8 @@ impl<const N: usize> core::ops::Sub for Int<N> {
 impl<const N: usize> Ord for Int<N> {
     #[inline(always)]
     fn cmp(&self, b: &Self) -> Ordering {
-        // Negative numbers come first. If the signs are equal, two's complement numbers compare
-        // like their limbs, starting with the highest.
+        // Negative numbers come first. If the signs are equal, the limbs determine the order,
+        // starting with the highest.
         b.is_negative()
             .cmp(&self.is_negative())
             .then_with(|| self.0.iter().rev().cmp(b.0.iter().rev()))

@@ -17,18 +17,20 @@ pub struct Squares<D: Lanes> {
     pub most: D,
 }
 
-/// `2^-29`: the relative error of squares. [`PLACE`] bounds an additional error.
+/// `2^-29`: a bound on the relative error of squared distances. [`PLACE`] bounds an additional
+/// error.
 const SHARE: f64 = 1.0 / (1_u64 << 29) as f64;
 
-/// `2^-64`: the additional error of squares, relative to the squared distance of the farthest
-/// corner.
+/// `2^-64`: a bound on the additional error of squared distances, relative to the squared distance
+/// of the farthest corner.
 const PLACE: f64 = SHARE * SHARE / 64.0;
 
-/// `2^-200`: a bound on the change of a square if the CPU reads subnormal numbers as 0.
+/// `2^-200`: a bound on how much a squared distance changes if the CPU reads subnormal numbers as
+/// 0.
 const TINY: f64 = f64::from_bits((1023 - 200) << 52);
 
-/// `2^-48`: the side of an edge is certain if its value exceeds this fraction of the product of the
-/// lengths.
+/// `2^-48`: the side of an edge that the point is on is certain if the edge's value exceeds this
+/// fraction of the product of the lengths.
 const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
 
 /// `2^-60`: for triangles no longer than this, only the distance to the edges is computed, as an

@@ -1,4 +1,4 @@
-//! A triangle relative to a point, in integers.
+//! The corners and edges of a triangle relative to a point, in integers.
 
 use super::super::int::{Int, dot};
 use super::super::scale::Scale;
