@@ -13,8 +13,8 @@ pub const GREY: &str = "#666666";
 pub const FAINT: &str = "#dddddd";
 
 /// A group in a chart: a prefix of engine names, a label, and a colour. Only the fastest engine
-/// with that prefix is drawn. The colours are from the colour-blind-safe palette by M. Okabe and K.
-/// Ito.
+/// whose name has that prefix is drawn. The colours are from the colour-blind-safe palette by M.
+/// Okabe and K. Ito.
 pub type Group = (&'static str, &'static str, &'static str);
 
 /// The groups that the charts show: our modes, and the other tracers.

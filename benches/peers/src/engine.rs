@@ -14,8 +14,8 @@ pub struct Question {
     pub coherent: bool,
 }
 
-/// The answer for a ray: a triangle and its t. For any-hit queries, it only distinguishes a hit
-/// from a miss.
+/// The answer for a ray: a triangle and its t. The answer to an any-hit query only distinguishes a
+/// hit from a miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     pub triangle: u32,

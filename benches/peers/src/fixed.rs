@@ -11,7 +11,7 @@ use intertri_trace::Bvh;
 
 use crate::engine::{Answer, Engine, Question};
 
-/// The number of rays that are snapped and traced at a time.
+/// The number of rays in a chunk, which are snapped and traced together.
 const CHUNK: usize = 1 << 14;
 
 pub struct Fixed {

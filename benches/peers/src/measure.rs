@@ -22,7 +22,7 @@ pub struct Row {
     pub scene: String,
     pub triangles: usize,
     pub kind: String,
-    /// How hostile the scene is, for `cliffs`.
+    /// The severity of the hostile case, for `cliffs`.
     #[serde(default)]
     pub amount: f64,
     pub order: String,
@@ -44,7 +44,7 @@ pub struct Row {
     /// The number of rays with a hit reported as a miss or vice versa.
     pub wrong_hits: usize,
     /// The number of rays with a hit on a wrong triangle (or with a wrong t, if the engine
-    /// guarantees every bit of t). [`Truth`] decides when either of two triangles is right.
+    /// guarantees every bit of t). [`Truth`] decides when either of two triangles is correct.
     pub wrong_triangles: usize,
     /// The number of true answers compared with a plain loop over the reference.
     pub reference: usize,

@@ -29,8 +29,8 @@ pub enum Kind {
     Parallel,
     /// From the points that the camera sees toward the sun; any hit.
     Sun,
-    /// From the points that the camera sees, sixteen rays per point around the normal, up to a
-    /// tenth of the scene's size in length; any hit.
+    /// From the points that the camera sees, sixteen rays per point around the normal, each no
+    /// longer than a tenth of the scene's size; any hit.
     Occlusion,
     /// From the moving origin of a scanner on a vehicle; closest hit.
     Lidar,
@@ -151,7 +151,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
     let size_of_scene = length(extent(scene));
     let away = 1e-5 * size_of_scene;
     let seen = primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit());
-    // For occlusion, every sixteenth point sends sixteen consecutive rays.
+    // For occlusion, sixteen consecutive rays start at every sixteenth point.
     let step = if kind == Kind::Occlusion { 16 } else { 1 };
     let seen = seen.step_by(step).flat_map(|seen| std::iter::repeat_n(seen, step));
     seen.enumerate()

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use intertri_scene::Mesh;
 
-/// The numbers of points around the torus and around its tube. The mesh has twice their product of
-/// triangles.
+/// The numbers of points around the torus and around its tube. The number of triangles is twice the
+/// product of these numbers.
 const TORUS: [u32; 2] = [96, 48];
 
 /// Creates a mesh by its name.

@@ -13,7 +13,8 @@ pub struct Truth<'a> {
 
 impl<'a> Truth<'a> {
     /// Creates the truth for an engine. If two triangles are hit at the same exact t, either is
-    /// right. Only our engines must return the one with the lower index, because they guarantee it.
+    /// correct. Only our engines must return the triangle with the lower index, because they
+    /// guarantee that.
     pub fn new<S: SliceScalar>(
         engine: &str,
         answers: &'a [Answer],

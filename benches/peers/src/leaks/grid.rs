@@ -1,8 +1,8 @@
 //! Counts leaks of rays whose aim is exact on the grid of the `fixed` mode.
 //!
-//! On the finest grid, differences between points can be longer than the longest direction. The
-//! grid used here is three bits coarser and directions are six bits longer, so the difference
-//! between any two points is a valid direction.
+//! On the finest grid, the difference between two points can exceed the longest valid direction.
+//! The grid used here is three bits coarser, and its directions are six bits longer, so the
+//! difference between any two points is a valid direction.
 
 use intertri::Triangle;
 use intertri::fixed::{self, Bits, Grid, GridError, Ray};

@@ -39,7 +39,7 @@ pub(crate) struct Frame {
     pub(crate) lit: Vec<bool>,
     /// The number of shadow rays.
     pub(crate) shadow_rays: u64,
-    /// The number of tests for all rays.
+    /// The numbers of ray/triangle tests for all rays.
     pub(crate) counts: Counts,
     /// The time for the visibility buffer.
     pub(crate) trace_seconds: f64,

@@ -1,5 +1,5 @@
 //! The `oracle` engine: finds exact answers by testing all triangles one by one. It is slow, and
-//! exists to check the other engines.
+//! serves only to check the other engines.
 //!
 //! The laboratory's predicates and rational arithmetic decide where a ray hits a triangle. Rational
 //! arithmetic also decides the order of t and the interval. Only the values of t, u and v, each

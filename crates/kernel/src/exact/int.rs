@@ -62,7 +62,7 @@ impl<const N: usize> Int<N> {
         const { assert!(R == N + M) };
         let mut product = [0; R];
         if N == 1 && M == 1 {
-            // The CPU can multiply single limbs.
+            // The CPU multiplies single limbs directly.
             let both = i128::from(self.0[0] as i64) * i128::from(b.0[0] as i64);
             (product[0], product[1]) = (both as u64, (both >> 64) as u64);
             return Int(product);
@@ -80,7 +80,8 @@ impl<const N: usize> Int<N> {
             product[i + M] = carry;
         }
 
-        // Read as unsigned, the limbs of a negative factor represent its value plus 2^(64 limbs).
+        // Read as unsigned, the limbs of a negative factor with L limbs represent its value plus
+        // 2^(64 L).
         let mut product = Int(product);
         product.take(b, N, self.is_negative());
         product.take(self, M, b.is_negative());
