@@ -1,4 +1,4 @@
-//! Decides exactly from which side a ray approaches a triangle, by the sign of D.
+//! Uses the sign of D to decide exactly from which side a ray approaches a triangle.
 
 use core::cmp::Ordering;
 

@@ -98,7 +98,7 @@ mod tests {
     use super::*;
     use crate::exact::quotient::Quotient;
 
-    /// Returns t, u, and v for a pair for which all three are positive.
+    /// Returns t, u, and v of a pair, all three of which must be positive.
     fn attributes(pair: &Pair<f64>) -> [f64; 3] {
         let scales = pair.scales();
         let numbers = Numbers::<33, 66, 99>::new(pair, scales);
