@@ -1,9 +1,9 @@
 //! Compares the `fixed` mode with the scalar reference, on the same snapped triangles and rays.
 //! Every answer is verified.
 //!
-//! The `fixed` mode computes t as an exact ratio. The reference gets the same integers as f32,
-//! which represents them exactly, and must find the same triangles. All exact contenders must find
-//! the same numerators and denominators as the scalar test in i128.
+//! The `fixed` mode computes t as an exact ratio. The reference receives the same integers,
+//! converted to f32 without rounding, and must find the same triangles. All exact contenders must
+//! find the same numerators and denominators as the scalar test in i128.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::fixed::{
@@ -14,7 +14,7 @@ use intertri::simd::{Lane, Level, Simd, WithSimd};
 use intertri_benches::{Answer, Contender, Workload, compare};
 use intertri_reference as reference;
 
-/// Adds the closest crossing of a ray: its triangle and the integers of its t.
+/// Adds the closest crossing of a ray: its triangle, and the numerator and denominator of t.
 #[inline(always)]
 fn add(answer: &mut Answer, best: &Best) {
     if let Some((crossing, triangle)) = best.get() {
@@ -123,7 +123,7 @@ struct Data {
     scene: reference::Scene,
     lines: Vec<reference::Ray>,
     truth: Answer,
-    /// The sum of the indices of the closest triangles.
+    /// The sum of the triangle indices over all closest crossings.
     nearest: u64,
 }
 

@@ -1,6 +1,6 @@
 //! Benchmarks a field of globes, which are instances of one mesh, on a single thread. Measures
-//! primary, shadow and diffuse rays, also in the flattened scene if it fits in memory, and commits
-//! after all instances have moved.
+//! primary, shadow and diffuse rays in the scene of instances and, if it fits in memory, in the
+//! flattened scene. Also measures commits after all instances have moved.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench instances

@@ -17,8 +17,8 @@ pub struct Workload {
     pub triangles: Vec<Triangle>,
 }
 
-/// Returns a random triangle whose corners are, along each axis, up to `size` away from a random
-/// point of the cube from -1 to 1.
+/// Returns a random triangle. Along each axis, its corners are at most `size` away from a random
+/// point in the cube from -1 to 1.
 fn triangle(rng: &mut Rng, size: f64) -> Triangle {
     let centre = rng.cube();
     let mut corner = || {
@@ -104,8 +104,8 @@ pub struct Contender<'a> {
 
 /// Runs the contenders round-robin, and prints the speed of each relative to the first.
 ///
-/// Turns are short, so that a dip in the clock rate slows all contenders alike. The printed ratio
-/// is the median of the ratios within a turn, with the tenth and ninetieth percentiles.
+/// Turns are short, so that a dip in the clock rate slows all contenders alike. A ratio is computed
+/// for each turn, and the table shows the median with the tenth and ninetieth percentiles.
 ///
 /// # Panics
 /// Panics if an answer is wrong.

@@ -74,8 +74,8 @@ impl WithSimd for MollerTrumbore<'_, 16> {
     }
 }
 
-/// Returns the t of a hit, in plain scalar f32, with an early out as soon as a barycentric
-/// coordinate shows a miss. This is the code that most people would write.
+/// Returns the t of a hit, in plain scalar f32. Returns early as soon as a barycentric coordinate
+/// shows a miss. This is the code that most people would write.
 #[inline(always)]
 fn hit(ray: &Ray, TriangleOf([a, b, c]): &Triangle, t_max: f32) -> Option<f32> {
     let sub = |p: &[f32; 3], q: &[f32; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];

@@ -187,8 +187,8 @@ impl Data {
     }
 }
 
-/// Returns the contenders for queries over a slice, one ray per call, along with a plain f32 loop:
-/// first for closest-hit queries, then for any-hit queries.
+/// Returns the contenders that query a slice, one ray per call, along with a plain f32 loop. The
+/// first list is for closest-hit queries, and the second for any-hit queries.
 fn slices(data: &Data) -> [Vec<Contender<'_>>; 2] {
     let (rays, triangles) = (&data.rays[..], &data.triangles[..]);
     let plain = |run: fn(&[Ray], &[Triangle]) -> Answer| Contender {

@@ -1,6 +1,6 @@
-//! Classifies points against a globe that is closed, or whose holes leave a hundred or a thousand
-//! open edges. Prints how many million points are classified, and how many million winding numbers
-//! are computed, per second on one thread.
+//! Benchmarks point classification and winding numbers on one thread, for a closed globe and for
+//! globes whose holes have a hundred or a thousand open edges. Prints how many million points are
+//! classified, and how many million winding numbers are computed, per second.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench winding

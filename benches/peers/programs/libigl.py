@@ -1,6 +1,6 @@
-"""Traces all rays in one call with libigl's f64 tree, through its Python package.
+"""Traces all rays in one call with libigl's f64 tree, through libigl's Python package.
 
-tracer.h describes the protocol.
+tracer.h describes the protocol between this program and the benchmark.
 """
 
 import sys

@@ -22,7 +22,7 @@ pub fn builds(
     pool: &ThreadPool,
 ) -> Vec<(&'static str, f64)> {
     let repeats = if triangles.len() > 300_000 { 3 } else { 9 };
-    // Preparing the input and dropping the result are not timed.
+    // The times exclude preparing the input and dropping the result.
     fn middle<T, R>(repeats: usize, ready: impl Fn() -> T, build: impl Fn(&T) -> R) -> f64 {
         let once = |_| {
             let given = ready();

@@ -11,7 +11,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// f32 or f64.
+/// A scalar that the crate supports: f32 or f64.
 pub trait Real: BHValue + Scalar {}
 impl Real for f32 {}
 impl Real for f64 {}
@@ -93,7 +93,8 @@ impl<S: Real> Engine<RayOf<S>> for TwoWay<S> {
             |(ray, far)| {
                 let (mut best, mut far) = (Answer::MISS, *far);
                 for shape in bvh.nearest_traverse_iterator(ray, shapes) {
-                    // Candidates arrive in order of box distance, so the rest are farther away.
+                    // Candidates arrive in order of box distance, so all remaining ones are farther
+                    // away.
                     let from = ray.intersection_slice_for_aabb(&shape.aabb());
                     if from.is_some_and(|(from, _)| from > far) {
                         break;

@@ -13,8 +13,8 @@ pub const GREY: &str = "#666666";
 pub const FAINT: &str = "#dddddd";
 
 /// A group in a chart: a prefix of engine names, a label, and a colour. Only the fastest engine
-/// with that prefix is drawn. The colours are from the colour-blind-safe palette by M. Okabe and K.
-/// Ito.
+/// whose name has that prefix is drawn. The colours are from the colour-blind-safe palette by M.
+/// Okabe and K. Ito.
 pub type Group = (&'static str, &'static str, &'static str);
 
 /// The groups that the charts show: our modes, and the other tracers.
@@ -56,7 +56,7 @@ pub fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
         Some(rest) if rest.ends_with("-f64") || rest == "-inexact" => false,
         // Our single-ray calls and lower instruction levels are separate contenders.
         Some(rest) => !matches!(group, "certified" | "exact") || rest.is_empty(),
-        // The high-quality build also counts as the fast mode.
+        // Rows of the high-quality build also count as the fast mode.
         None => group == "embree-fast" && row.engine.starts_with("embree-high"),
     };
     rows.iter().filter(of).max_by(|a, b| a.speed[1].total_cmp(&b.speed[1])).copied()
@@ -124,7 +124,7 @@ fn panel(
         let centre = top + (ROW - 4.0) / 2.0;
         svg.line([low, centre], [high, centre], INK, 1.0);
         let wrong = row.wrong_hits + row.wrong_triangles;
-        // The answers of `fixed` refer to the snapped scene.
+        // The answers of `fixed` are exact for the snapped scene, and differ only due to the grid.
         let how = if row.engine == "fixed" { "due to the grid" } else { "wrong" };
         let wrong = match wrong as f64 * 1e6 / row.rays.max(1) as f64 {
             0.0 => format!("none {how}"),

@@ -2,7 +2,7 @@
 //! tracers down.
 //!
 //! The obstacles include a stray triangle, distant origins, thin triangles, and rays aimed at
-//! edges. Each engine traces each case and its plain counterpart. If a tracer's time only depends
+//! edges. Each engine traces each case and its plain counterpart. If a tracer's time depends only
 //! on what the rays hit, its ratios are close to 1.
 
 use std::path::PathBuf;
@@ -68,8 +68,8 @@ impl Cause {
         }
     }
 
-    /// Returns whether the cause generates its own scene instead of using the scenes that the user
-    /// chose.
+    /// Returns whether the cause generates its own scene. All other causes use the scenes that the
+    /// user chose.
     fn has_its_own_scene(self) -> bool {
         matches!(self, Self::Thin | Self::Poles)
     }
@@ -196,7 +196,7 @@ fn case(options: &Options, name: &str, cause: Cause, amount: f64) -> Result<Case
         Cause::Edges | Cause::Vertices => {
             let target = if cause == Cause::Edges { Kind::Edges } else { Kind::Vertices };
             let aimed = rays::rays(target, &scene, &bvh, size, order);
-            // Keep the camera rays that hit; each has an aimed counterpart.
+            // Keep the camera rays that hit something; each has an aimed counterpart.
             let hits = bvh.query().mode(Mode::certified()).closest_batch(&rays);
             rays =
                 rays.into_iter().zip(&hits).filter(|(_, hit)| hit.is_hit()).map(|x| x.0).collect();
@@ -264,7 +264,7 @@ fn plate(length: u32) -> Mesh {
     mesh
 }
 
-/// Returns a sphere made of meridians and parallels, computed in f32 as most programs do.
+/// Returns a sphere made of meridians and parallels, computed in f32 as in most programs.
 fn globe(meridians: u32, parallels: u32, quads: bool) -> Mesh {
     let mut mesh = Mesh::default();
     for j in 0..=parallels {

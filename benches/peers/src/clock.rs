@@ -17,15 +17,15 @@ const STEADY: f64 = 0.03;
 /// measurement may be a boost.
 const USUAL: usize = 900;
 
-/// The clock rates measured while an engine traced the rays of a cell.
+/// The clock rates measured while an engine traced the rays of one cell of the table.
 #[derive(Default)]
 pub struct Clock {
     seen: Vec<f64>,
 }
 
 impl Clock {
-    /// Returns the number of additions per nanosecond in a chain, which is the clock rate in GHz,
-    /// as the higher of two samples.
+    /// Returns the clock rate in GHz, which is the number of additions per nanosecond in a chain.
+    /// Takes two samples, and returns the higher one.
     pub fn now() -> f64 {
         sample().max(sample())
     }

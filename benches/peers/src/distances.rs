@@ -53,7 +53,8 @@ pub fn run(options: &Options) -> Result<(), String> {
         println!("{name}: {} triangles, {} random points", mesh.triangles.len(), points.len());
         compare(&mesh, &points, &pool, options.dump.as_deref().map(|folder| folder.join(name)))?;
 
-        // Also measure a grid of points, in which neighbours in the slice are neighbours in space.
+        // Also measure the points of a grid, whose order in the slice follows their position in
+        // space.
         let side = (options.points as f64).cbrt() as usize;
         let at = |k: usize, i: usize| {
             let (lo, hi) = (bounds.min[k], bounds.max[k]);

@@ -1,4 +1,4 @@
-//! Builds the f64 tracers by name, and adapts them to rays in f32.
+//! Builds f64 tracers by name, and adapts them so that they accept f32 rays.
 
 use std::ops::Range;
 
@@ -34,7 +34,7 @@ fn parry(triangles: &[Triangle64]) -> Result<Parry64, String> {
     Parry64::new(&corners, &indices.collect::<Vec<_>>())
 }
 
-/// An f64 tracer that takes rays in f32 and widens them.
+/// An f64 tracer that accepts f32 rays and widens them to f64.
 pub struct Widened(pub Box<dyn Engine<Ray64>>);
 
 impl Engine for Widened {

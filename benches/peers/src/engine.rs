@@ -14,8 +14,8 @@ pub struct Question {
     pub coherent: bool,
 }
 
-/// The answer for a ray: a triangle and its t. For any-hit queries, it only distinguishes a hit
-/// from a miss.
+/// The answer for a ray: a triangle and its t. The answer to an any-hit query only distinguishes a
+/// hit from a miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     pub triangle: u32,
@@ -33,10 +33,10 @@ impl Answer {
 
 /// A tracer for one scene that takes rays of type `R`.
 pub trait Engine<R = Ray>: Send + Sync {
-    /// Stores rays in the layout that suits the tracer. Calls of this function are not timed.
+    /// Stores rays in the layout that suits the tracer. Calls to this function are not timed.
     fn load(&mut self, rays: &[R], question: Question);
     /// Traces a range of the rays on the threads of the current pool. The range starts at a
-    /// multiple of [`CHUNK`], and ends at another multiple or after the last ray. Calls of this
+    /// multiple of [`CHUNK`], and ends at another multiple or after the last ray. Calls to this
     /// function are timed.
     fn trace(&mut self, part: Range<usize>);
     /// Returns the hits, in the order of the rays.

@@ -68,8 +68,8 @@ pub const ENGINES: [(&str, &str); 46] = [
     ("cgal-inexact", "its tree, with exact predicates and rounded constructions"),
 ];
 
-/// Returns whether one of the filters selects a name. A filter is either a whole name or a prefix
-/// of one that ends before a dash. Without filters, all names are selected.
+/// Returns whether one of the filters selects a name. A filter is either a whole name, or the start
+/// of a name up to a dash. If there are no filters, all names are selected.
 pub fn wanted(name: &str, filters: &[String]) -> bool {
     wanted_of(name, filters, ENGINES.iter().map(|(name, _)| *name))
 }

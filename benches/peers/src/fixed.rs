@@ -1,6 +1,6 @@
-//! An engine that uses the `fixed` mode, through a hierarchy. Triangles and rays are first snapped
-//! to a grid, and each crossing is counted once. The answers are therefore exact on the grid, and
-//! differ from those of other engines only because of the snapping.
+//! An engine that traces with the `fixed` mode, through a hierarchy. Triangles and rays are first
+//! snapped to a grid, and each crossing is counted once. The answers are therefore exact on the
+//! grid, and differ from those of other engines only because of the snapping.
 
 use std::ops::Range;
 
@@ -11,7 +11,7 @@ use intertri_trace::Bvh;
 
 use crate::engine::{Answer, Engine, Question};
 
-/// The number of rays that are snapped and traced at a time.
+/// The number of rays in a chunk, which are snapped and traced together.
 const CHUNK: usize = 1 << 14;
 
 pub struct Fixed {

@@ -1,6 +1,6 @@
-//! Treats subnormal numbers as zero while a tracer that needs this setting runs.
+//! Makes the CPU treat subnormal numbers as zero while a tracer that needs this setting runs.
 
-/// Runs a function while subnormal numbers are treated as zero, as Embree's manual recommends.
+/// Runs a function while the CPU treats subnormal numbers as zero, as Embree's manual recommends.
 #[cfg(target_arch = "x86_64")]
 pub fn with_flush_to_zero(run: impl FnOnce()) {
     const FLUSH: u32 = 0x8040;

@@ -91,7 +91,7 @@ impl Figures {
     }
 }
 
-/// Returns the kinds and orders of rays, in order of appearance.
+/// Returns each combination of a kind and an order of rays, in order of first appearance.
 pub fn kinds(rows: &[Row]) -> Vec<(&str, &str)> {
     distinct(rows, |row| (row.kind.as_str(), row.order.as_str()))
 }

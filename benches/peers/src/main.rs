@@ -68,7 +68,7 @@ enum Command {
     Rays(Options),
     /// Measure how long it takes to build the hierarchies.
     Builds(BuildOptions),
-    /// Count rays from inside closed meshes that aim at vertices and edges but hit nothing.
+    /// Count leaks: rays from inside closed meshes, aimed at vertices and edges, that hit nothing.
     Leaks(leaks::Options),
     /// Measure queries for every hit of each ray.
     Lists(lists::Options),
@@ -126,7 +126,7 @@ struct Options {
     /// File to write the figures to as JSON, for example for `chart`.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Path to Embree's shared library, version 3 or 4, if it is not installed.
+    /// Path to the shared library of Embree 3 or 4; only needed if Embree is not installed.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -155,7 +155,8 @@ struct ChartOptions {
     /// Draw speed and wrong answers over all scenes, instead of bars; also print them as a table.
     #[arg(long, conflicts_with_all = ["growth", "stability"])]
     fronts: bool,
-    /// Draw time against how hostile a scene is, from files of `cliffs --json`; also print a table.
+    /// Draw time against how hostile a scene is, from files written by `cliffs --json`; also print
+    /// a table.
     #[arg(long, conflicts_with = "growth")]
     stability: bool,
     /// Path to write the images to, without an extension.

@@ -22,14 +22,15 @@ pub struct Row {
     pub scene: String,
     pub triangles: usize,
     pub kind: String,
-    /// How hostile the scene is, for `cliffs`.
+    /// The severity of the hostile case, for `cliffs`.
     #[serde(default)]
     pub amount: f64,
     pub order: String,
     pub threads: usize,
     pub engine: String,
     pub rays: usize,
-    /// Millions of rays per second, from the slow, median and fast times of each part of the rays.
+    /// Millions of rays per second: low, median and high, from the slow, median and fast times of
+    /// each part of the rays.
     pub speed: [f64; 3],
     /// The number of timed parts that count.
     pub repeats: usize,
@@ -43,7 +44,7 @@ pub struct Row {
     /// The number of rays with a hit reported as a miss or vice versa.
     pub wrong_hits: usize,
     /// The number of rays with a hit on a wrong triangle (or with a wrong t, if the engine
-    /// guarantees every bit of t). [`Truth`] decides when either of two triangles is right.
+    /// guarantees every bit of t). [`Truth`] decides when either of two triangles is correct.
     pub wrong_triangles: usize,
     /// The number of true answers compared with a plain loop over the reference.
     pub reference: usize,
@@ -60,10 +61,11 @@ impl Row {
     }
 }
 
-/// Returns the true answers for an engine, given its name.
+/// A function that takes the name of an engine and returns the true answers for it.
 pub type TruthOf<'a> = &'a dyn Fn(&str) -> Truth<'a>;
 
-/// Returns the index of the row to compare a row with, given the index of that row.
+/// A function that takes the rows and the index of one of them, and returns the index of the row to
+/// compare it with.
 pub type Beside = fn(&[Row], usize) -> Option<usize>;
 
 /// An engine and its name.
@@ -98,14 +100,14 @@ impl Times {
         self.rounds.push(round);
     }
 
-    /// Returns the seconds of the parts that count.
+    /// Returns the times of the parts that count, in seconds.
     fn kept(&self) -> Rounds {
         let counts = |&(seconds, at): &(f64, f64)| self.clock.is_steady(at).then_some(seconds);
         self.rounds.iter().map(|round| round.iter().map(counts).collect()).collect()
     }
 
-    /// Returns whether to stop: the time is used up, and either each part has enough valid times,
-    /// or a steady clock rate is unlikely.
+    /// Returns whether to stop measuring. This is so if the time is used up, and either each part
+    /// has enough valid times, or a steady clock rate is unlikely.
     fn enough(&self, budget: f64) -> bool {
         if self.spent < budget {
             return false;

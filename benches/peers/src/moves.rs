@@ -80,7 +80,7 @@ fn ours<S: BvhScalar>(
     let time = fastest(|| bvh.refit(&moved));
     tell("refit", time);
     let refit = bvh.refit(&moved).map_err(|e| error(&e))?;
-    println!("  cost after a twist by 0.3: {:.3} times that before", refit.ratio());
+    println!("  cost after a twist by 0.3: {:.3} times the cost before", refit.ratio());
 
     let bytes = bvh.to_bytes();
     tell("to bytes", fastest(|| bvh.to_bytes()));

@@ -20,7 +20,7 @@ pub enum Layout {
 
 pub struct Obvhs {
     pub layout: Layout,
-    /// The triangles in the order of the leaves.
+    /// The triangles, in the order in which they appear in the leaves.
     pub triangles: Vec<RtTriangle>,
     pub indices: Vec<u32>,
     rays: Singles<obvhs::ray::Ray>,

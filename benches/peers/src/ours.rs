@@ -232,7 +232,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Kept<S> {
     }
 }
 
-/// Returns whether t must equal that of document A in every bit.
+/// Returns whether t must be bit-identical to that of document A.
 fn as_document(mode: Mode) -> bool {
     mode.rule().is_none()
 }

@@ -39,8 +39,8 @@ macro_rules! parry {
                 let cast = |(ray, far): &(_, $scalar)| {
                     $parry::shape::CompositeShapeRef(mesh).cast_local_ray(ray, *far, true)
                 };
-                // The closest-hit query is also the fastest one for any hit, because no other
-                // traversal tests boxes in SIMD lanes.
+                // The closest-hit query is also the fastest query for any-hit rays, because no
+                // other traversal tests boxes in SIMD lanes.
                 rays.trace(
                     part,
                     |ray| match cast(ray) {

@@ -29,8 +29,8 @@ pub enum Kind {
     Parallel,
     /// From the points that the camera sees toward the sun; any hit.
     Sun,
-    /// From the points that the camera sees, sixteen rays per point around the normal, up to a
-    /// tenth of the scene's size in length; any hit.
+    /// From the points that the camera sees, sixteen rays per point around the normal, each no
+    /// longer than a tenth of the scene's size; any hit.
     Occlusion,
     /// From the moving origin of a scanner on a vehicle; closest hit.
     Lidar,
@@ -146,12 +146,12 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
     }
     let hits = bvh.query().mode(Mode::certified()).closest_batch(&primary);
 
-    // Start at a distance of a hundred-thousandth of the scene's size from the surface, so that a
-    // ray does not hit the triangle that it starts on.
+    // Start a hundred-thousandth of the scene's size away from the surface, so that a ray does not
+    // hit the triangle that it starts on.
     let size_of_scene = length(extent(scene));
     let away = 1e-5 * size_of_scene;
     let seen = primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit());
-    // For occlusion, every sixteenth point sends sixteen consecutive rays.
+    // For occlusion, sixteen consecutive rays start at every sixteenth point.
     let step = if kind == Kind::Occlusion { 16 } else { 1 };
     let seen = seen.step_by(step).flat_map(|seen| std::iter::repeat_n(seen, step));
     seen.enumerate()
@@ -213,8 +213,8 @@ fn extent(scene: &Scene) -> [f64; 3] {
     bounds.map_or([0.0; 3], |b| [0, 1, 2].map(|k| f64::from(b.max[k] - b.min[k])))
 }
 
-/// Returns the ray for each pixel of an orthographic camera. It starts in a plane through the
-/// camera and runs in the viewing direction.
+/// Returns a function that creates the ray for each pixel of an orthographic camera. Each ray
+/// starts in a plane through the camera and points in the viewing direction.
 fn parallel(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     let middle = scene.camera.ray(0, 0, 1, 1);
     let ahead = unit(middle.dir.map(f64::from));
@@ -242,9 +242,9 @@ fn lidar(scene: &Scene) -> impl Fn(u32) -> Ray64 {
     }
 }
 
-/// Returns rays along z that start in front of the scene. The pixel's column selects a vertex, and
-/// the ray has the same x as the vertex, so the ray runs within any wall in the plane of that x.
-/// Each ray has its own height.
+/// Returns a function that creates a ray along z for each pixel, starting in front of the scene.
+/// The pixel's column selects a vertex, and the ray has the same x as the vertex, so it lies within
+/// any wall at that x. Each ray has a different height.
 fn walls(scene: &Scene, size: u32) -> impl Fn((u32, u32)) -> Ray64 {
     let mut across: Vec<f32> = scene.mesh.positions.iter().map(|p| p[0]).collect();
     across.sort_by(f32::total_cmp);

@@ -33,7 +33,7 @@ pub fn header(fastest: f64, threads: usize, size: u32) {
     );
 }
 
-/// Prints one cell of the table: all engines for one scene and one kind of ray.
+/// Prints one cell of the table: the results of all engines for one scene and one kind of ray.
 pub fn table(rows: &[Row]) {
     let Some(first) = rows.first() else { return };
     println!(
@@ -122,7 +122,7 @@ pub fn list() {
     }
 }
 
-/// Prints one hostile case for all engines, with the ratio of each time to that in the plain case.
+/// Prints one hostile case for all engines, with the ratio of each time to the plain case's time.
 pub fn cliff(what: &str, rows: &[Row], plain: &[Row]) {
     println!("\n{what}");
     println!(

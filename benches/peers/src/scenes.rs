@@ -19,9 +19,10 @@ pub const CLOSED: [&str; 5] = ["cube", "icosahedron", "torus", "sphere-1000", "s
 /// The triangle counts of the spheres in the growth chart.
 pub const GROWTH: [u32; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Subdivisions of an octahedron's edge. The number of triangles is 8 times its square: 1,312,200.
+/// The number of parts that each edge of an octahedron is divided into. The sphere has 8 × 405² =
+/// 1,312,200 triangles.
 const SPHERE: u32 = 405;
-/// Squares along a side of the terrain. The number of triangles is twice its square: 9,999,392.
+/// The number of squares along each side of the terrain, which has 2 × 2236² = 9,999,392 triangles.
 const TERRAIN: u32 = 2236;
 
 /// Creates a scene by its name: one of [`SCENES`], `sphere-` followed by the approximate number of
@@ -131,8 +132,8 @@ fn cornell_box() -> Result<Scene, String> {
 /// Returns a grid of boxes, `n` along each axis, separated by gaps as wide as the boxes, like city
 /// blocks.
 fn boxes(n: u32) -> Mesh {
-    // A face at each end of each axis, counter-clockwise from outside. A corner's index has one bit
-    // per axis.
+    // One face at each end of each axis, counter-clockwise as seen from outside. A corner's index
+    // has one bit per axis.
     const FACES: [[u32; 4]; 6] =
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let mut mesh = Mesh::default();

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use intertri_scene::Mesh;
 
-/// The numbers of points around the torus and around its tube. The number of triangles is twice
-/// their product.
+/// The numbers of points around the torus and around its tube. The number of triangles is twice the
+/// product of these numbers.
 const TORUS: [u32; 2] = [96, 48];
 
 /// Creates a mesh by its name.
@@ -21,7 +21,7 @@ pub fn solid(name: &str) -> Option<Mesh> {
 /// Returns a cube from -1 to 1 along each axis: six squares of two triangles each.
 fn cube() -> Mesh {
     let positions = (0..8).map(|i| [0, 1, 2].map(|axis| (2 * (i >> axis & 1) - 1) as f32));
-    // The corners of a face share one bit, and are listed in order around the square.
+    // The indices of a face's corners share one bit, and are listed in order around the square.
     let square = |face: u32| {
         let (axis, end) = (face / 2, face % 2);
         let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));

@@ -133,7 +133,7 @@ fn labels(
     const APART: f64 = 14.0;
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut places: Vec<f64> = ends.iter().map(|end| end.0).collect();
-    // Push down labels that are too close, then push up those beyond the axis.
+    // Push down labels that are too close together, then push up those beyond the end of the axis.
     for i in 1..places.len() {
         places[i] = places[i].max(places[i - 1] + APART);
     }

@@ -52,7 +52,7 @@ struct Tree(bvh8_cpu::BVH);
 
 // SAFETY: the tree never changes once built; `intersect` reads it and only writes to the ray.
 unsafe impl Send for Tree {}
-// SAFETY: see above.
+// SAFETY: as for `Send`.
 unsafe impl Sync for Tree {}
 
 impl Tree {

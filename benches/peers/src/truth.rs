@@ -1,4 +1,4 @@
-//! Holds the true answers, and tests whether other answers are equally right.
+//! Holds the true answers, and tests whether other answers are equally correct.
 
 use intertri::{Mode, RayOf, SliceScalar, TriangleOf};
 
@@ -13,7 +13,8 @@ pub struct Truth<'a> {
 
 impl<'a> Truth<'a> {
     /// Creates the truth for an engine. If two triangles are hit at the same exact t, either is
-    /// right. Only our engines must return the one with the lower index, because they guarantee it.
+    /// correct. Only our engines must return the triangle with the lower index, because they
+    /// guarantee that.
     pub fn new<S: SliceScalar>(
         engine: &str,
         answers: &'a [Answer],
@@ -56,8 +57,8 @@ fn tied<S: SliceScalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, [a, b]: [u3
     let [Some(&a), Some(&b)] = [a, b].map(|index| triangles.get(index as usize)) else {
         return false;
     };
-    // If two triangles are hit at the same t, the first is reported as the closest, regardless of
-    // their order.
+    // Of two triangles that are hit at the same t, the query returns the first. So there is a tie
+    // if each triangle is returned when it comes first.
     let is_first_closest = |pair: [TriangleOf<S>; 2]| {
         Mode::exact().closest(&pair, ray).is_some_and(|hit| hit.triangle == 0)
     };
@@ -107,7 +108,7 @@ mod tests {
 
     #[test]
     fn t_that_are_equal_only_when_rounded_to_f64_are_no_tie() {
-        // On the ray, this triangle is 1 / (2^40 + 1) of an f32 ulp above 1.
+        // The ray hits this triangle at a t that is 1 / (2^40 + 1) of an f32 ulp above 1.
         let far = (1_u64 << 40) as f32;
         let slanted =
             TriangleOf([[-1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [far, 0.0, 1.0_f32.next_up()]]);

@@ -1,5 +1,6 @@
-//! Measures scenes at map coordinates, in f64: a kilometre across, half a million metres to the
-//! east and four and a half million to the north. Tracers in f32 trace the scene rounded to f32.
+//! Measures scenes at map coordinates, in f64. The scenes are a kilometre across, and are moved
+//! half a million metres to the east and four and a half million to the north. Tracers in f32 trace
+//! the scene rounded to f32.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -141,7 +142,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         let town = Town::new(name, options)?;
         let answers = town.truth();
         let mut engines = town.engines(options, api.as_ref())?;
-        // Each engine has its own rays, so only the length of `rays` matters.
+        // Each engine traces its own rays and ignores these, so only their number matters.
         let rays: Vec<Ray> = town.rays.iter().map(rounded).collect();
         let question = crate::rays::Kind::Primary.question();
         // Tracers in f32 trace the rounded scene, but the f64 scene defines what is right.

@@ -1,4 +1,4 @@
-//! Errors: one line for people, and an exit code for programs.
+//! The program's errors: each has a one-line message for people and an exit code for scripts.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -116,6 +116,6 @@ pub(crate) fn note(what: &str) {
         }
     }
     line.push('\n');
-    // If standard error is closed, the exit code alone has to report the error.
+    // If standard error is closed, only the exit code can report the error.
     let _ = io::stderr().write_all(line.as_bytes());
 }

@@ -11,7 +11,7 @@ fn advice(place: &TestFolder, arguments: &str) -> Value {
 }
 
 /// Checks that no bound is below the number of wrong pixels in the sample. Returns the names of the
-/// choices that are enough.
+/// choices that are within the tolerance.
 fn sound(report: &Value) -> Vec<String> {
     let mut enough = vec![];
     for choice in report["choices"].as_array().unwrap() {

@@ -1,5 +1,5 @@
-//! Tests `bench` through the compiled binary: every engine answers every kind of ray, and all
-//! except `fixed` report the same number of hits.
+//! Tests `bench` through the compiled binary: every engine traces every kind of ray, and all except
+//! `fixed` report the same number of hits.
 
 use crate::common::{MODEL, TestFolder};
 use serde_json::Value;

@@ -48,7 +48,7 @@ fn a_saved_hierarchy_is_a_model() {
     place.ok("bench m.itri --size 8x8 --turns 1");
     place.ok("advise m.itri --size 16x16 --tolerance 100%");
 
-    // Building a file from itself results in the same file.
+    // Building a saved hierarchy again results in the same file.
     place.ok("build m.itri -o n.itri");
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
 }
@@ -99,8 +99,8 @@ fn a_hierarchy_saved_in_f64_is_a_model_in_f64() {
     place.ok(&format!("render m.itri -o b.png {LOOK} --check oracle"));
     assert_eq!(place.read("a.png"), place.read("b.png"));
 
-    // Building a file from itself results in the same file. This model needs f64, so it is saved in
-    // f64 by default, and its answers differ in f32.
+    // Building a saved hierarchy again results in the same file. This model needs f64, so it is
+    // saved in f64 by default, and its answers differ in f32.
     place.ok("build m.itri -o n.itri");
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
     place.ok("build m.obj -o n.itri");

@@ -57,7 +57,7 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
     report
 }
 
-/// Sums up a count for each method over the rows of an array in a report.
+/// For each method, returns the sum of a count over the rows of an array in a report.
 fn sums<'a>(rows: &'a Value, count: &str) -> BTreeMap<&'a str, u64> {
     let mut sums = BTreeMap::new();
     for row in rows.as_array().unwrap() {

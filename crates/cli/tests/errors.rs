@@ -4,7 +4,7 @@
 use crate::common;
 use crate::common::{MODEL, NO_SUCH_FILE, TestFolder};
 
-/// Checks that both commands report a bad model in the same way.
+/// Checks that `trace` and `render` report a bad model in the same way.
 fn bad_model(name: &str, bytes: &[u8], words: &[&str]) {
     let place = TestFolder::new();
     place.put(name, bytes).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");

@@ -1,5 +1,5 @@
-//! Tests the `exact` engine through the compiled binary: it is the default, counts edges by both
-//! rules, and agrees with the oracle.
+//! Tests the `exact` engine through the compiled binary: it is the default, handles shared edges by
+//! either rule, and agrees with the oracle.
 
 use crate::common::TestFolder;
 use serde_json::Value;
@@ -140,6 +140,6 @@ fn other_engines_may_differ_where_the_oracle_says_so() {
         assert_eq!(check["differing_hits"], check["excused_hits"], "{check}");
         assert!(check["excused_hits"].as_u64() > Some(100), "{told}");
     }
-    // When compared with `exact`, the rasterizer has no threshold either.
+    // The rasterizer has no threshold either when it is compared with `exact`.
     place.ok("render tiny.obj --size 61x45 --check raster");
 }

@@ -1,5 +1,5 @@
-//! Tests how the program writes files and streams: an existing file stays unchanged, or is replaced
-//! by a complete one.
+//! Tests how the program writes files and streams: an existing file is either left unchanged or
+//! replaced by a complete one.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};

@@ -81,8 +81,8 @@ fn the_summary_names_the_grid() {
     }
 }
 
-/// Compares lines by ray, triangle and t. Values of u and v are rounded once by `fixed`, and
-/// differently by other engines.
+/// Compares lines by ray, triangle and t exactly, and by u and v approximately, because `fixed`
+/// rounds u and v only once, unlike other engines.
 fn same(a: &[u8], b: &[u8]) {
     let [a, b] = [a, b].map(String::from_utf8_lossy);
     assert_eq!(a.lines().count(), b.lines().count());
@@ -96,7 +96,7 @@ fn same(a: &[u8], b: &[u8]) {
     }
 }
 
-/// Multiples of one half lie on every grid used here, so snapping moves nothing.
+/// Multiples of one half are points of every grid used here, so snapping moves nothing.
 #[test]
 fn rays_are_answered_on_a_grid_with_room_for_their_origins() {
     let place = TestFolder::new();

@@ -1,4 +1,4 @@
-//! Tests that the formats of rays and answers are specified or unambiguous, and never guessed.
+//! Tests that the program never guesses the format of rays or answers if it is ambiguous.
 
 use crate::common;
 use crate::common::{MODEL, TestFolder};

@@ -42,8 +42,8 @@ fn defects_are_counted_and_named() {
 #[test]
 fn the_numbers_are_those_of_the_file() {
     let place = TestFolder::new();
-    // The second face has its own vertices. The coordinate `z` is 3, or differs from 3 by less than
-    // the precision of f32.
+    // The second face has its own vertices. The coordinate `z` is either 3 or so close to 3 that
+    // f32 cannot represent the difference.
     let faces = |z: &str| {
         format!(
             "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\

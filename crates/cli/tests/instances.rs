@@ -104,9 +104,9 @@ fn instances_draw_the_picture_of_the_flattened_model() {
     }
 }
 
-/// A glTF file of less than 1 kB with 40000 instances of 39999 vertices, almost all of which are
-/// zeros that take up no bytes. Placing the camera and the light must not visit every vertex of
-/// every instance.
+/// A glTF file of less than 1 kB that places 40000 instances of a mesh with 39999 vertices. Almost
+/// all vertices are zeros, which take up no bytes. Placing the camera and the light must not visit
+/// every vertex of every instance.
 #[test]
 fn a_small_file_with_many_instances_of_many_vertices_is_drawn() {
     let place = TestFolder::new();

@@ -1,4 +1,5 @@
-//! Tests interrupted runs and outputs that cannot be written.
+//! Tests that a killed run leaves either a complete image or none, and that an output that cannot
+//! be written is an error.
 
 use crate::common::{MODEL, TestFolder};
 use std::path::Path;

@@ -1,5 +1,5 @@
 //! Tests the program from outside, by running the compiled binary in a temporary folder. All tests
-//! are in one crate, so only one test program is linked.
+//! are in one crate, so that only one test program has to be linked.
 
 mod advise;
 mod bench;

@@ -84,7 +84,7 @@ fn any_limit_ends_in_one_line() {
         "render m.ply --size 320x240 --shadows volumes --wire",
         "bench m.ply --size 32x24 --turns 1 --rays rays.csv",
     ] {
-        // Below the first limit, the program does not even start.
+        // Below the first limit, there is not enough memory for the program to start.
         let least = (5000..100_000)
             .step_by(5000)
             .find(|&kilobytes| within(&place, kilobytes, "trace --help").status.code() == Some(0));

@@ -4,8 +4,8 @@
 
 use crate::common::{TestFolder, one_line};
 
-/// Rays straight down onto the unit square: to its lower right half, to its upper left half, and
-/// next to it.
+/// Rays that point straight down: one at the lower right half of the unit square, one at its upper
+/// left half, and one beside the square.
 const DOWN: &str = "ox,oy,oz,dx,dy,dz\n0.75,0.25,5,0,0,-1\n0.25,0.75,5,0,0,-1\n3,3,5,0,0,-1\n";
 
 /// The vertices of the square, counter-clockwise.
@@ -318,7 +318,8 @@ fn rays_in_lines_that_end_in_carriage_returns() {
     place.fails("trace m.obj --rays rays.csv -o out.csv", 1, &["rays.csv:4: ", "is not a number"]);
 }
 
-/// A tiny model at 0 and a distant model both lose digits in f32, but each has its own message.
+/// A tiny model at the origin and a distant model both lose digits in f32, but the program prints a
+/// different message for each.
 #[test]
 fn tiny_and_distant_models_have_different_messages() {
     let place = TestFolder::new();

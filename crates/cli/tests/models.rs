@@ -1,5 +1,5 @@
-//! Tests one model in every format. The compiled binary must draw the same image from each, byte
-//! for byte.
+//! Tests the same model in every format: the compiled binary must draw byte-for-byte the same image
+//! from each file.
 
 use std::io::Write;
 
@@ -7,7 +7,7 @@ use crate::common::{NO_SUCH_FILE, TestFolder};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-/// A pyramid with a square base. All files below contain it.
+/// A pyramid with a square base. All other files in these tests contain the same pyramid.
 const OBJ: &str = "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv 0 1.5 0\n\
                    f 1 2 3\nf 1 3 4\nf 2 5 3\nf 3 5 4\nf 4 5 1\nf 1 5 2\n";
 const POINTS: [[f32; 3]; 5] =

@@ -54,7 +54,7 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
         text(&place, "trace wall.ply --rays near.csv"),
         text(&place, "trace wall.obj --rays near.csv")
     );
-    // A hierarchy that is saved without a choice of scalar also keeps the numbers.
+    // A hierarchy that is built without `--scalar` also keeps the numbers.
     place.ok("build wall.obj -o wall.itri");
     assert_eq!(
         text(&place, "trace wall.itri --rays near.csv"),

@@ -53,8 +53,8 @@ fn rasterizer_and_rays_draw_the_same_built_in_scene() {
 
 #[test]
 fn a_difference_that_nothing_excuses_fails() {
-    // Relative to this threshold, the rays are parallel to the floor, but the z-buffer draws the
-    // floor.
+    // With this threshold, the rays count as parallel to the floor, but the z-buffer still draws
+    // it.
     let place = TestFolder::new();
     place.put("m.obj", "v -9 0 -9\nv 9 0 -9\nv 0 0 9\nf 1 2 3\n");
     let look = "render m.obj --size 60x40 --eye 0,0.4,12 --target 0,0,0 --threshold 0.2";

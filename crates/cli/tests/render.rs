@@ -100,7 +100,7 @@ fn a_look_straight_down_or_up_has_another_up() {
 #[test]
 fn what_is_up_is_said_and_can_be_turned() {
     let place = TestFolder::new();
-    // A spire with a roof on one side, once with y up and once with z up.
+    // A spire with a roof on one side. One model has y up, and the other has z up.
     let model = |up: fn([i32; 3]) -> [i32; 3]| {
         let points = [[-1, 0, -1], [1, 0, -1], [1, 0, 2], [0, 5, 0]].map(up);
         let lines = points.map(|[x, y, z]| format!("v {x} {y} {z}\n"));

@@ -1,5 +1,5 @@
-//! Tests `--scalar` through the compiled binary: what is read, answered, drawn and refused in f64,
-//! and what is rounded in f32.
+//! Tests `--scalar` through the compiled binary: what the program reads, answers, draws and refuses
+//! in f64, and what it rounds in f32.
 
 use std::fmt::Write;
 use std::io::Write as _;

@@ -7,7 +7,7 @@ use std::process::Stdio;
 use crate::common::{MODEL, TestFolder};
 use intertri::Ray;
 
-/// Returns rays that hit none, one or several of the triangles, and some invalid rays.
+/// Returns rays that hit no triangle, one triangle or several, and some invalid rays.
 fn rays() -> Vec<Ray> {
     let mut rays = vec![
         Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]),

@@ -15,8 +15,8 @@ fn main() {
     assert_eq!((hit.triangle, hit.t), (0, 0.5));
     println!("face {} at t = {}, weights {} and {}", hit.triangle, hit.t, hit.u, hit.v);
 
-    // List all hits in order of t, find the hits in an interval, and test whether there are any
-    // hits.
+    // Other queries: list all hits in order of t, find the closest hit in an interval, and test
+    // whether there is any hit.
     for hit in mode.all(&mesh, &ray) {
         println!("crosses face {} at {:?}", hit.triangle, hit.point(&ray));
     }

@@ -1,6 +1,6 @@
-//! Uses the kernel in your own hierarchy, to test one ray against eight triangles at a time:
-//! `cargo run --release --example own_hierarchy`. The hierarchy used here is a flat list of boxes
-//! with eight triangles each.
+//! Uses the kernel with a hierarchy of your own, and tests a ray against eight triangles at a time:
+//! `cargo run --release --example own_hierarchy`. The hierarchy in this example is a flat list of
+//! boxes, each of which contains eight triangles.
 
 use intertri::{Hit, Mode, Ray, Triangle, TriangleBlock};
 
@@ -15,8 +15,8 @@ impl Leaf {
         Self([end(f32::min, f32::MAX), end(f32::max, f32::MIN)], TriangleBlock::new(triangles))
     }
 
-    /// Returns whether the ray enters the box. The box is slightly widened, so that rounding does
-    /// not lose any hit.
+    /// Returns whether the ray enters the box, which is slightly widened so that rounding does not
+    /// lose any hit.
     fn enters(&self, ray: &Ray) -> bool {
         let (mut near, mut far) = (0.0, f64::INFINITY);
         for k in 0..3 {

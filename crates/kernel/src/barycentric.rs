@@ -7,8 +7,8 @@
 //!                                     t = n·A / D
 //! ```
 //!
-//! The filter uses these coefficients for rays from one origin. They also yield the weights of
-//! every hit, and the z-buffer uses them.
+//! The filter and the z-buffer use these coefficients for rays from one origin. The coefficients
+//! also yield the weights of every hit.
 
 use crate::Triangle;
 use crate::simd::Lanes;

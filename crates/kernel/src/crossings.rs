@@ -14,8 +14,8 @@ use crate::Hit;
 pub struct Crossing {
     /// The hit at the crossing.
     pub hit: Hit,
-    /// Whether the ray runs with the normal. If so, it leaves a mesh whose corners run
-    /// counter-clockwise as seen from outside.
+    /// Whether the ray crosses the triangle in the direction of its normal. If so, it leaves a mesh
+    /// whose corners run counter-clockwise as seen from outside.
     pub leaves: bool,
 }
 
@@ -34,9 +34,9 @@ pub struct Crossing {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Crossings {
-    /// The number of crossings with the normal minus the number against it. In a closed mesh whose
-    /// corners run counter-clockwise as seen from outside, this is 1 for a ray from inside and 0
-    /// for a ray from outside.
+    /// The number of crossings in the direction of the normal, minus the number against it. In a
+    /// closed mesh whose corners run counter-clockwise as seen from outside, this is 1 for a ray
+    /// from inside and 0 for a ray from outside.
     pub signed: i64,
     /// The number of crossings.
     pub unsigned: u64,

@@ -1,5 +1,5 @@
-//! Document A's `InterTri` test in f64 lanes, with the document's operations in the document's
-//! order.
+//! Document A's `InterTri` test in f64 lanes, with the same operations in the same order as in the
+//! document.
 //!
 //! ```text
 //!              c3
@@ -19,8 +19,8 @@ use crate::simd::Lanes;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, Triangle, TriangleOf};
 
-/// Triangles as the document initializes them, with the same triangle in every lane or a different
-/// one in each.
+/// Triangles as the document initializes them. The lanes contain either copies of one triangle or
+/// different triangles.
 #[derive(Clone, Copy)]
 pub struct Tri<D> {
     c1: Vec3<D>,

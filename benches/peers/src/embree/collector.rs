@@ -27,8 +27,9 @@ pub(super) struct FilterArguments {
 
 /// Collects hits and rejects them, so that traversal continues.
 pub(super) unsafe extern "C" fn collect(arguments: *const FilterArguments) {
-    // SAFETY: the structures are those of Embree's manual, with rows of `count` elements each; the
-    // context is the caller's, and its collector lives as long as the call.
+    // SAFETY: the structures have the layout that Embree's manual specifies, with rows of `count`
+    // elements each; the context is the one that the caller passed, and its collector outlives the
+    // call.
     unsafe {
         let FilterArguments { valid, context, ray, hit, count, .. } = *arguments;
         let collector = &mut *(*context).collector.cast::<Collector>();

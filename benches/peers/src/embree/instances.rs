@@ -1,5 +1,5 @@
-//! An engine that uses Embree's instances: scenes of one mesh each, which matrices place in a
-//! common scene.
+//! An engine that uses Embree's instances: each mesh has its own scene, and matrices place these
+//! scenes in a common scene.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -24,7 +24,8 @@ impl Scene {
         build: Build,
     ) -> Result<Self, String> {
         let whole = Self::empty(api, build)?;
-        // SAFETY: calls in the order of the manual. Each geometry keeps its instanced scene alive.
+        // SAFETY: the calls are in the order that Embree's manual prescribes. Each geometry keeps
+        // its instanced scene alive.
         unsafe {
             let scenes: Vec<Ptr> = meshes.iter().map(|mesh| whole.part(mesh)).collect();
             for &(mesh, matrix) in placed {
@@ -45,7 +46,8 @@ impl Scene {
     /// Returns a committed scene that contains one mesh, on the same device.
     unsafe fn part(&self, mesh: &Mesh) -> Ptr {
         let Self { api, device, version, .. } = self;
-        // SAFETY: calls in the order of the manual; the device outlives the scene, which is not dropped here.
+        // SAFETY: the calls are in the order that Embree's manual prescribes. The device outlives
+        // the scene, which is not dropped here.
         unsafe {
             let scene = (api.new_scene)(*device);
             (api.scene_quality)(scene, MEDIUM);

@@ -25,7 +25,7 @@ pub use collector::Collector;
 use collector::collect;
 pub use instances::Instances;
 
-/// A pointer to a device, a scene, a geometry, or anything else.
+/// An opaque pointer to a device, a scene, a geometry, or another object.
 type Ptr = *mut c_void;
 
 /// Declares Embree's functions, and looks them up in the library.
@@ -95,8 +95,8 @@ const REFIT: i32 = 3;
 const DYNAMIC: i32 = 1;
 
 impl Api {
-    /// Loads the library at `path`. Without a path, it searches the system's library path, newer
-    /// versions first.
+    /// Loads the library at `path` or, if no path is given, searches the system's library path,
+    /// newer versions first.
     pub fn open(path: Option<PathBuf>) -> Result<Arc<Self>, String> {
         let known = ["libembree4.so.4", "libembree4.so", "libembree3.so.3", "libembree4.dylib"];
         let paths = path.map_or_else(|| known.map(PathBuf::from).to_vec(), |path| vec![path]);
@@ -124,7 +124,7 @@ impl Api {
     }
 }
 
-/// How to build a scene.
+/// The options for building a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Build {
     pub robust: bool,
@@ -148,7 +148,7 @@ pub struct Scene {
 
 // SAFETY: a committed scene may be queried from any thread.
 unsafe impl Send for Scene {}
-// SAFETY: as above.
+// SAFETY: as for `Send`.
 unsafe impl Sync for Scene {}
 
 impl Scene {
@@ -164,7 +164,7 @@ impl Scene {
         let isa = if build.avx2 { "isa=avx2," } else { "" };
         let config = format!("{isa}frequency_level=simd256,threads={}", build.threads);
         let config = CString::new(config).map_err(|e| e.to_string())?;
-        // SAFETY: calls in the order of the manual.
+        // SAFETY: the calls are in the order that Embree's manual prescribes.
         unsafe {
             let device = (api.new_device)(config.as_ptr());
             if device.is_null() {
@@ -181,7 +181,8 @@ impl Scene {
     /// Adds a mesh, with the collecting filter if `collects` is set.
     fn add(&self, mesh: &Mesh, collects: bool) {
         let Self { api, device, scene, .. } = self;
-        // SAFETY: calls in the order of the manual; the buffers have the sizes that are passed.
+        // SAFETY: the calls are in the order that Embree's manual prescribes; the buffers have the
+        // sizes that are passed.
         unsafe {
             let geometry = (api.new_geometry)(*device, TRIANGLES);
             let fill = |kind, format, rows: &[[u32; 3]]| {
@@ -255,7 +256,7 @@ impl Drop for Scene {
     }
 }
 
-/// Rays in a group: origin, near end, direction, far end.
+/// The rays of a group: their origins, near ends, directions, and far ends.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Group<const N: usize>([[f32; N]; 8]);

@@ -70,7 +70,7 @@ impl Input {
         Ray64 { origin: moved(ray.origin, self.by), ..*ray }
     }
 
-    /// Returns the number of triangle tests per ray, and how many of them the resolver settles.
+    /// Returns the number of triangle tests per ray, and the number that the resolver settles.
     pub fn counts(&self, rays: &[Ray64], question: Question) -> [f64; 2] {
         counts(&self.bvh, rays, question)
     }
@@ -124,7 +124,7 @@ impl Input {
     }
 }
 
-/// Returns the number of triangle tests per ray, and how many of them the resolver settles.
+/// Returns the number of triangle tests per ray, and the number that the resolver settles.
 pub fn counts<S: BvhScalar>(bvh: &Bvh<S>, rays: &[RayOf<S>], question: Question) -> [f64; 2] {
     let query = bvh.query();
     let counts = if question.any {

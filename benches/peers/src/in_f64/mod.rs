@@ -1,5 +1,5 @@
-//! Compares scenes in f64, in place and moved far away, with the same scenes in f32 and with other
-//! f64 tracers.
+//! Measures scenes in f64, both in place and moved far away, and compares them with the same scenes
+//! in f32 and with other f64 tracers.
 
 mod input;
 pub mod own;
@@ -56,7 +56,7 @@ pub struct Options {
     embree: Option<PathBuf>,
 }
 
-/// A scene in f32, in f64, in f64 and moved, and in f64 with a distant triangle.
+/// The versions of a scene: in f32, in f64, in f64 and moved, and in f64 with a distant triangle.
 struct Scenes {
     given: Scene,
     in_f32: Arc<Bvh>,
@@ -164,7 +164,7 @@ fn truth_of<'a>(inputs: &'a [Traced<'_>], engine: &str) -> Truth<'a> {
     Truth::new(engine, &input.answers, input.triangles, &input.rays)
 }
 
-/// Returns the index of the row of `exact` in f32 for the same form of query.
+/// Returns the index of the row in which `exact` in f32 makes the same kind of call.
 fn in_f32(rows: &[Row], engine: usize) -> Option<usize> {
     let name = &rows[engine].engine;
     let form = ["-triangles", "-single"].into_iter().find(|form| name.ends_with(form));

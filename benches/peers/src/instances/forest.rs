@@ -74,7 +74,7 @@ impl Forest {
     }
 
     /// Returns the kitchen, seen from inside. Its parts are grouped into objects, each of which is
-    /// rotated in its own frame.
+    /// stored in its own rotated frame.
     fn kitchen() -> Result<Self, String> {
         let kitchen = scene("kitchen")?;
         let Light::Point { position } = kitchen.light else {

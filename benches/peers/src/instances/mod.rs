@@ -69,7 +69,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Builds and commits the scene of a forest. Also returns its instances and the snapshot.
+/// Builds and commits the scene of a forest. Returns the scene, its instances, and the snapshot.
 fn committed(forest: &Forest) -> Result<(Scene, Vec<InstanceId>, SceneSnapshot), String> {
     let meshes = forest.meshes.iter().map(|mesh| Bvh::new(&mesh.to_triangles()).map(Arc::new));
     let meshes: Vec<_> = meshes.collect::<Result<_, _>>().map_err(|e| e.to_string())?;

@@ -81,7 +81,7 @@ impl Engine<Ray64> for InstancesSingle {
     }
 }
 
-/// Converts a hit, replacing its triangle index with the one in the flattened scene.
+/// Converts a hit into an answer with the triangle's index in the flattened scene.
 fn named(firsts: &[u32], SceneHit { hit, instance, .. }: &SceneHit) -> Answer {
     if hit.is_hit() {
         Answer { triangle: firsts[instance.index()] + hit.triangle, t: hit.t }

@@ -23,8 +23,8 @@ impl Target {
     }
 }
 
-/// An origin, and two points whose midpoint is the target: the same vertex twice, or the ends of an
-/// edge.
+/// An origin, and two points whose midpoint is the target: either the same vertex twice, or the two
+/// ends of an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Aim {
     pub origin: [f32; 3],
@@ -39,7 +39,7 @@ impl Aim {
         Ray::new(self.origin, [0, 1, 2].map(|k| f32::midpoint(a[k], b[k]) - self.origin[k]))
     }
 
-    /// Returns whether the direction is exact, because nothing was rounded.
+    /// Returns whether the direction is exact, that is, whether nothing was rounded.
     pub fn is_exact(&self) -> bool {
         let [a, b] = self.ends.map(|p| p.map(f64::from));
         let dir = self.ray().dir.map(f64::from);

@@ -1,8 +1,8 @@
 //! Counts leaks of rays whose aim is exact on the grid of the `fixed` mode.
 //!
-//! On the finest grid, differences between points can be longer than the longest direction. The
-//! grid used here is three bits coarser and directions are six bits longer, so the difference
-//! between any two points is a valid direction.
+//! On the finest grid, the difference between two points can exceed the longest valid direction.
+//! The grid used here is three bits coarser, and its directions are six bits longer, so the
+//! difference between any two points is a valid direction.
 
 use intertri::Triangle;
 use intertri::fixed::{self, Bits, Grid, GridError, Ray};
@@ -13,7 +13,7 @@ use super::aim::Aim;
 /// The engine's name.
 pub const NAME: &str = "fixed-aimed";
 
-/// Bits per coordinate.
+/// The number of bits per coordinate.
 const BITS: u32 = 17;
 
 /// Snaps the mesh, the origins and the targets to the grid, and returns the number of rays that

@@ -12,7 +12,7 @@ use robust::{Coord, orient2d};
 
 use crate::scenes::random;
 
-/// The maximum number of triangles times points. In a mesh with many triangles, fewer points are
+/// The maximum number of point/triangle tests. In a mesh with many triangles, fewer points are
 /// used, and several rays start at each.
 const TESTS: usize = 1 << 31;
 /// The margin, as a fraction of the longest side of the bounding box.
@@ -20,7 +20,7 @@ const MARGIN: f32 = 1.0 / 1024.0;
 /// Origins are multiples of this fraction of the longest side, which makes more differences exact
 /// in f32.
 const STEP: f32 = 1.0 / 65536.0;
-/// The number of candidates per round.
+/// The number of candidate points per round.
 const ROUND: usize = 1 << 12;
 /// The maximum number of rounds. If they yield too few points, the search fails.
 const ROUNDS: usize = 4096;
@@ -62,12 +62,13 @@ impl Bounded {
         if areas.iter().any(|&x| (x > 0.0) != positive) {
             return Some(false);
         }
-        // The areas have the sign of the normal's x. So the triangle is ahead if the normal points
-        // away from the side that the point is on.
+        // The areas have the sign of the x component of the normal. So the triangle is ahead if the
+        // normal points away from the side that the point is on.
         Some(height.is_none_or(|height| (height < 0.0) == positive))
     }
 
-    /// Returns the height of a point above the triangle's plane, or `None` within the margin.
+    /// Returns the height of a point above the triangle's plane, or `None` if it is within the
+    /// margin.
     fn height(&self, p: [f32; 3]) -> Option<f64> {
         let [a, b, c] = self.corners.map(|p| DVec3::from_array(p.map(f64::from)));
         let p = DVec3::from_array(p.map(f64::from));

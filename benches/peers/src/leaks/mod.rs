@@ -92,7 +92,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     }
 }
 
-/// Returns the rows of a mesh, or none if the mesh is open.
+/// Returns the rows for a mesh, or none if the mesh is open.
 fn leaks(
     name: &str,
     scene: &Scene,

@@ -29,7 +29,7 @@ pub fn sort(hits: &mut [Found]) {
     }
 }
 
-/// The hits of a chunk of rays, and where each ray's hits end.
+/// The hits of a chunk of rays, and the position at which each ray's hits end.
 #[derive(Default)]
 pub struct Lists {
     pub hits: Vec<Found>,

@@ -1,6 +1,6 @@
-//! Lists every hit of each ray, sorted by t. Compares intertri's batches and single-ray calls with
-//! Embree, whose filter collects and rejects every hit, and with obvhs, whose closure does the
-//! same.
+//! Measures queries that list every hit of each ray, sorted by t. Compares intertri's batches and
+//! single-ray calls with Embree, in which a filter collects and rejects every hit, and with obvhs,
+//! in which a closure does the same.
 
 mod collected;
 mod embree;
@@ -43,7 +43,7 @@ pub const ENGINES: [&str; 11] = [
     "obvhs-8",
 ];
 
-/// The query: hit lists, for rays that are not declared coherent.
+/// The kind of query: all hits, for rays that are not declared coherent.
 const QUESTION: Question = Question { any: false, coherent: false };
 
 #[derive(Args)]
@@ -136,7 +136,7 @@ fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
     rays.par_iter().map(|ray| answer(count(ray))).collect()
 }
 
-/// Returns an answer that contains a number of hits in place of a triangle.
+/// Returns an answer that stores the number of hits in place of a triangle index.
 fn answer(hits: usize) -> Answer {
     if hits == 0 { Answer::MISS } else { Answer { triangle: hits as u32, t: f64::NAN } }
 }

@@ -1,4 +1,4 @@
-//! Lists hits with intertri, for all rays in one call or for one ray per call.
+//! Lists hits with intertri, either with batch calls or with one call per ray.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub struct Batch {
     mode: Mode,
     limit: Option<usize>,
     rays: Vec<Ray>,
-    /// For each traced part of the rays, the index of its first ray and its lists.
+    /// For each part of the rays that was traced, the index of its first ray and its hit lists.
     lists: Vec<(usize, HitLists)>,
 }
 

@@ -207,9 +207,9 @@ struct Candidate {
     name: String,
     /// The total number of bits of a vertex's three coordinates.
     bits: u32,
-    /// `None` for exact arithmetic, which moves no point and decides every case.
+    /// The arithmetic, or `None` for exact arithmetic, which moves no point and decides every case.
     arithmetic: Option<Arithmetic>,
-    /// `None` if no engine offers this choice.
+    /// The engine and its grid, or `None` if no engine offers this choice.
     engine: Option<(EngineName, Bits)>,
 }
 

@@ -150,8 +150,8 @@ fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<(Vec<Ray>, Roun
     Ok((all, file.rounding()))
 }
 
-/// Creates camera rays, shadow rays to the points that they hit, and diffuse rays from the same
-/// points.
+/// Creates camera rays, shadow rays to the points that the camera rays hit, and diffuse rays from
+/// these points.
 fn kinds(
     scene: &Scene,
     triangles: &[Triangle],
@@ -273,7 +273,7 @@ impl Answers {
         }
     }
 
-    /// Returns whether the other engine's answers begin with these answers.
+    /// Returns whether the first answers of the other engine equal these answers.
     fn start_as(&self, other: &Self) -> bool {
         let same = |(a, b): (&Hit, &Hit)| (a.triangle, a.t) == (b.triangle, b.t);
         self.any.iter().zip(&other.any).all(|(a, b)| a == b)

@@ -104,7 +104,8 @@ fn build<S: Coordinate + BvhScalar>(
     print(&report, options.json)
 }
 
-/// A writer that counts bytes and keeps the output's own error, which names the file.
+/// A writer that counts the bytes written, and keeps the output's own error, because that error
+/// names the file.
 struct Sink {
     output: Output,
     bytes: u64,

@@ -117,7 +117,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&report, options.charts.json)
 }
 
-/// Returns the model to measure with, and how many of its coordinates were rounded.
+/// Returns the model for the measurements, the number of its coordinates that were rounded, and its
+/// notes.
 fn model(options: &Options) -> Result<(workloads::Model, Rounded, ModelNotes)> {
     let Some(path) = &options.model else {
         return Ok((workloads::Model::built_in(), Rounded::default(), ModelNotes::default()));

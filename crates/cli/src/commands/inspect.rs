@@ -46,7 +46,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Inspects the model in a scalar that represents its coordinates exactly.
+/// Inspects the model in a scalar that can represent its coordinates exactly.
 fn inspect<S: Coordinate + BvhScalar>(options: &Options, model: &ModelIn<S>) -> Result<()> {
     let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
     let report = Solid::inspect(&triangles);

@@ -10,15 +10,16 @@ use crate::io::numbers::Decimal;
 /// hardly lit, so a missing shadow is not visible.
 const FLAT: f64 = 0.01;
 
-/// If a light is farther away than this many times a model's size, shadows start visibly behind the
-/// object that casts them: at a ten-thousandth of the distance, because of [`Light::REACH`].
+/// If a light is farther away than this many times a model's size, shadows visibly begin some
+/// distance behind the objects that cast them. That distance is a ten-thousandth of the distance
+/// from the light, because of [`Light::REACH`].
 const FAR: f64 = 100.0;
 
 /// Returns a warning if a scene is so small that the default threshold hides triangles from its
 /// rays.
 ///
-/// The threshold limits `|normal . direction|` and t. A shadow ray's direction is as long as its
-/// distance from the light, and a camera ray's t is a distance.
+/// The threshold limits `|normal . direction|` and t. The direction of a shadow ray is as long as
+/// the distance that the ray covers to the light, and a camera ray's t is a distance.
 pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     let (middle, radius) = middle_and_radius(scene)?;
     let threshold = Threshold::DEFAULT.get();
@@ -41,8 +42,8 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     })
 }
 
-/// Returns whether the threshold hides a triangle from the camera, or from the light if the sine is
-/// above [`FLAT`].
+/// Returns whether the threshold hides a triangle from the camera or the light. The light only
+/// counts if the sine of the angle between its rays and the triangle is above [`FLAT`].
 fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
     let middle = [0, 1, 2].map(|k| triangle.0.iter().map(|p| f64::from(p[k])).sum::<f64>() / 3.0);
     let normal = triangle.normal();
@@ -57,8 +58,8 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
 /// model's size.
 const COARSE: f64 = 1e-5;
 
-/// Returns a warning if a model lost most of its digits in f32, because it is far from 0 or as
-/// small as the smallest f32.
+/// Returns a warning if a model loses most of its digits in f32, because it is far from the origin
+/// or as small as the smallest f32.
 pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let bounds = mesh.bounds()?;
     let ends = [bounds.min, bounds.max];
@@ -76,7 +77,7 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     })
 }
 
-/// Returns a warning if a scene has a distant light.
+/// Returns a warning if the light of a scene is too far away.
 pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     let Light::Point { position } = scene.light else { return None };
     let (middle, radius) = middle_and_radius(scene)?;

@@ -15,8 +15,8 @@ use crate::engine::name::EngineName;
 use crate::error::{Error, Result};
 use crate::io::numbers;
 
-/// The camera options. Without any of them, the camera frames the whole model, and the built-in
-/// scene uses its own camera.
+/// The camera options. If none of them is given, the camera frames the whole model, and the
+/// built-in scene uses its own camera.
 #[derive(Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraOptions {
@@ -109,7 +109,8 @@ impl CameraOptions {
         })
     }
 
-    /// Returns the camera's up direction with these options, and whether the user set it.
+    /// Returns the up direction that the camera has with these options, and whether the user set
+    /// it.
     pub(crate) fn up<S: Coordinate>(&self, camera: &Camera<S>) -> ([f32; 3], bool) {
         let [_, _, forward] = camera.axes();
         let up = self.up.unwrap_or_else(|| Camera::up_for(forward.map(|x| -x as f32)));
@@ -143,8 +144,8 @@ impl WrittenPoint {
     }
 }
 
-/// The light options. Without any of them, the light is above the camera's left shoulder, or at a
-/// fixed position in the built-in scene.
+/// The light options. If none of them is given, the light is above the camera's left shoulder, or
+/// at a fixed position in the built-in scene.
 #[derive(Args)]
 #[command(next_help_heading = "Light")]
 pub(crate) struct LightOptions {

@@ -251,7 +251,8 @@ fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result
     Ok(Traced { engine, triangles: count, grid: None, rounding, notes })
 }
 
-/// The triangles of a model, its saved hierarchy if any, what was rounded, and notes.
+/// The triangles of a model, its saved hierarchy if there is one, its rounding counts, and its
+/// notes.
 type Corners<S> = (Vec<TriangleOf<S>>, Option<Arc<Bvh<S>>>, Rounding, ModelNotes);
 
 /// Extracts the parts of a model that are traced, and drops its mesh.
@@ -328,7 +329,7 @@ fn answer_all<T: Tracer>(
     output: &mut Output,
     seconds: &mut TraceSeconds,
 ) -> Result<Done> {
-    // A ray may hit every triangle, so batches are small if all hits or crossings are wanted.
+    // A ray may hit every triangle, so batches are small if the query is for all hits or crossings.
     let many = matches!(question.query, Query::All | Query::Crossings);
     let size = if many { 16 } else { CHUNKS * question.engine.chunk_size() };
     let threads = rayon::current_num_threads();

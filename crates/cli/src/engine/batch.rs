@@ -27,7 +27,7 @@ pub(crate) struct Batch<S> {
     pub(crate) hits: u64,
     /// The numbers of the rays that start outside the engine's grid, and therefore hit nothing.
     pub(crate) outside: Vec<u64>,
-    /// The time that it took to compute the answers.
+    /// The time spent computing the answers.
     pub(crate) seconds: f64,
     answers: Answers,
 }

@@ -33,7 +33,7 @@ impl<'a> Engines<'a> {
         Self { triangles, threshold, bits, room_for, bvh: None, fixed: None, seconds: 0.0 }
     }
 
-    /// Uses a grid with `bits` bits that contains the model and these points.
+    /// Uses a grid with `bits` bits per coordinate that contains the model and these points.
     pub(crate) fn on_grid(self, bits: Bits, room_for: Vec<[f32; 3]>) -> Self {
         Self { bits, room_for, ..self }
     }

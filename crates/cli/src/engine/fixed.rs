@@ -25,9 +25,9 @@ pub(crate) struct FixedScene {
 }
 
 impl FixedScene {
-    /// Snaps triangles to the finest grid that contains them and the points `more`, which bound the
-    /// ray origins. Points that are not finite are skipped: rays from them hit nothing, as in every
-    /// engine.
+    /// Snaps triangles to the finest grid that contains the triangles and the points `more`, which
+    /// bound the ray origins. Non-finite points are skipped: as in every engine, rays from such
+    /// points hit nothing.
     pub(crate) fn new(triangles: &[Triangle], more: &[[f32; 3]], bits: Bits) -> Result<Self> {
         let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
         let points = triangles.iter().flat_map(|t| t.0).chain(more);
@@ -53,8 +53,8 @@ impl FixedScene {
         self.grid.snap(p).map_or(p, |i| self.grid.unsnap(i).map(|x| x as f32))
     }
 
-    /// Returns whether a point is outside the grid, so that rays from it hit nothing. A point that
-    /// is not finite is not considered outside.
+    /// Returns whether a point is outside the grid, so that rays from it hit nothing. Non-finite
+    /// points do not count as outside.
     pub(crate) fn is_outside(&self, p: [f32; 3]) -> bool {
         matches!(self.grid.snap(p), Err(GridError::Outside(_)))
     }
@@ -84,7 +84,7 @@ impl FixedScene {
         Ok(hits)
     }
 
-    /// Returns every crossing of a ray, with the side that the ray comes from.
+    /// Returns every crossing of a ray, with its side: whether the ray enters or leaves.
     pub(crate) fn crossings(&self, ray: &Ray) -> Result<Vec<Crossing>> {
         let ray = self.grid.ray(ray).unwrap_or(self.never);
         let mut crossings = memory::crossings(self.bvh.query(), ray.to_f32())?;
@@ -116,8 +116,8 @@ impl FixedScene {
     /// Returns the report about the grid.
     pub(crate) fn report(&self) -> GridReport {
         let (bits, step) = (self.grid.bits(), self.grid.step());
-        // Over the whole grid, snapping a direction changes each component by less than 2^-q of the
-        // longest.
+        // Snapping a direction changes each component by less than 2^-q of the longest component,
+        // so a ray that crosses the whole grid deviates by less than 2^-q of the grid's size.
         let across = step * f64::from(2_u32 << bits.b());
         let strays = across / f64::from(1_u32 << bits.q());
         GridReport { bits: bits.b(), direction_bits: bits.q(), step, moved: self.moved, strays }

@@ -39,7 +39,7 @@ pub(crate) struct Frame {
     pub(crate) lit: Vec<bool>,
     /// The number of shadow rays.
     pub(crate) shadow_rays: u64,
-    /// The number of tests for all rays.
+    /// The numbers of ray/triangle tests for all rays.
     pub(crate) counts: Counts,
     /// The time for the visibility buffer.
     pub(crate) trace_seconds: f64,
@@ -170,7 +170,8 @@ impl Frame {
                 let ray = scene.camera.ray(x, y, width, height);
                 let ray = RayOf { origin: engine.place(ray.origin), ..ray };
                 let point = hit_point(&ray, hit);
-                // A ray with an unsnapped origin would miss the surface at the visible point.
+                // If the origin were not snapped, the ray would miss the surface at the visible
+                // point.
                 Light::shadow_ray_from(engine.place(scene.light.origin(point)), point)
             };
             seen.par_iter().map(ray).collect_into_vec(&mut rays);

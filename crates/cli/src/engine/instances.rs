@@ -13,7 +13,7 @@ use crate::engine::triangles::triangles;
 use crate::error::Result;
 use crate::io::progress::Progress;
 
-/// A committed scene with the instances of a model. In hits, `geometry` is the number of the
+/// A committed scene with the instances of a model. In its hits, `geometry` is the index of the
 /// instance.
 pub(crate) struct Instances(SceneSnapshot);
 

@@ -1,4 +1,4 @@
-//! Fallible allocation for the large tables of a model or an image.
+//! Fallible allocation of the large tables that a model or an image needs.
 
 use std::slice;
 

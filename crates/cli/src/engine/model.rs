@@ -23,7 +23,7 @@ use crate::engine::memory::{filled, room};
 use crate::engine::scalar_name::ScalarName;
 use crate::error::{Error, Result, note};
 
-/// A model with the exact numbers of its file.
+/// A model with exactly the numbers that its file contains.
 pub(crate) struct Model {
     path: PathBuf,
     content: Content,
@@ -34,7 +34,7 @@ pub(crate) struct Model {
     notes: ModelNotes,
 }
 
-/// The numbers of the file. f64 can represent the numbers of every format.
+/// The contents of the file. f64 can represent the numbers of every format.
 enum Content {
     Mesh(Mesh<f64>),
     SavedF32(Bvh<f32>),

@@ -1,5 +1,5 @@
 //! The `oracle` engine: finds exact answers by testing all triangles one by one. It is slow, and
-//! exists to check the other engines.
+//! serves only to check the other engines.
 //!
 //! The laboratory's predicates and rational arithmetic decide where a ray hits a triangle. Rational
 //! arithmetic also decides the order of t and the interval. Only the values of t, u and v, each
@@ -49,7 +49,7 @@ pub(crate) fn all<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Vec
     all.into_iter().map(|(index, _)| hit(triangles, ray, index)).collect()
 }
 
-/// Returns the triangles that a ray hits by the closed rule, with their exact t.
+/// Returns the triangles that a ray hits by the closed rule, each with its exact t.
 fn met<S: Scalar>(
     triangles: &[TriangleOf<S>],
     ray: &RayOf<S>,
@@ -93,7 +93,7 @@ mod tests {
         let (mode, mut hits) = (Mode::exact(), 0);
         for round in 0..300 {
             let cases: Vec<_> = (0..8).map(|_| adversarial(&mut rng)).collect();
-            // Some triangles are duplicates of others, so their t are equal.
+            // Some triangles are duplicates of others, so some hits have equal values of t.
             let triangles: Vec<_> =
                 cases.iter().chain(&cases[..3]).map(|case| case.triangle).collect();
             for case in &cases {

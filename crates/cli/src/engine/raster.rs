@@ -26,7 +26,7 @@ pub(crate) enum Wire {
     Silhouette,
 }
 
-/// One image of a scene. Everything is computed on demand.
+/// One image of a scene. All of its data is computed on demand.
 pub(crate) struct Raster<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) triangles: &'a [Triangle],
@@ -48,7 +48,7 @@ impl<'a> Raster<'a> {
         Self { scene, triangles, size, threshold, adjacency: OnceCell::new() }
     }
 
-    /// Returns the camera in the rasterizer's form.
+    /// Converts the camera to the rasterizer's type.
     pub(crate) fn view(&self) -> Result<View> {
         let count = self.triangles.len();
         if count > MAX_TRIANGLES {

@@ -1,4 +1,4 @@
-//! The engines for f32 scenes, behind one interface.
+//! The engines for f32 scenes, unified in one type.
 
 use std::sync::Arc;
 

@@ -4,7 +4,7 @@ use intertri::{Hit, Ray, Threshold, Triangle};
 use intertri_reference as reference;
 use rayon::prelude::*;
 
-/// A scene in the reference's form.
+/// A scene, converted to the types of the reference.
 pub(crate) struct ReferenceScene(reference::Scene);
 
 impl ReferenceScene {
@@ -37,14 +37,14 @@ impl ReferenceScene {
         all.into_iter().map(|found| self.hit(&line, found)).collect()
     }
 
-    /// Converts a hit to the kernel's form.
+    /// Converts a hit to the kernel's type.
     fn hit(&self, line: &reference::Ray, (obj, t): (usize, f64)) -> Hit {
         let (u, v) = self.0.barycentric(obj, line);
         Hit { t, u, v, triangle: obj as u32, geometry: 0 }
     }
 }
 
-/// Converts a ray to the reference's form.
+/// Converts a ray to the reference's type.
 fn line(ray: &Ray) -> reference::Ray {
     reference::Ray::new(ray.origin, ray.dir)
 }

@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use intertri_scene::Coordinate;
 use serde::Serialize;
 
-/// The scalar in which coordinates are traced.
+/// The scalar in which a scene is traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum ScalarName {

@@ -5,7 +5,7 @@ use intertri_scene::Coordinate;
 
 use crate::error::Result;
 
-/// An engine that answers rays.
+/// An engine that traces rays.
 pub(crate) trait Tracer: Sync {
     /// The scalar of the scene and the rays.
     type Scalar: Coordinate;
@@ -38,7 +38,7 @@ pub(crate) trait Tracer: Sync {
     /// `fixed`.
     fn closest(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [Hit]) -> Counts;
 
-    /// Finds whether each ray hits anything. The same engines count tests as for `closest`.
+    /// Finds whether each ray hits anything. As for `closest`, some engines do not count tests.
     fn any(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [bool]) -> Counts;
 
     /// Returns every hit of a ray, ordered by t, then by triangle.

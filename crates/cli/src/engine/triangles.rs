@@ -1,4 +1,4 @@
-//! Converts the triangles of a mesh to the engines' form.
+//! Converts the triangles of a mesh to the type that the engines use.
 
 use intertri::TriangleOf;
 use intertri_scene::{Coordinate, Mesh};

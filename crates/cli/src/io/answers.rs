@@ -93,8 +93,8 @@ impl Format {
     }
 }
 
-/// A buffer that reports an error if memory runs out: one ray may hit every triangle of a large
-/// model.
+/// A buffer whose writes return an error if memory runs out. That can happen because one ray may
+/// hit every triangle of a large model.
 struct Text<'a>(&'a mut Vec<u8>);
 
 impl Write for Text<'_> {

@@ -64,7 +64,7 @@ impl Output {
         written.map_err(|cause| refused(&self.name, &cause))
     }
 
-    /// Completes the output; a file gets its final name.
+    /// Completes the output. A regular file then appears under its final name.
     pub(crate) fn finish(self) -> Result<()> {
         let done = match self.sink {
             Sink::Stream(mut stream) => stream.flush(),

@@ -7,8 +7,8 @@
 //!     └────────────────────────────────────────────┘
 //! ```
 //!
-//! A fixed number of batches circulates and keeps its memory, so memory use does not depend on the
-//! length of the data.
+//! A fixed number of batches circulates, and each batch keeps its memory, so memory use does not
+//! depend on the length of the data.
 
 use std::collections::BTreeMap;
 use std::panic::{self, AssertUnwindSafe};
@@ -106,7 +106,7 @@ fn write_in_order<B>(
         while let Some(worked) = early.remove(&next) {
             let batch: B = unpanicked(worked)?;
             write(&batch)?;
-            // At the end of the input, the reader is gone.
+            // At the end of the input, the reader no longer exists, so sending may fail.
             let _ = free.send(batch);
             next += 1;
         }

@@ -5,7 +5,7 @@
 const CAPACITY: usize = 1 << 20;
 
 /// If standard input or output is a pipe, enlarges it so that it holds a batch. By default, a pipe
-/// holds 64 KB, so a writer would wait for its reader after every few rays.
+/// holds only 64 KB, so its writer would often have to wait for its reader.
 #[cfg(target_os = "linux")]
 pub(crate) fn widen_pipes() {
     use std::io::{stdin, stdout};

@@ -1,4 +1,4 @@
-//! Measures work: shows a progress bar while it runs, and adds up the seconds that it takes.
+//! Shows progress bars, and adds up the time that each step takes.
 
 use std::time::{Duration, Instant};
 

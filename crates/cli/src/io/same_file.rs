@@ -6,8 +6,8 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::io::standard_output;
 
-/// Returns an error if `output` or, without it, standard output is one of the input files, even
-/// under a different path. `-` among the inputs means standard input.
+/// Returns an error if `output` is one of the input files, even under a different path. If `output`
+/// is `None`, checks standard output instead. `-` among the inputs means standard input.
 pub(crate) fn refuse_same_file(output: Option<&Path>, inputs: &[&Path]) -> Result<()> {
     let to = output.map_or_else(|| of_stream(io::stdout()), of_path);
     for input in inputs {

@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 
-/// After this call, a run that is ended by a signal leaves no unfinished file. A run that exhausts
-/// memory ends with exit code 1, unless the caller of the allocation handles the failure.
+/// Sets up signal handling, so that a run ended by a signal leaves no unfinished file. A run that
+/// exhausts memory ends with exit code 1, unless the caller of the allocation handles the failure.
 #[cfg(unix)]
 pub(crate) fn watch() -> Result<()> {
     use std::sync::Arc;

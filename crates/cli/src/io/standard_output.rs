@@ -34,7 +34,7 @@ fn unbuffered() -> io::Result<Box<dyn Write + Send>> {
 }
 
 /// Records whether standard output was closed at the start. The standard library reopens a closed
-/// standard output as a null device before `main`, so this code runs even earlier.
+/// standard output as a null device before `main`, so this check runs even earlier.
 #[cfg(unix)]
 mod at_the_start {
     use std::sync::atomic::{AtomicBool, Ordering::Relaxed};

@@ -28,7 +28,7 @@ pub(crate) struct BenchReport {
 pub(crate) struct Rate {
     pub(crate) rays: &'static str,
     pub(crate) engine: EngineName,
-    /// The number of rays in the measurement.
+    /// The number of rays that were measured.
     pub(crate) count: usize,
     pub(crate) million_a_second: f64,
     pub(crate) times_the_reference: f64,

@@ -20,7 +20,7 @@ pub(crate) struct BuildReport {
     pub(crate) notes: ModelNotes,
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
-    /// The size of the file.
+    /// The size of the file, in bytes.
     pub(crate) bytes: u64,
     pub(crate) seconds: BuildSeconds,
 }

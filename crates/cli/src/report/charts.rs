@@ -35,7 +35,7 @@ pub(crate) struct ChartFolder {
     start: Instant,
 }
 
-/// The files that were written, the machine, and the time that the run took.
+/// The files that were written, the machine, and the duration of the run.
 #[derive(Serialize)]
 pub(crate) struct Written {
     pub(crate) machine: Machine,

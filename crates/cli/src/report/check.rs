@@ -1,4 +1,4 @@
-//! Compares the images of two engines: where they differ, and whether they may.
+//! Compares the images that two engines draw: where they differ, and which differences are allowed.
 //!
 //! - Engines that follow document A must agree on every bit, and so must the exact engines.
 //! - Between these two kinds, t differs in its last bits. If the triangle or the shadow differs,

@@ -26,7 +26,7 @@ pub(crate) fn significant(number: f64) -> String {
     format!("{number:.decimals$}")
 }
 
-/// Writes a line about the grid, if there is one.
+/// Writes a line that describes the grid, if there is one.
 pub(crate) fn write_grid(f: &mut fmt::Formatter<'_>, grid: Option<GridReport>) -> fmt::Result {
     let Some(GridReport { bits, direction_bits, step, moved, strays }) = grid else {
         return Ok(());

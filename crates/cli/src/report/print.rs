@@ -23,6 +23,6 @@ pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Res
 
 /// Prints a warning on standard error.
 pub(crate) fn tell(note: &str) {
-    // If standard error is closed, the warning cannot be printed.
+    // If standard error is closed, the warning is lost.
     let _ = writeln!(io::stderr(), "intertri: {note}");
 }

@@ -18,7 +18,7 @@ use crate::report::rounding::Rounded;
 /// The report of `render`.
 #[derive(Serialize)]
 pub(crate) struct RenderReport {
-    /// Null for the built-in scene.
+    /// The path to the model; null for the built-in scene.
     pub(crate) model: Option<PathBuf>,
     pub(crate) output: PathBuf,
     pub(crate) triangles: u64,
@@ -32,7 +32,7 @@ pub(crate) struct RenderReport {
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
     pub(crate) shadows: Shadows,
-    /// Null if the engine has no threshold.
+    /// The threshold; null if the engine has none.
     pub(crate) threshold: Option<f64>,
     /// The up direction.
     pub(crate) up: [f32; 3],
@@ -100,7 +100,7 @@ pub(crate) struct CheckReport {
     pub(crate) largest_distance: f64,
     /// The image of the differences.
     pub(crate) picture: PathBuf,
-    /// The time of the second engine, excluding builds.
+    /// The time that the second engine took, in seconds, excluding builds.
     pub(crate) seconds: f64,
 }
 

@@ -44,7 +44,7 @@ impl Rounded {
     }
 }
 
-/// Writes the counts as one sentence.
+/// Writes all counts in one sentence.
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { model, rays } = self;

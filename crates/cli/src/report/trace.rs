@@ -17,7 +17,7 @@ use crate::report::rounding::Rounded;
 #[derive(Serialize)]
 pub(crate) struct TraceReport {
     pub(crate) model: PathBuf,
-    /// Null for standard output.
+    /// The path to the answers; null for standard output.
     pub(crate) output: Option<PathBuf>,
     pub(crate) triangles: usize,
     /// Everything in the model that was omitted, repaired or guessed.
@@ -26,7 +26,7 @@ pub(crate) struct TraceReport {
     /// The scalar that the model and the rays were traced in.
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
-    /// Null if the engine has no threshold.
+    /// The threshold; null if the engine has none.
     pub(crate) threshold: Option<f64>,
     pub(crate) rays: u64,
     /// The number of rays that hit something.

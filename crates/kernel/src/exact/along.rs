@@ -90,11 +90,11 @@ pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32
     narrowed([t, u, v]).unwrap_or_else(|| attributes32_by_integers(ray, triangle))
 }
 
-/// Given exact numbers that were correctly rounded to f64, rounds the exact numbers to f32 if the
-/// f64 values determine the results.
+/// Takes f64 values that were correctly rounded from exact numbers, and returns the exact numbers
+/// correctly rounded to f32. Returns `None` if the f64 values do not determine the results.
 ///
-/// Rounding preserves order. So if the f64 neighbours of a number round to the same f32, so does
-/// every real number that rounds to that number. Around the midpoint of two f32 values, the
+/// Rounding preserves order. So if both f64 neighbours of a value round to the same f32, so does
+/// every real number that rounds to the value. Next to the midpoint of two f32 values, the
 /// neighbours round to different values.
 #[inline(always)]
 pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
@@ -131,8 +131,8 @@ pub fn order_from<S: Scalar>(
     at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
-/// Computes t, u and v in integers, except for those that are already known. A weight of 0, at a
-/// point on an edge, cannot be proven by a bound, so it is computed here.
+/// Computes those of t, u and v in integers that are not yet known. A weight of 0, at a point on an
+/// edge, cannot be proven by a bound, so it is computed here.
 #[inline(never)]
 fn attributes_by_integers<S: Scalar>(
     from: Tier,
@@ -181,7 +181,7 @@ fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
             return 0.0;
         }
         let size = Quotient::new(&num.size(), &den.size(), exponent).to_f32();
-        // A zero is always positive.
+        // A result of 0 is always positive.
         if num.sign() == den.sign() || size == 0.0 { size } else { -size }
     };
     [ratio(&numbers.volume(), scales.of_t()), ratio(&v, 0), ratio(&w, 0)]
@@ -197,8 +197,8 @@ fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
     if num.sign() == den.sign() { size } else { -size }
 }
 
-/// Compares the t of two triangles by cross-multiplying with the denominators. At common scales,
-/// both quotients are multiplied by the same power of two, which cancels.
+/// Compares the values of t for two triangles by cross-multiplying with the denominators. At common
+/// scales, both quotients are multiplied by the same power of two, which cancels.
 fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usize>(
     one: &Pair<S>,
     other: &Pair<S>,

@@ -1,12 +1,12 @@
-//! Decides exactly whether a triangle has an area, even if its f64 normal is 0.
+//! Decides exactly whether a triangle has a nonzero area, even if its normal is 0 in f64.
 
 use super::input::is_finite;
 use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Returns whether a finite triangle has an area, however small, and is therefore neither a point
-/// nor a line.
+/// Returns whether the area of a finite triangle is nonzero, however small. If it is 0, the
+/// triangle is a point or a line segment.
 ///
 /// ```
 /// use intertri::Triangle;

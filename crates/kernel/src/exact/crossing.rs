@@ -32,10 +32,10 @@ pub enum Rule {
 /// The side from which a ray crosses a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// With the normal. The ray then leaves a mesh whose corners run counter-clockwise as seen from
-    /// outside.
+    /// In the direction of the normal. The ray then leaves a mesh whose corners run
+    /// counter-clockwise as seen from outside.
     Leaves,
-    /// Against the normal.
+    /// Against the direction of the normal.
     Enters,
 }
 
@@ -89,7 +89,7 @@ fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     (0..3).any(|k| ray.dir[k] == S::ZERO && a[k] == b[k] && b[k] == c[k])
 }
 
-/// The error if two-part numbers do not decide.
+/// The error for a case that two-part numbers cannot decide.
 struct Undecided;
 
 /// Decides with two-part numbers. Rays that hit an edge or an end of the interval stay undecided,
@@ -187,8 +187,8 @@ mod tests {
     use crate::exact::test_numbers::random;
     use crate::{Ray, Ray64, Triangle, TriangleOf};
 
-    /// Tests rays within axis-aligned walls and parallel to walls, also if the ray or the wall is
-    /// slightly tilted. The fast path must agree with integers.
+    /// Tests rays that lie in an axis-aligned wall or are parallel to one, including cases in which
+    /// the ray or the wall is slightly tilted. The fast path must agree with integers.
     #[test]
     fn rays_along_a_wall_are_answered_as_by_integers() {
         let (mut random, mut hits) = (random(), 0);

@@ -1,4 +1,4 @@
-//! Decides exactly from which side a ray approaches a triangle, by the sign of D.
+//! Uses the sign of D to decide exactly from which side a ray approaches a triangle.
 
 use core::cmp::Ordering;
 
@@ -10,8 +10,8 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Returns whether a ray runs with a triangle's normal or against it, or `None` if the ray is
-/// parallel to the plane or a coordinate is not finite.
+/// Returns whether a ray runs in the direction of a triangle's normal or against it, or `None` if
+/// the ray is parallel to the plane or a coordinate is not finite.
 ///
 /// ```
 /// use intertri::internal::exact::{Side, facing};

@@ -68,8 +68,8 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
     }
 }
 
-/// Makes every decision that the bounds allow. No input may be subnormal. Non-finite inputs are
-/// never a hit.
+/// Makes every decision that the bounds allow. The input must not contain subnormal numbers.
+/// Non-finite input never results in a hit.
 #[inline(always)]
 pub fn decide<D: Lanes<Scalar = f64>>(
     [c1, c2, c3]: [Vec3<D>; 3],
@@ -167,7 +167,7 @@ pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> 
 }
 
 /// Returns the lanes in which `num / den` is certainly beyond an end of the interval, and those in
-/// which it is certainly before it.
+/// which it is certainly before that end.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {
     // num / den < end, multiplied by the positive den.

@@ -1,5 +1,5 @@
-//! The intersections of rays from one origin with triangles that they are known to hit, with each
-//! value correctly rounded.
+//! The intersections of rays from one origin with triangles that the rays are known to hit, with
+//! each value correctly rounded.
 //!
 //! ```text
 //!   num:  n · a   v · dir   w · dir              All are two-part numbers. Values that do not

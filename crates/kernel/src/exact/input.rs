@@ -72,8 +72,8 @@ fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     any == 0
 }
 
-/// Returns whether the CPU reads subnormal numbers unchanged, as it does by default, instead of as
-/// 0.
+/// Returns whether the CPU reads subnormal numbers unchanged, which is the default, instead of
+/// reading them as 0.
 #[inline]
 pub fn subnormals_are_read() -> bool {
     f64::from(core::hint::black_box(f32::from_bits(1))) != 0.0

@@ -15,7 +15,7 @@ impl<const N: usize> Int<N> {
             return Self([(mantissa << shift) as u64; N]);
         }
         // The magnitude of a mantissa that is shifted by less than 64 places covers at most two
-        // limbs. The sign comes last.
+        // limbs. The sign is applied last.
         let (limb, shift) = (shift as usize / 64, shift % 64);
         let mut limbs = [0; N];
         let size = u128::from(mantissa.unsigned_abs()) << shift;
@@ -47,7 +47,7 @@ impl<const N: usize> Int<N> {
         if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
     }
 
-    /// Returns the same number with more limbs. The number must not be negative.
+    /// Returns the same number with more limbs. The number must be non-negative.
     #[inline(always)]
     pub(super) fn widened<const M: usize>(&self) -> Int<M> {
         const { assert!(M >= N) };
@@ -62,7 +62,7 @@ impl<const N: usize> Int<N> {
         const { assert!(R == N + M) };
         let mut product = [0; R];
         if N == 1 && M == 1 {
-            // The CPU can multiply single limbs.
+            // The CPU multiplies single limbs directly.
             let both = i128::from(self.0[0] as i64) * i128::from(b.0[0] as i64);
             (product[0], product[1]) = (both as u64, (both >> 64) as u64);
             return Int(product);
@@ -80,8 +80,8 @@ impl<const N: usize> Int<N> {
             product[i + M] = carry;
         }
 
-        // The limbs of a negative factor represent a number that is 2^(64 limbs) larger than its
-        // value.
+        // Read as unsigned, the limbs of a negative factor with L limbs represent its value plus
+        // 2^(64 L).
         let mut product = Int(product);
         product.take(b, N, self.is_negative());
         product.take(self, M, b.is_negative());
@@ -127,8 +127,8 @@ impl<const N: usize> core::ops::Sub for Int<N> {
 impl<const N: usize> Ord for Int<N> {
     #[inline(always)]
     fn cmp(&self, b: &Self) -> Ordering {
-        // Negative numbers come first. If the signs are equal, two's complement numbers compare
-        // like their limbs, starting with the highest.
+        // Negative numbers come first. If the signs are equal, the limbs determine the order,
+        // starting with the highest.
         b.is_negative()
             .cmp(&self.is_negative())
             .then_with(|| self.0.iter().rev().cmp(b.0.iter().rev()))

@@ -22,7 +22,8 @@ impl<S: Scalar> Interval<S> {
         some.then_some(Self { near, far: ray.t_max })
     }
 
-    /// Returns whether the interval contains a `t > 0`. The quotient is only computed if necessary.
+    /// Returns whether the interval contains t, which must be positive. The quotient is computed
+    /// only if it has to be compared with an end.
     #[inline(always)]
     pub(super) fn contains(self, t: impl FnOnce() -> Quotient) -> bool {
         let (from_0, endless) = (self.near.rank() == 0, self.far.rank() == S::ENDLESS);

@@ -10,8 +10,8 @@
 //! ```
 //!
 //! Only t, u, and v are rounded, once and at the end. Wherever an error bound permits, [`float`]
-//! decides in f64; the remaining cases use integers of the smallest width that is sufficient for
-//! the pair (see [`tier`]). `docs/numerics/exact.md` has the definitions, bounds, and proofs.
+//! decides in f64; the remaining cases use the narrowest integers that suffice for the ray and the
+//! triangle (see [`tier`]). `docs/numerics/exact.md` has the definitions, bounds, and proofs.
 
 mod along;
 mod area;
@@ -83,9 +83,9 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
-/// Returns the order in which a ray meets two triangles, if it can be determined without a
-/// quotient: the triangles are perpendicular to the same axis, or the ray passes through a corner
-/// or edge that the triangles share. The result is meaningless unless the ray hits both.
+/// Returns the order in which a ray meets two triangles, if no quotient is needed to determine it:
+/// the triangles are perpendicular to the same axis, or the ray passes through a corner or edge
+/// that the triangles share. The result is meaningless unless the ray hits both.
 pub fn known_order<S: Scalar>(
     ray: &RayOf<S>,
     one: &TriangleOf<S>,

@@ -98,7 +98,7 @@ mod tests {
     use super::*;
     use crate::exact::quotient::Quotient;
 
-    /// Returns t, u, and v for a pair for which all three are positive.
+    /// Returns t, u, and v of a pair, all three of which must be positive.
     fn attributes(pair: &Pair<f64>) -> [f64; 3] {
         let scales = pair.scales();
         let numbers = Numbers::<33, 66, 99>::new(pair, scales);
@@ -108,7 +108,7 @@ mod tests {
         [over(numbers.volume(), scales.of_t()), over(v, 0), over(w, 0)]
     }
 
-    /// 33 limbs are enough for any f64 pair, even one that combines the largest and smallest
+    /// 33 limbs are enough for any pair in f64, even if it combines the largest and smallest
     /// values.
     #[test]
     fn the_same_code_takes_f64() {
@@ -122,8 +122,8 @@ mod tests {
             assert_eq!(attributes(&pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
             assert_eq!(attributes(&pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
         }
-        // Test a ray that starts one f64 step from the plane, then one that starts as far away as
-        // possible.
+        // Test a ray that starts one f64 step away from the plane, then one that starts as far away
+        // as f64 allows.
         let mut near = pair(1.0, 0.0);
         near.origin[2] = 4.0_f64.next_down();
         assert_eq!(attributes(&near)[0], 4.0 - 4.0_f64.next_down());

@@ -7,7 +7,7 @@ use intertri_scene::{Coordinate, Scene, SceneGeometry, Texture};
 use super::options::Options;
 use crate::error::{Error, Result};
 
-/// Sets the light and the texture, if the user chose them.
+/// Sets the scene's light and texture to the ones that the user chose, if any.
 pub(super) fn cover<S: Coordinate, M: SceneGeometry<S>>(
     options: &Options,
     scene: &mut Scene<S, M>,

@@ -26,7 +26,7 @@ use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
 /// Draws the image, and checks it if `--check` is set. If the model is already loaded, `loaded`
-/// contains it, and `load` is the time for loading it, in seconds.
+/// contains it, and `load` is the time that loading took, in seconds.
 pub(super) fn run(
     options: &Options,
     threshold: Option<Threshold>,

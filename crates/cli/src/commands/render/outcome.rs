@@ -1,4 +1,4 @@
-//! The report of `intertri render`, and the error if its check failed.
+//! Creates the report of `intertri render`, and the error for a check that failed.
 
 use intertri::Threshold;
 use intertri_scene::{Coordinate, Scene, SceneGeometry};
@@ -50,7 +50,7 @@ pub(super) fn report<S: Coordinate, M: SceneGeometry<S>>(
     }
 }
 
-/// Returns an error if there are unexcused differences.
+/// Returns an error if there are differences that are not excused.
 pub(super) fn refuse_differences(check: &CheckReport) -> Result<()> {
     if check.differing_pixels > check.excused_pixels {
         return Err(Error::at(

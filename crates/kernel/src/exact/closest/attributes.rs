@@ -45,7 +45,7 @@ fn exactly<
     let distance = if num.sign().is_eq() {
         0.0
     } else {
-        // The squared length is in units of 2^low squared, hence twice the exponent.
+        // The squared length is in units of (2^low)², so the exponent is doubled.
         Quotient::new(&num.size(), &den.widened::<V>().size(), 2 * scale.low).to_sqrt()
     };
 

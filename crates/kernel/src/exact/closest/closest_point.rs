@@ -3,8 +3,8 @@
 /// The point of a triangle that is closest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
-    /// The distance: the exact squared distance, rounded, then its square root, rounded again. The
-    /// error is at most 0.86 units in the last place, and the result is 0 only if the true distance
+    /// The distance, computed by rounding the exact squared distance to f64 and then rounding its
+    /// square root. The error is at most 0.86 ulps, and the result is 0 only if the true distance
     /// is 0.
     pub distance: f64,
     /// The weights of the second and third corners, each correctly rounded.

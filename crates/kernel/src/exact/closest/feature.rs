@@ -137,7 +137,7 @@ fn find(
     }
 
     // Test the edges. The query point must be outside the edge and strictly between its ends, so an
-    // edge without length is never chosen.
+    // edge of length 0 is never chosen.
     if signs[0].is_lt() && signs[2].is_gt() && area([0, 3, 2, 1])?.is_le() {
         return Some(Feature::Edge(0));
     }

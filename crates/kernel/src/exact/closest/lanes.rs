@@ -17,18 +17,20 @@ pub struct Squares<D: Lanes> {
     pub most: D,
 }
 
-/// `2^-29`: the relative error of squares. [`PLACE`] bounds an additional error.
+/// `2^-29`: a bound on the relative error of squared distances. [`PLACE`] bounds an additional
+/// error.
 const SHARE: f64 = 1.0 / (1_u64 << 29) as f64;
 
-/// `2^-64`: the additional error of squares, relative to the squared distance of the farthest
-/// corner.
+/// `2^-64`: a bound on the additional error of squared distances, relative to the squared distance
+/// of the farthest corner.
 const PLACE: f64 = SHARE * SHARE / 64.0;
 
-/// `2^-200`: a bound on the change of a square if the CPU reads subnormal numbers as 0.
+/// `2^-200`: a bound on how much a squared distance changes if the CPU reads subnormal numbers as
+/// 0.
 const TINY: f64 = f64::from_bits((1023 - 200) << 52);
 
-/// `2^-48`: the side of an edge is certain if its value exceeds this fraction of the product of the
-/// lengths.
+/// `2^-48`: the side of an edge that the point is on is certain if the edge's value exceeds this
+/// fraction of the product of the lengths.
 const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
 
 /// `2^-60`: for triangles no longer than this, only the distance to the edges is computed, as an
@@ -92,7 +94,7 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
 fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     let (none, all) = (D::splat(0.0), D::splat(1.0));
     // Find the foot of the perpendicular on the edge's line, clamped to the edge. If the edge has
-    // no length, the foot's position is NaN, which is replaced by 0: the corner itself.
+    // length 0, the foot's position is NaN, which is replaced by 0: the corner itself.
     let share = -corner.dot_fused(edge) / edge.dot_fused(edge);
     // A comparison with NaN is false, so NaN becomes 0.
     let share = D::select(share.ge(none), share, none);

@@ -10,9 +10,9 @@
 //! ```
 //!
 //! [`lanes`] bounds squared distances in f64, for eight triangles at once. [`feature`] finds the
-//! part of a triangle that contains the closest point, [`order`] finds the closer of two triangles,
-//! and [`attributes`] computes the distance and the position. `docs/numerics/nearest.md` has the
-//! bounds and proofs.
+//! part of a triangle that contains the closest point, [`order`] decides which of two triangles is
+//! closer, and [`attributes`] computes the distance and the position. `docs/numerics/nearest.md`
+//! has the bounds and proofs.
 
 mod attributes;
 mod closest_point;

@@ -1,4 +1,4 @@
-//! A triangle relative to a point, in integers.
+//! The corners and edges of a triangle relative to a point, in integers.
 
 use super::super::int::{Int, dot};
 use super::super::scale::Scale;
@@ -29,7 +29,7 @@ pub(super) struct Offsets<const C: usize, const N: usize> {
     pub(super) sides: [[Int<C>; 3]; 2],
 }
 
-/// Returns the scale that all coordinates are multiples of.
+/// Returns the scale in whose units all coordinates are integers.
 #[inline(always)]
 pub(super) fn scale<S: Scalar>(point: [S; 3], [a, b, c]: [[S; 3]; 3]) -> Scale {
     Scale::of(&[point, a, b, c])

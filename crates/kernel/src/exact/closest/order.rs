@@ -23,8 +23,8 @@ pub fn closer_from<S: Scalar>(
 ) -> Ordering {
     let features = [one, other].map(|triangle| feature_from(from, point, triangle));
 
-    // Adjacent triangles share corners and edges. If both closest points lie on the same corner or
-    // edge, both squared distances are the same quotient, so integers are not necessary.
+    // Adjacent triangles share corners and edges. If both closest points are on the same corner or
+    // edge, both squared distances are the same quotient, so no integers are needed.
     if from == Tier::Float && is_same(features, [one, other]) {
         return Ordering::Equal;
     }

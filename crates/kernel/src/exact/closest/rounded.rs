@@ -77,7 +77,7 @@ pub(super) fn closest<S: Scalar>(
     }
 }
 
-/// Returns twice a bound on the error of products, relative to the multiplied magnitudes.
+/// Returns twice a bound on the error of products, relative to the product of the magnitudes.
 const fn doubt<S: Scalar>() -> f64 {
     if is_f64::<S>() { tails::DOUBT } else { rounded::DOUBT }
 }
