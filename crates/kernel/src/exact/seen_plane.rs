@@ -94,8 +94,8 @@ mod tests {
     use crate::exact::{Tier, order_from};
     use crate::{Ray64, TriangleOf};
 
-    /// Tests triangles that coincide up to a few roundings, including triangles so small or so
-    /// large that products of four coordinates underflow or overflow.
+    /// Tests triangles that coincide up to a few rounding errors, including triangles so small or
+    /// so large that products of four coordinates underflow or overflow.
     #[test]
     fn what_is_sure_of_f64_is_what_integers_say() {
         let mut random = random();

@@ -59,7 +59,7 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     with_rest(&cross(a.first, b.first), rest)
 }
 
-/// Computes the dot product of a cross product and a vector in two parts.
+/// Computes the dot product of a cross product and a vector, both in two parts.
 #[inline(always)]
 pub(super) fn times<D: Lanes<Scalar = f64>>(
     product: &[Double<D>; 3],

@@ -76,7 +76,7 @@ pub(super) const TINY: f32 = f32::from_bits((127 - 120) << 23);
 /// A bound on the effect of underflow on an edge, a direction, or a translated corner, as a length.
 pub(super) const SMALL: f32 = f32::from_bits((127 - 100) << 23);
 
-/// A factor that rounds the square root of a sum of squares up. [`NORM_ADD`] covers underflow.
+/// A factor that rounds up the square root of a sum of squares. [`NORM_ADD`] covers underflow.
 pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
 /// A term added to the square root of a sum of squares to cover underflow: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
@@ -121,7 +121,7 @@ pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 
 /// On a projection, a t below this value (2^-80) counts as unknown: its product with a depth could
-/// be subnormal, and subnormal results round by more than `INVERSE`.
+/// be subnormal, and the rounding error of a subnormal result exceeds `INVERSE`.
 pub(super) const SHORTEST_T: f32 = f32::from_bits((127 - 80) << 23);
 
 /// If rays miss the origin by up to `off`, the bound of an edge grows by `OFF_EDGE h off`.
@@ -130,8 +130,8 @@ pub(super) const OFF_EDGE: f32 = 1.25;
 /// `OFF_DEPTH off |s|₁`, relative to the largest inverse depth on the part of the projection that
 /// the rays reach.
 pub(super) const OFF_DEPTH: f32 = 1.5;
-/// If rays miss the origin, this distance (2^-19) is added to the part of the projection that they
-/// reach.
+/// If rays miss the origin, this margin (2^-19) is added to the extent of the part of the
+/// projection that they reach.
 pub(super) const OFF_REACH: f32 = 1.0 / (1 << 19) as f32;
 /// If rays miss the origin by up to `off`, the margin around a triangle grows by `OFF_ROOM off`.
 pub(super) const OFF_ROOM: f32 = 1.25;

@@ -8,8 +8,8 @@
 //!   t = num / den                             c1  h4  c2
 //! ```
 //!
-//! V, W, and U divided by den are the weights of c2, c3, and c1. Corner c1 is translated to the
-//! ray's origin first, so large offsets of the scene cost no precision.
+//! V, W, and U divided by den are the weights of c2, c3, and c1. The test computes c1 relative to
+//! the ray's origin first, so no precision is lost if the scene is far from the world's origin.
 //! `docs/numerics/certified.md` has the bounds and the proof.
 
 use crate::packet::{RayLanes, RayPacket, TriangleBlock};
@@ -142,7 +142,8 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         let off = org.mul_add(splat(room.off[0]), copied + splat(room.off[1]));
         let off = len.mul_add(off, splat(bound::OFF_ADD));
 
-        // The larger of t_min and the threshold. A NaN in t_min stays NaN and decides nothing.
+        // The larger of t_min and the threshold. If t_min is NaN, so is the result, and nothing is
+        // decided.
         let near = rays.t_min.mul_add(splat(room.near[0]), splat(room.near[1]));
         Self {
             rays,
@@ -297,8 +298,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(sharp_u, noise)]
     }
 
-    /// Applies the sharp bounds. Returns the lanes that no edge proves to be a miss, and the lanes
-    /// that all edges prove to be a hit, provided that [`Edges::sure`] is set.
+    /// Applies the sharp bounds. Returns the lanes that no edge proves to be misses, and the lanes
+    /// that all edges together prove to be hits, provided that [`Edges::sure`] is set.
     #[inline(always)]
     fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> (F::Mask, F::Mask) {
         let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of, room);
@@ -393,7 +394,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
 pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {
     let recip = F::splat(1.0) / den;
     let t = num * recip;
-    // err = |t| share + rest: one factor collects the relative errors, the other the absolute ones.
+    // err = |t| share + rest: `share` collects the relative errors, and `rest` the absolute errors.
     let share = den_err.mul_add(recip, F::splat(bound::ROUND));
     let rest = num_err.mul_add(recip, F::splat(bound::TINY));
     let err = t.abs().mul_add(share, rest);
@@ -402,7 +403,7 @@ pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_er
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
     /// Decides every lane for which the error bound allows a decision. A lane whose t certainly
-    /// exceeds `far` is also a miss.
+    /// exceeds `far` counts as a miss.
     #[inline(always)]
     pub(super) fn decide(
         &self,
