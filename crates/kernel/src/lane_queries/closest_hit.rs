@@ -46,7 +46,7 @@ impl ClosestHit {
         }
     }
 
-    /// Creates a record with no hit yet, for a far end that is only known to be between `sure` and
+    /// Creates a record with no hit yet, for a far end that is known only to be between `sure` and
     /// `t_max`.
     #[inline(always)]
     pub(crate) fn before(sure: f32, t_max: f32) -> Self {

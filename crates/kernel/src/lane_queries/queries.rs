@@ -309,8 +309,8 @@ impl Filter<'_> {
         }
     }
 
-    /// Like [`Filter::packet_closest_in`], but for many triangles. Triangle i has the index i and
-    /// the slot i.
+    /// Like [`Filter::packet_closest_in`], but for many triangles. Triangle i has index i and slot
+    /// i.
     ///
     /// This is faster than testing the triangles one by one, because sixty-four triangles are
     /// prechecked before any of them is tested. Triangles that pass the precheck are recorded in a

@@ -21,12 +21,12 @@ use crate::scalar::Bits;
 use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
-/// The smallest and largest exponents of the scale. The scale is chosen to bring the farthest
-/// corner to between 1 and 2. Within the limits, the scale is a normal f64, and numbers that the
-/// CPU may read as 0 stay below all error bounds.
+/// The smallest and largest exponents of the scale. The scale is chosen so that the farthest corner
+/// is scaled to a distance between 1 and 2. Within the limits, the scale is a normal f64, and
+/// numbers that the CPU may read as 0 stay below all error bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
-/// A direction is scaled like points if the exponent of its scaled length is at most this in
+/// A direction is scaled like points if the exponent of its scaled length is at most this value in
 /// magnitude. Any other direction gets its own scale, which brings its length close to 1.
 const SAME: i32 = 30;
 
@@ -49,10 +49,10 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// Creates a frame for corners between the lowest and the highest coordinates, most of which
-    /// are in the box `crowd`. The frame is empty if the coordinates are not finite. The frame's
-    /// centre is the point of the crowd that is nearest to the centre of the whole scene, so that a
-    /// few distant triangles do not cost the others precision.
+    /// Creates a frame for corners with coordinates from `lo` to `hi`, most of which are in the box
+    /// `crowd`. The frame is empty if the coordinates are not finite. The frame's centre is the
+    /// point of the crowd that is nearest to the centre of the whole scene, so that a few distant
+    /// triangles do not cost the others precision.
     pub fn around([lo, hi]: [[f64; 3]; 2], crowd: [[f64; 3]; 2]) -> Self {
         if !lo.iter().chain(&hi).all(|x| x.is_finite()) {
             return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
@@ -62,7 +62,7 @@ impl LocalFrame {
         // scene (f64.md, section 4).
         let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
         // The distance from the centre to the farther side along each axis. The scale brings the
-        // largest of these distances to between 1 and 2.
+        // largest of these distances into the range from 1 to 2.
         let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
         let up = -exponent(half[0].max(half[1]).max(half[2]));
         let up = up.clamp(SCALES.0, SCALES.1);

@@ -120,7 +120,7 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// Creates a block from up to N copies of triangles. Unused lanes repeat the last copy.
+    /// Creates a block from up to N f32 copies of f64 triangles. Unused lanes repeat the last copy.
     #[doc(hidden)]
     pub fn of_copies(copies: &[Copy32]) -> Self {
         let live = copies.len().min(N);
@@ -337,7 +337,7 @@ fn largest<D: Lanes>([a, b, c]: [Vec3<D>; 3]) -> D {
 #[inline(always)]
 fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges: &mut [f32]) {
     let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
-    // The conversion may round down. The two steps up below restore the bound.
+    // The conversion may round down; the two steps up below make the result an upper bound again.
     a.max(b).max(c).sqrt().store_f32(edges);
     // A NaN in any edge makes the sum NaN, and the comparison is then false.
     let known = (a + b + c).lt(D::splat(f64::INFINITY));

@@ -39,7 +39,7 @@ pub enum Resolver<'a> {
 
 impl<'a> Resolver<'a> {
     /// Returns whether every hit is on its triangle. Exact resolvers guarantee this; the document's
-    /// rounded operations may report a hit beside its triangle.
+    /// rounded operations may report a hit just outside its triangle.
     #[inline]
     pub fn hits_lie_on_triangles(self) -> bool {
         !matches!(self, Self::Document(_))
@@ -84,7 +84,7 @@ impl<'a> Resolver<'a> {
     #[inline(never)]
     pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
-            // Signs are enough here, whereas an exact t may take an integer division.
+            // Signs are enough here, whereas computing t exactly may require an integer division.
             Self::Exact(rule) => crate::exact::hit(rule, ray, triangle),
             _ => self.hit(ray, triangle, (id, slot)).is_some(),
         }
@@ -127,8 +127,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Determines exactly whether a ray runs in the direction of a triangle's normal or against it.
-    /// Returns `None` if the ray is parallel to the plane.
+    /// Determines exactly whether a ray crosses a triangle's plane in the direction of the normal
+    /// or against it. Returns `None` if the ray is parallel to the plane.
     #[inline(never)]
     pub fn facing(
         self,
@@ -212,8 +212,8 @@ impl<'a> Resolver<'a> {
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// Computes the values that rays from one origin share when deciding which triangle comes
-    /// first.
+    /// Computes a triangle's values that rays from one origin share, for determining which of two
+    /// triangles comes first.
     #[inline(always)]
     pub fn shared_origin(
         self,

@@ -114,7 +114,7 @@ pub trait Lanes:
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)
     }
-    /// Selects `if mask { yes } else { no }`, lane by lane.
+    /// Computes `if mask { yes } else { no }` in each lane.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }
 
