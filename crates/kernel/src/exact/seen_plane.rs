@@ -14,8 +14,8 @@ use super::tier::is_f64;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// `2^-49`, which is `16w`: the errors of T and D are at most half this value times their
-/// permanents.
+/// `2^-49`, which is `16w`, where w is half an ulp of 1. The errors of T and D are at most half
+/// this value times their permanents.
 const BOUND: f64 = 16.0 * (f64::EPSILON / 2.0);
 
 /// A triangle's plane relative to the origin of rays that are known to hit the triangle.

@@ -144,7 +144,8 @@ fn moved<S: Scalar>(
 ) -> Option<RayOf<S>> {
     let mut next = *start;
     for doublings in 0..40 {
-        // Start from the point, not from the last attempt, so that roundings do not accumulate.
+        // Start from the point, not from the last attempt, so that rounding errors do not
+        // accumulate.
         let steps = (1_u64 << doublings) as f64;
         next.origin[axis] = S::nearest(point[axis] + steps * step);
         if !is_finite(&next, triangle) {

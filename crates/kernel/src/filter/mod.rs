@@ -44,8 +44,8 @@ use edges::Edges;
 use projection::{Frame, Outlines, Points, Starts};
 
 /// The intersection test of a mode, for your own loops over packets and blocks: f32 lanes with a
-/// proven error bound, and a resolver for the pairs that they leave undecided. Create one with
-/// [`Mode::filter`](crate::Mode::filter).
+/// proven error bound, and a resolver for the pairs that the bound leaves undecided. Create one
+/// with [`Mode::filter`](crate::Mode::filter).
 ///
 /// Run your loop through [`WithSimd`](crate::simd::WithSimd), which compiles it for each
 /// instruction level. A [`TriangleId`](crate::TriangleId) identifies a triangle and breaks ties. A

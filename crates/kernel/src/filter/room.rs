@@ -15,7 +15,7 @@ use super::bound::{self, U};
 /// `docs/numerics/certified.md` explains the names.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
-    /// Whether blocks contain copies: one corner and two edges instead of three corners.
+    /// Whether blocks contain copies, which have one corner and two edges instead of three corners.
     pub(super) copies: bool,
     /// Whether all hits are on their triangles. The reference, in contrast, may accept a point
     /// outside a triangle whose normal is inaccurate.

@@ -31,7 +31,7 @@ thread_local! {
     static LOADED: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
 }
 
-/// A number, and by how much each rounding may have changed it.
+/// A number, and the amount by which each rounding may have changed it.
 #[derive(Clone, Copy)]
 pub(super) struct Worst {
     pub(super) value: f64,

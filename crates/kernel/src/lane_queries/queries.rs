@@ -140,7 +140,7 @@ impl Filter<'_> {
         // The filter treats any lane that is certainly beyond the closest hit so far as a miss.
         let far = Lanes::splat(closest.t_hi());
         let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, block.live(), counts);
-        // Return before calling `keep`: a leaf usually has no candidates, and then the selection
+        // Return before calling `keep`: a leaf usually has no candidates, so selecting among them
         // would be wasted work.
         if verdicts.lanes() == 0 {
             return;

@@ -21,9 +21,9 @@ use crate::scalar::Bits;
 use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
-/// The smallest and largest exponents of the scale. The scale is chosen so that the farthest corner
-/// is scaled to a distance between 1 and 2. Within the limits, the scale is a normal f64, and
-/// numbers that the CPU may read as 0 stay below all error bounds.
+/// The smallest and largest exponents of the scale. The scale is chosen so that the largest scaled
+/// coordinate of any corner, relative to the centre, is between 1 and 2. Within the limits, the
+/// scale is a normal f64, and numbers that the CPU may read as 0 stay below all error bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
 /// A direction is scaled like points if the exponent of its scaled length is at most this value in

@@ -10,7 +10,7 @@ use crate::packet::{PacketHits, RayPacket, TriangleBlock};
 use crate::simd::{Lane, Level, Simd, Width, WithSimd};
 use crate::{Hit, Ray, Threshold};
 
-/// How hits are decided, and which CPU instructions are used.
+/// Determines how hits are decided and which CPU instructions are used.
 ///
 /// | mode | a triangle is hit if |
 /// | --- | --- |

@@ -37,7 +37,7 @@ pub struct Frame {
 /// The coefficients of the error bounds that differ between f32 scenes and copies of f64 scenes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shares {
-    /// Whether blocks contain copies: one corner and two edges instead of three corners.
+    /// Whether blocks contain copies, which have one corner and two edges instead of three corners.
     pub(super) copies: bool,
     /// The constant `SCREEN`, or `COPY_SCREEN` for copies.
     pub(super) screen: f32,

@@ -265,8 +265,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let mut kept = [None; 2];
         for lane in lanes_of(rest) {
             let ray = first + lane;
-            // If the ray has no hit yet, its far end may decide. If it has a hit, only the order of
-            // the two hits matters.
+            // If the ray has no hit yet, the result may depend on the ray's far end. Otherwise,
+            // only the order of the two hits matters.
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);

@@ -11,8 +11,8 @@ use crate::simd::{Lanes, Mask, Simd, Vec3};
 
 /// Sixteen projected triangles, in lanes.
 ///
-/// A form is `f[0] + f[1] x + f[2] y`. The edge forms are scaled so that their sign is certain if
-/// they exceed 1 in magnitude.
+/// A linear form f has the value `f[0] + f[1] x + f[2] y` at the point (x, y). The edge forms are
+/// scaled so that their sign is certain if they exceed 1 in magnitude.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -298,8 +298,8 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
     }
 }
 
-/// Returns the lanes in which the whole window is outside at least one edge, if D is certain and
-/// positive.
+/// Returns the lanes in which the whole window is outside at least one edge, provided that D is
+/// certainly positive.
 #[inline(always)]
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);

@@ -1,5 +1,5 @@
-//! Snaps many rays to a grid. For rays that hit nothing, snapping is most of the work in the
-//! `fixed` mode.
+//! Snaps many rays to a grid. For rays that hit nothing, snapping accounts for most of the work in
+//! the `fixed` mode.
 //!
 //! ```text
 //!   x, y, z, t_max in memory ──► * 2^k, 2^k, 2^k, 2^(scale - k) ──► x, y, z rounded

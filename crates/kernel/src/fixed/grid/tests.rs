@@ -180,8 +180,8 @@ fn rays_are_snapped_alike_at_every_level() {
     }
     let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
     assert_eq!(grid.ray(&rays[20_000]).unwrap().dir(), [131_073, 0, -2]);
-    // A component that uses all 18 bits does not change, up to the limit from which it would round
-    // up to 19 bits.
+    // A direction whose longest component already uses all 18 bits does not change, unless that
+    // component would round up to 19 bits.
     let snapped = |dir: [f32; 3]| grid.ray(&Ray::new([0.0; 3], dir)).unwrap().dir();
     assert_eq!(snapped([3.0, -262_143.0, 1.0]), [3, -262_143, 1]);
     assert_eq!(snapped([262_143.5, 4.0, -8.0]), [131_072, 2, -4]);
