@@ -108,8 +108,8 @@ impl Ray {
         t * pow2(self.exponent)
     }
 
-    /// Limits the ray to the interval `t_min <= t < t_max`, in addition to `0 < t`, in multiples of
-    /// the direction before snapping.
+    /// Limits the ray to the interval `t_min <= t < t_max`, in addition to `0 < t`. The limits are
+    /// in multiples of the direction before snapping.
     #[inline(always)]
     pub fn between(self, t_min: f32, t_max: f32) -> Self {
         // This is exact except where no crossing is possible: within the bit budgets,

@@ -92,7 +92,8 @@ impl<const N: usize> RayPacket<N> {
 /// // The z coordinates of the first corners.
 /// assert_eq!(block.corners()[0][2][..3], [5.0, 7.0, 7.0]);
 /// ```
-// A row of eight is 32 bytes, so a block together with eight indices takes six cache lines.
+// A row of eight values takes 32 bytes, so a block together with eight indices takes six cache
+// lines.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub struct TriangleBlock<const N: usize> {
