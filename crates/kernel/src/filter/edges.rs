@@ -72,7 +72,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         Self::of_edges([c1, c1 - c2, c3 - c1], h)
     }
 
-    /// Creates triangles from their corners alone. The longest edges are measured in f32.
+    /// Creates triangles from their corners alone. The longest edges are computed in f32.
     #[inline(always)]
     pub(crate) fn of_corners([c1, c2, c3]: [Vec3<F>; 3]) -> Self {
         let (minus_h4, h5) = (c1 - c2, c3 - c1);
@@ -105,7 +105,7 @@ pub struct Rays<F> {
     edge: F,
     /// The part of the edges' error bound that depends on the origin.
     off: F,
-    /// `SLACK` times the part of A's error that does not depend on its length.
+    /// `SLACK` times the part of A's error that does not depend on the length of A.
     num: F,
     /// `GRAZING |d|₂`
     grazing: F,
@@ -448,9 +448,9 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         // A lane is a hit if it certainly passes the parallel test, the range test, and the edge
         // tests.
         let (t_lo, t_hi) = plane.enclosure();
-        // `least` accounts for the error of `den` itself. The other term is the document's test
-        // `|vd| > Threshold`, multiplied by an upper bound on the normal's length (certified.md,
-        // section 4).
+        // `least` accounts for the error of `den` itself. The other term comes from the document's
+        // test `|vd| > Threshold`, multiplied by an upper bound on the normal's length
+        // (certified.md, section 4).
         let parallel = splat(threshold.near * (bound::PARALLEL * bound::AREA));
         let parallel = tri.hh.mul_add(parallel, least);
         let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
@@ -458,8 +458,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut undecided = maybe & !hit;
         if undecided != 0 {
             // Make a last attempt with tighter bounds, which take several times as long to compute.
-            // Most of these lanes are rays near an edge, or rays that start on the triangle and
-            // therefore have a t near 0.
+            // Most of these lanes contain rays that pass near an edge, or rays that start on the
+            // triangle and therefore have a t near 0.
             let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);
