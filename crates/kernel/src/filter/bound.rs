@@ -10,8 +10,8 @@ pub(super) const U: f32 = 1.0 / (1 << 24) as f32;
 /// `PRECHECK |d|₂ (|c1|₁ + h + |o|₁)`.
 pub(super) const PRECHECK: f32 = 32.0 * U;
 
-/// The errors of V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)`, including the reference's own
-/// noise.
+/// The errors of V and W, including the reference's own noise, are within
+/// `EDGE |d|₂ h (|A|₁ + NEAR h)`.
 pub(super) const EDGE: f32 = 6.5 * U;
 
 /// The factor of the edge length in the bound of [`EDGE`]. The error of U is within twice the bound
@@ -81,8 +81,8 @@ pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
 /// A term added to the square root of a sum of squares to cover underflow: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
 
-/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and the f64 rounding error in a
-/// frame.
+/// A bound on the reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and on the f64 rounding
+/// error in a frame.
 pub(super) const NOISE: f32 = 0.25 * U;
 
 /// The largest distance of a projected point from the centre, along x and along y.
@@ -95,8 +95,8 @@ pub(super) const LEAN: f32 = 1.23;
 /// `SCREEN |form|₁`.
 pub(super) const SCREEN: f32 = 9.25 * U;
 
-/// In the projection's axes, the errors of an edge form's coefficients are within
-/// `EDGES h (|A|₁ + h)`, including the reference's noise.
+/// In the projection's axes, the errors of an edge form's coefficients, including the reference's
+/// noise, are within `EDGES h (|A|₁ + h)`.
 pub(super) const EDGES: f32 = 16.75 * U;
 
 /// The error of the inverse depth is within `DEPTH |s|₁` plus `LOST h² / |T|`.

@@ -26,7 +26,8 @@ pub struct Room {
     pub(super) grazing: f32,
     /// `SLACK DEN`
     pub(super) den: f32,
-    /// `SLACK NUM`, and `SLACK` times the part of A's error that does not depend on its length.
+    /// `SLACK NUM`, and `SLACK` times the part of A's error that does not depend on the length of
+    /// A.
     pub(super) num: [f32; 2],
     /// `SHARP` and `SHARP_U`
     pub(super) sharp: [f32; 2],

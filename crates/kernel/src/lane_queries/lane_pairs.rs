@@ -47,8 +47,8 @@ pub(crate) trait LanePairs {
         self.resolver().t(&self.ray(lane), &self.find(slot), (ray, slot))
     }
 
-    /// Returns which of two hits with equal rounded t comes first on the lane's ray: the hit on the
-    /// lane's triangle or the hit on the triangle in a slot.
+    /// Returns which of two hits comes first on the lane's ray if both values of t round to the
+    /// same f64: the hit on the lane's triangle or the hit on the triangle in a slot.
     #[inline(always)]
     fn order(&self, lane: usize, slot: LeafSlot) -> Ordering {
         let (ray, here) = self.ids(lane);

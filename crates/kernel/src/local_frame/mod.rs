@@ -230,15 +230,15 @@ fn longest_exponent(ray: &Ray64) -> i32 {
     exponent(f64::from_bits(x.max(y).max(z)))
 }
 
-/// Returns the e for which `2^e <= x < 2^(e+1)` for a positive x, or 0 if x is 0.
+/// Returns the exponent e for which `2^e <= x < 2^(e+1)` for a positive x, or 0 if x is 0.
 #[inline]
 fn exponent(x: f64) -> i32 {
     let (m, e) = x.parts();
     if m == 0 { 0 } else { 63 - m.leading_zeros() as i32 + e }
 }
 
-/// Computes `x 2^by`, rounded. The result is infinite if it is too large, and about 0 if it is too
-/// small. This function works on the bits, because a CPU may be set to read a subnormal x as 0.
+/// Computes `x 2^by`, rounded. The result is infinite on overflow and about 0 on underflow. This
+/// function works on the bits, because a CPU may be set to read a subnormal x as 0.
 #[inline]
 fn scaled(x: f64, by: i32) -> f64 {
     if !Bits::is_finite(x) {

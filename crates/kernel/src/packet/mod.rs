@@ -139,7 +139,7 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// Creates a block without the longest edges.
+    /// Creates a block without setting the longest edges.
     #[inline(always)]
     fn of_corners(triangles: &[Triangle]) -> Self {
         let live = triangles.len().min(N);

@@ -142,8 +142,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns which of two triangles with equal rounded t the ray hits first. For the document,
-    /// the rounded t is the only t, so the result is `Equal`.
+    /// Returns which of two triangles the ray hits first if both values of t round to the same f64.
+    /// For the document, the rounded t is the only t, so the result is `Equal`.
     #[cold]
     #[inline(never)]
     pub fn order(
@@ -212,8 +212,8 @@ impl<'a> Resolver<'a> {
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// Computes a triangle's values that rays from one origin share, for determining which of two
-    /// triangles comes first.
+    /// Computes the values of a triangle that rays from one origin share. They determine which of
+    /// two triangles comes first.
     #[inline(always)]
     pub fn shared_origin(
         self,
