@@ -1,4 +1,4 @@
-//! Ids of rays, triangles, and the slots in which triangles are stored.
+//! Defines the ids of rays and triangles, and of the slots in which triangles are stored.
 
 /// The id of a ray among the rays that are traced together.
 ///
@@ -31,7 +31,7 @@ impl TriangleId {
 }
 
 /// The position at which the caller of a query stores a triangle, such as a lane of a leaf. Queries
-/// pass the slot back to the caller to look up the triangle.
+/// pass the slot back to the caller, who looks up the triangle.
 ///
 /// ```
 /// use intertri::LeafSlot;

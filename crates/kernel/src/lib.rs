@@ -40,7 +40,7 @@
 //!   `no_std` with `alloc`, and it uses the instructions for which it was compiled.
 //!
 //! `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` accept any type that converts into
-//! `[f32; 3]`, such as the vector types of glam and of any library that supports mint. There is no
+//! `[f32; 3]`, such as the vector types of glam and of libraries that support mint. There is no
 //! serde feature, because most rays end at infinity, which JSON cannot represent. Rays and
 //! triangles have public fields, so you can serialize them in any format.
 //!
@@ -65,7 +65,7 @@
 //! apply to them. Code that you build on [`Filter`] or on the lanes of [`simd`] is compiled with
 //! your crate.
 //!
-//! On x86-64 and 64-bit ARM, you need nothing else. WebAssembly has SIMD only if you enable it for
+//! On x86-64 and 64-bit ARM, nothing else is needed. WebAssembly has SIMD only if you enable it for
 //! the build; without it, a query over a slice takes more than twice as long:
 //!
 //! ```sh

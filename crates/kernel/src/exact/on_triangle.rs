@@ -35,9 +35,9 @@ pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
 }
 
 /// Returns whether the point is on the triangle, using integer arithmetic. The point is in the
-/// triangle's plane if T is 0. In that case, each cross product of two corners relative to the
-/// point is a multiple of the triangle's normal, and the point is on the triangle if none of the
-/// three multiples is negative.
+/// triangle's plane if the volume T is 0. In that case, for each edge, the cross product of the two
+/// corners relative to the point is a multiple of the triangle's normal. The point is on the
+/// triangle if none of the three factors is negative.
 fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
     pair: &Pair<S>,
     scales: Scales,

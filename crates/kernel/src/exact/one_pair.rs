@@ -6,10 +6,10 @@
 //!         1                  t                  u                 v            divided by D
 //! ```
 //!
-//! This code is called out of line, so it selects the instruction level itself. Without a fused
+//! This code is called out of line, so it selects the instruction level itself: without a fused
 //! multiply-add, computing the rounding error of a product takes sixteen operations. For f32 input,
 //! the results are proven only if A, h4, and h5 are exact in f64. For f64 input, A, h4, and h5 are
-//! exact as sums of two parts.
+//! stored exactly, as sums of two parts.
 
 use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};
@@ -45,8 +45,7 @@ impl Intersection {
     }
 }
 
-/// Returns the sign of a number with the given error bound, or 0 if the error may exceed the
-/// number.
+/// Returns the sign of a number with the given error bound, or 0 if the sign is uncertain.
 fn sign(x: f64, err: f64) -> i8 {
     i8::from(x > err) - i8::from(x < -err)
 }
@@ -123,8 +122,8 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
     }
 }
 
-/// Transposes four vectors into lanes. The code is written out because an array's `map` may compile
-/// to a function call that lacks the level's instructions.
+/// Transposes four vectors into lanes. The code avoids an array's `map`, which may compile to a
+/// call of a function that lacks the level's instructions.
 #[inline(always)]
 fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     let x: [f64; 4] = [a[0].into(), b[0].into(), c[0].into(), d[0].into()];

@@ -7,8 +7,8 @@ use crate::Hit;
 use crate::hit_attributes::Pairs;
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of};
 
-/// Returns the t of each lane, whose ray is known to hit its triangle, and the lanes in which t is
-/// proven to be correctly rounded.
+/// Returns t for each lane and the lanes in which t is proven to be correctly rounded. In each
+/// lane, the ray must be known to hit the triangle.
 #[inline(always)]
 pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     corners: [Vec3<D>; 3],

@@ -18,8 +18,8 @@ pub fn hits64(level: Level, pairs: &[Pair64<'_>], hits: &mut [Hit]) {
     }
 }
 
-/// Up to four pairs. With eight, some CPUs would lower their clock rate for even a single
-/// eight-lane division.
+/// Up to four pairs. Eight pairs would use eight-lane divisions, and some CPUs lower their clock
+/// rate for even a single one.
 struct Four<'a> {
     pairs: &'a [Pair64<'a>],
     hits: &'a mut [Hit],

@@ -1,5 +1,5 @@
-//! The quotient of two integers, stored as its first 64 bits and a flag for nonzero bits after
-//! them. This is enough to round the quotient correctly and to compare it with any float.
+//! The quotient of two integers, stored as its first 64 bits and a flag that is set if nonzero bits
+//! follow. This is enough to round the quotient correctly and to compare it with any float.
 //!
 //! ```text
 //!   1.b₁b₂b₃ ... b₅₂ | b₅₃ ... b₆₃ | more?        These bits suffice to round to nearest even.
@@ -12,10 +12,10 @@ use crate::Scalar;
 use crate::scalar::Bits;
 use crate::simd::Lanes;
 
-/// A positive quotient: `first * 2^exponent`, plus less than one unit of `first`.
+/// A positive quotient: `first * 2^exponent`, plus a remainder of less than `2^exponent`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quotient {
-    /// The first 64 bits; the highest is set.
+    /// The first 64 bits, of which the highest is set.
     first: u64,
     /// Whether nonzero bits follow the first 64 bits.
     more: bool,
@@ -172,11 +172,11 @@ const SMALLEST_F32: i32 = -126;
 /// The largest exponent of a normal f32.
 const LARGEST_F32: i32 = 127;
 
-/// Rounds 64 bits to a subnormal number whose last place is `2^last`, to nearest, ties to even. The
-/// highest of the 64 bits stands for `2^top`. Returns the bits of the result.
+/// Rounds 64 bits, the highest of which has the value `2^top`, to a subnormal number whose lowest
+/// bit has the value `2^last`. Rounds to nearest, ties to even. Returns the bits of the result.
 #[cold]
 fn subnormal(first: u64, top: i32, last: i32) -> u64 {
-    // The number of bits after the last place.
+    // The number of bits below the lowest bit of the result.
     let after = last.saturating_sub(top.saturating_sub(63));
     if after > 64 {
         return 0;

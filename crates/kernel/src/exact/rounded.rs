@@ -57,7 +57,7 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
         let normal = cross(h4, h5);
         let den = Volume::new(dir, &normal, h4, h5);
         let inverse = D::splat(1.0) / den.value.high;
-        // The bound does not cover the error of differences that are inexact in f64.
+        // The error bound does not cover differences that are inexact in f64.
         let exact = (x + y + z).le(D::splat(0.0));
         Self { a, h4, h5, dir, exact, den, inverse, normal }
     }

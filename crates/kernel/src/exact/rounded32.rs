@@ -117,7 +117,7 @@ impl SharedOriginHit<Hit32> for HitCoefficients32 {
         let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
         let err = <S::F64x4 as Lanes>::splat(self.share * size);
 
-        // Divide all lanes by the last, which holds D. The first lane is t, whose numerator is
+        // Divide all lanes by the last, which holds D. The first lane is for t, whose numerator is
         // already known.
         let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
         let num = Lanes::select(first, Lanes::splat(self.known), sums);

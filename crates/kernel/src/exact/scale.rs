@@ -55,9 +55,9 @@ impl Scale {
     }
 }
 
-/// Returns the number of trailing zero bits of an f64's m. Often half of the bits are zero, and
-/// without them, narrower and much faster integers suffice. Returns 0 for f32, because nearly all
-/// bits of an f32 are in use.
+/// Returns the number of trailing zero bits of an f64's integer mantissa m. Often, half of its bits
+/// are trailing zeros; without them, narrower and much faster integers suffice. Returns 0 for f32,
+/// because nearly all bits of an f32 are in use.
 #[inline(always)]
 fn zeros<S: Scalar>(m: i64) -> i32 {
     if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }

@@ -1,4 +1,4 @@
-//! The side on which a ray passes a directed edge, under the *once* rule.
+//! Determines on which side of a directed edge a ray passes, under the *once* rule.
 //!
 //! ```text
 //!             b

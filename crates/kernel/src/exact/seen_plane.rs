@@ -14,8 +14,8 @@ use super::tier::is_f64;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// `2^-49`, which is `16w`: the errors of T and D are at most half this value times their
-/// permanents.
+/// `2^-49`, which is `16w`, where w is half an ulp of 1. The errors of T and D are at most half
+/// this value times their permanents.
 const BOUND: f64 = 16.0 * (f64::EPSILON / 2.0);
 
 /// A triangle's plane relative to the origin of rays that are known to hit the triangle.
@@ -94,8 +94,8 @@ mod tests {
     use crate::exact::{Tier, order_from};
     use crate::{Ray64, TriangleOf};
 
-    /// Tests triangles that coincide up to a few roundings, including triangles so small or so
-    /// large that products of four coordinates underflow or overflow.
+    /// Tests triangles that coincide up to a few rounding errors, including triangles so small or
+    /// so large that products of four coordinates underflow or overflow.
     #[test]
     fn what_is_sure_of_f64_is_what_integers_say() {
         let mut random = random();

@@ -67,7 +67,7 @@ fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
         moment.iter().all(is_zero)
     };
     let normal: [Int<N>; 3] = cross(&p, &q);
-    // With only one shared corner, the normal is 0 and decides nothing.
+    // If only one corner is shared, the normal is 0, and the test below would decide nothing.
     if normal.iter().all(is_zero) {
         return through(&p);
     }

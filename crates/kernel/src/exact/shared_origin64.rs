@@ -137,7 +137,8 @@ impl HitCoefficients {
         let (hit, sure) = self.meet::<S>(&sums, size, to);
         let sure = (sure & is_tame_quotient(hit)).bits() & 0b111 == 0b111;
 
-        // Load the direction together with the end of the interval, whose lane is not used.
+        // Load the direction together with the end of the interval; the lane with that end is not
+        // used.
         let [.., x, y, z, t_max]: &[f64; 8] = bytemuck::cast_ref(ray);
         let size = <S::F64x4 as Lanes>::load(&[*x, *y, *z, *t_max]).abs();
         let tame = size.ge(Lanes::splat(TAME_DIR[0])) & size.le(Lanes::splat(TAME_DIR[1]));
@@ -150,8 +151,8 @@ impl HitCoefficients {
 /// limits, `2^-200` and `2^300`.
 const TAME_DIR: [f64; 2] = [f64::from_bits((1023 - 200) << 52), f64::from_bits((1023 + 300) << 52)];
 
-/// Returns the error bound of a cross product's dot product with a direction, relative to the sum
-/// of the magnitudes of the direction's components, or NaN if nothing is proven.
+/// Returns the error bound of the dot product of a cross product and a direction, divided by the
+/// sum of the magnitudes of the direction's components, or NaN if nothing is proven.
 #[inline(always)]
 fn share<D: Lanes<Scalar = f64>>(a: &TwoParts<D>, b: &TwoParts<D>, plain: D::Mask) -> D {
     let all = a.first.abs().permanents(b.first.abs()).norm1() * D::splat(DOUBT);

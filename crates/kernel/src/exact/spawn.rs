@@ -1,4 +1,4 @@
-//! Rays that start at a hit on a triangle, without a tuned epsilon.
+//! Creates rays that start at a hit on a triangle, without a tuned epsilon.
 //!
 //! ```text
 //!            ╱ dir                 The rounded hit point may be on either side of the plane. If
@@ -23,15 +23,15 @@ use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 /// Returns a ray that starts at a hit on a triangle and has the direction `dir`. In
 /// [`Mode::exact`](crate::Mode::exact), the ray never hits that triangle, whatever its direction.
 ///
-/// The ray starts at the point that has the hit's weights, rounded to the scalar type, or next to
-/// that point on the side to which `dir` leads. Along each axis, the start is within six units in
-/// the last place of the true point's largest coordinate, or within `2^-46` of the triangle's
-/// largest coordinate if that is more. The ray may miss anything that is nearer than that. The
-/// start may be farther away if the weights do not come from [`Mode::exact`](crate::Mode::exact).
+/// The ray starts at the point with the hit's weights, rounded to the scalar type, or next to that
+/// point on the side to which `dir` leads. Along each axis, the start differs from the true point
+/// by at most six ulps of the point's largest coordinate or `2^-46` times the triangle's largest
+/// coordinate, whichever is larger. The ray may miss anything that is nearer than that. The
+/// difference may be larger if the weights do not come from [`Mode::exact`](crate::Mode::exact).
 /// The ray's interval is `t > 0`. Near an edge, the ray may hit the triangle on the other side of
 /// the edge. To test whether two points see each other, use `Bvh::visible` from `intertri-trace`.
 ///
-/// If the hit is a miss, or if no start can be found, the origin is NaN, and the ray hits nothing,
+/// If `hit` is a miss, or if no start can be found, the origin is NaN, and the ray hits nothing,
 /// whatever its interval.
 ///
 /// ```
@@ -92,7 +92,7 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
     for axis in axes {
         let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
-        // The first choice works unless f64 is too imprecise for the normal. In that case, try the
+        // The first choice works unless the normal is too inaccurate in f64. In that case, try the
         // opposite sign and then the other axes.
         for step in [way, -way] {
             if let Some(next) = moved(&start, point, (axis, step), triangle) {
@@ -106,8 +106,8 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
 /// Returns a ray from a hit on a triangle to a target at `t = 1`. This is [`spawn_ray`] with the
 /// interval `0 < t < 1`, for shadow rays to a light.
 ///
-/// The end of the ray may be as far from the target as the start may be from the hit, plus the
-/// rounding error of the direction.
+/// The distance between the end of the ray and the target has the same bound as the distance
+/// between the start and the hit, plus the rounding error of the direction.
 ///
 /// ```
 /// use intertri::{Mode, Ray, Triangle, spawn_ray_to};
@@ -144,7 +144,8 @@ fn moved<S: Scalar>(
 ) -> Option<RayOf<S>> {
     let mut next = *start;
     for doublings in 0..40 {
-        // Start from the point, not from the last attempt, so that roundings do not accumulate.
+        // Start from the point, not from the last attempt, so that rounding errors do not
+        // accumulate.
         let steps = (1_u64 << doublings) as f64;
         next.origin[axis] = S::nearest(point[axis] + steps * step);
         if !is_finite(&next, triangle) {

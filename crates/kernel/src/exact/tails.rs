@@ -17,7 +17,8 @@ use crate::simd::{Lanes, Vec3};
 /// this value times the quotient's magnitude.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 97) as f64;
 
-/// A quotient is proven only if it is 0 or its magnitude is between these limits, `2^±500`.
+/// A quotient can be proven to be correctly rounded only if it is 0 or its magnitude is between
+/// these limits, `2^±500`.
 const TAME: [f64; 2] = [f64::from_bits((1023 - 500) << 52), f64::from_bits((1023 + 500) << 52)];
 
 /// A vector in two parts.
@@ -47,7 +48,7 @@ fn with_rest<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3], rest: Vec3<D>) 
     [more(x, rest.x), more(y, rest.y), more(z, rest.z)]
 }
 
-/// Computes the cross product of two vectors in two parts.
+/// Computes the cross product of two vectors that have two parts each.
 #[inline(always)]
 pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     a: &TwoParts<D>,
@@ -59,7 +60,7 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     with_rest(&cross(a.first, b.first), rest)
 }
 
-/// Computes the dot product of a cross product and a vector in two parts.
+/// Computes the dot product of a cross product and a vector, both in two parts.
 #[inline(always)]
 pub(super) fn times<D: Lanes<Scalar = f64>>(
     product: &[Double<D>; 3],

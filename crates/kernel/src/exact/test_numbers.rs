@@ -1,6 +1,6 @@
 //! Generates random numbers for tests. The sequence is the same in every run.
 
-/// Returns a generator of numbers between -1/2 and 1/2.
+/// Returns a generator of random numbers between -1/2 and 1/2.
 pub(super) fn random() -> impl FnMut() -> f64 {
     let mut state = 1_u64;
     move || {

@@ -3,7 +3,7 @@
 
 use crate::Scalar;
 
-/// The tiers of arithmetic, from the fastest tier to the tier that always decides.
+/// The tiers of arithmetic, from the fastest to the one that can decide every pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
     /// f64 with an error bound, for pairs that the bound can decide.
@@ -42,8 +42,8 @@ pub(super) const fn is_f64<S: Scalar>() -> bool {
     S::DIGITS > f32::MANTISSA_DIGITS as i32
 }
 
-/// Calls a function with the integer widths of a tier. The function is generic over the number of
-/// limbs of coordinates, normals, and volumes, and optionally of products of two volumes.
+/// Calls a function with the integer widths of a tier. The function is generic over the numbers of
+/// limbs in coordinates, normals, and volumes, and optionally in products of two volumes.
 macro_rules! at_tier {
     ($s:ty, $tier:expr, $f:ident::<S, C, N, V>($($arg:expr),*)) => {
         match $tier {

@@ -40,7 +40,7 @@ pub struct BlockHits {
     pub sure: u32,
     /// Undecided lanes, for the resolver.
     pub undecided: u32,
-    /// Certain hits at which the ray runs in the direction of the normal.
+    /// Certain hits at which the ray crosses the plane in the direction of the normal.
     pub leaves: u32,
     /// Lower bounds of t for the certain hits.
     pub t_lo: [f32; 8],
@@ -49,8 +49,8 @@ pub struct BlockHits {
 }
 
 impl Filter<'_> {
-    /// Tests a ray against a block. Returns `None` if all lanes certainly miss; a lane whose t
-    /// certainly exceeds `far` is also a miss.
+    /// Tests a ray against a block. Returns `None` if all lanes certainly miss. A lane whose t
+    /// certainly exceeds `far` counts as a miss.
     #[inline(always)]
     pub fn block_hits_in<S: Simd>(
         &self,
@@ -72,8 +72,8 @@ impl Filter<'_> {
         }
         counts.undecided += u64::from(undecided.count_ones());
 
-        // If the upper bound of t reaches the end of the interval, the hit may be beyond it and is
-        // not certain.
+        // If the upper bound of t reaches the end of the interval, the hit may be beyond that end,
+        // so it is not certain.
         let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(self.sure_end(ray.ray.t_max))));
         let leaves = sure & !Mask::bits(edges.den.negative());
         let mut hits = BlockHits {

@@ -10,8 +10,8 @@ pub(super) const U: f32 = 1.0 / (1 << 24) as f32;
 /// `PRECHECK |d|₂ (|c1|₁ + h + |o|₁)`.
 pub(super) const PRECHECK: f32 = 32.0 * U;
 
-/// The errors of V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)`, including the reference's own
-/// noise.
+/// The errors of V and W, including the reference's own noise, are within
+/// `EDGE |d|₂ h (|A|₁ + NEAR h)`.
 pub(super) const EDGE: f32 = 6.5 * U;
 
 /// The factor of the edge length in the bound of [`EDGE`]. The error of U is within twice the bound
@@ -76,13 +76,13 @@ pub(super) const TINY: f32 = f32::from_bits((127 - 120) << 23);
 /// A bound on the effect of underflow on an edge, a direction, or a translated corner, as a length.
 pub(super) const SMALL: f32 = f32::from_bits((127 - 100) << 23);
 
-/// A factor that rounds the square root of a sum of squares up. [`NORM_ADD`] covers underflow.
+/// A factor that rounds up the square root of a sum of squares. [`NORM_ADD`] covers underflow.
 pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
 /// A term added to the square root of a sum of squares to cover underflow: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
 
-/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and the f64 rounding error in a
-/// frame.
+/// A bound on the reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and on the f64 rounding
+/// error in a frame.
 pub(super) const NOISE: f32 = 0.25 * U;
 
 /// The largest distance of a projected point from the centre, along x and along y.
@@ -95,8 +95,8 @@ pub(super) const LEAN: f32 = 1.23;
 /// `SCREEN |form|₁`.
 pub(super) const SCREEN: f32 = 9.25 * U;
 
-/// In the projection's axes, the errors of an edge form's coefficients are within
-/// `EDGES h (|A|₁ + h)`, including the reference's noise.
+/// In the projection's axes, the errors of an edge form's coefficients, including the reference's
+/// noise, are within `EDGES h (|A|₁ + h)`.
 pub(super) const EDGES: f32 = 16.75 * U;
 
 /// The error of the inverse depth is within `DEPTH |s|₁` plus `LOST h² / |T|`.
@@ -121,7 +121,7 @@ pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 
 /// On a projection, a t below this value (2^-80) counts as unknown: its product with a depth could
-/// be subnormal, and subnormal results round by more than `INVERSE`.
+/// be subnormal, and the rounding error of a subnormal result exceeds `INVERSE`.
 pub(super) const SHORTEST_T: f32 = f32::from_bits((127 - 80) << 23);
 
 /// If rays miss the origin by up to `off`, the bound of an edge grows by `OFF_EDGE h off`.
@@ -130,8 +130,8 @@ pub(super) const OFF_EDGE: f32 = 1.25;
 /// `OFF_DEPTH off |s|₁`, relative to the largest inverse depth on the part of the projection that
 /// the rays reach.
 pub(super) const OFF_DEPTH: f32 = 1.5;
-/// If rays miss the origin, this distance (2^-19) is added to the part of the projection that they
-/// reach.
+/// If rays miss the origin, this margin (2^-19) is added to the extent of the part of the
+/// projection that they reach.
 pub(super) const OFF_REACH: f32 = 1.0 / (1 << 19) as f32;
 /// If rays miss the origin by up to `off`, the margin around a triangle grows by `OFF_ROOM off`.
 pub(super) const OFF_ROOM: f32 = 1.25;

@@ -8,8 +8,8 @@
 //!   t = num / den                             c1  h4  c2
 //! ```
 //!
-//! V, W, and U divided by den are the weights of c2, c3, and c1. Corner c1 is translated to the
-//! ray's origin first, so large offsets of the scene cost no precision.
+//! V, W, and U divided by den are the weights of c2, c3, and c1. The test computes c1 relative to
+//! the ray's origin first, so no precision is lost if the scene is far from the world's origin.
 //! `docs/numerics/certified.md` has the bounds and the proof.
 
 use crate::packet::{RayLanes, RayPacket, TriangleBlock};
@@ -72,7 +72,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         Self::of_edges([c1, c1 - c2, c3 - c1], h)
     }
 
-    /// Creates triangles from their corners alone. The longest edges are measured in f32.
+    /// Creates triangles from their corners alone. The longest edges are computed in f32.
     #[inline(always)]
     pub(crate) fn of_corners([c1, c2, c3]: [Vec3<F>; 3]) -> Self {
         let (minus_h4, h5) = (c1 - c2, c3 - c1);
@@ -105,7 +105,7 @@ pub struct Rays<F> {
     edge: F,
     /// The part of the edges' error bound that depends on the origin.
     off: F,
-    /// `SLACK` times the part of A's error that does not depend on its length.
+    /// `SLACK` times the part of A's error that does not depend on the length of A.
     num: F,
     /// `GRAZING |d|₂`
     grazing: F,
@@ -142,7 +142,8 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         let off = org.mul_add(splat(room.off[0]), copied + splat(room.off[1]));
         let off = len.mul_add(off, splat(bound::OFF_ADD));
 
-        // The larger of t_min and the threshold. A NaN in t_min stays NaN and decides nothing.
+        // The larger of t_min and the threshold. If t_min is NaN, so is the result, and nothing is
+        // decided.
         let near = rays.t_min.mul_add(splat(room.near[0]), splat(room.near[1]));
         Self {
             rays,
@@ -297,8 +298,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(sharp_u, noise)]
     }
 
-    /// Applies the sharp bounds. Returns the lanes that no edge proves to be a miss, and the lanes
-    /// that all edges prove to be a hit, provided that [`Edges::sure`] is set.
+    /// Applies the sharp bounds. Returns the lanes that no edge proves to be misses, and the lanes
+    /// that all edges together prove to be hits, provided that [`Edges::sure`] is set.
     #[inline(always)]
     fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> (F::Mask, F::Mask) {
         let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of, room);
@@ -393,7 +394,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
 pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {
     let recip = F::splat(1.0) / den;
     let t = num * recip;
-    // err = |t| share + rest: one factor collects the relative errors, the other the absolute ones.
+    // err = |t| share + rest: `share` collects the relative errors, and `rest` the absolute errors.
     let share = den_err.mul_add(recip, F::splat(bound::ROUND));
     let rest = num_err.mul_add(recip, F::splat(bound::TINY));
     let err = t.abs().mul_add(share, rest);
@@ -402,7 +403,7 @@ pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_er
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
     /// Decides every lane for which the error bound allows a decision. A lane whose t certainly
-    /// exceeds `far` is also a miss.
+    /// exceeds `far` counts as a miss.
     #[inline(always)]
     pub(super) fn decide(
         &self,
@@ -447,9 +448,9 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         // A lane is a hit if it certainly passes the parallel test, the range test, and the edge
         // tests.
         let (t_lo, t_hi) = plane.enclosure();
-        // `least` accounts for the error of `den` itself. The other term is the document's test
-        // `|vd| > Threshold`, multiplied by an upper bound on the normal's length (certified.md,
-        // section 4).
+        // `least` accounts for the error of `den` itself. The other term comes from the document's
+        // test `|vd| > Threshold`, multiplied by an upper bound on the normal's length
+        // (certified.md, section 4).
         let parallel = splat(threshold.near * (bound::PARALLEL * bound::AREA));
         let parallel = tri.hh.mul_add(parallel, least);
         let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
@@ -457,8 +458,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut undecided = maybe & !hit;
         if undecided != 0 {
             // Make a last attempt with tighter bounds, which take several times as long to compute.
-            // Most of these lanes are rays near an edge, or rays that start on the triangle and
-            // therefore have a t near 0.
+            // Most of these lanes contain rays that pass near an edge, or rays that start on the
+            // triangle and therefore have a t near 0.
             let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);

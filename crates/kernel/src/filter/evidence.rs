@@ -64,8 +64,8 @@ pub struct Evidence {
     pub precheck_bound: f32,
     /// The longest edge of the triangle.
     pub h: f32,
-    /// Whether t is certainly outside the ray's interval, or not above the threshold; valid if
-    /// [`Evidence::sure`].
+    /// Whether t is certainly outside the ray's interval or certainly not above the threshold;
+    /// valid if [`Evidence::sure`].
     pub out_of_range: bool,
     /// Whether the ray is far enough from grazing for anything to be decided.
     pub sure: bool,
@@ -137,7 +137,7 @@ impl WithSimd for BlockEvidence<'_> {
             u_edge: 2.0 * edge,
             sharp: [lane(sharp_v), lane(sharp_w), lane(sharp_u)],
             den: lane(edges.den),
-            // The kernel stores `SLACK` times the bounds of D and T. Tests compare with the bounds
+            // The kernel stores `SLACK` times the bounds of D and T, whereas tests use the bounds
             // themselves.
             den_err: lane(plane.den_err) / bound::SLACK,
             // `plane.num` is multiplied by the sign of D; flipping it again restores T.

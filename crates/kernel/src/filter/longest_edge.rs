@@ -40,8 +40,8 @@ mod tests {
     use super::*;
     use crate::simd::{Level, Simd, WithSimd};
 
-    /// Computes the bound on one triangle's longest edge twice: in lanes, of which the first is
-    /// returned, and as a scalar.
+    /// Computes the bound on one triangle's longest edge twice: in lanes, returning the first lane,
+    /// and as a scalar.
     struct Measured([[f32; 3]; 3]);
 
     impl WithSimd for Measured {
@@ -90,8 +90,8 @@ mod tests {
                     let at = || format!("{h:e} of {corners:?}, {}", level.name());
                     assert!(!far || h.is_nan(), "{}", at());
                     assert!(h.is_nan() || f64::from(h) > longest && h >= SHORTEST, "{}", at());
-                    // The sum of all edges and the corner may exceed the limit even if each of them
-                    // is below it.
+                    // The sum of all edges and the corner may exceed the limit even if each term is
+                    // below the limit.
                     let near = corners.as_flattened().iter().all(|x| x.abs() <= 1e9);
                     let limit = longest * most + 2.0 * f64::from(SHORTEST);
                     assert!(!(sane && near) || f64::from(h) <= limit, "{}", at());

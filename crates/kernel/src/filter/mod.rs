@@ -8,8 +8,8 @@
 //!                                            └──► undecided      about 1 in 10,000: to the resolver
 //! ```
 //!
-//! There are two forms: one for arbitrary rays and triangles ([`edges`]), and one that projects the
-//! triangles, for bundles of rays that share an origin ([`projection`]).
+//! The filter has two forms: one for arbitrary rays and triangles ([`edges`]), and one that
+//! projects the triangles, for bundles of rays that share an origin ([`projection`]).
 
 mod block_hits;
 mod bound;
@@ -44,8 +44,8 @@ use edges::Edges;
 use projection::{Frame, Outlines, Points, Starts};
 
 /// The intersection test of a mode, for your own loops over packets and blocks: f32 lanes with a
-/// proven error bound, and a resolver for the pairs that they leave undecided. Create one with
-/// [`Mode::filter`](crate::Mode::filter).
+/// proven error bound, and a resolver for the pairs that the bound leaves undecided. Create one
+/// with [`Mode::filter`](crate::Mode::filter).
 ///
 /// Run your loop through [`WithSimd`](crate::simd::WithSimd), which compiles it for each
 /// instruction level. A [`TriangleId`](crate::TriangleId) identifies a triangle and breaks ties. A
@@ -204,7 +204,7 @@ impl Filter<'_> {
         if off > 0.0 { frame.passed_within(off, reach) } else { frame }
     }
 
-    /// Adds the live rays of a packet to `starts`, the depths at which rays begin to look for hits.
+    /// Adds the live rays of a packet to `starts`, the depths at which the rays' intervals begin.
     /// No hit has a t below `t_min[0]`, and any t above `t_min[1]` is certainly past the near end
     /// of the interval.
     ///

@@ -78,7 +78,7 @@ pub struct LaneHits {
     pub sure: u32,
     /// Undecided lanes, for the resolver.
     pub undecided: u32,
-    /// Whether the rays of the certain hits run in the direction of the normal.
+    /// Whether the rays cross the plane in the direction of the normal at the certain hits.
     pub leaves: bool,
 }
 
@@ -116,7 +116,7 @@ impl Filter<'_> {
     }
 
     /// Finds the triangles of a block that rays around an axis may hit, and returns them as bits.
-    /// If there are any, fills in `along` for them.
+    /// If there are any, stores their edge functions in `along`.
     #[inline(always)]
     pub fn along_in<S: Simd>(
         &self,
@@ -140,7 +140,7 @@ impl Filter<'_> {
         let most = |at: S::F32x8, of: Vec3<S::F32x8>| of.abs().dot_add(reach, at);
         let least_of_v_and_w = most(v, of_v).min(most(w, of_w));
         let edge = least_of_v_and_w.min(most(u, of_v + of_w) * S::F32x8::splat(0.5));
-        // Written as "not less", so that a NaN keeps its triangle.
+        // Test for "not less" instead of "greater or equal", so that a triangle with a NaN is kept.
         let reached = (!edge.lt(least)).bits() & block.live();
         if reached != 0 {
             v.store(&mut along.v);
@@ -171,8 +171,8 @@ impl Filter<'_> {
             edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(undecided.count_ones());
 
-        // If the upper bound of t reaches the end of the interval, the hit may be beyond it and is
-        // not certain.
+        // If the upper bound of t reaches the end of the interval, the hit may be beyond that end,
+        // so it is not certain.
         let sure = hit & Mask::bits(t_hi.lt(self.sure_ends(&packet.t_max)));
         let leaves = sure & !Mask::bits(edges.den.negative()) != 0;
         LaneHits { sure, undecided: undecided | hit & !sure, leaves }

@@ -164,7 +164,7 @@ impl Filter<'_> {
         Lane<N>: Width,
     {
         // The precheck's constants are relative to the world's origin. The test itself translates
-        // first and only needs h.
+        // the triangle first, so it needs only h.
         self.test(&Triangles::splat(triangle, constants.h), &rays.lanes, far, live, counts)
     }
 }

@@ -15,7 +15,7 @@ use super::bound::{self, U};
 /// `docs/numerics/certified.md` explains the names.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
-    /// Whether blocks contain copies: one corner and two edges instead of three corners.
+    /// Whether blocks contain copies, which have one corner and two edges instead of three corners.
     pub(super) copies: bool,
     /// Whether all hits are on their triangles. The reference, in contrast, may accept a point
     /// outside a triangle whose normal is inaccurate.
@@ -26,7 +26,8 @@ pub struct Room {
     pub(super) grazing: f32,
     /// `SLACK DEN`
     pub(super) den: f32,
-    /// `SLACK NUM`, and `SLACK` times the part of A's error that does not depend on its length.
+    /// `SLACK NUM`, and `SLACK` times the part of A's error that does not depend on the length of
+    /// A.
     pub(super) num: [f32; 2],
     /// `SHARP` and `SHARP_U`
     pub(super) sharp: [f32; 2],

@@ -2,7 +2,7 @@
 
 use crate::simd::Lanes;
 
-/// The number of tests, and the number of tests that the f32 bound left undecided.
+/// The number of tests, and how many of them the f32 bound left undecided.
 ///
 /// ```
 /// let mut all = intertri::Counts { tests: 64, undecided: 1 };

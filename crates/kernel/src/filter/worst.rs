@@ -31,7 +31,7 @@ thread_local! {
     static LOADED: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
 }
 
-/// A number, and by how much each rounding may have changed it.
+/// A number, and the amount by which each rounding may have changed it.
 #[derive(Clone, Copy)]
 pub(super) struct Worst {
     pub(super) value: f64,
@@ -49,8 +49,8 @@ impl Worst {
         let number = USED.get();
         USED.set(number + 1);
         let mut all = Self::exact(value);
-        // Each rounding has its own column. If a rounding enters twice with opposite signs, its
-        // shares cancel.
+        // Each rounding has its own element of `shares`. If a rounding enters a result twice with
+        // opposite signs, its shares cancel.
         all.shares[number] = share;
         all
     }
@@ -283,8 +283,8 @@ impl Ints for NoInts {
     }
 }
 
-/// A hill-climbing search for the inputs that come closest to a bound. It changes numbers by a
-/// little or a lot and keeps every change that does not reduce the share.
+/// A hill-climbing search for the inputs whose error comes closest to its bound. It changes numbers
+/// in small or large steps and keeps every change that does not reduce the share.
 pub(super) struct Search(u64);
 
 impl Search {

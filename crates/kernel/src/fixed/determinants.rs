@@ -1,4 +1,4 @@
-//! The determinants of a ray and a triangle as plain integers. They define exactly where the ray
+//! The determinants of a ray and a triangle as plain integers. They determine exactly where the ray
 //! crosses the triangle.
 
 use super::crossing::Crossing;

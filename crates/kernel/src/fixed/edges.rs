@@ -29,7 +29,7 @@ pub(super) struct Edges<I> {
 }
 
 impl<I: Ints> Edges<I> {
-    /// Computes the determinants of N pairs, where `n` is `h4 x h5`. Every product fits:
+    /// Computes the determinants of N pairs, where `n` is `h4 x h5`. Every product fits because
     /// `2 b + q <= 58`.
     #[inline(always)]
     pub(super) fn new(origin: V3<I>, d: V3<I>, [c1, h4, h5, n]: [V3<I>; 4]) -> Self {
@@ -37,7 +37,7 @@ impl<I: Ints> Edges<I> {
         // sign bit.
         let a = sub(c1, origin);
         let r = cross(d, a);
-        // r and n are wide.
+        // The wide factors: r and n.
         let v = I::splat(0) - I::dot(h5, r);
         let w = I::dot(h4, r);
         // The three determinants sum to d·n, so the third does not need a cross product.
@@ -45,9 +45,9 @@ impl<I: Ints> Edges<I> {
         Self { a, h4, h5, u, v, w }
     }
 
-    /// Among the given lanes, finds the lanes in which the ray's line crosses the triangle in the
-    /// direction of the normal and the lanes in which the line crosses against the normal. The
-    /// ray's origin may be in the triangle's plane.
+    /// Among the given lanes, finds those in which the ray's line crosses the triangle in the
+    /// direction of the normal, and those in which it crosses against the normal. The ray's origin
+    /// may be in the triangle's plane.
     #[inline(always)]
     pub(super) fn sides(&self, lanes: u32) -> (u32, u32) {
         let (nu, nv, nw) = (self.u.negative(), self.v.negative(), self.w.negative());
@@ -116,8 +116,8 @@ pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
     ]
 }
 
-// The functions below avoid `map`, because closures over registers are not always inlined, and
-// without inlining, they lose the instruction level.
+// The functions below avoid `map`, because closures over registers are not always inlined, and a
+// closure that is not inlined is compiled without the level's instructions.
 
 /// Copies an integer vector to every lane.
 #[inline(always)]

@@ -54,8 +54,8 @@ pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
     opposite(u, v, w, bound)
 }
 
-/// Returns the lanes without two certainly opposite signs. If the bound is 0, the triangle is a
-/// point, which no ray hits.
+/// Returns the lanes in which no two signs are certainly opposite. If the bound is 0, the triangle
+/// is a point, which no ray hits.
 #[inline(always)]
 fn opposite<F: Lanes<Scalar = f32>>(u: F, v: F, w: F, bound: F) -> u32 {
     let least = u.min(v).min(w);

@@ -87,7 +87,7 @@ impl Default for Bits {
     }
 }
 
-/// The reason why an input does not fit a grid.
+/// The reason why an input does not fit on a grid.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, GridError};
@@ -153,7 +153,7 @@ impl fmt::Display for GridError {
 
 impl core::error::Error for GridError {}
 
-/// A grid of integers over a scene.
+/// An integer grid over a scene.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid};
@@ -208,7 +208,7 @@ impl Grid {
             }
         }
 
-        // Without points, or if all coordinates are zero, any scale works.
+        // If there are no points, or if all coordinates are zero, any scale works.
         let far = lo.iter().chain(&hi).fold(0.0, |far: f64, &x| {
             let x = f64::from(x).abs();
             if x > far { x } else { far }
@@ -217,8 +217,9 @@ impl Grid {
             return Ok(Self { bits, scale: 0, centre: [0; 3] });
         }
 
-        // Start at the finest scale at which all coordinates are below 2^50, because `round` takes
-        // numbers only up to 2^51. Then reduce the scale until the scene is no wider than the grid.
+        // Start at the finest scale at which all coordinates are below 2^50, because `round`
+        // accepts numbers only up to 2^51. Then reduce the scale until the scene is no wider than
+        // the grid.
         let mut scale = (49 - exponent(far)).min(149);
         loop {
             let ends: [[i64; 2]; 3] = [0, 1, 2]
@@ -231,8 +232,8 @@ impl Grid {
         }
     }
 
-    /// Creates a predefined grid that is the same for every scene. A coordinate x becomes
-    /// `x * 2^scale`, rounded, minus the centre.
+    /// Creates a grid that does not depend on the scene. A coordinate x becomes `x * 2^scale`,
+    /// rounded, minus the centre.
     ///
     /// # Errors
     /// Returns an error if the scale is not in `-149..=149` or if the centre is not in
@@ -300,7 +301,7 @@ impl Grid {
         Ok(moved.into_iter().fold(0.0, |far, x| if x > far { x } else { far }))
     }
 
-    /// Snaps the corners of a triangle. If the triangle loses its area, no ray hits it.
+    /// Snaps the corners of a triangle. If the triangle becomes degenerate, no ray hits it.
     ///
     /// # Errors
     /// Returns the same errors as [`Grid::snap`].

@@ -46,7 +46,7 @@ pub use queries::{Fixed, blocks};
 pub use ratio::Ratio;
 pub use snapped::{Ray, Triangle};
 
-/// The widths that have integer lanes as well: `Lane<4>` and `Lane<8>`.
+/// The widths that also have integer lanes: `Lane<4>` and `Lane<8>`.
 ///
 /// ```
 /// use intertri::fixed::{IntWidth, Packet, Prepared};

@@ -17,7 +17,7 @@ pub(super) fn pow2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)
 }
 
-/// Returns the e for which `2^e <= x < 2^(e+1)`. x must be normal and positive.
+/// Returns the exponent e for which `2^e <= x < 2^(e+1)`. x must be normal and positive.
 pub(super) fn exponent(x: f64) -> i32 {
     (x.to_bits() >> 52) as i32 - 1023
 }

@@ -129,7 +129,7 @@ impl<const N: usize> Packet<N> {
 
 /// A triangle relative to an origin, with the values that rays from that origin share.
 ///
-/// As in document D, each test needs only the products with the direction.
+/// As in document D, each test then needs only the products with the direction.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};
@@ -162,7 +162,7 @@ pub struct SeenTriangle {
     normals_f32: [[f32; 3]; 3],
     /// The sign, 1 or -1, that each determinant takes if it is 0.
     ties: [i64; 3],
-    /// The largest 1-norm of a normal, times the filter's factor.
+    /// The largest 1-norm of the three normals, times the filter's factor.
     bound: f32,
 }
 
@@ -211,8 +211,8 @@ impl Sides {
 
 impl SeenTriangle {
     /// Computes the values of a triangle relative to an origin. Returns `None` if the origin is in
-    /// the triangle's plane or if the triangle has no area, because no ray from the origin crosses
-    /// the triangle.
+    /// the triangle's plane or if the triangle is degenerate, because no ray from the origin
+    /// crosses such a triangle.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
         let sides = Sides::new(triangle, origin);
@@ -254,7 +254,7 @@ impl SeenTriangle {
             }
         }
 
-        // Twice the determinant plus the tie's sign is never 0 and has the right sign.
+        // Twice the determinant plus the tie's sign is never 0 and has the correct sign.
         let Sides { normals, num } = &self.sides;
         let d = load::<I<S, N>, N>(&packet.dir);
         let u = Ints::dot(d, splat(normals[0]));

@@ -150,8 +150,8 @@ impl Fixed {
         Ok(self.crossings(blocks, &ray).signed)
     }
 
-    /// Returns whether a closed mesh contains a point, that is, whether the winding number is not
-    /// 0.
+    /// Returns whether a closed mesh contains a point, that is, whether the winding number is
+    /// nonzero.
     ///
     /// # Errors
     /// Returns an error if the point is not on the grid.

@@ -26,7 +26,7 @@ pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
 /// rounding is certain: all except ties. The integers must be below `2^67`.
 #[inline(always)]
 pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> (F, F::Mask) {
-    // The estimate q has an error of four roundings.
+    // Four roundings contribute to the error of the estimate q.
     let inverse = F::splat(1.0) / den[0];
     let q = num[0] * inverse;
 

@@ -1,4 +1,4 @@
-//! Represents t as an exact ratio of integers, with exact comparisons.
+//! Represents t as an exact ratio of integers that can be compared exactly.
 
 use core::cmp::Ordering;
 
@@ -114,8 +114,8 @@ impl PartialOrd for Ratio {
 impl Ord for Ratio {
     #[inline(always)]
     fn cmp(&self, other: &Self) -> Ordering {
-        // Both denominators are positive, so cross-multiply. A number of at most 2^64 times one
-        // below 2^62 fits in 128 bits.
+        // Both denominators are positive, so cross-multiply. The product of a number of at most
+        // 2^64 and a number below 2^62 fits in 128 bits.
         (self.num * u128::from(other.den)).cmp(&(other.num * u128::from(self.den)))
     }
 }

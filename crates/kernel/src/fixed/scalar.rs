@@ -1,7 +1,7 @@
 //! The scalar reference in i128: the test of one ray against one triangle, in its simplest form.
 //!
-//! Let A, B, and C be the corners relative to the origin, and d the direction. The ray's line
-//! passes inside the triangle if the three determinants
+//! Let A, B, and C be the corners relative to the origin, and let d be the direction. The ray's
+//! line passes through the inside of the triangle if the three determinants
 //!
 //! ```text
 //!   U = d . (B x C)      V = d . (C x A)      W = d . (A x B)

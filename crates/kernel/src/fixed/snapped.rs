@@ -64,7 +64,7 @@ impl Triangle {
 pub struct Ray {
     /// Integers, which are exact in f32. The interval is in multiples of the snapped direction.
     pub(super) line: crate::Ray,
-    /// The caller's `t` is the `t` of the integers times two to this power.
+    /// The caller's `t` is `t` in multiples of the snapped direction, times two to this power.
     pub(super) exponent: i32,
 }
 
@@ -86,8 +86,8 @@ impl Ray {
         i32s(self.line.dir)
     }
 
-    /// Returns an exponent: a `t` in multiples of [`Ray::dir`], times two to this power, is a `t`
-    /// in multiples of the direction before snapping.
+    /// Returns the exponent e for which `t` in multiples of the direction before snapping is `2^e`
+    /// times `t` in multiples of [`Ray::dir`].
     #[inline(always)]
     pub fn exponent(&self) -> i32 {
         self.exponent
@@ -108,8 +108,8 @@ impl Ray {
         t * pow2(self.exponent)
     }
 
-    /// Limits the ray to the interval `t_min <= t < t_max`, in addition to `0 < t`, in multiples of
-    /// the direction before snapping.
+    /// Limits the ray to the interval `t_min <= t < t_max`, in addition to `0 < t`. The limits are
+    /// in multiples of the direction before snapping.
     #[inline(always)]
     pub fn between(self, t_min: f32, t_max: f32) -> Self {
         // This is exact except where no crossing is possible: within the bit budgets,

@@ -1,5 +1,5 @@
-//! Computes t, u, and v for rays and triangles that they are known to hit. t has the same bits as
-//! in document A; the weights follow document D.
+//! Computes t, u, and v for rays and triangles that they are known to hit. The values of t match
+//! document A bit for bit; the weights follow document D.
 
 mod pairs;
 mod shared_origin;

@@ -46,7 +46,7 @@ impl ClosestHit {
         }
     }
 
-    /// Creates a record with no hit yet, for a far end that is only known to be between `sure` and
+    /// Creates a record with no hit yet, for a far end that is known only to be between `sure` and
     /// `t_max`.
     #[inline(always)]
     pub(crate) fn before(sure: f32, t_max: f32) -> Self {
@@ -108,8 +108,7 @@ impl ClosestHit {
             // comes close and the exact value is needed.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
-            // Walls in the same plane are common, and their order can be determined without
-            // arithmetic.
+            // Coplanar walls are common, and their order can be determined without arithmetic.
             if self.is_hit()
                 && let Some(order) = pairs.order_across_axis(lane, self.slot)
             {

@@ -62,7 +62,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     /// Returns the closest hit in a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> ClosestHit {
-        // Access every lane with a constant index, because a variable index would force the
+        // Access every lane with a constant index, because a variable index would spill the
         // registers to memory.
         let mut t = f64::NAN;
         for i in 0..N {
@@ -164,7 +164,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     #[doc(hidden)]
     #[inline(always)]
     pub fn set(&mut self, lane: usize, closest: &ClosestHit) {
-        // Select in all lanes, because writing an element with a variable index would force the
+        // Select in all lanes, because writing an element with a variable index would spill the
         // registers to memory.
         let at = F::Mask::from_bits(1 << lane);
         let put = |x: f32, old| F::select(at, F::splat(x), old);

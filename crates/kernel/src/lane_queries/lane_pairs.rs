@@ -1,4 +1,4 @@
-//! The ray and the triangle in each lane of a test, for the resolver.
+//! Gives the resolver access to the ray and the triangle in each lane of a test.
 
 use core::cmp::Ordering;
 
@@ -47,8 +47,8 @@ pub(crate) trait LanePairs {
         self.resolver().t(&self.ray(lane), &self.find(slot), (ray, slot))
     }
 
-    /// Returns which of two hits with equal rounded t comes first on the lane's ray: the hit on the
-    /// lane's triangle or the hit on the triangle in a slot.
+    /// Returns which of two hits comes first on the lane's ray if both values of t round to the
+    /// same f64: the hit on the lane's triangle or the hit on the triangle in a slot.
     #[inline(always)]
     fn order(&self, lane: usize, slot: LeafSlot) -> Ordering {
         let (ray, here) = self.ids(lane);
@@ -56,8 +56,8 @@ pub(crate) trait LanePairs {
         self.resolver().order(&self.ray(lane), triangles, (ray, [here, slot]))
     }
 
-    /// Returns which of two triangles comes first on the lane's ray, the lane's own or the one in a
-    /// slot, if both are perpendicular to the same axis. The ray must hit both.
+    /// Returns which of two triangles, the lane's own or the one in a slot, comes first on the
+    /// lane's ray if both are perpendicular to the same axis. The ray must hit both.
     #[inline(always)]
     fn order_across_axis(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
         // Pass a closure, because most resolvers decide without loading the triangles.
@@ -66,8 +66,8 @@ pub(crate) trait LanePairs {
         self.resolver().order_across_axis(pair, (ray, [here, slot]))
     }
 
-    /// Returns which of two triangles comes first on the lane's ray, the lane's own or the one in a
-    /// slot, if that is known without computing t. The ray must hit both.
+    /// Returns which of two triangles, the lane's own or the one in a slot, comes first on the
+    /// lane's ray, if that is known without computing t. The ray must hit both.
     #[inline(always)]
     fn known_order(&self, lane: usize, slot: LeafSlot) -> Option<Ordering> {
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);

@@ -1,4 +1,4 @@
-//! Tests ray packets and triangle blocks with the filter, and keeps the closest hits so far.
+//! Tests ray packets and triangle blocks with the filter, and keeps track of the closest hits.
 
 mod closest_hit;
 mod closest_hits;

@@ -140,7 +140,7 @@ impl Filter<'_> {
         // The filter treats any lane that is certainly beyond the closest hit so far as a miss.
         let far = Lanes::splat(closest.t_hi());
         let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, block.live(), counts);
-        // Return before calling `keep`: a leaf usually has no candidates, and then the selection
+        // Return before calling `keep`: a leaf usually has no candidates, so selecting among them
         // would be wasted work.
         if verdicts.lanes() == 0 {
             return;
@@ -309,8 +309,8 @@ impl Filter<'_> {
         }
     }
 
-    /// Like [`Filter::packet_closest_in`], but for many triangles. Triangle i has the index i and
-    /// the slot i.
+    /// Like [`Filter::packet_closest_in`], but for many triangles. Triangle i has index i and slot
+    /// i.
     ///
     /// This is faster than testing the triangles one by one, because sixty-four triangles are
     /// prechecked before any of them is tested. Triangles that pass the precheck are recorded in a

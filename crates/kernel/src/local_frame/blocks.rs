@@ -21,9 +21,9 @@ impl LocalFrame {
         TriangleBlock::of_copied_lanes([at, minus_h4, h5], h6, live)
     }
 
-    /// Computes the box around all live triangles, from the same boxes as [`LocalFrame::bounds`].
-    /// The triangles must be finite. If no triangle is live, the box is inverted: its lower sides
-    /// are infinity and its upper sides are minus infinity.
+    /// Computes the box around all live triangles; the box of each triangle is the same as in
+    /// [`LocalFrame::bounds`]. The triangles must be finite. If no triangle is live, the box is
+    /// inverted: its lower sides are infinity and its upper sides are minus infinity.
     #[inline(always)]
     pub fn bounds_in<S: Simd>(&self, corners: &[[[f64; 8]; 3]; 3], live: u32) -> [[f32; 3]; 2] {
         let scale = S::F64x8::splat(pow2(self.up));
@@ -37,7 +37,7 @@ impl LocalFrame {
             let centre = S::F64x8::splat(self.centre[axis]);
             let (a, b) = (S::F64x8::load(&c1[axis]), S::F64x8::load(&c2[axis]));
             let c = S::F64x8::load(&c3[axis]);
-            // Rounding preserves order, so only the extremes have to be rounded.
+            // Rounding preserves order, so only the extremes need to be rounded.
             let (mut lo, mut hi) = ([0.0; 8], [0.0; 8]);
             ((a.min(b).min(c) - centre) * scale).store_f32(&mut lo);
             ((a.max(b).max(c) - centre) * scale).store_f32(&mut hi);

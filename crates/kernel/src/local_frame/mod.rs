@@ -21,12 +21,12 @@ use crate::scalar::Bits;
 use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
-/// The smallest and largest exponents of the scale. The scale is chosen to bring the farthest
-/// corner to between 1 and 2. Within the limits, the scale is a normal f64, and numbers that the
-/// CPU may read as 0 stay below all error bounds.
+/// The smallest and largest exponents of the scale. The scale is chosen so that the largest scaled
+/// coordinate of any corner, relative to the centre, is between 1 and 2. Within the limits, the
+/// scale is a normal f64, and numbers that the CPU may read as 0 stay below all error bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
-/// A direction is scaled like points if the exponent of its scaled length is at most this in
+/// A direction is scaled like points if the exponent of its scaled length is at most this value in
 /// magnitude. Any other direction gets its own scale, which brings its length close to 1.
 const SAME: i32 = 30;
 
@@ -49,10 +49,10 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// Creates a frame for corners between the lowest and the highest coordinates, most of which
-    /// are in the box `crowd`. The frame is empty if the coordinates are not finite. The frame's
-    /// centre is the point of the crowd that is nearest to the centre of the whole scene, so that a
-    /// few distant triangles do not cost the others precision.
+    /// Creates a frame for corners with coordinates from `lo` to `hi`, most of which are in the box
+    /// `crowd`. The frame is empty if the coordinates are not finite. The frame's centre is the
+    /// point of the crowd that is nearest to the centre of the whole scene, so that a few distant
+    /// triangles do not cost the others precision.
     pub fn around([lo, hi]: [[f64; 3]; 2], crowd: [[f64; 3]; 2]) -> Self {
         if !lo.iter().chain(&hi).all(|x| x.is_finite()) {
             return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
@@ -62,7 +62,7 @@ impl LocalFrame {
         // scene (f64.md, section 4).
         let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
         // The distance from the centre to the farther side along each axis. The scale brings the
-        // largest of these distances to between 1 and 2.
+        // largest of these distances into the range from 1 to 2.
         let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
         let up = -exponent(half[0].max(half[1]).max(half[2]));
         let up = up.clamp(SCALES.0, SCALES.1);
@@ -230,15 +230,15 @@ fn longest_exponent(ray: &Ray64) -> i32 {
     exponent(f64::from_bits(x.max(y).max(z)))
 }
 
-/// Returns the e for which `2^e <= x < 2^(e+1)` for a positive x, or 0 if x is 0.
+/// Returns the exponent e for which `2^e <= x < 2^(e+1)` for a positive x, or 0 if x is 0.
 #[inline]
 fn exponent(x: f64) -> i32 {
     let (m, e) = x.parts();
     if m == 0 { 0 } else { 63 - m.leading_zeros() as i32 + e }
 }
 
-/// Computes `x 2^by`, rounded. The result is infinite if it is too large, and about 0 if it is too
-/// small. This function works on the bits, because a CPU may be set to read a subnormal x as 0.
+/// Computes `x 2^by`, rounded. The result is infinite on overflow and about 0 on underflow. This
+/// function works on the bits, because a CPU may be set to read a subnormal x as 0.
 #[inline]
 fn scaled(x: f64, by: i32) -> f64 {
     if !Bits::is_finite(x) {

@@ -92,7 +92,8 @@ impl<const N: usize> RayPacket<N> {
 /// // The z coordinates of the first corners.
 /// assert_eq!(block.corners()[0][2][..3], [5.0, 7.0, 7.0]);
 /// ```
-// A row of eight is 32 bytes, so a block together with eight indices takes six cache lines.
+// A row of eight values takes 32 bytes, so a block together with eight indices takes six cache
+// lines.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub struct TriangleBlock<const N: usize> {
@@ -120,7 +121,7 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// Creates a block from up to N copies of triangles. Unused lanes repeat the last copy.
+    /// Creates a block from up to N f32 copies of f64 triangles. Unused lanes repeat the last copy.
     #[doc(hidden)]
     pub fn of_copies(copies: &[Copy32]) -> Self {
         let live = copies.len().min(N);
@@ -138,7 +139,7 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// Creates a block without the longest edges.
+    /// Creates a block without setting the longest edges.
     #[inline(always)]
     fn of_corners(triangles: &[Triangle]) -> Self {
         let live = triangles.len().min(N);
@@ -337,7 +338,7 @@ fn largest<D: Lanes>([a, b, c]: [Vec3<D>; 3]) -> D {
 #[inline(always)]
 fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges: &mut [f32]) {
     let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
-    // The conversion may round down. The two steps up below restore the bound.
+    // The conversion may round down; the two steps up below make the result an upper bound again.
     a.max(b).max(c).sqrt().store_f32(edges);
     // A NaN in any edge makes the sum NaN, and the comparison is then false.
     let known = (a + b + c).lt(D::splat(f64::INFINITY));

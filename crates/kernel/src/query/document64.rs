@@ -1,4 +1,4 @@
-//! Queries over f64 slices with document A's operations: a plain loop, one triangle at a time.
+//! Queries over f64 slices with document A's operations, in a plain loop over the triangles.
 
 use alloc::vec::Vec;
 

@@ -111,8 +111,8 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
             }
             let [c1, c2, c3] = &numbers;
             let decided = decide([Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)], &lanes);
-            // An edge that is met exactly is a hit under the closed rule. Under `once`, the tie
-            // rule has to decide.
+            // Under the closed rule, a ray that meets an edge exactly hits the triangle. Under
+            // `once`, the tie rule has to decide.
             let sure = if rule == Rule::Closed { decided.closed } else { decided.inside };
             let given = (1_u32 << some.len()) - 1;
             // Neither verdict is valid for a lane that is not plain.

@@ -10,7 +10,7 @@ use crate::packet::{PacketHits, RayPacket, TriangleBlock};
 use crate::simd::{Lane, Level, Simd, Width, WithSimd};
 use crate::{Hit, Ray, Threshold};
 
-/// How hits are decided, and which CPU instructions are used.
+/// Determines how hits are decided and which CPU instructions are used.
 ///
 /// | mode | a triangle is hit if |
 /// | --- | --- |
@@ -18,10 +18,10 @@ use crate::{Hit, Ray, Threshold};
 /// | [`Mode::once`] | the same, but each point of a mesh belongs to only one of its triangles |
 /// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: the results equal the results of a plain loop over that scalar reference, bit for bit |
 ///
-/// In every mode, a hit counts if `t_min <= t < t_max` and `t > 0`. A ray or triangle with a NaN or
-/// infinite coordinate is never hit, nor is a triangle without area. If two triangles are hit at
-/// the same t, the lower index counts as closer. Results are the same on every CPU and at every
-/// [`Level`].
+/// In every mode, a hit counts if `t_min <= t < t_max` and `t > 0`. A ray with a NaN or infinite
+/// coordinate hits nothing, and a triangle that has such a coordinate or is degenerate is never
+/// hit. If two triangles are hit at the same t, the lower index counts as closer. Results are the
+/// same on every CPU and at every [`Level`].
 ///
 /// [`closest`](Mode::closest), [`any`](Mode::any), [`all`](Mode::all), and
 /// [`crossings`](Mode::crossings) take slices of any length, in f32 or f64, and return t, u, and v

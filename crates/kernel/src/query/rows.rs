@@ -33,8 +33,8 @@ impl Rows<'_> {
         }
     }
 
-    /// Loads the row that begins at a triangle. Lanes beyond the last triangle contain arbitrary
-    /// values.
+    /// Loads the row that begins with a given triangle. Lanes beyond the last triangle contain
+    /// arbitrary values.
     #[inline(always)]
     pub(super) fn row<S: Simd>(self, first: usize) -> Triangles<S::F32s> {
         match self {

@@ -96,7 +96,7 @@ fn hits_in_row<S: Simd>(
     // whose interval of t reaches that end.
     let mut hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
     for lane in lanes_of(verdicts.lanes() & !hits) {
-        // One hit suffices; further calls of the resolver would be wasted.
+        // One hit suffices; further calls to the resolver would be wasted.
         if enough && hits != 0 {
             break;
         }

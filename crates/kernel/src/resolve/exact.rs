@@ -1,5 +1,5 @@
-//! The exact resolver: uses f64 if an error bound allows it, and sufficiently wide integers
-//! otherwise.
+//! Decides pairs exactly: in f64 if an error bound allows it, and otherwise in sufficiently wide
+//! integers.
 
 use core::cmp::Ordering;
 

@@ -39,7 +39,7 @@ pub enum Resolver<'a> {
 
 impl<'a> Resolver<'a> {
     /// Returns whether every hit is on its triangle. Exact resolvers guarantee this; the document's
-    /// rounded operations may report a hit beside its triangle.
+    /// rounded operations may report a hit just outside its triangle.
     #[inline]
     pub fn hits_lie_on_triangles(self) -> bool {
         !matches!(self, Self::Document(_))
@@ -84,7 +84,7 @@ impl<'a> Resolver<'a> {
     #[inline(never)]
     pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
-            // Signs are enough here, whereas an exact t may take an integer division.
+            // Signs are enough here, whereas computing t exactly may require an integer division.
             Self::Exact(rule) => crate::exact::hit(rule, ray, triangle),
             _ => self.hit(ray, triangle, (id, slot)).is_some(),
         }
@@ -127,8 +127,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Determines exactly whether a ray runs in the direction of a triangle's normal or against it.
-    /// Returns `None` if the ray is parallel to the plane.
+    /// Determines exactly whether a ray crosses a triangle's plane in the direction of the normal
+    /// or against it. Returns `None` if the ray is parallel to the plane.
     #[inline(never)]
     pub fn facing(
         self,
@@ -142,8 +142,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Returns which of two triangles with equal rounded t the ray hits first. For the document,
-    /// the rounded t is the only t, so the result is `Equal`.
+    /// Returns which of two triangles the ray hits first if both values of t round to the same f64.
+    /// For the document, the rounded t is the only t, so the result is `Equal`.
     #[cold]
     #[inline(never)]
     pub fn order(
@@ -212,8 +212,8 @@ impl<'a> Resolver<'a> {
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// Computes the values that rays from one origin share when deciding which triangle comes
-    /// first.
+    /// Computes the values of a triangle that rays from one origin share. They determine which of
+    /// two triangles comes first.
     #[inline(always)]
     pub fn shared_origin(
         self,

@@ -10,8 +10,8 @@ use crate::{Hit, Hit32, LeafSlot, Ray64, RayId};
 /// The f64 rays and triangles whose f32 copies the traversal tests. A pair is identified by the
 /// traversal's ray id and slot. Results are exact for the originals.
 ///
-/// In units of the traversal, t belongs to the copied ray: it is the original t times `2^n`, with a
-/// separate n for each ray.
+/// In units of the traversal, t is measured along the copied ray: it is the original t times `2^n`,
+/// where n depends on the ray.
 pub trait Originals: fmt::Debug + Sync {
     /// Returns the t of the hit in units of the traversal, correctly rounded, if the ray hits the
     /// triangle within its interval.
@@ -44,8 +44,8 @@ pub trait Originals: fmt::Debug + Sync {
     /// Returns whether the ray starts on the triangle.
     fn starts_on(&self, ray: RayId, slot: LeafSlot) -> bool;
 
-    /// Returns whether the ray runs in the direction of the triangle's normal or against it, or
-    /// `None` if the ray is parallel to the plane.
+    /// Returns whether the ray crosses the triangle's plane in the direction of the normal or
+    /// against it, or `None` if the ray is parallel to the plane.
     fn facing(&self, ray: RayId, slot: LeafSlot) -> Option<Side>;
 
     /// Returns the memory to prefetch while `count` rays, starting with `ray`, are traced: the

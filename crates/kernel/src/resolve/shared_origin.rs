@@ -26,8 +26,8 @@ impl SharedOrigin<'_> {
         Self::Document(SeenPlane::new(triangle, origin))
     }
 
-    /// Returns which of two triangles a ray hits first. Both must belong to the same resolver; the
-    /// id is used only for originals.
+    /// Returns which of two triangles a ray hits first. Both triangles must belong to the same
+    /// resolver; `id` is used only for originals.
     #[inline(always)]
     pub fn order(&self, other: &Self, ray: &Ray, id: RayId) -> Ordering {
         match (self, other) {

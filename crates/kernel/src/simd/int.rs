@@ -4,8 +4,8 @@ use core::ops::{Add, Sub};
 
 use super::pair::Pair;
 
-/// N i64 integers in lanes. `+` and `-` wrap, as they do on the CPU; make sure that nothing
-/// overflows.
+/// N i64 integers in lanes. `+` and `-` wrap, as they do on the CPU, so make sure that results do
+/// not overflow.
 ///
 /// A mask is a plain integer here: bit i stands for lane i.
 ///

@@ -78,7 +78,7 @@ pub trait Lanes:
     /// Computes `self * b + c`, rounded once if the CPU supports that, otherwise twice.
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Computes the rounding error of `product`, which must be `self * b`. The result is exact
-    /// unless a value is too large or too small.
+    /// unless an intermediate value overflows or underflows.
     fn mul_error(self, b: Self, product: Self) -> Self;
     /// Returns the larger of two values, or either of them if one is NaN.
     fn max(self, other: Self) -> Self;
@@ -114,7 +114,7 @@ pub trait Lanes:
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)
     }
-    /// Selects `if mask { yes } else { no }`, lane by lane.
+    /// Computes `if mask { yes } else { no }` in each lane.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }
 

@@ -128,7 +128,7 @@ impl Level {
     }
 
     /// Returns the name of the level: `avx2` or `avx512`; for the portable level, `neon` or
-    /// `simd128` if it uses those, otherwise `portable`.
+    /// `simd128` if it uses those instructions, otherwise `portable`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Portable => PORTABLE_NAME,

@@ -100,8 +100,8 @@ pub trait Simd: Copy {
     }
 
     /// Returns the lane of the smallest value among the lanes in a mask. If several values are
-    /// equal except for their last three bits, the result may be any of them. For negative values
-    /// or an empty mask, it may be any of the eight lanes.
+    /// equal except for their last three bits, the result may be the lane of any of them. For
+    /// negative values or an empty mask, it may be any of the eight lanes.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};

@@ -10,7 +10,7 @@
 //!                                    └──► Avx512   512 bits, mask registers
 //! ```
 
-/// Calls an intrinsic of a level, for the files that work with registers.
+/// Calls an intrinsic of an instruction level, for the modules that implement registers.
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 #[allow(unused_macros)]
 macro_rules! cpu {

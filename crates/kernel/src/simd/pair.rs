@@ -1,11 +1,11 @@
-//! Lanes in two halves, for more lanes than fit in one register.
+//! Combines two sets of lanes into one, for more lanes than fit in one register.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::lanes::{Lanes, Mask};
 
-/// The lanes of the first half, followed by the lanes of the second half. This type also represents
-/// a mask of the lanes.
+/// The lanes of the first half, followed by the lanes of the second half. This type also serves as
+/// the mask of such lanes.
 #[derive(Clone, Copy)]
 pub struct Pair<L>(pub(super) L, pub(super) L);
 

@@ -1,5 +1,5 @@
-//! Allows bytemuck's casts for types that are generic over their scalar type, for which bytemuck's
-//! derives do not work.
+//! Implements bytemuck's traits for types that are generic over their scalar type, which bytemuck's
+//! derives do not support.
 
 use bytemuck::{Pod, Zeroable};
 

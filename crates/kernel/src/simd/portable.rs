@@ -1,5 +1,5 @@
 //! Lanes based on the vectors of the `wide` crate, which uses SSE2, NEON, WebAssembly's simd128, or
-//! the other instructions for which it was compiled.
+//! other instructions, depending on the build.
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

@@ -1,4 +1,4 @@
-//! Prefetching: requests memory before it is used.
+//! Prefetches memory before it is used.
 
 /// Prefetches values that will be used soon, if the CPU has an instruction for it.
 ///
@@ -34,7 +34,7 @@ fn ask<const CACHE: i32, T>(things: &[T]) {
     #[cfg(target_arch = "x86_64")]
     for line in 0..size_of_val(things).div_ceil(64) {
         let address = things.as_ptr().cast::<i8>().wrapping_add(64 * line);
-        // SAFETY: a hint, valid for any address; every CPU of this kind supports it.
+        // SAFETY: this is only a hint, valid for any address, and every x86-64 CPU supports it.
         unsafe { core::arch::x86_64::_mm_prefetch::<CACHE>(address) };
     }
     #[cfg(not(target_arch = "x86_64"))]

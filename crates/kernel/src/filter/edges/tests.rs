@@ -1,5 +1,5 @@
-//! Tests the error bounds for f32 copies of f64 scenes against the worst case over all roundings.
-//! The bounds must hold, but would not hold if any constant were halved.
+//! Tests that the error bounds for f32 copies of f64 scenes hold in the worst case over all
+//! roundings, and that they would not hold if any constant were halved.
 
 use super::super::worst::{Search, Worst};
 use super::*;
@@ -71,7 +71,7 @@ impl Case {
 }
 
 /// Returns a generator of fifteen random numbers. The factor `far` moves the origin away from the
-/// centre of the scene, where the errors of the copies outweigh the others.
+/// centre of the scene; far away, the errors of the copies outweigh all other errors.
 fn start(far: f64) -> impl Fn(&mut Search) -> [f64; 15] {
     move |search| {
         let mut numbers = [0.0; 15].map(|_: f64| search.number());

@@ -28,7 +28,7 @@ pub struct Frame {
     /// The maximum distance by which rays miss the origin.
     pub(super) off: f32,
     /// The maximum distance of the rays' points from the centre of the projection in x and y, plus
-    /// `OFF_REACH`. The value is 0 if rays do not miss the origin.
+    /// `OFF_REACH`. The value is 0 if all rays pass through the origin.
     pub(super) reach: [f32; 2],
     /// The coefficients of the error bounds.
     pub(super) shares: Shares,
@@ -37,7 +37,7 @@ pub struct Frame {
 /// The coefficients of the error bounds that differ between f32 scenes and copies of f64 scenes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shares {
-    /// Whether blocks contain copies: one corner and two edges instead of three corners.
+    /// Whether blocks contain copies, which have one corner and two edges instead of three corners.
     pub(super) copies: bool,
     /// The constant `SCREEN`, or `COPY_SCREEN` for copies.
     pub(super) screen: f32,
@@ -92,10 +92,10 @@ impl Frame {
 
     /// Adapts the frame to rays that miss the origin by at most `off`. Each ray must be parallel to
     /// a ray that starts at the origin, and its point must be within ±`reach` of the projection's
-    /// centre in x and y. Use this method for rays *toward* a point, reversed so that t is counted
-    /// backward: because of rounding, the reversed rays may slightly miss the point. The test can
-    /// determine whether a reversed ray hits, but not which hit is nearest: do not query the
-    /// resolver for its t. `docs/numerics/projection.md`, section 6, derives `off`.
+    /// centre in x and y. Use this method for rays *toward* a point that have been reversed to
+    /// start at that point: because of rounding, they may slightly miss it. The test can determine
+    /// whether a reversed ray hits, but not which hit is nearest, so do not query the resolver for
+    /// its t. `docs/numerics/projection.md`, section 6, derives `off`.
     ///
     /// ```
     /// use intertri::internal::Frame;
@@ -192,7 +192,8 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
     #[inline(always)]
     pub(super) fn inverse(&self, t: F) -> (F, F) {
         let least = F::splat(bound::SHORTEST_T);
-        // A subnormal product would round by more than `INVERSE`, so a tiny t counts as unknown.
+        // The rounding error of a subnormal product exceeds `INVERSE`, so a tiny t counts as
+        // unknown.
         let s = F::splat(1.0) / (t.max(least) * self.z);
         let s_hi = s * F::splat(1.0 + bound::INVERSE);
         let s_hi = F::select(t.lt(least), F::splat(f32::INFINITY), s_hi);

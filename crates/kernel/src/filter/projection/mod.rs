@@ -1,4 +1,4 @@
-//! Rays from one origin as points of a projection plane, and triangles as linear forms on it.
+//! Projects rays from one origin to points of a plane, and triangles to linear forms on that plane.
 //!
 //! ```text
 //!        up                  A ray along d is the point (x, y) = (d·right, d·up) / d·depth.

@@ -88,10 +88,10 @@ struct InverseDepths<F> {
 }
 
 impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
-    /// The number that stands for no triangle.
+    /// The number that stands for a miss.
     pub const NOTHING: u32 = u32::MAX;
 
-    /// Creates a record with no hits yet: any hit before `t_max` is nearer.
+    /// Creates a record with no hits yet: any hit before `t_max` counts as nearer.
     #[inline(always)]
     pub fn new(points: &Points<F>, t_max: F) -> Self {
         let (s_lo, s_hi) = points.inverse(t_max);
@@ -126,9 +126,9 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
 
     /// Tests N rays against the triangle `seen[number]` and stores each hit that is nearer than the
     /// ray's nearest hit so far. Only the lanes in `live` take part; their points must be on the
-    /// projection, and their intervals must not contain NaN. `settle` decides undecided lanes; lane
-    /// i is its ray `first + i`. Only undecided tests are counted here: the caller counts the tests
-    /// that its windows decide. Returns whether anything may have changed.
+    /// projection, and their intervals must not contain NaN. `settle` decides undecided lanes, of
+    /// which lane i corresponds to its ray `first + i`. Only undecided tests are counted here: the
+    /// caller counts the tests that its windows decide. Returns whether anything may have changed.
     #[inline(always)]
     pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -265,13 +265,14 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let mut kept = [None; 2];
         for lane in lanes_of(rest) {
             let ray = first + lane;
-            // If the ray has no hit yet, its far end may decide. If it has a hit, only the order of
-            // the two hits matters.
+            // If the ray has no hit yet, the result may depend on the ray's far end. Otherwise,
+            // only the order of the two hits matters.
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
-            // If the undecided triangle is behind the nearest hit so far, it makes no difference.
-            // If both have the same t, for example at a shared edge, the lower index wins.
+            // If the undecided triangle is behind the nearest hit so far, it does not matter
+            // whether it is hit. If both have the same t, for example at a shared edge, the lower
+            // index wins.
             if let Some(other) = other
                 && !sure
                 && let Some(order) = settle.known_order(ray, slot, other)

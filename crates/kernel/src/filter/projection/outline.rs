@@ -11,8 +11,8 @@ use crate::simd::{Lanes, Mask, Simd, Vec3};
 
 /// Sixteen projected triangles, in lanes.
 ///
-/// A form is `f[0] + f[1] x + f[2] y`. The edge forms are scaled so that their sign is certain if
-/// they exceed 1 in magnitude.
+/// A linear form f has the value `f[0] + f[1] x + f[2] y` at the point (x, y). The edge forms are
+/// scaled so that their sign is certain if they exceed 1 in magnitude.
 ///
 /// ```
 /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -114,8 +114,8 @@ pub struct Outline {
 
 impl Outlines {
     /// Projects the triangles of one or two blocks. `parallel` is the document's threshold divided
-    /// by the smallest z of the rays, rounded up. If `exact` is set, all hits are on their
-    /// triangles.
+    /// by the smallest z of the rays, rounded up. `exact` means that all hits are known to be on
+    /// their triangles.
     #[inline(always)]
     pub(in super::super) fn new<S: Simd>(
         first: &TriangleBlock<8>,
@@ -133,7 +133,7 @@ impl Outlines {
         let [(left, right), (down, up)] = corners.rectangle(planes.turn, frame, exact);
         let ([u, v, w], unit) = corners.edges(frame);
 
-        // Wherever the triangle is hit, T has the same sign as D.
+        // Wherever a ray hits the triangle, T has the same sign as D.
         let sure = planes.is_sure(corners.a.norm1(), sizes.size, frame);
         let nothing = S::F32x16::splat(f32::NAN);
         let one = S::F32x16::splat(1.0);
@@ -161,8 +161,8 @@ impl Outlines {
         }
     }
 
-    /// Finds which of the triangles may be hit by a ray that passes through the window and still
-    /// looks for hits with an inverse depth of at least `nearest`.
+    /// Finds which of the triangles a ray through the window may hit at an inverse depth of at
+    /// least `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
@@ -215,9 +215,9 @@ impl Outlines {
 }
 
 impl Outline {
-    /// Evaluates the values that the test computes at points: U, V, and W in units of their bound,
-    /// the inverse depth, and the error bound of the inverse depth. Tests use this function to
-    /// check the bounds.
+    /// Computes the values that the test uses at points: U, V, and W in units of their bound, the
+    /// inverse depth, and the error bound of the inverse depth. Tests use this function to check
+    /// the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
         let values = [self.u, self.v, self.w, self.s];
@@ -252,8 +252,8 @@ impl Outline {
         windows.reached(lo, hi).bits()
     }
 
-    /// Finds the windows through which a ray may hit the triangle, if the ray still looks for hits
-    /// with an inverse depth of at least the window's `nearest`.
+    /// Finds the windows through which a ray may hit the triangle at an inverse depth of at least
+    /// the window's `nearest`.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>, nearest: F) -> u32 {
         let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
@@ -298,8 +298,8 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
     }
 }
 
-/// Returns the lanes in which the whole window is outside at least one edge, if D is certain and
-/// positive.
+/// Returns the lanes in which the whole window is outside at least one edge, provided that D is
+/// certainly positive.
 #[inline(always)]
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);

@@ -6,7 +6,7 @@ use super::frame::Points;
 use crate::Threshold;
 use crate::simd::Lanes;
 
-/// For each lane, the depths at which the rays of one or more packets begin to look for hits.
+/// For each lane, the depths at which the intervals of rays from one or more packets begin.
 ///
 /// ```
 /// use intertri::internal::{Points, Ranges, Starts};
@@ -40,8 +40,8 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         live: F::Mask,
         threshold: Threshold,
     ) -> Self {
-        // Avoid subnormal products: they round by more than `INVERSE` and take some CPUs a hundred
-        // times as long.
+        // Avoid subnormal products: their rounding error exceeds `INVERSE`, and some CPUs take a
+        // hundred times as long to compute them.
         let least = F::splat(bound::SHORTEST_T);
         let above = at_least(sure, threshold.above.max(bound::SHORTEST_T));
         let below = at_least(t_min, threshold.below.max(0.0));
@@ -56,7 +56,7 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
     #[inline(always)]
     pub fn ranges(&self) -> Ranges<F> {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        // If a ray looks for hits starting at its origin, `first` is 0, and no inverse depth is too
+        // If a ray's interval begins at its origin, `first` is 0, and no inverse depth is too
         // large.
         let near_hi = one / self.first * F::splat(1.0 + bound::INVERSE);
         Ranges {

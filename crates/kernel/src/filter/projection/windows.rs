@@ -35,7 +35,7 @@ impl<F: Lanes<Scalar = f32>> Windows<F> {
     pub(super) fn range(&self, form: [F; 3]) -> (F, F) {
         let [one, x, y] = form;
         // A linear form has its minimum and maximum at corners of the window: its value at the
-        // centre, minus or plus its half ranges.
+        // centre minus or plus half of its range.
         let middle = y.mul_add(self.middle[1], x.mul_add(self.middle[0], one));
         let reach = y.abs().mul_add(self.half[1], x.abs() * self.half[0]);
         (middle - reach, middle + reach)

@@ -1,5 +1,5 @@
-//! Snaps many rays to a grid. For rays that hit nothing, snapping is most of the work in the
-//! `fixed` mode.
+//! Snaps many rays to a grid. For rays that hit nothing, snapping accounts for most of the work in
+//! the `fixed` mode.
 //!
 //! ```text
 //!   x, y, z, t_max in memory ──► * 2^k, 2^k, 2^k, 2^(scale - k) ──► x, y, z rounded
@@ -123,7 +123,7 @@ impl<S: Simd> Four<S> {
     }
 
     /// Snaps the directions and intervals of four rays whose origins are already on the grid. In
-    /// the result, bit i is set if `to[i]` is wrong and must be computed by [`Grid::aim`].
+    /// the result, bit i is set if `to[i]` is incorrect and must be computed by [`Grid::aim`].
     #[inline(always)]
     fn aim(&self, origins: &[[f32; 4]; 4], from: &[crate::Ray; 4], to: &mut [Ray; 4]) -> u32 {
         let (splat, load) = (S::F32x4::splat, S::F32x4::load);

@@ -48,8 +48,8 @@ fn snapping_rounds_once_and_a_second_time_changes_nothing() {
             let back = grid.unsnap(i);
             assert!(grid.moved(p).unwrap() <= grid.step() / 2.0, "{p:?}");
             let f = back.map(|x| x as f32);
-            assert_eq!(f.map(f64::from), back, "a snapped f32 is an f32");
-            assert_eq!(grid.snap(f).unwrap(), i, "{p:?} moved twice");
+            assert_eq!(f.map(f64::from), back, "a snapped point must be exact in f32");
+            assert_eq!(grid.snap(f).unwrap(), i, "{p:?} moves when snapped again");
         }
         // Also test a direction.
         let dir = [(); 3].map(|()| f32::from_bits(next() as u32));
@@ -65,10 +65,10 @@ fn snapping_rounds_once_and_a_second_time_changes_nothing() {
                 assert!(moved <= f64::from(far) * 0.5_f64.powi(q as i32), "{dir:?}");
             }
             let again = back.map(|x| x as f32);
-            assert_eq!(again.map(f64::from), back, "a snapped direction is f32");
-            assert_eq!(ray.to_f32().dir, ray.dir().map(|x| x as f32), "integers, and no -0");
+            assert_eq!(again.map(f64::from), back, "a snapped direction must be exact in f32");
+            assert_eq!(ray.to_f32().dir, ray.dir().map(|x| x as f32), "must not contain -0");
             let again = grid.ray(&Ray::new(points[0], again)).unwrap();
-            assert_eq!(again, ray, "{dir:?} turned twice");
+            assert_eq!(again, ray, "{dir:?} turns when snapped again");
         }
     }
 }
@@ -180,8 +180,8 @@ fn rays_are_snapped_alike_at_every_level() {
     }
     let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
     assert_eq!(grid.ray(&rays[20_000]).unwrap().dir(), [131_073, 0, -2]);
-    // A component that uses all 18 bits does not change, up to the limit from which it would round
-    // up to 19 bits.
+    // A direction whose longest component already uses all 18 bits does not change, unless that
+    // component would round up to 19 bits.
     let snapped = |dir: [f32; 3]| grid.ray(&Ray::new([0.0; 3], dir)).unwrap().dir();
     assert_eq!(snapped([3.0, -262_143.0, 1.0]), [3, -262_143, 1]);
     assert_eq!(snapped([262_143.5, 4.0, -8.0]), [131_072, 2, -4]);

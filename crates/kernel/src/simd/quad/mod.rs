@@ -312,7 +312,7 @@ impl Simd for Baseline {
     fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
         let load = |i: usize| Singles::load(row(i));
         let four = |i: usize| Self::transpose([load(i), load(i + 1), load(i + 2), load(i + 3)]);
-        // Use four 4×4 transpositions. Column k of the result consists of column k of each.
+        // Use four 4×4 transpositions. Column k of the result joins column k of all four.
         let ([a, b, c, d], [e, f, g, h]) = (four(0), four(4));
         let ([i, j, k, l], [m, n, o, p]) = (four(8), four(12));
         [

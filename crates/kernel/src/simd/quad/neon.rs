@@ -199,8 +199,8 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         cpu!({
-            // NEON can only shuffle bytes, not f32 lanes, in a variable order, so lane i becomes
-            // bytes 4i to 4i + 3.
+            // NEON's only shuffle with a variable order works on bytes, so lane i becomes bytes 4i
+            // to 4i + 3.
             let lanes = vand_u8(vcreate_u8(order), vdup_n_u8(7));
             let first_byte = vshl_n_u8::<2>(lanes);
             let pairs =

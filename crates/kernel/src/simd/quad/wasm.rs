@@ -166,8 +166,8 @@ pub(super) mod singles {
         let (ac, ac_high, bd, bd_high) = (low(a, c), high(a, c), low(b, d), high(b, d));
         [low(ac, bd), high(ac, bd), low(ac_high, bd_high), high(ac_high, bd_high)]
     }
-    /// Permutes eight lanes by the lowest three bits of each byte of `order`. Bytes are looked up
-    /// in both halves, and a lookup yields 0 for an index outside its half.
+    /// Permutes eight lanes by the lowest three bits of each byte of `order`. Each byte is looked
+    /// up in both halves; a lookup yields 0 for an index outside its half.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         let lanes = v128_and(u64x2_splat(order), u8x16_splat(7));

@@ -1,5 +1,5 @@
-//! Vectors and forms in lanes, in the layout of [`Outlines`](super::Outlines): three arrays of
-//! sixteen values.
+//! Functions for vectors and linear forms in lanes, stored in the layout of
+//! [`Outlines`](super::Outlines): three arrays of sixteen values.
 
 use crate::simd::{Lanes, Simd, Vec3};
 

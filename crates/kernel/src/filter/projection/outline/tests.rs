@@ -1,5 +1,5 @@
-//! Tests the error bounds for projected copies against the worst case over all roundings. The
-//! bounds must hold, but would not hold if any constant were halved.
+//! Tests that the error bounds for projected copies hold in the worst case over all roundings, and
+//! that they would not hold if any constant were halved.
 
 use super::super::super::room::Room;
 use super::super::super::worst::{Search, Worst, Worsts};
@@ -111,7 +111,7 @@ impl Case {
     }
 }
 
-/// A vector with operations that do not round.
+/// A vector whose operations do not round.
 struct Free([Worst; 3]);
 
 impl Free {
@@ -172,8 +172,8 @@ fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
 }
 
 /// Returns a sliver seen from the centre of its scene. Its corner is at `away`; the edges from that
-/// corner run nearly along `along` and differ by `thin`. The ray is tilted from the depth axis,
-/// which is perpendicular to `right`.
+/// corner are nearly parallel to `along` and differ by `thin`. The ray is tilted from the depth
+/// axis, which is perpendicular to `right`.
 fn sliver(
     [away, along, thin]: [[f64; 3]; 3],
     [depth, right]: [[f64; 3]; 2],
@@ -198,9 +198,9 @@ const DIAGONAL: [f64; 3] = [1.0, 1.0, 0.0];
 /// The other diagonal between the other two axes.
 const OTHER: [f64; 3] = [1.0, -1.0, 0.0];
 
-/// Returns the input that comes closest to the bound `COPY_DEPTH`: the ray is in the plane and
-/// perpendicular to the edges, so all products of D are large and cancel. T is accurate because the
-/// corner is directly above.
+/// Returns the input whose error comes closest to the bound `COPY_DEPTH`: the ray is in the plane
+/// and perpendicular to the edges, so all products of D are large and cancel. T is accurate because
+/// the corner is directly above.
 fn grazing(search: &mut Search) -> [f64; 19] {
     let thin = AXIS.map(|x| 1e-4 * (1.5 + search.number()) * x);
     // The ray is tilted upward from the depth axis. The more it is tilted, the longer it is.
@@ -208,17 +208,18 @@ fn grazing(search: &mut Search) -> [f64; 19] {
     sliver([OTHER, DIAGONAL, thin], [[-slope, -slope, 1.0], OTHER], [0.0, 0.49])
 }
 
-/// Returns the input that comes closest to the bound `COPY_SLANT`: the vector to the corner is
-/// nearly in the plane, and the tilted ray meets the plane long before the corner. In this case, T
-/// is nearly 0.
+/// Returns the input whose error comes closest to the bound `COPY_SLANT`: the vector to the corner
+/// is nearly in the plane, and the tilted ray meets the plane long before the corner. In this case,
+/// T is nearly 0.
 fn slanting(search: &mut Search) -> [f64; 19] {
     let [thin, slope] = [1e-3, 0.02].map(|size| size * (1.5 + search.number()));
     let thin = [0, 1, 2].map(|k| thin * (AXIS[k] - slope * OTHER[k]));
     sliver([AXIS, DIAGONAL, thin], [AXIS, OTHER], [0.49, 0.0])
 }
 
-/// Returns the input that comes closest to the bound `COPY_PLANE`: edges between two axes, below
-/// the ray's start, as thin as possible without losing the sign of T.
+/// Returns the input whose error comes closest to the bound `COPY_PLANE`: the edges point between
+/// two axes, and the triangle is below the ray's start and as thin as it can be without making the
+/// sign of T uncertain.
 fn thin(search: &mut Search) -> [f64; 19] {
     let thin = f64::from(bound::U) * (10.0 + 8.0 * search.number());
     sliver([AXIS, DIAGONAL, OTHER.map(|x| thin * x)], [AXIS, OTHER], [0.0; 2])
@@ -238,9 +239,9 @@ fn most(
     Search::new(31 + bound as u64).most([climbs, steps], start, share)
 }
 
-/// The numbers of climbs and of steps per climb for a search that starts from arbitrary inputs.
+/// The number of climbs, and of steps per climb, in a search that starts from arbitrary inputs.
 const ANYWHERE: [usize; 2] = [6, 500];
-/// The numbers of climbs and of steps per climb for a search around a case that was designed to be
+/// The number of climbs, and of steps per climb, in a search around a case that was designed to be
 /// bad.
 const AROUND: [usize; 2] = [40, 50];
 
