@@ -14,7 +14,7 @@ use crate::workloads::closed_mesh;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCount {
     /// The number of rays for each mode. Half of the rays pass exactly through a vertex or a point
-    /// on an edge of a closed mesh, and the other half only up to rounding.
+    /// on an edge of a closed mesh; the other half would do so but for rounding.
     pub rays: u64,
     /// The number of ray/triangle pairs that `certified` tested.
     pub pairs: u64,
@@ -103,7 +103,7 @@ fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
         let count = |ray| Ok(mode.crossings(&blocks, &grid.ray(ray)?).unsigned);
         batch.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()
     };
-    // If the input does not fit on the grid, every ray counts as a leak.
+    // If the grid cannot represent the input, count every ray as a leak.
     let crossings = crossings().unwrap_or_else(|_| vec![0; batch.rays.len()]);
     count.leaks += crossings.iter().filter(|&&n| n == 0).count() as u64;
     count.doubles += crossings.iter().filter(|&&n| n > 1).count() as u64;

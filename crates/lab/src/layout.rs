@@ -1,6 +1,6 @@
 //! The arrangement of rays and triangles in SIMD lanes.
 
-/// Which elements fill the lanes.
+/// Whether rays or triangles fill the lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// N rays against one triangle after another.
@@ -27,10 +27,10 @@ impl Form {
     }
 }
 
-/// A form and a number of lanes.
+/// The form of a layout and its number of lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// What fills the lanes.
+    /// Whether rays or triangles fill the lanes.
     pub form: Form,
     /// The number of lanes: 1, 4, 8, or 16.
     pub lanes: usize,

@@ -1,11 +1,11 @@
-//! Small closed meshes, built with only `+ - * /` and square roots, so that their vertices have the
-//! same bits on every machine. Neighbouring faces share their vertices bit for bit.
+//! Small closed meshes. Their vertices are computed with only `+ - * /` and square roots, so they
+//! have the same bits on every machine. Neighbouring faces have bitwise equal vertices.
 
 use std::collections::BTreeMap;
 
 use intertri::Triangle;
 
-/// Vertices, and faces that refer to them.
+/// A mesh: a list of vertices, and faces given by indices into that list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// The vertices, in f64 so that they can be moved and scaled before they are rounded.
@@ -63,7 +63,7 @@ impl Mesh {
         mesh
     }
 
-    /// Splits each face into four; the new vertices are moved out to the sphere.
+    /// Splits each face into four and moves the new vertices out to the sphere.
     fn split(&mut self) {
         let mut middles = BTreeMap::new();
         let vertices = &mut self.vertices;
@@ -103,8 +103,8 @@ impl Mesh {
         Self { vertices, faces }
     }
 
-    /// Creates a cube from `-n` to `n`, with integer vertices one unit apart. It has `48 n^2`
-    /// faces, whose diagonals run both ways.
+    /// Creates a cube from `-n` to `n`, with vertices at integer points one unit apart. It has
+    /// `48 n^2` faces, whose diagonals run both ways.
     pub fn cube(n: usize) -> Self {
         let n = n.max(1) as i32;
         let mut mesh = Self { vertices: Vec::new(), faces: Vec::new() };

@@ -14,7 +14,7 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 use crate::workloads::{Model, Workload};
 
-/// The time that a method took in one layout.
+/// The time that a method took in one layout on one workload.
 #[derive(Clone, Debug, Serialize)]
 pub struct Time {
     /// The workload.
@@ -53,7 +53,7 @@ pub fn measure(
     let tests: usize =
         batches.iter().map(|TestBatch { rays, triangles }| rays.len() * triangles.len()).sum();
 
-    // Every method in every layout, with the seconds of each turn.
+    // Every method in every layout that it supports, with its time in seconds for each turn.
     let mut contenders = Vec::new();
     for method in METHODS {
         for form in [Form::Packets, Form::Blocks] {

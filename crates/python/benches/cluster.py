@@ -3,9 +3,9 @@ in zarr.
 
     python cluster.py MODEL.obj FOLDER [--rays 100] [--workers 2]
 
-Writes the rays to FOLDER in blocks, at 24 bytes per ray and 32 bytes per answer. Prints how long
-the two threads take to trace, how long each worker takes, and how long the whole run takes with and
-without tracing. Also prints a hash of all answers.
+Writes the rays and the answers to FOLDER in blocks, at 24 bytes per ray and 32 bytes per answer.
+Prints how long the two threads take to trace, how long each worker takes, and how long the whole
+run takes with and without tracing. Also prints a hash of all answers.
 """
 
 import argparse
@@ -25,8 +25,8 @@ BLOCK = 1_000_000
 
 
 def some_rays(mesh, number, count):
-    """Returns the rays of a block, between random points in the mesh's bounding box. The block's
-    number is the seed."""
+    """Returns the rays of a block. Each goes from one random point in the mesh's bounding box to
+    another. The block's number is the seed."""
     rng = np.random.default_rng(number)
     low, high = mesh.bounds
     a, b = (rng.uniform(low, high, (count, 3)).astype(np.float32) for _ in range(2))

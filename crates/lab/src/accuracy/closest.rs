@@ -37,7 +37,7 @@ pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u6
     rays
 }
 
-/// The expected results for a batch, shared by all methods.
+/// The correct results for a batch, with which every method's results are compared.
 struct Known {
     right: RightAnswers,
     reference: Vec<ClosestHit>,
@@ -66,7 +66,8 @@ impl RightAnswers {
                 .filter(|(_, triangle)| oracle::answer(triangle, ray).is_hit())
                 .map(|(k, triangle)| (t(triangle, ray), k))
                 .collect();
-            // If the ray hits a shared edge, both triangles have the same t, except for rounding.
+            // If the ray hits a shared edge, the hits on both triangles have the same t up to
+            // rounding.
             let least = hits.iter().fold(f64::INFINITY, |least, hit| least.min(hit.0));
             let is_least = |hit: &&(f64, u32)| hit.0 <= least * (1.0 + 1e-9);
             hits.iter().filter(is_least).map(|hit| hit.1).collect()

@@ -40,8 +40,8 @@ pub struct Needs {
     pub smallest_t: f64,
     /// The number of hits that the default `Threshold` loses.
     pub lost: u64,
-    /// A `Threshold` that loses no hits: the default, or a power of ten at least a thousand times
-    /// smaller than the smallest slope and t, or 0.
+    /// A `Threshold` that loses no hits: the default if that loses none; otherwise 0, or a power of
+    /// ten at least a thousand times smaller than the smallest slope and t.
     pub threshold: f64,
 }
 

@@ -1,5 +1,5 @@
 //! Bounds how far each arithmetic can deviate from the exact answer for a facet, and derives the
-//! possible outcomes.
+//! outcomes that are possible within the bound.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
@@ -17,9 +17,9 @@ const W: f64 = 1.0 / (1_u64 << 53) as f64;
 pub(super) enum Outcome {
     /// No hit.
     Miss,
-    /// A hit, with its t in this range.
+    /// A hit with t in this range.
     Hit(f64, f64),
-    /// A hit or a miss; a hit has its t in this range.
+    /// Either a miss, or a hit with t in this range.
     Doubtful(f64, f64),
 }
 
@@ -92,7 +92,7 @@ impl Facet {
                 }
             }
         };
-        // The range of t may begin at or below 0.
+        // Part of the range of t may be at or below 0, where hits do not count.
         match outcome {
             Outcome::Hit(_, hi) | Outcome::Doubtful(_, hi) if hi < 0.0 => Outcome::Miss,
             Outcome::Hit(lo, hi) if lo <= 0.0 => Outcome::Doubtful(lo, hi),

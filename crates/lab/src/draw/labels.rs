@@ -1,5 +1,5 @@
-//! Places labels next to their points. Each label tries positions all around its point, to keep
-//! overlaps as small as possible, and prefers positions nearer to the point. A label that has to
+//! Places labels next to their points. Each label tries positions all around its point and takes
+//! the one with the least overlap, preferring positions close to the point. A label that has to
 //! move farther away gets a leader line to its point.
 
 use super::svg::width;
@@ -57,7 +57,7 @@ pub(super) fn place(
 ) -> Vec<Placed> {
     let marks: Vec<Area> = obstacles.iter().map(|&p| Area::around(p, 3.5)).collect();
     let candidates: Vec<Vec<Area>> = wanted.iter().map(|label| around(label, size)).collect();
-    // All labels start to the right of their points.
+    // Initially, every label is to the right of its point.
     let mut chosen = vec![0_usize; wanted.len()];
 
     for _ in 0..12 {
@@ -109,8 +109,8 @@ fn around(label: &Wanted, size: f64) -> Vec<Area> {
         for step in 0..24 {
             let angle = f64::from(step) * std::f64::consts::TAU / 24.0;
             let (cx, cy) = (x + reach * angle.cos(), y + reach * angle.sin());
-            // A label beside the point starts or ends at the point; a label above or below is
-            // centred on it.
+            // A label beside the point starts or ends at the point; a label above or below the
+            // point is centred on it.
             let left = match step {
                 0..=4 | 20.. => cx,
                 8..=16 => cx - w,

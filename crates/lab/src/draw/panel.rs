@@ -16,7 +16,7 @@ const RIGHT: f64 = 692.0;
 const TOP: f64 = 46.0;
 /// The position where the error axis breaks.
 const BREAK: f64 = 350.0;
-/// The space to the right of the fastest method, for its name.
+/// The space for the name of the fastest method, to the right of its mark.
 const ROOM: f64 = 138.0;
 /// The height of a row for a method without observed errors.
 const ROW: f64 = 15.0;
@@ -70,8 +70,8 @@ struct Axes<'a> {
     right: f64,
     top: f64,
     bottom: f64,
-    /// Below this position are the methods without observed errors, one row per method, the fastest
-    /// first.
+    /// The y coordinate below which the methods without observed errors are listed, one per row,
+    /// with the fastest first.
     broken: f64,
     rows: Vec<&'a str>,
     x: Log,
@@ -103,7 +103,7 @@ impl<'a> Axes<'a> {
     }
 }
 
-/// Draws a panel with its upper left corner at a point and with space for `rows` rows.
+/// Draws a panel with its upper left corner at the given point and with space for `rows` rows.
 pub(super) fn panel(
     svg: &mut Svg,
     [ox, oy]: [f64; 2],
@@ -246,8 +246,8 @@ fn labels(
     }
 }
 
-/// Draws the names of the methods without errors, each in its row to the right of its spread. Lower
-/// rows are slower, so lines drawn upward from them pass to the left of the names.
+/// Draws the names of the methods without errors, each in its row, to the right of its spread.
+/// Lower rows are slower, so lines drawn upward from them pass to the left of the names.
 fn names_of_rows(
     svg: &mut Svg,
     axes: &Axes<'_>,

@@ -10,7 +10,7 @@ use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEP
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// A text in a chart and two corners of the area that it covers.
+/// A text in a chart, and two opposite corners of the area that the text covers.
 struct Text {
     text: String,
     lo: [f64; 2],

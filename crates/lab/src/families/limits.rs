@@ -54,8 +54,8 @@ fn solve(n: Point, vd: f64) -> [f32; 3] {
 }
 
 pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // If the triangles are in a coordinate plane, vd is exactly a component of dir, so the
-    // threshold is rounded to f32.
+    // If the triangles are in a coordinate plane, `vd` is exactly a component of `dir`. The
+    // threshold is rounded to f32, so that `vd` can equal it.
     let flat = rng.one_in(2);
     let threshold = if flat { f64::from(x as f32) } else { x };
     let turn = Turn::random(rng);
@@ -129,7 +129,7 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
 
 pub(super) fn interval(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     // In half of the scenes, heights and distances are small round numbers, so that many values of
-    // t are exact in f32. With full mantissas, hardly any would be.
+    // t are exact in f32. With full mantissas, hardly any value would be exact.
     let whole = rng.one_in(2);
     let turn = Turn::random(rng);
     let shape = |rng: &mut Rng, place| {

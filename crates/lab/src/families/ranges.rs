@@ -53,7 +53,7 @@ pub(super) fn direction(rng: &mut Rng, x: f64, triangles: usize, rays: usize) ->
 }
 
 pub(super) fn overflow(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // The centres stay within half the size, so that not all coordinates become infinite.
+    // The coordinates of the centres are at most half the size, so that not all corners overflow.
     let shape = |rng: &mut Rng, _| {
         let centre = rng.cube().map(|p| p * x / 2.0);
         sized(rng, centre, x / 2.0)

@@ -70,8 +70,8 @@ fn scenes_have_the_size_asked_for() {
 
 #[test]
 fn rays_come_near_hitting() {
-    // About half of the rays at edges hit; a family with hardly any hits or misses would test
-    // nothing.
+    // About half of the rays aimed at edges hit. A family with hardly any hits, or hardly any
+    // misses, would test nothing.
     let rare = [
         "threshold-vd",
         "threshold-t",
@@ -98,7 +98,8 @@ fn rays_come_near_hitting() {
 
 #[test]
 fn f32_decides_many_a_random_case_wrongly() {
-    // If rays are sensitive to rounding, the f32 test and the f64 test differ in many cases.
+    // The rays are sensitive to rounding, so the f32 test and the f64 test must differ in many
+    // cases.
     let differ = count("random", 10_000, |family, rng| {
         let case = family.case(rng);
         let [c1, c2, c3] = case.triangle.0;

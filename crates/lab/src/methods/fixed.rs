@@ -80,9 +80,9 @@ fn grid(batch: &TestBatch) -> Option<Grid> {
     Grid::around(batch.triangles.iter().flat_map(|t| t.0).chain(origins), Bits::FINE).ok()
 }
 
-/// Returns the batch as the `fixed` mode sees it: snapped to a grid and converted back to f32
-/// without rounding. On the returned batch, `fixed` is exact. Returns `None` if the batch does not
-/// fit on any grid.
+/// Returns the batch that the `fixed` mode effectively tests: snapped to a grid and converted back
+/// to f32 without rounding. The answers of `fixed` are exact for the returned batch. Returns `None`
+/// if the batch does not fit on any grid.
 pub fn on_grid(batch: &TestBatch) -> Option<TestBatch> {
     let grid = grid(batch)?;
     let back = |p| Some(grid.unsnap(grid.snap(p).ok()?).map(|x| x as f32));

@@ -13,7 +13,7 @@ use super::closest::{Seconds, one_register, packets_of, rays_of};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// Tests pairs in one of the kernel's modes, with each ray in its own packet.
+/// Tests pairs in one of the kernel's modes, putting each ray in a packet of its own.
 pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);
@@ -64,8 +64,8 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// Tests N rays against one triangle after another. During the loop, `t` is only enclosed in f32;
-/// the final `t` is computed at the end.
+/// Tests N rays against one triangle after another. The loop encloses `t` in an f32 interval; the
+/// final `t` is computed after the loop.
 #[inline(always)]
 fn packets<S: Simd, const N: usize>(
     filter: Filter<'_>,

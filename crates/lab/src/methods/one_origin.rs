@@ -6,9 +6,9 @@
 //!   per ray:                              V·d, W·d, U·d: three products
 //! ```
 //!
-//! The forms are computed in f64 and negated where T is negative, so that all of them are positive
-//! for a hit in front. They are scaled by their common error bound, which thus becomes |d|. The
-//! forms rule out most rays, and the kernel's filter tests the others. Section 7 of
+//! The forms are computed in f64 and negated where T is negative, so all of them are positive for a
+//! hit in front of the origin. They are divided by their common error bound, so the bound becomes
+//! |d|. The forms rule out most rays, and the kernel's filter tests the others. Section 7 of
 //! `docs/numerics/certified.md` contains the bounds and their proof. Like all per-triangle
 //! constants, the forms are computed before the timed part, because all rays of an image share
 //! them.
@@ -29,7 +29,7 @@ use crate::test_batch::{Answer, ClosestHit, TestBatch};
 /// Half an ulp of 1 in f32.
 const U: f64 = 1.0 / (1 << 24) as f64;
 
-/// The error of a form that is rounded to f32, relative to `|form|₂ |d|₂`.
+/// The error of a form due to rounding to f32, relative to `|form|₂ |d|₂`.
 const FORM: f64 = 4.25 * U;
 
 /// The reference's noise, relative to `|d|₂ h (|A|₂ + h)`.
@@ -44,7 +44,7 @@ const GRAZING: f64 = 24.0 * U;
 /// The assumed minimum length of the longest edge, 2^-48.
 const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// A factor that rounds the square root of a sum of squares up.
+/// Multiplying the square root of a sum of squares by this factor rounds it up.
 const NORM_UP: f32 = 1.0 + 16.0 * U as f32;
 /// 2^-49, which is added to the length to cover underflow.
 const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;

@@ -1,4 +1,4 @@
-//! Selects cases that are far from all edges.
+//! Selects cases whose rays pass well clear of all edges.
 
 use crate::families::Case;
 

@@ -1,4 +1,4 @@
-//! Rays that leave a closed convex mesh exactly at its edges and vertices.
+//! Generates rays that leave a closed convex mesh exactly at its edges and vertices.
 
 use intertri::Ray;
 
@@ -8,8 +8,8 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
 /// Creates a convex mesh on a grid with spacing `2^-bits` and rays from inside it, each aimed
-/// exactly at a vertex or a quarter point of an edge. Origin, direction, and target are free of
-/// rounding for up to 18 bits, and the grid of the `fixed` mode preserves them for up to 15 bits.
+/// exactly at a vertex or a quarter point of an edge. Up to 18 bits, origins, directions, and
+/// targets are free of rounding; up to 15 bits, the grid of the `fixed` mode also preserves them.
 /// Each ray leaves the mesh at one point.
 pub fn closed_mesh(rng: &mut Rng, bits: u32, rays: usize) -> TestBatch {
     let steps = f64::from(1_u32 << bits);
