@@ -1,4 +1,5 @@
-//! The scalar types of coordinates, and queries in a mode that is given by its Python name.
+//! The scalar types of coordinates, and the queries that batches make. A mode is given by its
+//! Python name.
 
 use intertri::{Hit, Mode, RayOf};
 use intertri_trace::{BvhScalar, MeshTriangle, Query};
@@ -47,7 +48,8 @@ pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     }
 }
 
-/// Finds the closest hits. A single ray is traced without the preparation that a batch needs.
+/// Finds the closest hits. A single ray is traced directly, without the preparation that a batch
+/// needs.
 pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hits: &mut [Hit]) {
     if let ([ray], [to]) = (rays, &mut *hits) {
         *to = query.closest(ray).unwrap_or(Hit::MISS);
@@ -56,7 +58,7 @@ pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hi
     }
 }
 
-/// The number of triangles to copy at a time, few enough to stay in the cache.
+/// The number of triangles to copy at a time, small enough for them to stay in the cache.
 const SOME: usize = 1 << 12;
 
 /// Finds the triangles of the closest hits in one mesh, or `u32::MAX` for none.

@@ -82,7 +82,7 @@ struct Ends<'a, S> {
 }
 
 impl<S: Scalar> Ends<'_, S> {
-    /// Writes four rays, whose origins and directions `line` returns.
+    /// Writes four rays, calling `line` for their origins and directions.
     #[inline]
     fn put(&self, first: usize, to: &mut [RayOf<S>], line: impl Fn(usize) -> ([S; 3], [S; 3])) {
         let (t_min, t_max) = (self.t_min.four(first), self.t_max.four(first));
@@ -190,8 +190,8 @@ impl<S: Scalar> Source<'_, S> {
                 dirs.prefetch(range);
             }
             Layout::Six { rays, .. } => rays.prefetch(range),
-            // Prefetching would be slower for this layout, because rows whose size is a power of
-            // two share cache sets.
+            // Do not prefetch for this layout: rows whose size is a power of two share cache sets,
+            // which makes prefetching slower.
             Layout::Eight { .. } => {}
         }
     }

@@ -1,5 +1,5 @@
-"""Tests that running out of memory raises MemoryError and never aborts. Each call is repeated, and a
-different allocation fails each time."""
+"""Tests that running out of memory raises MemoryError and never aborts. Each call is repeated until
+it succeeds, with a later allocation failing each time."""
 
 import os
 import shutil
