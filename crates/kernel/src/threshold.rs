@@ -95,7 +95,7 @@ pub struct BadThreshold(pub f64);
 
 impl fmt::Display for BadThreshold {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the threshold is {}, but must be finite and not negative", self.0)
+        write!(f, "the threshold is {}, but must be finite and non-negative", self.0)
     }
 }
 

@@ -16,8 +16,7 @@
 //! | [`metrics`] | the methods' results on each family |
 //! | [`stress`] | where the methods begin to fail |
 //! | [`edge_count`] | checks of the kernel's guarantees on a very large number of rays |
-//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it actually
-//! gets wrong |
+//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it does |
 //! | `draw`, [`tables`], [`machine`] | charts (feature `draw`), tables, and machine details |
 //!
 //! Without the `measure` feature, the crate contains only [`rng`], [`meshes`], [`families`], and

@@ -1,4 +1,4 @@
-//! The scalar types of coordinates, and the queries that batches make. A mode is given by its
+//! The scalar types of coordinates, and queries that take a mode. [`named`] converts a mode's
 //! Python name.
 
 use intertri::{Hit, Mode, RayOf};

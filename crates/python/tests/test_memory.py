@@ -1,5 +1,5 @@
-"""Tests that running out of memory raises MemoryError and never aborts. Each call is repeated until
-it succeeds, with a later allocation failing each time."""
+"""Tests that running out of memory raises MemoryError and never aborts. Each call is repeated, each
+time with a different allocation failing."""
 
 import os
 import shutil

@@ -114,8 +114,8 @@ impl<L: Lanes> Vec3<L> {
         Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
     }
 
-    /// Returns the cross product with `+` in place of `-`. If the components are absolute values,
-    /// the rounding errors of the cross product are proportional to this result.
+    /// Returns the cross product with `+` in place of `-`. For vectors of absolute values, a bound
+    /// on the cross product's rounding errors is proportional to this result.
     #[inline(always)]
     pub(crate) fn permanents(self, b: Self) -> Self {
         Self {

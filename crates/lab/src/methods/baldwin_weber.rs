@@ -2,9 +2,9 @@
 //! coordinate transformation", Journal of Computer Graphics Techniques 5(3), 2016). The method uses
 //! an affine map that takes the triangle's corners to (0,0), (1,0), and (0,1) in the plane z = 0.
 //!
-//! One column of the map can be chosen freely; this choice never divides by a small number. If `k`
-//! is the longest axis of the normal, `i` and `j` are the next two axes, and `f1` and `f2` are the
-//! sides, the rows are
+//! One column of the map can be chosen freely; the choice below avoids division by a small number.
+//! If `k` is the longest axis of the normal, `i` and `j` are the next two axes, and `f1` and `f2`
+//! are the sides, the rows are
 //!
 //! ```text
 //!   row 1   f2_j / n_k   at i    -f2_i / n_k   at j    0   at k     (v2 × v0)_k / n_k

@@ -8,7 +8,7 @@ use super::intersector::Intersector;
 use super::real::{Number, Real};
 use crate::test_batch::Answer;
 
-/// The pairs to test, in f32 or f64, and the slice that receives the answers.
+/// A request to test pairs in f32 or f64: the test, the pairs, and the slice for the answers.
 pub(super) struct Pairs<'a, M, const DOUBLE: bool> {
     pub(super) intersector: M,
     pub(super) triangles: &'a [Triangle],

@@ -32,8 +32,9 @@ class Media:
     media : (n,) integer, optional
         The number of the medium that fills each mesh, 0 or above. Meshes with the same number form
         one medium. By default, each mesh is filled with a medium of its own, numbered by the mesh's
-    position in ``meshes``. threads : int, optional The number of threads for the build; all by
-    default.
+        position in ``meshes``.
+    threads : int, optional
+        The number of threads for the build; all by default.
 
     Raises
     ------

@@ -56,10 +56,11 @@ class PointQueries(RayQueries):
             A point that is not finite is outside.
         assume_closed : bool
             If true, the mesh is assumed to be closed without a check, and the crossings of a single
-            ray from each point decide. parity : bool If true, a point is inside if a ray from it
-            crosses an odd number of faces, regardless of their orientation. This is correct for
-            meshes without holes whose faces are oriented at random. If faces are missing or
-            duplicated, the answer depends on the ray.
+            ray from each point decide.
+        parity : bool
+            If true, a point is inside if a ray from it crosses an odd number of faces, regardless
+            of their orientation. This is correct for meshes without holes whose faces are oriented
+            at random. If faces are missing or duplicated, the answer depends on the ray.
 
         Examples
         --------
@@ -142,10 +143,14 @@ class PointQueries(RayQueries):
         Parameters
         ----------
         origin : (3,)
-            The centre of the first voxel. Voxel (i, j, k) has its centre at ``origin + spacing *
-        (i, j, k)`` in float64. spacing : float or (3,) The distance between centres, above 0. shape
-        : (nx, ny, nz) The number of voxels along each axis. assume_closed, threads As for
-        `contains`.
+            The centre of the first voxel. Voxel (i, j, k) has its centre at
+            ``origin + spacing * (i, j, k)`` in float64.
+        spacing : float or (3,)
+            The distance between centres, above 0.
+        shape : (nx, ny, nz)
+            The number of voxels along each axis.
+        assume_closed, threads
+            As for `contains`.
 
         Examples
         --------
@@ -184,7 +189,9 @@ class PointQueries(RayQueries):
             The search radius. A point farther from the mesh than this has no nearest point.
         nan_misses : bool
             Whether distance, u, and v are NaN, instead of infinity and 0, if there is no nearest
-            point. threads, out As for `closest`; ``out`` is of dtype `NEAREST`.
+            point.
+        threads, out
+            As for `closest`; ``out`` is of dtype `NEAREST`.
 
         Returns
         -------

@@ -63,9 +63,12 @@ class RayQueries(Triangles):
             The triangle that each ray ignores, such as the one that it starts on, or -1 for none.
         nan_misses : bool
             Whether t, u, and v of misses are NaN instead of infinity and 0, which is convenient for
-        plots and means. mode : "exact" or "certified" threads : int, optional The number of
-        threads; all by default. out : (...) `HIT`, optional A contiguous array for the answers;
-        reusing one saves an allocation.
+            plots and means.
+        mode : "exact" or "certified"
+        threads : int, optional
+            The number of threads; all by default.
+        out : (...) `HIT`, optional
+            A contiguous array for the answers; reusing one saves an allocation.
 
         Returns
         -------

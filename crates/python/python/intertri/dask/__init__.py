@@ -11,8 +11,8 @@ of rays is one task; about a million rays per block is best. Answers do not depe
 workers, or CPUs; `digest` hashes them for comparison. If a worker dies, dask reruns its tasks.
 """
 
-# dask's type annotations vary from version to version. pyright: reportAttributeAccessIssue=false,
-# reportArgumentType=false, reportAssignmentType=false, reportCallIssue=false
+# dask's type annotations vary from version to version.
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportAssignmentType=false, reportCallIssue=false
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ points and faces. If you trace many rays one by one, create ``intertri.Mesh(surf
 query it.
 """
 
-# pyvista's type annotations vary from version to version. pyright:
-# reportAttributeAccessIssue=false, reportArgumentType=false, reportCallIssue=false
+# pyvista's type annotations vary from version to version.
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportCallIssue=false
 
 from __future__ import annotations
 
@@ -131,10 +131,12 @@ def select_interior_points(
     surface : pyvista.PolyData
     method, locator_tolerance
         Accepted for compatibility, but without effect: every answer is exact, so no tolerance is
-        needed. inside_out : bool Whether to select the points outside the surface or on it instead.
-        check_surface : bool Whether to reject an open surface, that is, one with an edge that is
-        not used equally often in both directions. Points with the same coordinates count as the
-        same point.
+        needed.
+    inside_out : bool
+        Whether to select the points outside the surface or on it instead.
+    check_surface : bool
+        Whether to reject an open surface, that is, one with an edge that is not used equally often
+        in both directions. Points with the same coordinates count as the same point.
 
     Raises
     ------

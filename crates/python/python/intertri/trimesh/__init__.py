@@ -8,9 +8,8 @@ array([ True])
 array([ True, False])
 """
 
-# trimesh's type annotations vary from version to version. pyright:
-# reportAttributeAccessIssue=false, reportArgumentType=false, reportAssignmentType=false,
-# reportCallIssue=false
+# trimesh's type annotations vary from version to version.
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportAssignmentType=false, reportCallIssue=false
 
 from __future__ import annotations
 
