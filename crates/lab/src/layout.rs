@@ -3,9 +3,9 @@
 /// Whether rays or triangles fill the lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// N rays against one triangle after another.
+    /// Rays fill the lanes: N rays are tested against one triangle after another.
     Packets,
-    /// One ray after another against N triangles.
+    /// Triangles fill the lanes: one ray after another is tested against N triangles.
     Blocks,
 }
 

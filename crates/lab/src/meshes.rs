@@ -83,7 +83,7 @@ impl Mesh {
     }
 
     /// Creates a torus around the z axis with radii 0.7 and 0.3, made of `around * across` quads
-    /// with two faces each. Counts below 3 are raised to 3.
+    /// with two faces each. Counts below 3 are treated as 3.
     pub fn torus(around: usize, across: usize) -> Self {
         let (around, across) = (around.max(3), across.max(3));
         let mut vertices = Vec::with_capacity(around * across);
@@ -151,7 +151,7 @@ impl Mesh {
     }
 }
 
-/// Returns a vector of length 1 in the same direction.
+/// Returns the unit vector in the direction of a vector.
 fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
     let length = (x * x + y * y + z * z).sqrt();
     [x / length, y / length, z / length]

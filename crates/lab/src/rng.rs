@@ -2,8 +2,8 @@
 //! with only `+ - * /` and square roots.
 //!
 //! The generator is `SplitMix64` (Steele, Lea, and Flood, "Fast splittable pseudorandom number
-//! generators", OOPSLA 2014). It advances a counter in steps derived from the golden ratio and
-//! mixes the counter's bits twice.
+//! generators", OOPSLA 2014). It increments a counter by a constant derived from the golden ratio
+//! and mixes the counter's bits twice.
 
 /// A stream of random numbers, determined by its seed.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// Returns an integer in `0..n`, taken from the high half of a product, or 0 if `n` is 0.
+    /// Returns an integer in `0..n`, which is the high half of a product, or 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
@@ -74,7 +74,7 @@ impl Rng {
         }
     }
 
-    /// Returns a log-uniformly distributed number between two bounds.
+    /// Returns a number between two bounds whose logarithm is uniformly distributed.
     ///
     /// The bounds may be in either order. They must be positive, normal, and finite.
     pub fn log(&mut self, a: f64, b: f64) -> f64 {

@@ -1,4 +1,5 @@
-"""Computes how much of the sky and of each house is visible from the ground in a town.
+"""Computes how much of the view from points on the ground of a town is sky, and how much each house
+fills.
 
     python sky_view.py [picture.png]
 

@@ -1,5 +1,5 @@
-//! Lists, for Python, the defects of a mesh and the faces to turn so that it is oriented
-//! consistently.
+//! Finds the defects of a mesh, and the faces to turn so that the mesh is consistently oriented,
+//! for Python's `inspect` and `orient`.
 
 use intertri::TriangleOf;
 use intertri_trace::{BvhScalar, MeshReport, Solid};
@@ -10,7 +10,7 @@ use crate::scalar::no_memory;
 
 pub(crate) type Numbers<'py> = Bound<'py, PyArray1<i64>>;
 
-/// Describes the defects of triangles in words and lists them. Open, turned, and uneven edges are
+/// Describes the defects of a mesh in words and lists them. Open, turned, and uneven edges are
 /// listed as a face and the corner where the edge starts. Doubled and opposed faces are listed with
 /// the earlier face that they repeat.
 pub(crate) fn defects<S: BvhScalar>(

@@ -47,7 +47,7 @@ impl<S: Scalar> Mesh<S> {
         Ok(self.soup.get().unwrap_or(&self.solid))
     }
 
-    /// Loads a hierarchy over this many triangles from saved bytes.
+    /// Loads a hierarchy from saved bytes, which must contain the given number of triangles.
     pub(crate) fn from_bytes(bytes: &[u8], triangles: usize) -> PyResult<Self> {
         let mut bvh = Bvh::from_bytes(bytes).map_err(|error| match error {
             LoadError::OutOfMemory => no_memory(error),

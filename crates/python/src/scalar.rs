@@ -9,7 +9,7 @@ use pyo3::{PyErr, PyResult};
 
 use crate::part::Part;
 
-/// f32 or f64.
+/// A scalar type of coordinates: f32 or f64.
 pub(crate) trait Scalar: Element + BvhScalar {
     /// Whether the type supports the `certified` mode.
     const HAS_CERTIFIED: bool;
@@ -34,7 +34,7 @@ impl Scalar for f64 {
     }
 }
 
-/// Returns the mode with this name, if the scalar type supports it.
+/// Returns the mode with the given name, or an error if the scalar type does not support it.
 pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     match name {
         "exact" => Ok(Mode::exact()),
@@ -67,7 +67,8 @@ pub(crate) fn triangles<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], 
         *to = query.closest_triangle(ray).unwrap_or(MeshTriangle::MISS).triangle;
         return;
     }
-    // Work in parts on this thread, because the caller distributes the rays among threads.
+    // Process the rays part by part on this thread, because the caller has already distributed them
+    // among threads.
     let mut some = vec![MeshTriangle::MISS; rays.len().min(SOME)];
     for (rays, to) in rays.chunks(SOME).zip(to.chunks_mut(SOME)) {
         let some = &mut some[..rays.len()];

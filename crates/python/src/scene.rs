@@ -151,7 +151,7 @@ impl NativeScene {
         self.state().scene.set_mask(InstanceId::from_index(instance), mask).map_err(refused)
     }
 
-    /// Makes the changes take effect.
+    /// Commits the changes, so that later queries see them.
     fn commit(&self, py: Python<'_>, threads: Threads) -> PyResult<()> {
         let scene = self.state().scene.clone();
         let workers = Workers::new(threads, scene.len() <= 4096)?;

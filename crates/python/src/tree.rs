@@ -1,8 +1,8 @@
 //! The classes behind Python's `Mesh`: a hierarchy over f32 or f64 triangles, queried with flat
 //! arrays.
 //!
-//! `intertri/_arrays.py` checks users' arguments. This module checks again only what memory safety
-//! depends on.
+//! `intertri/_arrays.py` checks users' arguments. This module repeats only the checks on which
+//! memory safety depends.
 
 use std::time::Instant;
 
@@ -37,7 +37,7 @@ pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyR
 /// The number of faces gathered between two checks for signals.
 const STEP: usize = 1 << 16;
 
-/// Gathers the triangles of faces. Ends early if `stop` is set.
+/// Gathers the corners of faces as triangles. Ends early if `stop` is set.
 pub(crate) fn gather<S: Scalar>(
     vertices: &[S],
     faces: &[u32],

@@ -55,7 +55,7 @@ fn one(batch: &TestBatch) -> &[TestBatch] {
     std::slice::from_ref(batch)
 }
 
-/// For each ray, the closest triangle, or several if they are tied; empty for a miss.
+/// For each ray, the closest triangle, or several if they have the same t; empty for a miss.
 struct RightAnswers(Vec<Vec<u32>>);
 
 impl RightAnswers {

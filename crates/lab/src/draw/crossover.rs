@@ -10,7 +10,7 @@ use crate::tables::grouped;
 /// The times of both approaches for one scene and one image size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Race {
-    /// The task, one of [`Race::TASKS`].
+    /// The task, which is one of [`Race::TASKS`].
     pub task: &'static str,
     /// The number of triangles.
     pub triangles: usize,

@@ -36,7 +36,7 @@ pub struct Section<'a> {
     pub picture: &'a Svg,
 }
 
-/// Builds a page with a title, charts, and the table of methods.
+/// Builds a page with a title, charts, and a table of all methods.
 pub fn page(title: &str, caption: &str, sections: &[Section<'_>]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

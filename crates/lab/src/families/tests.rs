@@ -1,4 +1,5 @@
-//! Tests that the families generate what their descriptions promise, with the same bits everywhere.
+//! Tests that the families generate what their descriptions promise, with the same bits on every
+//! machine.
 
 use std::collections::BTreeSet;
 
@@ -32,8 +33,8 @@ fn names_are_unique_and_found() {
 
 #[test]
 fn a_seed_gives_the_same_bits_everywhere() {
-    // A checksum over everything that a seed generates. It changes when a family changes, and must
-    // not depend on the CPU or the build.
+    // Compute a checksum over everything that a seed generates. It changes when a family changes,
+    // but must not depend on the CPU or the build.
     let mut sum = 0_u64;
     let mut eat = |x: u64| sum = (sum ^ x).wrapping_mul(0x0000_0100_0000_01B3).rotate_left(17);
     for family in FAMILIES {

@@ -23,7 +23,7 @@ pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [
 }
 
 /// Finds the closest hits of batches in one of the kernel's modes. Returns `None` for one lane,
-/// which is left to the reference, and for 16 lanes unless they are packets that fit in one
+/// which the reference covers, and for 16 lanes, except in packets if 16 values fit in one
 /// register.
 pub(super) fn closest(
     mode: Mode,
@@ -141,8 +141,8 @@ fn blocks_of_8<S: Simd>(
     start.elapsed().as_secs_f64()
 }
 
-/// Hits of single rays that wait until eight of them can be computed together, as in the ray
-/// streams of a hierarchy.
+/// Collects hits of single rays until eight hits can be computed together, as in the ray streams of
+/// a hierarchy.
 struct Waiting {
     pairs: Pairs,
     numbers: [usize; 8],
@@ -173,8 +173,8 @@ impl Waiting {
     /// Computes all waiting hits.
     #[inline(always)]
     fn answer<S: Simd>(&mut self, filter: &Filter<'_>, nearest: &mut [ClosestHit]) {
-        // The pairs' ids serve only to look up original f64 coordinates, which the batches do not
-        // have.
+        // The IDs of the pairs are needed only to look up original f64 coordinates, which batches
+        // do not have.
         let ids = [(RayId(0), LeafSlot(0)); 8];
         let hits = filter.resolver().hits_in::<S>(&self.pairs, &ids, self.len);
         for (hit, &number) in hits.into_iter().zip(&self.numbers[..self.len]) {

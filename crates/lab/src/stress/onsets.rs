@@ -41,8 +41,8 @@ impl Onset {
 /// A value of the parameter is kept only if at least this many cases are clear of all sides.
 const ENOUGH: u64 = 100;
 
-/// Runs all sweeps, with `points` values on a logarithmic scale and about `cases` cases for each.
-/// The counts depend only on the seed, `points`, and `cases`. Calls `step` after each value.
+/// Runs all sweeps, each with `points` logarithmically spaced values and about `cases` cases per
+/// value. The counts depend only on the seed, `points`, and `cases`. Calls `step` after each value.
 pub fn sweep_all(seed: u64, points: usize, cases: u64, step: &(impl Fn() + Sync)) -> Vec<Onset> {
     let jobs: Vec<_> =
         SWEEPS.iter().flat_map(|sweep| (0..points).map(move |k| (sweep, k))).collect();
@@ -72,7 +72,7 @@ fn value(sweep: &'static Sweep, parameter: f64, seed: u64, cases: u64) -> Vec<On
         onset.method = method.name;
     }
 
-    // Some families have few clear cases. If hardly any case is clear, skip the value.
+    // In some families, few cases are clear. Skip the value if hardly any case is.
     let mut tries = 0;
     while none.trials < cases && tries < 16 * cases {
         tries += 512;
