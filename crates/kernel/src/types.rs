@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::Scalar;
 
-/// A half-line and the interval of t in which hits count.
+/// A half-line, and the interval of t in which its hits count.
 ///
 /// The points of the ray are `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not
 /// have unit length. A hit counts if `t_min <= t < t_max` and `t > 0`.
@@ -86,8 +86,8 @@ pub type Triangle = TriangleOf<f32>;
 /// A triangle in f64.
 pub type Triangle64 = TriangleOf<f64>;
 
-/// A type alias cannot serve as a constructor or a pattern, so these re-exports make
-/// `Triangle(corners)` work. The aliases above take precedence as types.
+/// A type alias cannot serve as a constructor or a pattern, but these re-exports make
+/// `Triangle(corners)` work as both. The aliases above take precedence as types.
 mod constructors {
     pub use super::{TriangleOf as Triangle, TriangleOf as Triangle64};
 }

@@ -67,7 +67,7 @@ const EXACT: usize = 50;
 const CLOSED: [(&str, usize); 3] =
     [("icosphere", 80), ("icosphere-exact", 80), ("cube-exact", 192)];
 
-/// The result of one unit of work for one method.
+/// A method's results in one unit of work.
 #[derive(Clone, Default)]
 struct Found {
     true_hits: u64,
@@ -222,7 +222,7 @@ mod tests {
             }
             assert_eq!((row.trials, row.true_hits), (1000, hits), "{}", row.method);
             assert_eq!((row.false_misses, row.false_hits), (misses, wrong), "{}", row.method);
-            // Every f32 method makes errors here.
+            // Every f32 method makes errors on this family.
             let single = method.bits == 24;
             assert!(!single || misses > 0 || wrong > 0, "{}", row.method);
         }

@@ -7,8 +7,8 @@ use crate::workloads::Workload;
 /// The standard against which a method's answers are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
-    /// The exact oracle. For [`Workload::Edges`], only leaks count as errors, and double hits are
-    /// listed next to them.
+    /// The exact oracle. For [`Workload::Edges`], only leaks count as errors; double hits are
+    /// listed separately.
     Oracle,
     /// The scalar f64 reference.
     Reference,

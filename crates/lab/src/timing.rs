@@ -1,4 +1,4 @@
-//! Measures how long the methods take, side by side.
+//! Measures how long the methods take, running them side by side.
 //!
 //! In each turn, every method runs in each of its layouts for a fraction of a millisecond, so that
 //! disturbances affect all methods alike. Each time is compared with the scalar f64 reference's
@@ -25,7 +25,7 @@ pub struct Time {
     pub form: &'static str,
     /// The number of lanes.
     pub lanes: usize,
-    /// Nanoseconds per ray/triangle test, as the median over the turns.
+    /// The time per ray/triangle test in nanoseconds, as the median over the turns.
     pub ns_per_test: f64,
     /// The reference's time divided by this time, as the median over the turns.
     pub times_faster: f64,

@@ -122,7 +122,7 @@ def rays_of(name, kind, vertices, faces, rays, threads, seconds):
     tensor, wide = o3d.core.Tensor(six), (origins.astype(float), ways.astype(float))
     out, found = np.empty(len(six), intertri.HIT), np.empty(len(six), np.int32)
 
-    # Convert from and to numpy, as a user would.
+    # Include the conversions from and to numpy, as in a user's program.
     def cast():
         return {key: value.numpy() for key, value in scene.cast_rays(tensor, nthreads=threads or 0).items()}
 

@@ -34,7 +34,7 @@ def some_rays(mesh, number, count):
 
 
 def timed():
-    """Makes the worker that runs this function record the time that each block takes."""
+    """Makes the worker on which this function runs record the time that each block takes."""
     from intertri.dask import _answer as answer
 
     if hasattr(answer, "seconds"):
@@ -58,8 +58,7 @@ def taken():
 
 def by_threads(mesh, where, threads):
     """Returns the seconds that threads take to trace each of the first ten blocks from memory into
-    a reused array. Called before and after the cluster's run, because the machine's speed
-    varies."""
+    a reused array. Called before and after the cluster runs, because the machine's speed varies."""
     rays, out, times = zarr.open_array(where), np.empty(BLOCK, intertri.HIT), []
     for first in range(0, min(rays.shape[0], 10 * BLOCK), BLOCK):
         block = rays[first : first + BLOCK]

@@ -183,7 +183,8 @@ def table():
     print("| --- " * (3 + len(ALL)) + "|")
     for name, triangles in damaged().items():
         numbers = np.abs(solid_angles(triangles, points))
-        # Skip points that the damage moves to the other side, because they have no ground truth.
+        # Skip points that the damage moves to the other side, because no answer for them is clearly
+        # correct.
         clear = (numbers > 0.5) == truth
         row = []
         for make in ALL.values():

@@ -1,5 +1,5 @@
-//! Runs queries for many points, in the order of a space-filling curve, so that neighbouring points
-//! are queried one after another.
+//! Runs queries for many points in the order of a space-filling curve, so that points close to each
+//! other are queried one after another.
 
 use std::collections::TryReserveError;
 
@@ -194,7 +194,7 @@ pub(crate) fn grid<S: Scalar>(
     Ok(())
 }
 
-/// Returns the positions of points on the curve and their indices, sorted by position.
+/// Returns each point's position on the curve and its index, sorted by position.
 fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveError> {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {

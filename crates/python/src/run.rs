@@ -104,7 +104,7 @@ pub(crate) fn run_apart<T: Send + 'static>(
 ) -> PyResult<T> {
     let (done, mut result) = channel();
     let worker = Builder::new().name("intertri".into()).spawn(move || {
-        // This fails if the caller no longer waits.
+        // Sending fails if the caller no longer waits.
         _ = done.send(work());
     });
     let worker = worker
@@ -122,8 +122,8 @@ pub(crate) fn run_apart<T: Send + 'static>(
     }
 }
 
-/// Processes many items piece by piece, until all are done or the job should stop. The size of the
-/// pieces adapts so that each takes a few milliseconds.
+/// Processes `count` items piece by piece, until all are done or the job is to stop. The size of
+/// the pieces adapts so that each takes a few milliseconds.
 pub(crate) fn pieces(count: usize, stop: &Stop, mut each: impl FnMut(Range<usize>)) {
     let (mut done, mut size) = (0, 8);
     while done < count && !stop.is_set() {

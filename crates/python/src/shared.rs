@@ -45,8 +45,8 @@ impl<S: Scalar> Shared<S> {
         triangles: impl FnOnce(&Stop) -> PyResult<Vec<TriangleOf<S>>> + Send,
     ) -> PyResult<f64> {
         let triangles = run(py, workers, triangles)??;
-        // Take the lock on this thread: a pool thread that waits for others might be given another
-        // refit in the meantime.
+        // Take the lock on this thread: a pool thread that waits for other threads might start
+        // another refit in the meantime.
         let mut place = loop {
             match self.0.try_lock() {
                 Ok(place) => break place,

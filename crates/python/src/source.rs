@@ -25,7 +25,7 @@ pub(crate) struct Arrays<'py, S: Element> {
     skip: Option<PyReadonlyArray1<'py, i32>>,
 }
 
-/// A row for each ray, or a single row for all rays, which is stored four times.
+/// One row per ray, or a single row for all rays, of which four copies are stored.
 struct Rows<'a, T> {
     rows: &'a [T],
     one: Option<[T; 4]>,
@@ -62,7 +62,7 @@ impl<'a, T: Copy> Rows<'a, T> {
     }
 }
 
-/// The rays of borrowed arrays.
+/// The rays that borrowed arrays describe.
 pub(crate) struct Source<'a, S> {
     pub(crate) count: usize,
     layout: Layout<'a, S>,
@@ -75,7 +75,7 @@ enum Layout<'a, S> {
     Eight { rays: Rows<'a, [S; 8]> },
 }
 
-/// The limits of t.
+/// The limits of the rays' intervals of t.
 struct Ends<'a, S> {
     t_min: Rows<'a, S>,
     t_max: Rows<'a, S>,

@@ -94,7 +94,7 @@ def test_more_threads_than_the_machine_has_are_not_started(mesh):
 
 
 def test_the_lock_is_let_go(mesh):
-    """Checks that another Python thread can run during a query."""
+    """Checks that another Python thread makes progress during a query."""
     eye, ways = camera(1200, [1, 2, 3])
     rays = np.concatenate([np.broadcast_to(eye, ways.shape), ways], axis=-1).astype(mesh.dtype)
     turns, done = [0], threading.Event()

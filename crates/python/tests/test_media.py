@@ -24,8 +24,8 @@ def test_segments_have_no_gaps(dtype):
     origin = np.array([-1, 1, 1]) + offset
     lists = media.segments([origin, origin], [[1, 0, 0], [0, 2, 0]])
     assert lists.offsets.tolist() == [0, 5, 6] and lists.rays.tolist() == [0] * 5 + [1]
-    # The third block covers part of the wall between the others; elsewhere both sides have the same
-    # medium.
+    # The third block covers part of the wall between the others. Elsewhere, the medium is the same
+    # on both sides of the wall.
     assert lists.segments["medium"].tolist() == [-1, 5, 8, 5, -1, -1]
     assert lists.segments["end"].tolist() == [1, 2, 4, 5, np.inf, np.inf]
     assert (lists.segments["start"][1:5] == lists.segments["end"][:4]).all()

@@ -1,4 +1,4 @@
-//! Counts wrong closest hits.
+//! Counts the wrong closest hits that each method reports.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -10,7 +10,8 @@ use crate::methods::{METHODS, Method, on_grid, reference_closest};
 use crate::oracle;
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// Counts wrong closest hits. Returns the number of rays.
+/// For each method, counts the rays whose reported closest hit is wrong. Returns the number of rays
+/// tested.
 pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u64 {
     let rays = batch.rays.len() as u64;
     let layout = Layout { form: Form::Packets, lanes: 8 };

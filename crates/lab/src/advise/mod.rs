@@ -9,9 +9,9 @@
 //!   one, and
 //! - no two triangles at the pixel are closer to each other than their errors in depth.
 //!
-//! All other pixels are doubtful, and only doubtful pixels can be wrong. This prediction and every
-//! engine are checked against the exact answer on a sample of the pixels. `docs/advise.md` derives
-//! the bounds.
+//! All other pixels are doubtful, and only doubtful pixels can be wrong. On a sample of the pixels,
+//! this prediction and every engine's answers are checked against the exact answers.
+//! `docs/advise.md` derives the bounds.
 
 mod arithmetic;
 mod band;

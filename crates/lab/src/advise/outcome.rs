@@ -36,7 +36,8 @@ impl Facet {
     /// Returns a bound on the reference's error in an edge value, for directions of unit length and
     /// the given `rho = h4 h5 |d| / |n · d|`.
     fn double_bound(&self, rho: f64) -> f64 {
-        // For a larger `rho`, the derivation's assumption of small rounding errors does not hold.
+        // For a larger `rho`, the rounding errors are not small, as the derivation of the bound
+        // assumes.
         if rho > 2.0_f64.powi(40) {
             return f64::INFINITY;
         }
@@ -160,7 +161,8 @@ impl Facet {
             }
         }
 
-        // The ray is inside. The hit point moves with the corners, and the plane tilts.
+        // The ray is inside and stays inside, but its hit point moves with the corners, and the
+        // plane tilts.
         let apart = 2.0 * snap_of_one(step);
         let tilt = apart * (2.0 * self.side + apart) / self.area;
         let cosine = plane_hit.slope.abs() / (self.area * pixel_ray.length);

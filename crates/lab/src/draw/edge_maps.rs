@@ -1,5 +1,5 @@
-//! Draws edge maps: rays one f32 step apart around a shared edge or a shared vertex, coloured by
-//! the triangles that they hit.
+//! Draws edge maps. Each shows rays one f32 step apart around a shared edge or a shared vertex,
+//! coloured by the triangles that they hit.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -85,7 +85,7 @@ impl Square {
     }
 
     /// Returns, for each ray, a bit mask of the triangles that it hits according to a method. For
-    /// `fixed`, everything is snapped to one grid.
+    /// `fixed`, all inputs are snapped to one grid.
     fn by(&self, method: &Method) -> Vec<u32> {
         let mut sets = vec![0; self.rays.len()];
         for (k, triangle) in self.triangles.iter().enumerate() {
@@ -93,7 +93,7 @@ impl Square {
                 let batch =
                     TestBatch { rays: self.rays.clone(), triangles: self.triangles.clone() };
                 let on_grid = crate::methods::on_grid(&batch).unwrap_or(batch);
-                // The method snaps each pair to the pair's own finest grid, which gives the same
+                // The method snaps each pair to the finest grid for that pair, which gives the same
                 // answer as the common grid.
                 let to = ask(method, on_grid.triangles[k], &on_grid.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);

@@ -37,7 +37,7 @@ impl Area {
         side(0).max(0.0) * side(1).max(0.0)
     }
 
-    /// Returns how far this rectangle extends beyond another rectangle, summed over both axes.
+    /// Returns how far this rectangle extends beyond another one, as a sum over both axes.
     fn outside(&self, of: &Self) -> f64 {
         let side = |k: usize| (of.lo[k] - self.lo[k]).max(0.0) + (self.hi[k] - of.hi[k]).max(0.0);
         side(0) + side(1)
@@ -136,7 +136,8 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Returns the share of a line that is inside an area, in eighths.
+/// Estimates the share of a line that is inside an area by testing a point at every eighth of the
+/// line.
 fn along(a: [f64; 2], b: [f64; 2], area: &Area) -> f64 {
     let at = |k: i32| [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * f64::from(k) / 8.0);
     (0..=8).filter(|&k| area.holds(at(k))).count() as f64 / 8.0

@@ -85,7 +85,7 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
         let p = round(add(rng.cube(), place, 1.0));
         let q = round(add(rng.cube(), place, 1.0));
         let mut corners = match rng.below(6) {
-            // All three corners coincide, possibly at zero.
+            // All three corners coincide, possibly at the coordinate origin.
             0 => [p; 3],
             1 => [[0.0; 3]; 3],
             // Two corners coincide.
@@ -202,8 +202,7 @@ pub(super) fn stack(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Sce
 
 pub(super) fn axis(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     let shape = |rng: &mut Rng, place: Point| {
-        // Half of the triangles are perpendicular to an axis, so their bounding box has no
-        // thickness.
+        // Half of the triangles are perpendicular to an axis, so their bounding boxes are flat.
         let thin = rng.below(6);
         let level = rng.within(4);
         let integer = |rng: &mut Rng, axis| {

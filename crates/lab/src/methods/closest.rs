@@ -32,7 +32,8 @@ pub(super) type Seconds = f64;
 struct Run<'a, M, const DOUBLE: bool>(Closest<'a, M>);
 
 impl<M: Intersector> Closest<'_, M> {
-    /// Finds the hits in f32 or f64. Returns `None` for 16 lanes that do not fit in one register.
+    /// Finds the hits in f32 or f64. Returns `None` if the layout has 16 lanes that do not fit in
+    /// one register.
     pub(super) fn run<const DOUBLE: bool>(self, level: Level) -> Option<Seconds> {
         match (self.layout.lanes, self.layout.form, DOUBLE) {
             (1, Form::Packets, false) => Some(packets::<M, f32, 1>(self)),
@@ -138,7 +139,8 @@ pub(super) fn packets_of<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<RayPa
     batches.iter().map(|batch| batch.rays.chunks(N).map(RayPacket::new).collect()).collect()
 }
 
-/// Prepares the triangles of each batch. This function is compiled once for all instruction levels.
+/// Prepares the triangles of each batch. This function is compiled only once, not for each
+/// instruction level.
 #[inline(never)]
 fn triangles_of<M: Intersector, T: Number>(
     intersector: M,

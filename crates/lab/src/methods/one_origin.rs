@@ -1,5 +1,5 @@
 //! The `certified` and `exact` modes for rays that share an origin, as camera rays and hard shadow
-//! rays do. Based on document D.
+//! rays do. The tests are based on document D.
 //!
 //! ```text
 //!   with A = c1 - o, once per triangle:   V = (h5 × A)    W = (A × h4)    U = n - V - W
@@ -32,10 +32,10 @@ const U: f64 = 1.0 / (1 << 24) as f64;
 /// The error of a form due to rounding to f32, relative to `|form|₂ |d|₂`.
 const FORM: f64 = 4.25 * U;
 
-/// The reference's noise, relative to `|d|₂ h (|A|₂ + h)`.
+/// The rounding noise of the reference, relative to `|d|₂ h (|A|₂ + h)`.
 const NOISE: f64 = 0.25 * U;
 
-/// The error due to the origin's rounding, relative to `|d|₂ h |o|₁`.
+/// The error due to rounding the origin, relative to `|d|₂ h |o|₁`.
 const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
 
 /// The sign of a form is decisive only if D exceeds this share of `|d|₂ h²`.
@@ -69,7 +69,7 @@ impl SeenTriangle {
         let (n, v, w) = (h4.cross(h5), h5.cross(a), a.cross(h4));
         let (u, t) = (n - v - w, n.dot(a));
 
-        // Covers the errors of the forms, the reference's noise, and the origin's rounding.
+        // Cover the errors of the forms, the reference's noise, and the rounding of the origin.
         let length = |x: Vec3<f64>| x.dot(x).sqrt();
         let longest = |x, y, z| length(x).max(length(y)).max(length(z));
         let (h, away) = (longest(h4, h5, h6).max(SHORTEST), length(a));

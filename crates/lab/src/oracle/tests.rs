@@ -117,7 +117,7 @@ fn a_third_route_in_integers_agrees_on_the_grids() {
     }
 }
 
-/// A value in f64 with an error bound, for a rough third computation of `t`.
+/// An f64 value with an error bound, for an approximate third computation of `t`.
 #[derive(Clone, Copy)]
 struct Near(f64, f64);
 

@@ -71,7 +71,7 @@ pub const DISTANCES: [f64; 2] = [1.0, 1e9];
 /// The number of rays per wall.
 const RAYS: u64 = 200;
 
-/// A wall of two triangles, and rays that start close to the wall.
+/// A wall made of two triangles, and rays that start close to it.
 struct Wall {
     halves: [Triangle64; 2],
     rays: Vec<Ray64>,
@@ -211,8 +211,8 @@ mod tests {
         for errors in of("exact", InputPrecision::AsGiven) {
             assert_eq!((errors.share(), errors.trials), (0.0, 2000));
         }
-        // The distances range from a metre to a million kilometres. At the largest distance, the
-        // answers are little better than chance.
+        // The distances range from a metre to a million kilometres, where the answers are little
+        // better than chance.
         for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");

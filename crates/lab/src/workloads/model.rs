@@ -115,7 +115,7 @@ fn inside(rng: &mut Rng, &TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     [0, 1, 2].map(|k| (1.0 - u - v) * a[k] + u * b[k] + v * c[k])
 }
 
-/// Returns a bounding sphere of a triangle, centred at the mean of its corners.
+/// Returns a bounding sphere of a triangle, centred on the mean of its corners.
 fn ball(triangle: &Triangle) -> ([f64; 3], f64) {
     let corners = triangle.0.map(|p| p.map(f64::from));
     let centre = [0, 1, 2].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);
