@@ -43,7 +43,7 @@ pub type Ray = RayOf<f32>;
 pub type Ray64 = RayOf<f64>;
 
 impl<S: Scalar> RayOf<S> {
-    /// Creates a ray over the whole half-line, `0 < t < infinity`. A hit at 0 never counts.
+    /// Creates a ray over the whole half-line, `0 < t < infinity`. A hit at `t = 0` never counts.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
@@ -67,7 +67,7 @@ impl<S: Scalar> RayOf<S> {
 /// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
 ///
 /// `bytemuck` casts a buffer of vertices, with nine coordinates per triangle, to a slice of
-/// triangles. A triangle is never hit if it has no area, or if a coordinate is NaN or infinite.
+/// triangles. A triangle is never hit if its area is zero or a coordinate is NaN or infinite.
 /// [`Triangle`](type@Triangle) is the f32 type, and [`Triangle64`](type@Triangle64) the f64 type.
 ///
 /// ```
@@ -105,8 +105,8 @@ impl<S: Scalar> TriangleOf<S> {
     }
 
     /// Returns the normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area,
-    /// and it points to the side from which the corners run counter-clockwise. The normal is zero
-    /// if the triangle has no area.
+    /// and it points to the side from which the corners run counter-clockwise. The normal of a
+    /// triangle without area is zero.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);

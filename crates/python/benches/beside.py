@@ -84,8 +84,8 @@ def best(contenders, count, seconds):
 
 
 def verdicts(mesh, origins, ways, ours, theirs, most=200):
-    """Counts how often each of two contenders is right on the rays for which they disagree.
-    Rational arithmetic decides."""
+    """Counts how often each of two contenders is correct on the rays for which they disagree,
+    according to rational arithmetic."""
     differ = np.flatnonzero(ours != theirs)
     corners, said = mesh.triangles, {"ours": 0, "theirs": 0, "tie": 0}
     for i in differ[:most]:

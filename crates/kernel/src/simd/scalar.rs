@@ -1,5 +1,4 @@
-//! Implements [`Lanes`] for plain f32 and f64, each as a single lane. Code that resolves one pair
-//! at a time uses them.
+//! Implements [`Lanes`] for f32 and f64 as single lanes, for code that resolves one pair at a time.
 
 use super::lanes::{Lanes, Mask, mul_error};
 

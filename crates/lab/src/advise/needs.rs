@@ -12,15 +12,15 @@ use super::vector::{Vec3d, length, vector};
 pub struct Needs {
     /// The number of triangles.
     pub triangles: usize,
-    /// The number of triangles that have no area or are not finite.
+    /// The number of triangles that are degenerate or have a coordinate that is not finite.
     pub degenerate: usize,
     /// The diagonal of the scene's bounding box.
     pub extent: f64,
     /// The largest absolute coordinate.
     pub offset: f64,
-    /// The length of the shortest side of any triangle that has an area.
+    /// The length of the shortest side of any nondegenerate triangle.
     pub shortest_edge: f64,
-    /// The smallest altitude of any triangle that has an area.
+    /// The smallest altitude of any nondegenerate triangle.
     pub smallest_altitude: f64,
     /// The number of pixels.
     pub pixels: u64,

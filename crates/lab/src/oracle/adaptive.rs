@@ -39,8 +39,7 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     }
     let [c1, c2, c3] = triangle.0;
 
-    // Does the triangle have an area? It has none if its projections onto all three coordinate
-    // planes have no area.
+    // Is the triangle degenerate? It is if its projections onto all three coordinate planes are.
     let flat = |x: usize, y: usize| {
         let point = |p: [S; 3]| Coord::<f64> { x: p[x].into(), y: p[y].into() };
         orient2d(point(c1), point(c2), point(c3)) == 0.0

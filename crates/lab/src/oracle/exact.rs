@@ -49,7 +49,7 @@ pub fn is_finite<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
 }
 
 /// Returns the exact `t` at which the line of a ray meets the plane of a triangle, or `None` if the
-/// line is parallel, the triangle has no area, or an input is not finite.
+/// line is parallel to the plane, the triangle is degenerate, or an input is not finite.
 ///
 /// ```
 /// use intertri::{Ray, Triangle};

@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 pub enum LinePosition {
     /// Undefined, because an input is NaN or infinite.
     NotFinite,
-    /// Nowhere: the triangle has no area.
+    /// Nowhere, because the triangle is degenerate.
     Degenerate,
     /// The line lies in the plane of the triangle, or the direction is 0 and the origin lies in
     /// that plane.

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 LEAST = 1 << 20
-"""The minimum size in bytes of an array with a block of its own. Smaller arrays come from numpy,
+"""The minimum size in bytes of an array that gets its own block. Smaller arrays come from numpy,
 because the C library reuses their memory anyway."""
 
 MOST = 1 << 28
