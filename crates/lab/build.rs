@@ -1,4 +1,5 @@
-//! Records which compiler built the laboratory, for the captions of its charts.
+//! Records the version of the compiler that builds the laboratory, which the captions of its charts
+//! quote.
 
 use std::process::Command;
 

@@ -1,5 +1,5 @@
 //! [`Threshold`], which decides whether a ray counts as parallel to a triangle and whether a hit is
-//! too near to the ray's origin.
+//! too close to the ray's origin.
 
 use core::fmt;
 
@@ -61,8 +61,8 @@ impl Threshold {
     }
 
     const fn of(exact: f64) -> Self {
-        // f32 lanes compare with the neighbouring f32 on the safe side, because the threshold
-        // itself may have been rounded either way.
+        // Rounding to f32 may move the threshold either way, so f32 lanes compare with the
+        // neighbouring f32 value on the safe side.
         let near = exact as f32;
         Self { exact, near, below: near.next_down(), above: near.next_up() }
     }
@@ -95,7 +95,7 @@ pub struct BadThreshold(pub f64);
 
 impl fmt::Display for BadThreshold {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the threshold is {}, but must be finite and not negative", self.0)
+        write!(f, "the threshold is {}, but must be finite and non-negative", self.0)
     }
 }
 

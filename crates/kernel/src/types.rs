@@ -5,17 +5,17 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::Scalar;
 
-/// A half-line and the interval of t in which hits count.
+/// A half-line, and the interval of t in which its hits count.
 ///
 /// The points of the ray are `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not
 /// have unit length. A hit counts if `t_min <= t < t_max` and `t > 0`.
 /// [`Mode::exact`](crate::Mode::exact) compares the true t. The other modes compare t in f64 and
-/// also require it to be above their threshold. The interval excludes `t_max`, so that with the
-/// default of infinity, a `t` that overflowed is a miss. A ray hits nothing if its origin or
-/// direction contains a NaN or an infinity, or if its interval contains a NaN.
+/// also require it to be above their threshold. The interval excludes `t_max`, so with the default
+/// of infinity, a `t` that overflows is a miss. A ray hits nothing if a component of its origin or
+/// direction is NaN or infinite, or if `t_min` or `t_max` is NaN.
 ///
-/// The layout matches a file of raw rays: eight little-endian numbers in the order of the fields.
-/// [`Ray`] is the f32 type, and [`Ray64`] the f64 type.
+/// The layout matches a file of raw rays: eight little-endian values per ray, in the order of the
+/// fields. [`Ray`] is the f32 type, and [`Ray64`] the f64 type.
 ///
 /// ```
 /// let ray = intertri::Ray::new([0.0, 1.0, 0.0], [0.0, 0.0, 2.0]).between(0.5, 9.0);
@@ -43,7 +43,7 @@ pub type Ray = RayOf<f32>;
 pub type Ray64 = RayOf<f64>;
 
 impl<S: Scalar> RayOf<S> {
-    /// Creates a ray over the whole half-line, `0 < t < infinity`. A hit at 0 never counts.
+    /// Creates a ray over the whole half-line, `0 < t < infinity`. A hit at `t = 0` never counts.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
@@ -66,8 +66,8 @@ impl<S: Scalar> RayOf<S> {
 
 /// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
 ///
-/// `bytemuck` casts a buffer of vertices, with nine numbers per triangle, to a slice of triangles.
-/// A triangle is never hit if it has no area or contains a NaN or an infinity.
+/// `bytemuck` casts a buffer of vertices, with nine coordinates per triangle, to a slice of
+/// triangles. A triangle is never hit if its area is zero or a coordinate is NaN or infinite.
 /// [`Triangle`](type@Triangle) is the f32 type, and [`Triangle64`](type@Triangle64) the f64 type.
 ///
 /// ```
@@ -86,8 +86,8 @@ pub type Triangle = TriangleOf<f32>;
 /// A triangle in f64.
 pub type Triangle64 = TriangleOf<f64>;
 
-/// A type alias cannot serve as a constructor or a pattern, so these re-exports make
-/// `Triangle(corners)` work. The aliases above take precedence as types.
+/// A type alias cannot serve as a constructor or a pattern, but these re-exports make
+/// `Triangle(corners)` work as both. The aliases above take precedence as types.
 mod constructors {
     pub use super::{TriangleOf as Triangle, TriangleOf as Triangle64};
 }
@@ -105,8 +105,8 @@ impl<S: Scalar> TriangleOf<S> {
     }
 
     /// Returns the normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area,
-    /// and it points to the side from which the corners run counter-clockwise. The normal is zero
-    /// if the triangle has no area.
+    /// and it points to the side from which the corners run counter-clockwise. The normal of a
+    /// triangle without area is zero.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
@@ -120,7 +120,7 @@ impl<S: Scalar> TriangleOf<S> {
     }
 }
 
-/// The point where a ray meets a triangle. Takes 32 bytes.
+/// The point where a ray meets a triangle, 32 bytes in size.
 ///
 /// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights
 /// `u` and `v` are the same on every CPU but may be outside `0..=1` because of rounding. Single-ray
@@ -203,12 +203,12 @@ impl Hit {
     }
 }
 
-/// A [`Hit`] with t, u, and v in f32. Takes 20 bytes.
+/// A [`Hit`] with t, u, and v in f32, 20 bytes in size.
 ///
-/// In [`Mode::exact`](crate::Mode::exact) and [`Mode::once`](crate::Mode::once), each of the three
-/// is the true value, correctly rounded to f32. In [`Mode::certified`](crate::Mode::certified),
-/// each is the value in [`Hit`], rounded to f32. A t beyond the largest f32 becomes infinity, so
-/// use [`Hit32::is_hit`] to tell hits from misses.
+/// In [`Mode::exact`](crate::Mode::exact) and [`Mode::once`](crate::Mode::once), t, u, and v are
+/// the true values, correctly rounded to f32. In [`Mode::certified`](crate::Mode::certified), they
+/// are the values in [`Hit`], rounded to f32. A t beyond the largest f32 becomes infinity, so use
+/// [`Hit32::is_hit`] to tell hits from misses.
 ///
 /// ```
 /// use intertri::Hit32;

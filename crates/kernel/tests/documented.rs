@@ -1,6 +1,6 @@
-//! Checks that every public type, trait, and function has an example that runs as a doc test. A
-//! method may instead be called in another item's example. Items in the hidden module `internal`
-//! are exempt.
+//! Checks that every public type, trait, and function has an example that runs as a doc test. For a
+//! method, a call in another item's example is enough. Items in the hidden module `internal` are
+//! exempt.
 
 use std::fs;
 use std::path::Path;

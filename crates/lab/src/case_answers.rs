@@ -9,7 +9,8 @@ use crate::methods::METHODS;
 use crate::oracle::{self, OracleAnswer};
 use crate::test_batch::Answer;
 
-/// The answers of the oracle, the reference, and the methods, with one entry per case in each list.
+/// The answers of the oracle, the reference, and the methods. Each list of answers has one entry
+/// per case.
 pub(crate) struct CaseAnswers {
     /// The exact answers.
     pub(crate) oracle: Vec<OracleAnswer>,

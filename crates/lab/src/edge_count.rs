@@ -10,11 +10,11 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 use crate::workloads::closed_mesh;
 
-/// The counts of errors that a check found, and the numbers of rays and pairs checked.
+/// The numbers of errors that a check found, and of the rays and pairs that it checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCount {
     /// The number of rays for each mode. Half of the rays pass exactly through a vertex or a point
-    /// on an edge of a closed mesh, and the other half only up to rounding.
+    /// on an edge of a closed mesh; the other half pass within a rounding error of one.
     pub rays: u64,
     /// The number of ray/triangle pairs that `certified` tested.
     pub pairs: u64,
@@ -103,7 +103,7 @@ fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
         let count = |ray| Ok(mode.crossings(&blocks, &grid.ray(ray)?).unsigned);
         batch.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()
     };
-    // If the input does not fit on the grid, every ray counts as a leak.
+    // If the grid cannot represent the input, count every ray as a leak.
     let crossings = crossings().unwrap_or_else(|_| vec![0; batch.rays.len()]);
     count.leaks += crossings.iter().filter(|&&n| n == 0).count() as u64;
     count.doubles += crossings.iter().filter(|&&n| n > 1).count() as u64;
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn the_rays_are_where_they_are_said_to_be() {
-        // According to the oracle too, each ray meets exactly the triangles around one edge or
+        // Check with the oracle that each ray meets exactly the triangles around one edge or
         // vertex.
         for bits in [15, 18] {
             let batch = batch(&mut Rng::new(9), bits, false);

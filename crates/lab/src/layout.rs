@@ -1,11 +1,11 @@
 //! The arrangement of rays and triangles in SIMD lanes.
 
-/// Which elements fill the lanes.
+/// Whether rays or triangles fill the lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// N rays against one triangle after another.
+    /// Rays fill the lanes: N rays are tested against one triangle after another.
     Packets,
-    /// One ray after another against N triangles.
+    /// Triangles fill the lanes: one ray after another is tested against N triangles.
     Blocks,
 }
 
@@ -27,10 +27,10 @@ impl Form {
     }
 }
 
-/// A form and a number of lanes.
+/// The form of a layout and its number of lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// What fills the lanes.
+    /// Whether rays or triangles fill the lanes.
     pub form: Form,
     /// The number of lanes: 1, 4, 8, or 16.
     pub lanes: usize,

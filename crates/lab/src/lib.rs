@@ -4,7 +4,7 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`rng`] | random numbers with the same bits on every CPU |
-//! | [`meshes`] | small closed meshes whose neighbouring faces share their vertices bit for bit |
+//! | [`meshes`] | small closed meshes in which neighbouring faces have bitwise equal vertices |
 //! | [`families`] | named generators of rays and triangles, ordinary and adversarial |
 //! | [`test_batch`], [`layout`] | the input and answers of a method, and their arrangement in lanes |
 //! | [`methods`] | the known tests, each written once for any lane type |
@@ -16,7 +16,7 @@
 //! | [`metrics`] | the methods' results on each family |
 //! | [`stress`] | where the methods begin to fail |
 //! | [`edge_count`] | checks of the kernel's guarantees on a very large number of rays |
-//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it does get wrong |
+//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it does |
 //! | `draw`, [`tables`], [`machine`] | charts (feature `draw`), tables, and machine details |
 //!
 //! Without the `measure` feature, the crate contains only [`rng`], [`meshes`], [`families`], and

@@ -33,7 +33,7 @@ fn civil(mut days: u64) -> [u64; 3] {
     [year, month, days + 1]
 }
 
-/// Returns the name of the CPU and the best instruction level that it supports.
+/// Returns the name of the CPU and the highest instruction level that it supports.
 pub fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let named = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));

@@ -1,11 +1,11 @@
-//! Small closed meshes, built with only `+ - * /` and square roots, so that their vertices have the
-//! same bits on every machine. Neighbouring faces share their vertices bit for bit.
+//! Small closed meshes. Their vertices are computed with only `+ - * /` and square roots, so they
+//! have the same bits on every machine. Neighbouring faces have bitwise equal vertices.
 
 use std::collections::BTreeMap;
 
 use intertri::Triangle;
 
-/// Vertices, and faces that refer to them.
+/// A mesh: a list of vertices, and faces given by indices into that list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// The vertices, in f64 so that they can be moved and scaled before they are rounded.
@@ -63,7 +63,7 @@ impl Mesh {
         mesh
     }
 
-    /// Splits each face into four; the new vertices are moved out to the sphere.
+    /// Splits each face into four and moves the new vertices out to the sphere.
     fn split(&mut self) {
         let mut middles = BTreeMap::new();
         let vertices = &mut self.vertices;
@@ -83,7 +83,7 @@ impl Mesh {
     }
 
     /// Creates a torus around the z axis with radii 0.7 and 0.3, made of `around * across` quads
-    /// with two faces each. Counts below 3 are raised to 3.
+    /// with two faces each. Counts below 3 are treated as 3.
     pub fn torus(around: usize, across: usize) -> Self {
         let (around, across) = (around.max(3), across.max(3));
         let mut vertices = Vec::with_capacity(around * across);
@@ -103,8 +103,8 @@ impl Mesh {
         Self { vertices, faces }
     }
 
-    /// Creates a cube from `-n` to `n`, with integer vertices one unit apart. It has `48 n^2`
-    /// faces, whose diagonals run both ways.
+    /// Creates a cube from `-n` to `n`, with vertices at integer points one unit apart. It has
+    /// `48 n^2` faces, whose diagonals run both ways.
     pub fn cube(n: usize) -> Self {
         let n = n.max(1) as i32;
         let mut mesh = Self { vertices: Vec::new(), faces: Vec::new() };
@@ -151,7 +151,7 @@ impl Mesh {
     }
 }
 
-/// Returns a vector of length 1 in the same direction.
+/// Returns the unit vector in the direction of a vector.
 fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
     let length = (x * x + y * y + z * z).sqrt();
     [x / length, y / length, z / length]

@@ -1,4 +1,4 @@
-//! The table of each method's results on each family.
+//! Measures each method's errors on each family, for a table with one row per method and family.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -59,7 +59,7 @@ pub struct Row {
     pub t_ulps_worst: f64,
 }
 
-/// The number of cases in one unit of work. Each unit has its own seed.
+/// The number of cases in one unit of work. Each unit generates its cases from its own seed.
 const PIECE: u64 = 500;
 /// The maximum number of true hits per unit of work for which the exact `t` is computed.
 const EXACT: usize = 50;
@@ -67,7 +67,7 @@ const EXACT: usize = 50;
 const CLOSED: [(&str, usize); 3] =
     [("icosphere", 80), ("icosphere-exact", 80), ("cube-exact", 192)];
 
-/// The result of one unit of work for one method.
+/// A method's results in one unit of work.
 #[derive(Clone, Default)]
 struct Found {
     true_hits: u64,
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_row_is_what_one_counts_by_hand() {
-        // Count one case at a time, with the oracle's second implementation.
+        // Count the errors again, one case at a time, with the oracle's second implementation.
         let family = find("random").unwrap();
         let rows = metrics(family, 6, 1000, &|_| ());
         for row in rows.iter().filter(|row| row.method != "fixed") {
@@ -222,7 +222,7 @@ mod tests {
             }
             assert_eq!((row.trials, row.true_hits), (1000, hits), "{}", row.method);
             assert_eq!((row.false_misses, row.false_hits), (misses, wrong), "{}", row.method);
-            // Every f32 method makes errors here.
+            // Every f32 method makes errors on this family.
             let single = method.bits == 24;
             assert!(!single || misses > 0 || wrong > 0, "{}", row.method);
         }

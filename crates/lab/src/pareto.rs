@@ -1,14 +1,14 @@
-//! The Pareto front: the methods that no other beats in both speed and accuracy.
+//! Finds the Pareto front: the methods that no other method beats in both speed and accuracy.
 
 use crate::accuracy::{ErrorCounts, ON_GRID};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// What a method's answers are compared with.
+/// The standard against which a method's answers are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
-    /// The exact oracle. For [`Workload::Edges`], only leaks count as errors, and double hits are
-    /// listed next to them.
+    /// The exact oracle. For [`Workload::Edges`], only leaks count as errors; double hits are
+    /// listed separately.
     Oracle,
     /// The scalar f64 reference.
     Reference,
@@ -35,9 +35,10 @@ pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> 
     times.iter().filter(own).max_by(|a, b| a.times_faster.total_cmp(&b.times_faster))
 }
 
-/// Returns the Pareto front on a workload, with the fastest method first. Each method is right more
-/// often than all faster methods. If two methods are equal, the first in the table wins. The
-/// `fixed` mode is included as [`ON_GRID`], with the inputs for which it guarantees right answers.
+/// Returns the Pareto front on a workload, with the fastest method first. Each method on the front
+/// gives fewer wrong answers than every faster method. If two methods are equal, the front contains
+/// the one that comes first in the table. The `fixed` mode is included as [`ON_GRID`], on the
+/// inputs for which it guarantees exact answers.
 pub fn pareto_front(
     workload: Workload,
     baseline: Baseline,

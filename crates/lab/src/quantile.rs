@@ -1,7 +1,7 @@
-//! Quantiles of a list of numbers.
+//! Computes quantiles of a list of numbers.
 
-/// Returns the value below which the given share of the numbers lies, or NaN if the list is empty.
-/// Sorts the numbers in place.
+/// Returns the value below which the given share of the numbers falls, or NaN if the list is empty.
+/// Sorts the list in place.
 pub(crate) fn quantile(numbers: &mut [f64], share: f64) -> f64 {
     numbers.sort_by(f64::total_cmp);
     let last = numbers.len().saturating_sub(1);

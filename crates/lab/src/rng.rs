@@ -1,9 +1,9 @@
-//! Random numbers with the same bits on every CPU: integers, and f64 values computed with `+ - * /`
-//! and square roots.
+//! A random number generator that yields the same bits on every CPU. Its f64 values are computed
+//! with only `+ - * /` and square roots.
 //!
 //! The generator is `SplitMix64` (Steele, Lea, and Flood, "Fast splittable pseudorandom number
-//! generators", OOPSLA 2014). It advances a counter in steps derived from the golden ratio and
-//! mixes the counter's bits twice.
+//! generators", OOPSLA 2014). It increments a counter by a constant derived from the golden ratio
+//! and mixes the counter's bits twice.
 
 /// A stream of random numbers, determined by its seed.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// Returns an integer in `0..n`, taken from the high half of a product, or 0 if `n` is 0.
+    /// Returns an integer in `0..n`, which is the high half of a product, or 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
@@ -57,12 +57,12 @@ impl Rng {
         2.0 * self.unit() - 1.0
     }
 
-    /// Returns a point in the cube from -1 to 1.
+    /// Returns a point whose coordinates are in `-1..1`.
     pub fn cube(&mut self) -> [f64; 3] {
         [self.signed(), self.signed(), self.signed()]
     }
 
-    /// Returns a unit vector, made by normalizing a point in the unit ball.
+    /// Returns a random unit vector by normalizing a point in the unit ball.
     pub fn direction(&mut self) -> [f64; 3] {
         loop {
             let [x, y, z] = self.cube();
@@ -74,7 +74,7 @@ impl Rng {
         }
     }
 
-    /// Returns a log-uniformly distributed number between two bounds.
+    /// Returns a number between two bounds whose logarithm is uniformly distributed.
     ///
     /// The bounds may be in either order. They must be positive, normal, and finite.
     pub fn log(&mut self, a: f64, b: f64) -> f64 {
@@ -110,7 +110,7 @@ pub fn step(x: f32, steps: i32) -> f32 {
     let infinity = i64::from(f32::INFINITY.to_bits());
     let moved = (place + i64::from(steps)).clamp(-infinity, infinity);
     let magnitude = f32::from_bits(moved.unsigned_abs() as u32);
-    // A zero that was not moved keeps its sign.
+    // A zero that does not move keeps its sign.
     if moved < 0 || (moved == 0 && bits >> 31 == 1 && steps == 0) { -magnitude } else { magnitude }
 }
 

@@ -15,7 +15,7 @@ pub fn csv<T: Serialize>(rows: &[T]) -> Result<String, csv::Error> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// Formats a number in groups of three digits.
+/// Formats a number with its digits in groups of three.
 ///
 /// ```
 /// use intertri_lab::tables::grouped;
@@ -33,9 +33,9 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// Formats a count of errors among trials. Zero errors do not prove perfection, so in that case,
-/// the text also states the smallest share of errors that would have shown up with a probability of
-/// 95 %.
+/// Formats a count of errors among trials. Zero errors do not prove that there are none, so in that
+/// case, the text also states the smallest share of errors that the trials would have revealed with
+/// a probability of 95 %.
 ///
 /// ```
 /// use intertri_lab::tables::count;

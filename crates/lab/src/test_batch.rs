@@ -1,14 +1,13 @@
-//! The input of a method (rays and triangles that are all tested against each other) and its
-//! answers.
+//! A method's input, in which every ray is tested against every triangle, and its answers.
 
 use intertri::{Ray, Triangle};
 
-/// Rays and triangles that are all tested against each other, as in a leaf of a hierarchy.
+/// A batch in which every ray is tested against every triangle, as in a leaf of a hierarchy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestBatch {
     /// The rays.
     pub rays: Vec<Ray>,
-    /// The triangles, at least one.
+    /// The triangles, of which there is at least one.
     pub triangles: Vec<Triangle>,
 }
 

@@ -1,4 +1,4 @@
-//! Measures how long the methods take, side by side.
+//! Measures how long the methods take, running them side by side.
 //!
 //! In each turn, every method runs in each of its layouts for a fraction of a millisecond, so that
 //! disturbances affect all methods alike. Each time is compared with the scalar f64 reference's
@@ -14,7 +14,7 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 use crate::workloads::{Model, Workload};
 
-/// The time that a method took in one layout.
+/// The time that a method took in one layout on one workload.
 #[derive(Clone, Debug, Serialize)]
 pub struct Time {
     /// The workload.
@@ -25,7 +25,7 @@ pub struct Time {
     pub form: &'static str,
     /// The number of lanes.
     pub lanes: usize,
-    /// Nanoseconds per ray/triangle test, as the median over the turns.
+    /// The time per ray/triangle test in nanoseconds, as the median over the turns.
     pub ns_per_test: f64,
     /// The reference's time divided by this time, as the median over the turns.
     pub times_faster: f64,
@@ -53,7 +53,7 @@ pub fn measure(
     let tests: usize =
         batches.iter().map(|TestBatch { rays, triangles }| rays.len() * triangles.len()).sum();
 
-    // Every method in every layout, with the seconds of each turn.
+    // Every method in every layout that it supports, with its time in seconds for each turn.
     let mut contenders = Vec::new();
     for method in METHODS {
         for form in [Form::Packets, Form::Blocks] {

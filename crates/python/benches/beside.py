@@ -4,8 +4,8 @@
 
 Everything runs in one process, with numpy arrays as input and output. Prints tables in Markdown.
 The contenders take turns, and each figure is the best of several turns, in millions per second.
-Where answers differ, rational arithmetic decides whether the ray meets the triangle that each
-contender reports, and which triangle is nearer.
+Where answers differ, rational arithmetic determines whether the ray meets the triangle that each
+contender reports, and which of these triangles is nearer.
 """
 
 import argparse
@@ -47,8 +47,8 @@ def camera(vertices, faces, size):
 
 
 def diffuse(mesh, origins, ways, rng):
-    """Returns as many rays as there are camera rays, from the image's hits in random directions
-    away from the surface."""
+    """Returns as many rays as there are camera rays. They start at the image's hits and go in
+    random directions away from the surface."""
     hits = mesh.closest(origins, ways)
     hit = hits["triangle"] >= 0
     a, b, c = np.moveaxis(mesh.triangles[hits["triangle"][hit]].astype(float), 1, 0)
@@ -84,8 +84,8 @@ def best(contenders, count, seconds):
 
 
 def verdicts(mesh, origins, ways, ours, theirs, most=200):
-    """Counts how often each of two contenders is right among the rays on which they disagree, as
-    decided by rational arithmetic."""
+    """Counts how often each of two contenders is correct on the rays for which they disagree,
+    according to rational arithmetic."""
     differ = np.flatnonzero(ours != theirs)
     corners, said = mesh.triangles, {"ours": 0, "theirs": 0, "tie": 0}
     for i in differ[:most]:
@@ -122,7 +122,7 @@ def rays_of(name, kind, vertices, faces, rays, threads, seconds):
     tensor, wide = o3d.core.Tensor(six), (origins.astype(float), ways.astype(float))
     out, found = np.empty(len(six), intertri.HIT), np.empty(len(six), np.int32)
 
-    # Convert from and to numpy, as a user would.
+    # Include the conversions from and to numpy, as in a user's program.
     def cast():
         return {key: value.numpy() for key, value in scene.cast_rays(tensor, nthreads=threads or 0).items()}
 

@@ -3,9 +3,9 @@ in zarr.
 
     python cluster.py MODEL.obj FOLDER [--rays 100] [--workers 2]
 
-Writes the rays to FOLDER in blocks, at 24 bytes per ray and 32 bytes per answer. Prints how long
-the two threads take to trace, how long each worker takes, and how long the whole run takes with and
-without tracing. Also prints a hash of all answers.
+Writes the rays and the answers to FOLDER in blocks, at 24 bytes per ray and 32 bytes per answer.
+Prints how long the two threads take to trace, how long each worker takes, and how long the whole
+run takes with and without tracing. Also prints a hash of all answers.
 """
 
 import argparse
@@ -25,8 +25,8 @@ BLOCK = 1_000_000
 
 
 def some_rays(mesh, number, count):
-    """Returns the rays of a block, between random points in the mesh's bounding box. The block's
-    number is the seed."""
+    """Returns the rays of a block. Each goes from one random point in the mesh's bounding box to
+    another. The block's number is the seed."""
     rng = np.random.default_rng(number)
     low, high = mesh.bounds
     a, b = (rng.uniform(low, high, (count, 3)).astype(np.float32) for _ in range(2))
@@ -34,7 +34,7 @@ def some_rays(mesh, number, count):
 
 
 def timed():
-    """Makes the worker that runs this function record the time that each block takes."""
+    """Makes the worker on which this function runs record the time that each block takes."""
     from intertri.dask import _answer as answer
 
     if hasattr(answer, "seconds"):
@@ -58,8 +58,7 @@ def taken():
 
 def by_threads(mesh, where, threads):
     """Returns the seconds that threads take to trace each of the first ten blocks from memory into
-    a reused array. Called before and after the cluster's run, because the machine's speed
-    varies."""
+    a reused array. Called before and after the cluster runs, because the machine's speed varies."""
     rays, out, times = zarr.open_array(where), np.empty(BLOCK, intertri.HIT), []
     for first in range(0, min(rays.shape[0], 10 * BLOCK), BLOCK):
         block = rays[first : first + BLOCK]

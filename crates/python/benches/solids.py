@@ -1,4 +1,5 @@
-"""Compares inside/outside tests with libigl, Open3D, trimesh, and Manifold: answers and speed.
+"""Compares the answers and the speed of inside/outside tests with those of libigl, Open3D, trimesh,
+and Manifold.
 
     pip install libigl open3d trimesh manifold3d scipy rtree
     python solids.py table
@@ -6,9 +7,9 @@
 
 `table` shows how many of 2,000 points each package classifies differently in damaged boxes than in
 the undamaged box. A point counts only if its winding number in the damaged box, a sum of solid
-angles in float64, still puts it on the right side. `speed` measures millions of points per second
-on one core, as the best of several runs. Some contenders get fewer points, because they would need
-minutes for a million.
+angles in float64, still puts it on the correct side. `speed` measures millions of points per second
+on one core, as the best of several runs. Contenders that would need minutes for a million points
+get fewer points.
 """
 
 import argparse
@@ -182,7 +183,8 @@ def table():
     print("| --- " * (3 + len(ALL)) + "|")
     for name, triangles in damaged().items():
         numbers = np.abs(solid_angles(triangles, points))
-        # Skip points that the damage moves to the other side, because they have no ground truth.
+        # Skip points that the damage moves to the other side, because no answer for them is clearly
+        # correct.
         clear = (numbers > 0.5) == truth
         row = []
         for make in ALL.values():

@@ -6,7 +6,7 @@
 On a real cluster, pass the scheduler's address and paths that every worker can reach, such as paths
 on a shared file system or "s3://bucket/rays.zarr". Start workers with `dask worker tcp://head:8786
 --nworkers N --nthreads T`, where N times T is the machine's number of cores. Each block is
-processed by one thread. With blocks of about a million rays, the scheduler has little to do. Every
+processed by one thread. Blocks of about a million rays keep the scheduler's overhead small. Every
 worker must have the same version of intertri installed.
 """
 

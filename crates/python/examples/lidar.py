@@ -2,7 +2,8 @@
 
     python lidar.py [picture.png]
 
-Coordinates are UTM, as in survey data: float32 would move them by up to a quarter of a metre.
+The coordinates are in UTM, as in survey data. Rounding to float32 would move them by up to a
+quarter of a metre.
 """
 
 import sys
@@ -41,7 +42,7 @@ def main():
     mesh = intertri.Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
     scanner, directions = ORIGIN + [0, -6, 2], pulses(256, 1024)
 
-    # Every return in order of distance: pulse i has hits[offsets[i]:offsets[i + 1]].
+    # Find every return in order of distance; those of pulse i are hits[offsets[i]:offsets[i + 1]].
     lists = mesh.all(scanner, directions, t_max=60.0)
     returns = np.diff(lists.offsets)
     print(f"{returns.size} pulses, {len(lists.hits)} returns")
@@ -49,8 +50,8 @@ def main():
         print(f"  {(returns == n).sum():6} pulses with {n} returns")
     print(f"  {(returns > 3).sum():6} pulses with more, at most {returns.max()}")
 
-    # The last return of a pulse is behind all leaves that it hits. If it is on the ground, it
-    # should be at the height of the ground.
+    # The last return of a pulse is behind all leaves that it hits. A last return on the ground
+    # should be at the ground's height.
     last = lists.hits[lists.offsets[1:][returns > 0] - 1]
     height = mesh.hit_points(last[last["triangle"] < 2])[:, 2] - ORIGIN[2]
     print(f"ground: {len(height)} last returns, off by at most {np.abs(height).max():.1e} m")

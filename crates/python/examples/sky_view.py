@@ -1,4 +1,5 @@
-"""Computes how much of the sky and of each house is visible from the ground in a town.
+"""Computes how much of the view from points on the ground of a town is sky, and how much each house
+fills.
 
     python sky_view.py [picture.png]
 
@@ -64,7 +65,7 @@ def main():
     mesh, house = town()
     x, y = np.meshgrid(np.arange(-8, 236, 2.0), np.arange(-8, 236, 2.0))
     points = (ORIGIN + np.stack([x, y, np.zeros_like(x)], axis=-1)).reshape(-1, 3)
-    # Points under houses see the roofs from inside.
+    # Points inside houses see only the roofs and walls from inside.
     views = np.concatenate([view_factors(mesh, house, part, rays) for part in np.array_split(points, 16)])
     sky = views[:, -1]
     print(f"town: {len(mesh)} triangles, {len(points) * len(rays)} rays, sky {sky[sky > 0].min():.3f} to {sky.max():.3f}")

@@ -1,5 +1,5 @@
-"""Draws slices of a mesh's voxels: white outside, blue inside, red where a centre is on the
-surface.
+"""Draws slices of a mesh's voxels: white outside, blue inside, and red if the voxel's centre is on
+the surface.
 
     python slices.py slices.png [model.obj]
 

@@ -1,5 +1,5 @@
-//! Traces batches of rays. Threads take the rays in chunks, gather each chunk from numpy's arrays
-//! into the cache, and trace it there.
+//! Traces batches of rays. Each thread takes one chunk of rays after another, gathers it from
+//! numpy's arrays into the cache, and traces it there.
 
 use intertri::RayOf;
 use pyo3::prelude::*;
@@ -47,8 +47,8 @@ pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
                 }
                 done = band.pixels();
             }
-            // Trace the rays that no block contains: all rays if they are not an image, or the
-            // pixels of an incomplete last row.
+            // Trace the rays that are in no block. These are all rays if the rays are not an image,
+            // or else the pixels of an incomplete last row.
             let rest = piece.rays.start + done..piece.rays.end;
             if !stop.is_set() && !rest.is_empty() {
                 let skip = rays.skip(rest.clone());

@@ -1,4 +1,5 @@
-//! Lists the defects of a mesh and the faces to turn, for Python.
+//! Finds the defects of a mesh, and the faces to turn so that the mesh is consistently oriented,
+//! for Python's `inspect` and `orient`.
 
 use intertri::TriangleOf;
 use intertri_trace::{BvhScalar, MeshReport, Solid};
@@ -9,9 +10,9 @@ use crate::scalar::no_memory;
 
 pub(crate) type Numbers<'py> = Bound<'py, PyArray1<i64>>;
 
-/// Describes and lists the defects of triangles. Open, turned, and uneven edges are listed as a
-/// face and the corner where the edge starts. Doubled and opposed faces are listed with the earlier
-/// face that they repeat.
+/// Describes the defects of a mesh in words and lists them. Open, turned, and uneven edges are
+/// listed as a face and the corner where the edge starts. Doubled and opposed faces are listed with
+/// the earlier face that they repeat.
 pub(crate) fn defects<S: BvhScalar>(
     triangles: &[TriangleOf<S>],
 ) -> PyResult<(String, [Vec<i64>; 5])> {

@@ -1,4 +1,4 @@
-//! Joins the lists of answers that threads produce, in the order of the rays.
+//! Joins the lists of answers that threads produce into one list in the order of the rays.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -19,9 +19,9 @@ struct State<'a, A> {
     parts: usize,
     /// The number of answers that already have a position.
     answers: usize,
-    /// Finished parts that wait for earlier parts, keyed by their number.
+    /// Finished parts that wait for earlier parts, keyed by part number.
     waiting: BTreeMap<usize, Part<A>>,
-    /// Parts that did not fit.
+    /// Parts that did not fit in the output arrays.
     more: Vec<Part<A>>,
     /// Cleared parts whose memory can be reused.
     idle: Vec<Part<A>>,
@@ -75,7 +75,7 @@ impl<'a, A: Pod> Joined<'a, A> {
         self.lock().next()
     }
 
-    /// Returns the number of answers in the array and the parts that did not fit.
+    /// Returns the number of answers in the output array, and the parts that did not fit.
     pub(crate) fn finish(self) -> (usize, Vec<Part<A>>) {
         let state = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         let left: usize = state.more.iter().map(|part| part.answers.len()).sum();

@@ -32,8 +32,8 @@ use crate::source::Source;
 /// The number of rays that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// The offsets, where ray i has the answers from `offsets[i]` to `offsets[i + 1]`, and the answers,
-/// as 64-bit words.
+/// The offsets and the answers, the latter as 64-bit words. The answers of ray i are those from
+/// `offsets[i]` to `offsets[i + 1]`.
 pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64>>);
 
 /// Runs a query that returns a list for each ray.
@@ -134,7 +134,7 @@ where
         rayon::broadcast(|_| token.run(work)).into_iter().collect()
     }
 
-    /// Appends the lists of the rays in a range. The lists may have any length.
+    /// Appends the lists of the rays in a range, traced in the given order.
     fn range(
         &self,
         range: Range<usize>,
@@ -180,8 +180,8 @@ where
     }
 }
 
-/// Creates an array of zeros, which the system provides without writing to the pages. Returns an
-/// error if memory runs out, whereas the `numpy` crate's function panics.
+/// Creates an array of zeros. The system provides it without writing to its pages. Returns an error
+/// if memory runs out, whereas the `numpy` crate's function panics.
 fn zeros<T: Element>(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<T>>> {
     let made = py.import("numpy")?.call_method1("zeros", (count, T::get_dtype(py)))?;
     Ok(made.cast_into()?)

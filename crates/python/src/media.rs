@@ -71,7 +71,7 @@ fn number(medium: Option<u32>) -> i32 {
     medium.map_or(OUTSIDE, |medium| medium as i32)
 }
 
-/// Builds media from meshes and the numbers of the media that fill them.
+/// Builds the media, given the meshes and the number of the medium that fills each mesh.
 fn media<S: Scalar>(meshes: &[Vec<TriangleOf<S>>], filled: &[u32]) -> PyResult<Media<S>> {
     let meshes: Vec<_> = filled.iter().copied().zip(meshes.iter().map(Vec::as_slice)).collect();
     Media::new(&meshes).map_err(|error| match error {
@@ -125,7 +125,8 @@ macro_rules! media_class {
                 let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
                 let workers = Workers::new(threads, points.len() < FEW)?;
                 of_points(py, &workers, points, (out, OUTSIDE), |points, out| {
-                    // If there is not enough memory for a list, answer the points one by one.
+                    // If there is not enough memory for a list of answers, answer the points one by
+                    // one.
                     match on_this_thread(|| self.media.medium_at_batch(points)) {
                         Ok(found) => {
                             out.iter_mut()

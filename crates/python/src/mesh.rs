@@ -1,4 +1,4 @@
-//! A mesh with its hierarchy.
+//! A mesh with its hierarchy, as the Python classes query it.
 
 use std::sync::OnceLock;
 
@@ -11,7 +11,7 @@ use crate::part::Part;
 use crate::scalar::{Scalar, no_memory, wrong};
 use crate::skip::{Skip, without};
 
-/// A mesh with its hierarchy: a `Solid`, closed or not.
+/// A mesh with its hierarchy, stored as a `Solid` whether or not it is closed.
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
     /// The same solid with its boundary, computed on first use.
@@ -35,7 +35,7 @@ impl<S: Scalar> Mesh<S> {
         Self { solid: Solid::assume_closed_bvh(bvh), soup: OnceLock::new() }
     }
 
-    /// Returns the solid, either assumed to be closed or with its boundary.
+    /// Returns the solid that is assumed to be closed, or the same solid with its boundary.
     pub(crate) fn solid(&self, assume_closed: bool) -> PyResult<&Solid<S>> {
         if assume_closed {
             return Ok(&self.solid);
@@ -47,7 +47,7 @@ impl<S: Scalar> Mesh<S> {
         Ok(self.soup.get().unwrap_or(&self.solid))
     }
 
-    /// Loads a hierarchy over this many triangles from saved bytes.
+    /// Loads a hierarchy from saved bytes, which must contain the given number of triangles.
     pub(crate) fn from_bytes(bytes: &[u8], triangles: usize) -> PyResult<Self> {
         let mut bvh = Bvh::from_bytes(bytes).map_err(|error| match error {
             LoadError::OutOfMemory => no_memory(error),
@@ -69,8 +69,8 @@ impl<S: Scalar> Mesh<S> {
     }
 
     /// Moves the triangles. Returns the mesh and the estimated factor by which rays take longer
-    /// than in a new tree. The factor is 1 if nothing has moved. If memory runs out, the returned
-    /// mesh contains no triangles.
+    /// than in a new tree. The factor is 1 if no triangle has moved. If memory runs out, the
+    /// returned mesh contains no triangles.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
         // Drop the solid with its boundary, which would otherwise share the hierarchy.
         drop(self.soup);

@@ -1,4 +1,4 @@
-//! Lists of answers for a range of rays.
+//! A [`Part`]: the lists of answers that one thread produces for a range of rays.
 
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
@@ -34,7 +34,7 @@ impl<A: Copy> Part<A> {
         room.map_err(|_| too_many(self.answers.len() + answers))
     }
 
-    /// Appends the lists of `count` rays of another part, from `first` on.
+    /// Appends the lists of `count` rays of another part, beginning with the ray `first`.
     #[inline]
     pub(crate) fn add(&mut self, other: &Self, (first, count): (usize, usize)) {
         let offsets = &other.offsets[first..=first + count];

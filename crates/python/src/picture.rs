@@ -38,7 +38,7 @@ pub(crate) fn pieces<S: Scalar>(rays: &Source<'_, S>, width: usize, size: usize)
     pieces
 }
 
-/// Finds the runs of rays that are images.
+/// Finds the runs of consecutive rays that form images.
 fn pictures<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Vec<Run> {
     let all = 0..rays.count;
     // Tiles hold only rays, not the triangles that each ray skips.
@@ -70,14 +70,14 @@ pub(crate) fn gather<S: Scalar>(
     }
 }
 
-/// Prefetches the rays of the block that comes next.
+/// Prefetches the rays of the block that follows `block`.
 pub(crate) fn prefetch_next<S: Scalar>(block: &Block<'_>, (rays, first): (&Source<'_, S>, usize)) {
     for row in block.next_rows() {
         rays.prefetch((first + row.start).min(rays.count)..(first + row.end).min(rays.count));
     }
 }
 
-/// Returns the rays of a square image, in the order in which they are traced.
+/// Returns the rays of a square image in the order in which they are traced, tile by tile.
 pub(crate) fn tiled<S: Scalar>(rays: &Source<'_, S>) -> Vec<RayOf<S>> {
     let side = rays.count.isqrt();
     let (mut tiled, mut gathered) = (Vec::with_capacity(side * side), Vec::new());

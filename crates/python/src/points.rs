@@ -1,5 +1,5 @@
-//! Runs queries for many points, in the order of a space-filling curve, so that neighbouring points
-//! are queried one after another.
+//! Runs queries for many points in the order of a space-filling curve, so that points close to each
+//! other are queried one after another.
 
 use std::collections::TryReserveError;
 
@@ -18,7 +18,7 @@ use crate::scalar::{Scalar, no_memory, wrong};
 /// The number of points that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// The number of points in a slab.
+/// The number of points in a slab; see [`by_slabs`].
 const SLAB: usize = 1 << 20;
 
 /// The minimum number of points to sort. Fewer points are queried in the given order.
@@ -126,7 +126,7 @@ fn answer<S: Scalar, A: Clone, O>(
     }
 }
 
-/// Fills `out` with converted answers of a mesh that is queried as a solid.
+/// Queries a mesh as a solid and fills `out` with the converted answers.
 pub(crate) fn of_solid<S: Scalar, A: Clone + Send + Sync, O: Pod + Send>(
     py: Python<'_>,
     (mesh, assume_closed): (&Mesh<S>, bool),
@@ -194,7 +194,7 @@ pub(crate) fn grid<S: Scalar>(
     Ok(())
 }
 
-/// Returns the positions of points on the curve and their indices, sorted by position.
+/// Returns each point's position on the curve and its index, sorted by position.
 fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveError> {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
@@ -205,7 +205,8 @@ fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveErro
             }
         }
     }
-    // Use ten bits per axis. Coordinates that are not finite become 0 or the largest value.
+    // A position has ten bits per axis. Coordinates that are not finite become 0 or the largest
+    // value.
     let steps = [0, 1, 2].map(|k| 1023.0 / (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
     let place = |(i, point): (usize, &[S; 3])| {
         let along = |k: usize| {
@@ -232,7 +233,7 @@ fn room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     Ok(vector)
 }
 
-/// Spreads ten bits, with two zeros between neighbours.
+/// Spreads ten bits so that two zeros separate neighbouring bits.
 fn spread(x: u32) -> u32 {
     let x = x.min(1023);
     let x = (x | x << 16) & 0x0300_00ff;

@@ -1,4 +1,5 @@
-//! The threads that trace rays: the calling thread, or a pool for each number of threads.
+//! The threads that trace rays: the calling thread, or a pool. There is one pool for each thread
+//! count.
 
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
@@ -11,9 +12,9 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The pools of a process, by their number of threads. A forked process has none of its parent's
-/// threads, so it starts with no pools. A thread that holds this lock also holds the interpreter's
-/// lock, so no fork can happen while `POOLS` is locked.
+/// This process's pools, keyed by thread count. A forked process has none of its parent's threads,
+/// so it starts without pools. A thread that holds this lock also holds the interpreter's lock, so
+/// no fork can happen while `POOLS` is locked.
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 struct Pools {
@@ -23,22 +24,22 @@ struct Pools {
 
 /// The threads that do the work of a call.
 pub(crate) enum Workers {
-    /// The calling thread, so that a small call wakes no other thread, and calls with one thread
-    /// each can run in parallel.
+    /// The calling thread. Small calls then wake no other threads, and single-threaded calls from
+    /// several Python threads can run in parallel.
     Caller,
     /// The threads of a pool.
     Pool(Arc<ThreadPool>),
 }
 
 impl Workers {
-    /// Chooses the given number of threads or, without a number, all threads that the process may
-    /// use. Small jobs run on the calling thread.
+    /// Uses the given number of threads, or as many as the process may run at once if `threads` is
+    /// `None`. Small jobs run on the calling thread.
     pub(crate) fn new(threads: Option<NonZeroUsize>, is_small: bool) -> PyResult<Self> {
         let one = NonZeroUsize::MIN;
         if is_small || threads == Some(one) {
             return Ok(Self::Caller);
         }
-        // More threads than the process can run at a time would only take turns.
+        // More threads than the process can run at once would only take turns.
         let most = available_parallelism().unwrap_or(one);
         match threads.map_or(most, |threads| threads.min(most)) {
             threads if threads == one => Ok(Self::Caller),

@@ -1,4 +1,4 @@
-//! Reads models from files.
+//! Reads models from files, for Python's `Mesh.read`.
 
 use std::path::PathBuf;
 
@@ -13,12 +13,12 @@ use crate::scalar::{no_memory, wrong};
 /// repaired, or guessed.
 type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<String>);
 
-/// Reads a model in f64.
+/// Reads a model with f64 coordinates.
 #[pyfunction]
 pub(crate) fn read_model(py: Python<'_>, path: PathBuf) -> PyResult<Model<'_>> {
     let loaded = run_apart(py, move || load_model::<f64>(&path))?;
     let LoadedModel { mesh, notes, .. } = loaded.map_err(|error| {
-        // The loaders report that memory ran out only in the error's text.
+        // Only the error's text shows whether a loader ran out of memory.
         if error.cause.contains("more memory than is available") {
             no_memory(error)
         } else {

@@ -1,4 +1,4 @@
-//! Runs jobs without the interpreter's lock, while Ctrl-C can still end them.
+//! Runs jobs without the interpreter's lock, but lets Ctrl-C end them.
 
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -17,7 +17,7 @@ use crate::pool::Workers;
 /// How often to check for signals.
 const INTERVAL: Duration = Duration::from_millis(20);
 
-/// A request for a job to end early, which a signal handler's exception triggers.
+/// A request for a job to end early, made when a signal handler raises an exception.
 pub(crate) struct Stop {
     is_set: AtomicBool,
     raised: Mutex<Option<PyErr>>,
@@ -54,9 +54,9 @@ impl Stop {
     }
 }
 
-/// Runs a job on some threads. If a signal handler raises an exception, such as `KeyboardInterrupt`
-/// for Ctrl-C, the job stops early, even in the middle of a call to `intertri-trace`, and the
-/// exception is returned.
+/// Runs a job on the given threads. If a signal handler raises an exception, such as
+/// `KeyboardInterrupt` for Ctrl-C, the job stops early, even in the middle of a call to
+/// `intertri-trace`, and the exception is returned.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
     workers: &Workers,
@@ -67,7 +67,7 @@ pub(crate) fn run<T: Send>(
         let stop = stop.clone();
         Arc::new(move || stop.is_set())
     });
-    // Stopping a query or a build unwinds its thread.
+    // If a query or a build is stopped, its thread unwinds.
     let work = || catch_unwind(AssertUnwindSafe(|| token.run(|| work(&stop))));
     let result = match workers {
         Workers::Caller => py.detach(|| Some(on_this_thread(work))),
@@ -76,7 +76,7 @@ pub(crate) fn run<T: Send>(
             let mut result = None;
             pool.in_place_scope(|scope| {
                 scope.spawn(|_| {
-                    // Dropping `done`, however the job ends, ends the caller's wait.
+                    // However the job ends, dropping `done` ends the caller's wait.
                     let _done = done;
                     result = Some(work());
                 });
@@ -104,7 +104,7 @@ pub(crate) fn run_apart<T: Send + 'static>(
 ) -> PyResult<T> {
     let (done, mut result) = channel();
     let worker = Builder::new().name("intertri".into()).spawn(move || {
-        // This fails if the caller no longer waits.
+        // Sending fails if the caller no longer waits.
         _ = done.send(work());
     });
     let worker = worker
@@ -122,8 +122,8 @@ pub(crate) fn run_apart<T: Send + 'static>(
     }
 }
 
-/// Processes many items piece by piece, until all are done or the job should stop. The size of the
-/// pieces adapts so that each takes a few milliseconds.
+/// Processes `count` items piece by piece, until all are done or the job is to stop. The size of
+/// the pieces adapts so that each takes a few milliseconds.
 pub(crate) fn pieces(count: usize, stop: &Stop, mut each: impl FnMut(Range<usize>)) {
     let (mut done, mut size) = (0, 8);
     while done < count && !stop.is_set() {

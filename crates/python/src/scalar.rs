@@ -1,4 +1,5 @@
-//! The scalar types of coordinates, and queries in a mode that is given by its Python name.
+//! The scalar types of coordinates, and queries that take a mode. [`named`] converts a mode's
+//! Python name.
 
 use intertri::{Hit, Mode, RayOf};
 use intertri_trace::{BvhScalar, MeshTriangle, Query};
@@ -8,7 +9,7 @@ use pyo3::{PyErr, PyResult};
 
 use crate::part::Part;
 
-/// f32 or f64.
+/// A scalar type of coordinates: f32 or f64.
 pub(crate) trait Scalar: Element + BvhScalar {
     /// Whether the type supports the `certified` mode.
     const HAS_CERTIFIED: bool;
@@ -33,7 +34,7 @@ impl Scalar for f64 {
     }
 }
 
-/// Returns the mode with this name, if the scalar type supports it.
+/// Returns the mode with the given name, or an error if the scalar type does not support it.
 pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     match name {
         "exact" => Ok(Mode::exact()),
@@ -47,7 +48,8 @@ pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
     }
 }
 
-/// Finds the closest hits. A single ray is traced without the preparation that a batch needs.
+/// Finds the closest hits. A single ray is traced directly, without the preparation that a batch
+/// needs.
 pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hits: &mut [Hit]) {
     if let ([ray], [to]) = (rays, &mut *hits) {
         *to = query.closest(ray).unwrap_or(Hit::MISS);
@@ -56,7 +58,7 @@ pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hi
     }
 }
 
-/// The number of triangles to copy at a time, few enough to stay in the cache.
+/// The number of triangles to copy at a time, small enough for them to stay in the cache.
 const SOME: usize = 1 << 12;
 
 /// Finds the triangles of the closest hits in one mesh, or `u32::MAX` for none.
@@ -65,7 +67,8 @@ pub(crate) fn triangles<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], 
         *to = query.closest_triangle(ray).unwrap_or(MeshTriangle::MISS).triangle;
         return;
     }
-    // Work in parts on this thread, because the caller distributes the rays among threads.
+    // Process the rays part by part on this thread, because the caller has already distributed them
+    // among threads.
     let mut some = vec![MeshTriangle::MISS; rays.len().min(SOME)];
     for (rays, to) in rays.chunks(SOME).zip(to.chunks_mut(SOME)) {
         let some = &mut some[..rays.len()];

@@ -1,4 +1,4 @@
-//! The class behind Python's `Scene`: instances of meshes, queried with flat arrays of f64.
+//! The class behind Python's `Scene`: instances of meshes, queried with flat f64 arrays.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -24,7 +24,7 @@ use crate::scalar::no_memory;
 use crate::source::{Arrays, Source};
 use crate::tree::{Tree32, Tree64, small_or};
 
-/// The size in bytes below which one thread loads a scene before others would wake up.
+/// One thread loads a scene smaller than this, in bytes, before other threads would wake up.
 const SMALL_FILE: usize = 1 << 16;
 
 /// A hit, as a row of a numpy array.
@@ -77,7 +77,8 @@ impl NativeScene {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the last committed snapshot, restricted to instances that share a bit with the mask.
+    /// Returns the last committed snapshot, restricted to the instances whose masks share a bit
+    /// with `mask`.
     fn snapshot(&self, mask: u32) -> SceneSnapshot {
         self.state().snapshot.clone().mask(mask)
     }
@@ -118,7 +119,7 @@ impl NativeScene {
         Ok(id.index())
     }
 
-    /// Places all instances, or none if one of them does not exist.
+    /// Places several instances, or none if one of them does not exist.
     fn place(
         &self,
         instances: PyReadonlyArray1<'_, u32>,
@@ -150,7 +151,7 @@ impl NativeScene {
         self.state().scene.set_mask(InstanceId::from_index(instance), mask).map_err(refused)
     }
 
-    /// Makes the changes take effect.
+    /// Commits the changes, so that later queries see them.
     fn commit(&self, py: Python<'_>, threads: Threads) -> PyResult<()> {
         let scene = self.state().scene.clone();
         let workers = Workers::new(threads, scene.len() <= 4096)?;

@@ -24,7 +24,7 @@ impl<S: Scalar> Shared<S> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the current mesh. Waits for a running refit.
+    /// Returns the current mesh, after waiting for a refit in progress.
     pub(crate) fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
         // If the thread need not wait, it keeps the interpreter's lock, so that no fork can happen
         // while the mesh's lock is held.
@@ -45,8 +45,8 @@ impl<S: Scalar> Shared<S> {
         triangles: impl FnOnce(&Stop) -> PyResult<Vec<TriangleOf<S>>> + Send,
     ) -> PyResult<f64> {
         let triangles = run(py, workers, triangles)??;
-        // Take the lock on this thread: a pool thread that waits for others might be given another
-        // refit in the meantime.
+        // Take the lock on this thread: a pool thread that waits for other threads might start
+        // another refit in the meantime.
         let mut place = loop {
             match self.0.try_lock() {
                 Ok(place) => break place,
@@ -59,8 +59,8 @@ impl<S: Scalar> Shared<S> {
         let mesh = place.as_ref().ok_or_else(lost)?;
         let copy = match Arc::strong_count(mesh) {
             1 => None,
-            // A query still uses the mesh. If there is not enough memory for a copy, the mesh stays
-            // as it was.
+            // A query is still using the mesh, so refit a copy. If there is not enough memory for
+            // one, the mesh stays as it was.
             _ => Some(run(py, workers, |_| mesh.try_clone())?.map_err(no_memory)?),
         };
         let mesh = place.take().and_then(Arc::into_inner).or(copy).ok_or_else(lost)?;

@@ -5,7 +5,8 @@ use intertri_trace::{Bvh, Query};
 
 use crate::scalar::Scalar;
 
-/// The triangles that rays skip. Every ray has the same number of entries, where -1 means none.
+/// The triangles that rays skip. Every ray has the same number of entries; an entry of -1 skips
+/// nothing.
 #[derive(Clone, Copy)]
 pub(crate) struct Skip<'a> {
     pub(crate) numbers: &'a [i32],
@@ -17,7 +18,7 @@ impl Skip<'_> {
     pub(crate) const NONE: Self = Self { numbers: &[], each: 0 };
 }
 
-/// Runs a query that ignores the triangles that rays skip.
+/// Runs a query in which each ray ignores the triangles that it skips.
 pub(crate) fn without<S: Scalar, A>(
     bvh: &Bvh<S>,
     mode: Mode,

@@ -25,7 +25,7 @@ pub(crate) struct Arrays<'py, S: Element> {
     skip: Option<PyReadonlyArray1<'py, i32>>,
 }
 
-/// A row for each ray, or a single row for all rays, which is stored four times.
+/// One row per ray, or a single row for all rays, of which four copies are stored.
 struct Rows<'a, T> {
     rows: &'a [T],
     one: Option<[T; 4]>,
@@ -62,7 +62,7 @@ impl<'a, T: Copy> Rows<'a, T> {
     }
 }
 
-/// The rays of borrowed arrays.
+/// The rays that borrowed arrays describe.
 pub(crate) struct Source<'a, S> {
     pub(crate) count: usize,
     layout: Layout<'a, S>,
@@ -75,14 +75,14 @@ enum Layout<'a, S> {
     Eight { rays: Rows<'a, [S; 8]> },
 }
 
-/// The limits of t.
+/// The limits of the rays' intervals of t.
 struct Ends<'a, S> {
     t_min: Rows<'a, S>,
     t_max: Rows<'a, S>,
 }
 
 impl<S: Scalar> Ends<'_, S> {
-    /// Writes four rays, whose origins and directions `line` returns.
+    /// Writes four rays, calling `line` for their origins and directions.
     #[inline]
     fn put(&self, first: usize, to: &mut [RayOf<S>], line: impl Fn(usize) -> ([S; 3], [S; 3])) {
         let (t_min, t_max) = (self.t_min.four(first), self.t_max.four(first));
@@ -190,8 +190,8 @@ impl<S: Scalar> Source<'_, S> {
                 dirs.prefetch(range);
             }
             Layout::Six { rays, .. } => rays.prefetch(range),
-            // Prefetching would be slower for this layout, because rows whose size is a power of
-            // two share cache sets.
+            // Do not prefetch for this layout: rows whose size is a power of two share cache sets,
+            // which makes prefetching slower.
             Layout::Eight { .. } => {}
         }
     }

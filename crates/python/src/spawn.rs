@@ -11,8 +11,8 @@ use crate::scalar::Scalar;
 /// The number of hits that a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Fills `out` with the origins and directions of rays that start at hits on faces and never hit
-/// those faces again. The origins are NaN for misses.
+/// Fills `out` with rays, each an origin and a direction. Each ray starts at a hit on a face and
+/// never hits that face again. The origins are NaN for misses.
 pub(crate) fn spawn_rays<S: Scalar>(
     py: Python<'_>,
     workers: &Workers,

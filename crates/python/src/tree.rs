@@ -1,7 +1,8 @@
-//! The classes behind Python's `Mesh`: a hierarchy over f32 or f64, queried with flat arrays.
+//! The classes behind Python's `Mesh`: a hierarchy over f32 or f64 triangles, queried with flat
+//! arrays.
 //!
-//! `intertri/_arrays.py` checks users' arguments. This module checks again only what memory safety
-//! depends on.
+//! `intertri/_arrays.py` checks users' arguments. This module repeats only the checks on which
+//! memory safety depends.
 
 use std::time::Instant;
 
@@ -27,8 +28,8 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-/// Returns the threads that trace the given rays. The calling thread alone traces a small number of
-/// rays.
+/// Returns the threads that trace the given rays. If there are few rays, this is only the calling
+/// thread.
 pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
 }
@@ -36,7 +37,7 @@ pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyR
 /// The number of faces gathered between two checks for signals.
 const STEP: usize = 1 << 16;
 
-/// Gathers the triangles of faces. Ends early if `stop` is set.
+/// Gathers the corners of faces as triangles. Ends early if `stop` is set.
 pub(crate) fn gather<S: Scalar>(
     vertices: &[S],
     faces: &[u32],
@@ -205,8 +206,8 @@ macro_rules! tree {
             }
 
             /// Stores in `out` whether each segment hits nothing between its ends. The ends are
-            /// passed in place of origins and directions, and were rounded to `bits` bits after the
-            /// leading bit.
+            /// passed in place of origins and directions; `bits` is the number of bits after the
+            /// leading bit to which they were rounded.
             fn visible(
                 &self,
                 py: Python<'_>,

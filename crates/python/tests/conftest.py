@@ -36,7 +36,8 @@ def box(low=(-1, -1, -1), high=(1, 1, 1)):
 
 
 def camera(size, eye, target=(0, 0, 0), spread=0.6):
-    """Returns the rays of an image: an eye (3,) and unit directions in rows (size, size, 3)."""
+    """Returns the rays of an image: the eye (3,), and unit directions (size, size, 3), row by
+    row."""
     eye = np.array(eye, float)
     ahead = np.array(target, float) - eye
     ahead /= np.linalg.norm(ahead)

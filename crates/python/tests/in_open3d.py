@@ -1,5 +1,5 @@
 """A pytest plugin that replaces Open3D's RaycastingScene with intertri's, so that Open3D's own
-tests run against it:
+tests exercise intertri:
 
     git clone --depth 1 https://github.com/isl-org/Open3D && cd Open3D/python/test
     PYTHONPATH=.../crates/python/tests python -m pytest -p in_open3d t/geometry/test_raycasting_scene.py

@@ -1,5 +1,5 @@
 """A pytest plugin that replaces pyvista's ray traces and interior points with intertri's, so that
-pyvista's own tests run against them. The tests come with pyvista's source distribution:
+pyvista's own tests exercise intertri. The tests come with pyvista's source distribution:
 
     pip download --no-deps --no-binary :all: pyvista && tar xf pyvista-*.tar.gz && cd pyvista-*
     PYTHONPATH=.../crates/python/tests python -m pytest -p in_pyvista tests/core -k "ray_trace or interior or intersect"

@@ -1,5 +1,5 @@
-"""A pytest plugin that replaces Embree in trimesh with intertri, so that trimesh's own tests run
-against it:
+"""A pytest plugin that replaces Embree in trimesh with intertri, so that trimesh's own tests
+exercise intertri:
 
     git clone https://github.com/mikedh/trimesh && cd trimesh
     PYTHONPATH=.../crates/python/tests:. python -m pytest -p in_trimesh tests/test_ray.py tests/test_ray_upstream.py

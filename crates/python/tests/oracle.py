@@ -1,5 +1,5 @@
-"""Computes the right answers with a plain loop in rational arithmetic. Follows the definitions and
-uses nothing from the package."""
+"""Computes the exact answers with a plain loop in rational arithmetic, directly from the
+definitions and independently of the package."""
 
 from fractions import Fraction
 from math import inf, isfinite
@@ -96,7 +96,7 @@ def squared_distance(triangle, point):
     n = _cross(ab, ac)
     best = None
     if any(n):
-        # The weights of the foot of the perpendicular show whether it is inside.
+        # The weights of the foot of the perpendicular show whether it is inside the triangle.
         ap = _minus(p, a)
         v = _dot(_cross(ap, ac), n) / _dot(n, n)
         w = _dot(_cross(ab, ap), n) / _dot(n, n)

@@ -1,4 +1,4 @@
-"""Tests that files and pickles restore the mesh that they contain, or are rejected."""
+"""Tests that files and pickles either restore the mesh that was saved or are rejected."""
 
 import copy
 import io
@@ -59,15 +59,15 @@ def test_members_of_two_archives_do_not_mix(dtype, tmp_path):
     for choice in range(2 ** len(one)):
         mixed = {name: (one, other)[choice >> k & 1][name] for k, name in enumerate(one)}
         mesh = load_or_refuse(tmp_path / "mixed.npz", archive_of(mixed))
-        # Both archives have the same faces.
+        # Both archives have the same faces, so only the other members differ.
         distinct = {mixed[name] == one[name] for name in one if one[name] != other[name]}
         assert (mesh is None) == (len(distinct) > 1)
 
 
 @pytest.mark.filterwarnings("ignore:Reading")
 def test_altered_members_are_refused(dtype, tmp_path):
-    """The contents of members are altered, truncated, or extended, but the archive's own checksums
-    still match."""
+    """Alters, truncates, or extends the contents of members, but keeps the archive's own checksums
+    consistent."""
     members = members_of(sphere(dtype, steps=0), tmp_path)
     tried = 0
     for name, content in members.items():
@@ -86,7 +86,7 @@ def test_altered_members_are_refused(dtype, tmp_path):
 
 
 def test_other_vertices_of_the_same_number_are_refused(dtype, tmp_path):
-    """The archive is well formed, but its tree belongs to other vertices or faces."""
+    """Loads well-formed archives whose tree belongs to other vertices or faces."""
     mesh, path = sphere(dtype), tmp_path / "mesh.npz"
     mesh.save(path)
     with np.load(path) as saved:
@@ -107,8 +107,8 @@ def test_other_vertices_of_the_same_number_are_refused(dtype, tmp_path):
 
 
 def test_damaged_archives_are_value_errors(dtype, tmp_path):
-    """Covers files truncated at many lengths, files with one byte changed, and files that are not
-    archives at all."""
+    """Covers files truncated to various lengths, files with one changed byte, and files that are
+    not archives."""
     mesh, path = sphere(dtype, steps=0), tmp_path / "mesh.npz"
     mesh.save(path)
     whole = path.read_bytes()
@@ -124,7 +124,7 @@ def test_damaged_archives_are_value_errors(dtype, tmp_path):
 
 
 def test_a_header_does_not_size_an_allocation(tmp_path):
-    """The header claims 240 TB of vertices."""
+    """Loads an archive whose header claims 240 TB of vertices."""
     members = members_of(sphere(np.float32), tmp_path)
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (2 * 10**13, 3)})

@@ -1,4 +1,5 @@
-"""Tests a cluster on this machine: answers do not depend on chunks, workers, or lost workers."""
+"""Tests on a local cluster that answers do not depend on the chunks or the number of workers, even
+if a worker is lost."""
 
 import os
 import signal

@@ -1,4 +1,5 @@
-"""Tests that wrong arguments raise an error that states what is wrong, and that nothing crashes."""
+"""Tests that invalid arguments raise an error that states the problem, and never crash the
+process."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Runs the examples that need only numpy, as a user would."""
+"""Runs the examples that need no packages besides numpy, as a user would."""
 
 import subprocess
 import sys

@@ -37,7 +37,7 @@ def test_copies_answer_alike(mesh):
 
 
 def _whatever_has_threads(vertices, faces, rays):
-    """Returns a digest of the answers from all calls that use several threads."""
+    """Returns a digest of the answers of every kind of call that uses several threads."""
     mesh = intertri.Mesh(vertices, faces)
     mesh.refit(vertices * vertices.dtype.type(1.5))
     mesh = pickle.loads(pickle.dumps(mesh))
@@ -68,8 +68,8 @@ def test_a_forked_process_has_threads_of_its_own(dtype):
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity") or len(os.sched_getaffinity(0)) < 2, reason="one CPU")
 def test_calls_of_one_thread_run_side_by_side(mesh):
-    """Checks that two Python threads whose queries use one thread each run in parallel: their calls
-    overlap."""
+    """Checks that single-threaded queries from two Python threads run in parallel, that is, that
+    their calls overlap."""
     rays = np.random.default_rng(1).uniform(-1, 1, (1_000_000, 6)).astype(mesh.dtype)
     spans = []
 
@@ -81,7 +81,7 @@ def test_calls_of_one_thread_run_side_by_side(mesh):
     threads = [threading.Thread(target=ask) for _ in range(2)]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
-    # The calling threads do the work, so neither waits for the other's pool.
+    # Each query runs on its calling thread, so neither waits for the other's pool.
     assert min(spans) > 0.02
 
 
@@ -94,7 +94,7 @@ def test_more_threads_than_the_machine_has_are_not_started(mesh):
 
 
 def test_the_lock_is_let_go(mesh):
-    """Checks that another Python thread can run during a query."""
+    """Checks that another Python thread makes progress during a query."""
     eye, ways = camera(1200, [1, 2, 3])
     rays = np.concatenate([np.broadcast_to(eye, ways.shape), ways], axis=-1).astype(mesh.dtype)
     turns, done = [0], threading.Event()
@@ -186,7 +186,7 @@ def test_ctrl_c_ends_a_query(call, threads):
     script = INTERRUPTED.format(tests=str(Path(__file__).parent), prepare=prepare, ask=ask, steps=steps)
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
     assert out.stdout.startswith("ended"), out
-    # A call ends about 0.2 s after Ctrl-C; the limit has slack for a busy machine.
+    # A call usually ends about 0.2 s after Ctrl-C; the limit leaves slack for a busy machine.
     assert float(out.stdout.split()[1]) < 1
 
 
@@ -230,8 +230,8 @@ lists: intertri.HitLists = mesh.all([[0, 0, 0]], [0, 0, 1])
 import intertri
 intertri.Mesh([[0, 0, 0]], [[0, 0, 0]]).any([0, 0, 0], [0, 0, 1], mode="fast")
 """)
-    # Check the package itself without the types of the packages on which it builds, which are less
-    # well typed.
+    # Check only the package itself, not the packages on which it builds, whose type annotations are
+    # less complete.
     where = ["--pythonpath", sys.executable] if checker == ["pyright"] else []
     run = lambda *files: subprocess.run([sys.executable, "-m", *checker, *(where if files else []), *map(str, files)],
                                         capture_output=True, text=True, cwd=PROJECT)

@@ -1,4 +1,4 @@
-"""Tests arrays and meshes from other packages, and error messages that say what to pass instead."""
+"""Tests inputs from other packages, and error messages that say what to pass instead."""
 
 from types import SimpleNamespace
 
@@ -41,7 +41,7 @@ class OwnNumpy:
         return self._array
 
     def __dlpack__(self, **options):
-        # For a real tensor, this may take seconds.
+        # With a real tensor, reading through DLPack may take seconds.
         OwnNumpy.by_dlpack = True
         return self._array.__dlpack__(**options)
 
@@ -149,7 +149,8 @@ def test_what_is_wrong_with_a_mesh_is_told():
 
 
 def test_defects_are_listed(dtype):
-    """An edge is a vertex pair, in the direction of its first face. A repeated face is paired with its earlier copy."""
+    """Expects each edge as a pair of vertices in the direction of its first face, and each repeated
+    face with its earlier copy."""
     # The slanted face is missing, the second face is flipped, and the first appears three times.
     faces = [[0, 2, 1], [1, 0, 3], [0, 3, 2], [2, 1, 0], [0, 1, 2]]
     mesh = intertri.Mesh(np.array(VERTICES, dtype)[:4], faces)
@@ -168,7 +169,7 @@ def test_defects_are_listed(dtype):
 
 
 def test_turned_faces_are_turned_back(dtype):
-    """orient restores the flipped faces of a sphere, even if the sphere has a hole."""
+    """Checks that orient restores the flipped faces of a sphere, even if the sphere has a hole."""
     vertices, faces = icosphere(2)
     damaged = faces.copy()
     turned = np.random.default_rng(5).permutation(len(faces))[:40]

@@ -12,7 +12,7 @@ UTM = np.array([500_123.0, 4_649_776.0, 311.0])
 
 
 def boxes(dtype, offset=(0, 0, 0)):
-    """Two blocks that touch, and a third that overlaps both."""
+    """Returns two blocks that touch, and a third that overlaps both."""
     corners = [box((0, 0, 0), (2, 2, 2)), box((2, 0, 0), (4, 2, 2)), box((1, 0.5, 0.5), (3, 1.5, 1.5))]
     return [intertri.Mesh((vertices + offset).astype(dtype), faces) for vertices, faces in corners]
 
@@ -24,8 +24,8 @@ def test_segments_have_no_gaps(dtype):
     origin = np.array([-1, 1, 1]) + offset
     lists = media.segments([origin, origin], [[1, 0, 0], [0, 2, 0]])
     assert lists.offsets.tolist() == [0, 5, 6] and lists.rays.tolist() == [0] * 5 + [1]
-    # The third block covers part of the wall between the others; elsewhere both sides have the same
-    # medium.
+    # The third block covers part of the wall between the others. Elsewhere, the medium is the same
+    # on both sides of the wall.
     assert lists.segments["medium"].tolist() == [-1, 5, 8, 5, -1, -1]
     assert lists.segments["end"].tolist() == [1, 2, 4, 5, np.inf, np.inf]
     assert (lists.segments["start"][1:5] == lists.segments["end"][:4]).all()
@@ -45,7 +45,7 @@ def test_touching_solids_have_nothing_between_them(dtype):
     found = media.next_crossing(*rays, t_min=[1.5, 0, 0, 0, 0])
     assert found["t"].tolist() == [3, 1, 2, 1, 1]
     assert found["left"].tolist() == [0, -1, 1, 1, -1]
-    # A ray within the wall is treated as if it were shifted along x.
+    # A ray in the plane of the wall is treated as if it were shifted along x.
     assert found["entered"].tolist() == [1, 0, -1, 0, 1]
     assert media.next_crossing([9, 9, 9], [1, 0, 0])["triangle"] == -1
     assert media.medium_at([[1, 1, 1], [2, 1, 1], [0, 0, 0], [4, 2, 2], [np.nan, 0, 0]]).tolist() == [0, 1, 0, -1, -1]
@@ -67,7 +67,7 @@ def test_batches_are_single_rays(rng):
         assert media.medium_at(origins[i]) == at[i] == alone["medium"][0]
     middle = np.minimum(lists.segments["end"], 100) / 2 + lists.segments["start"] / 2
     points = origins[lists.rays] + middle[:, None] * ways[lists.rays]
-    # If a segment is as short as a rounding error, its midpoint may round to the other side of a wall.
+    # The midpoint of a segment as short as a rounding error may round to the other side of a wall.
     clear = np.min([mesh.closest_point(points)["distance"] for mesh in meshes], axis=0) > 1e-14
     assert (media.medium_at(points) == lists.segments["medium"])[clear].all() and clear.mean() > 0.99
     # Float64 rays keep their precision in float32 meshes.

@@ -1,5 +1,5 @@
-"""Tests that running out of memory raises MemoryError and never aborts. Each call is repeated, and a
-different allocation fails each time."""
+"""Tests that running out of memory raises MemoryError and never aborts. Each call is repeated, each
+time with a different allocation failing."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Tests saving and loading meshes, refitting moved meshes, and finding nearest points."""
+"""Tests saving and loading meshes, refitting meshes that move, and finding nearest points."""
 
 import base64
 import copy
@@ -59,8 +59,8 @@ def test_triangles_without_area_are_segments_and_points(dtype):
     assert near["distance"].tolist() == [1, 1] and near["triangle"].tolist() == [1, 1]
     assert mesh.hit_points(near).tolist() == [[6, 5, 5], [5, 5, 5]]
     assert mesh.signed_distance(np.array([6, 5, 6], dtype), assume_closed=True) == 1
-    # A copy returns the same result. The refit then gives one triangle an area and makes another
-    # degenerate.
+    # A copy returns the same result. The refit then makes a degenerate triangle nondegenerate and
+    # another triangle degenerate.
     assert copy.deepcopy(mesh).closest_point(np.array([6, 5, 6], dtype)) == near[0]
     corners[5], corners[1] = [6, 7, 5], [0, 2, 0]
     mesh.refit(corners)
@@ -159,7 +159,7 @@ def test_refit_answers_as_a_new_mesh(mesh, rng):
                                       np.sin(angle) * turned[:, 0] + np.cos(angle) * turned[:, 2])
         turned = turned.astype(mesh.dtype)
         ratio = mesh.refit(turned)
-        # For a newly built tree, the ratio would be 1.
+        # If the triangles have not moved, the ratio is 1.
         assert 0 < ratio < 10 and (ratio != 1) == (twist > 0)
         new = intertri.Mesh(turned, faces)
         assert mesh.digest == new.digest and (mesh.vertices == turned).all()
@@ -229,7 +229,7 @@ class Meanwhile:
 
 
 def test_a_tree_that_is_late_is_not_kept(wall, monkeypatch):
-    """The mesh moves while its float64 hierarchy is being built."""
+    """Moves the mesh while its float64 hierarchy is being built."""
     mesh, at = wall
     third = 1 / 3  # not a float32
     with monkeypatch.context() as patch:
@@ -329,7 +329,8 @@ def test_a_refit_without_memory_changes_nothing(dtype):
 
 
 def test_queries_while_a_mesh_moves(dtype):
-    """All results of one call reflect the same position of the mesh, either old or new."""
+    """Checks that all results of one call reflect the same position of the mesh, either old or
+    new."""
     corners = np.array([[-9, -9, 5], [9, -9, 5], [0, 9, 5]], dtype)
     many = np.concatenate([corners + dtype([0, 0, k]) for k in range(100)])
     mesh = intertri.Mesh(many, np.arange(300).reshape(-1, 3))

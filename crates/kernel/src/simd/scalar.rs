@@ -1,5 +1,4 @@
-//! Implements [`Lanes`] for plain f32 and f64 as single lanes, for pairs that are resolved one at a
-//! time.
+//! Implements [`Lanes`] for f32 and f64 as single lanes, for code that resolves one pair at a time.
 
 use super::lanes::{Lanes, Mask, mul_error};
 
@@ -49,8 +48,8 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                // The factor that splits a value into halves: 2^h + 1, where h is half the number
-                // of mantissa digits, rounded up.
+                // Multiplying by this factor splits a value into two halves. It is 2^h + 1, where h
+                // is half the number of mantissa digits, rounded up.
                 const SPLIT: $t = ((1 << <$t>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $t;
                 mul_error(self, b, product, SPLIT)
             }
@@ -74,7 +73,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn flip(self, of: Self) -> Self {
-                // An `if` would be compiled to a branch in WebAssembly.
+                // In WebAssembly, an `if` would compile to a branch.
                 let sign = of.to_bits() & (-0.0 as $t).to_bits();
                 Self::from_bits(self.to_bits() ^ sign)
             }

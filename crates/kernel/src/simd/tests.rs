@@ -21,7 +21,7 @@ const NUMBERS: [f64; 16] = [
     -1e-42,
 ];
 
-/// Checks the lanes of one scalar type. Over the sixteen turns, the value in each lane is paired
+/// Checks the lane types of one scalar type. Over the sixteen turns, each lane's value is paired
 /// with every entry of `NUMBERS`.
 macro_rules! check {
     ($name:ident, $scalar:ty) => {
@@ -126,7 +126,7 @@ macro_rules! check {
                     assert!(equal(once) || equal(twice), "{level:?}");
                 }
 
-                // `mul_error` is exact unless an operand is too large or too small.
+                // `mul_error` is exact unless an operand is extremely large or small.
                 let out = stored(la.mul_error(lb, la * lb));
                 for i in 0..L::N {
                     let lacks = a[i].mul_add(b[i], -(a[i] * b[i]));
@@ -250,7 +250,8 @@ impl WithSimd for Check {
             assert_eq!(numbers[..lanes], rows.map(|row| row[k])[..lanes], "{:?}", S::LEVEL);
         }
 
-        // Permute by arbitrary bytes; only the lowest three bits of each byte matter.
+        // The bytes of a permutation may be arbitrary; only the lowest three bits of each byte
+        // count.
         let from: [f32; 8] = core::array::from_fn(|i| NUMBERS[i] as f32);
         for turn in 0..1000_u64 {
             let order = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(turn as u32);

@@ -1,4 +1,5 @@
-//! Three-dimensional vectors whose components are lanes, so that each holds N points or directions.
+//! Three-dimensional vectors whose components are lanes: each [`Vec3`] holds N points or
+//! directions.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -83,8 +84,8 @@ impl<L: Lanes> Vec3<L> {
         }
     }
 
-    /// Returns the dot product, using fused operations if the CPU has them, for use with an error
-    /// bound.
+    /// Returns the dot product, using fused operations if the CPU has them. The rounding therefore
+    /// depends on the CPU, so allow for it with an error bound.
     #[inline(always)]
     pub fn dot_fused(self, b: Self) -> L {
         self.z.mul_add(b.z, self.y.mul_add(b.y, self.x * b.x))
@@ -96,8 +97,8 @@ impl<L: Lanes> Vec3<L> {
         self.z.mul_add(b.z, self.y.mul_add(b.y, self.x.mul_add(b.x, c)))
     }
 
-    /// Returns the cross product, using fused operations if the CPU has them, for use with an error
-    /// bound.
+    /// Returns the cross product, using fused operations if the CPU has them. The rounding
+    /// therefore depends on the CPU, so allow for it with an error bound.
     #[inline(always)]
     pub fn cross_fused(self, b: Self) -> Self {
         Self {
@@ -113,8 +114,8 @@ impl<L: Lanes> Vec3<L> {
         Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
     }
 
-    /// Returns the cross product with `+` in place of `-`. For vectors of absolute values, this is
-    /// the magnitude to which the cross product's rounding errors are relative.
+    /// Returns the cross product with `+` in place of `-`. For vectors of absolute values, a bound
+    /// on the cross product's rounding errors is proportional to this result.
     #[inline(always)]
     pub(crate) fn permanents(self, b: Self) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Packet widths: [`Width`] maps a number of lanes N to the f32 and f64 lane types.
+//! Packet widths: for a number of lanes N, [`Width`] provides the f32 and f64 lane types.
 
 use super::lanes::Lanes;
 use super::level_lanes::Simd;

@@ -1,4 +1,4 @@
-//! Counts wrong closest hits.
+//! Counts the wrong closest hits that each method reports.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -10,7 +10,8 @@ use crate::methods::{METHODS, Method, on_grid, reference_closest};
 use crate::oracle;
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// Counts wrong closest hits. Returns the number of rays.
+/// For each method, counts the rays whose reported closest hit is wrong. Returns the number of rays
+/// tested.
 pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u64 {
     let rays = batch.rays.len() as u64;
     let layout = Layout { form: Form::Packets, lanes: 8 };
@@ -37,7 +38,7 @@ pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u6
     rays
 }
 
-/// The expected results for a batch, shared by all methods.
+/// The correct results for a batch, with which every method's results are compared.
 struct Known {
     right: RightAnswers,
     reference: Vec<ClosestHit>,
@@ -55,7 +56,7 @@ fn one(batch: &TestBatch) -> &[TestBatch] {
     std::slice::from_ref(batch)
 }
 
-/// For each ray, the closest triangle, or several if they are tied; empty for a miss.
+/// For each ray, the closest triangle, or several if they have the same t; empty for a miss.
 struct RightAnswers(Vec<Vec<u32>>);
 
 impl RightAnswers {
@@ -66,7 +67,8 @@ impl RightAnswers {
                 .filter(|(_, triangle)| oracle::answer(triangle, ray).is_hit())
                 .map(|(k, triangle)| (t(triangle, ray), k))
                 .collect();
-            // If the ray hits a shared edge, both triangles have the same t, except for rounding.
+            // If the ray hits a shared edge, the hits on both triangles have the same t up to
+            // rounding.
             let least = hits.iter().fold(f64::INFINITY, |least, hit| least.min(hit.0));
             let is_least = |hit: &&(f64, u32)| hit.0 <= least * (1.0 + 1e-9);
             hits.iter().filter(is_least).map(|hit| hit.1).collect()

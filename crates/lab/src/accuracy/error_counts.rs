@@ -19,8 +19,8 @@ pub struct ErrorCounts {
     pub leaks: u64,
     /// For `edges`, the number of rays that leave the mesh once but hit two or more triangles.
     pub doubles: u64,
-    /// The number of answers that differ from the scalar f64 reference: in the closest triangle, in
-    /// the number of hits, or in whether there is a hit.
+    /// The number of answers that differ from the scalar f64 reference in the closest triangle, in
+    /// the number of hits, or in whether the ray hits.
     pub not_reference: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Counts how often the methods are wrong on a workload, compared with the oracle and with the
+//! Counts how often each method's answers to a workload differ from those of the oracle and of the
 //! reference.
 
 mod closed_mesh;

@@ -11,8 +11,8 @@ use crate::oracle::{self, LinePosition};
 use crate::rng::Rng;
 use crate::test_batch::{Answer, TestBatch};
 
-/// Counts false hits and false misses on one pair of the adversarial mix. Returns the number of
-/// pairs, which is 1.
+/// Tests one random pair of the adversarial mix and counts false hits and false misses. Returns the
+/// number of pairs, which is 1.
 pub(super) fn pairs(rng: &mut Rng, error_counts: &mut [ErrorCounts]) -> u64 {
     let case = adversarial(rng);
     let (triangles, rays) = ([case.triangle], [case.ray]);
@@ -35,7 +35,7 @@ pub(super) fn pairs(rng: &mut Rng, error_counts: &mut [ErrorCounts]) -> u64 {
         (on_grid(&batch), error_counts.last_mut(), METHODS.last())
     {
         // On an edge or a corner, the tie rule assigns the hit to one of the adjacent triangles, so
-        // both answers are right.
+        // both answers count as correct.
         let exact = oracle::answer(&snapped.triangles[0], &snapped.rays[0]);
         let tie = matches!(exact.place, LinePosition::Edge(_) | LinePosition::Vertex(_));
         let mut to = [Answer::default()];

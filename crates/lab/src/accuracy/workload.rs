@@ -10,7 +10,7 @@ use crate::methods::METHODS;
 use crate::rng::Rng;
 use crate::workloads::{Model, Workload};
 
-/// The number of rays in one unit of work. Each unit has its own seed.
+/// The number of rays in one unit of work. Each unit generates its rays from its own seed.
 const PIECE: u64 = 256;
 
 /// Counts the errors of every method that supports the workload, over at least `rays` rays. Calls
@@ -100,7 +100,7 @@ mod tests {
                 let wrong = exact.wrong - exact.doubles + doubles;
                 assert_eq!((wrong, exact.leaks), (0, 0), "{workload:?} {method}");
             }
-            // Every f32 method is wrong somewhere, mostly at edges.
+            // Every f32 method gives some wrong answers, mostly at edges.
             let plain = of(&error_counts, "Möller–Trumbore f32");
             match workload {
                 Workload::Edges => assert!(plain.leaks > 30 && plain.doubles > 1000, "{plain:?}"),

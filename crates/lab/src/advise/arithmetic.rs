@@ -1,9 +1,9 @@
-//! The kinds of arithmetic to compare, and how far snapping to a grid moves points.
+//! The kinds of arithmetic to compare, and bounds on how far snapping to a grid moves points.
 
 /// A kind of arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arithmetic {
-    /// f64 as in the reference, with a threshold.
+    /// The f64 arithmetic of the reference, with a threshold.
     Double {
         /// Document A's `Threshold`.
         threshold: f64,

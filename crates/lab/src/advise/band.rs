@@ -1,4 +1,4 @@
-//! Scans a band of an image's rows: tests triangles at its pixels and counts the doubtful pixels.
+//! Scans a band of an image's rows: tests triangles at each pixel and counts the doubtful pixels.
 
 use std::ops::Range;
 
@@ -108,7 +108,7 @@ impl<'a> Band<'a> {
         let across = -0.5 * f64::from(width) + 0.5;
         let first = forward + up * (above * pixel) + right * (across * pixel);
         let farthest = 1.0 + camera.half_height * (1.0 + f64::from(width) / f64::from(height));
-        // The ray directions have been rounded to f32.
+        // Allow for the ray directions, which have been rounded to f32.
         let round = 1e-6 * pixel.min(1.0) + 2.0_f64.powi(-23);
         let mut columns = [f64::INFINITY, f64::NEG_INFINITY];
         for sign in [1.0, -1.0] {

@@ -1,4 +1,4 @@
-//! A triangle relative to the eye, and the point where a pixel's ray meets its plane.
+//! A triangle relative to the eye, and the point where a pixel's ray meets the triangle's plane.
 
 use intertri::{Triangle, TriangleOf};
 
@@ -25,9 +25,9 @@ pub(super) struct Facet {
     pub(super) area: f64,
     /// `h4 h5 / |n|`, document A's condition number.
     pub(super) kappa: f64,
-    /// The range of distances in the view direction that the triangle spans.
+    /// The smallest and the largest distance of the triangle's corners in the view direction.
     pub(super) depth: (f64, f64),
-    /// `A · n`
+    /// `A · n`. Its absolute value is the eye's distance from the plane times `|n|`.
     pub(super) height: f64,
     /// The distance of the eye from the coordinate origin.
     pub(super) off: f64,

@@ -1,4 +1,4 @@
-//! Footprints: the part of an image where a triangle may affect the answer.
+//! A triangle's footprint: the part of an image in which the triangle may affect the answer.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
@@ -11,7 +11,7 @@ use super::camera::PinholeCamera;
 use super::facet::Facet;
 use super::vector::Vec3d;
 
-/// The values that all bands share.
+/// The inputs of a scan, shared by all bands.
 pub(super) struct ScanInput<'a> {
     pub(super) triangles: &'a [Triangle],
     pub(super) camera: &'a PinholeCamera<'a>,

@@ -12,15 +12,15 @@ use super::vector::{Vec3d, length, vector};
 pub struct Needs {
     /// The number of triangles.
     pub triangles: usize,
-    /// The number of triangles that have no area or are not finite.
+    /// The number of triangles that are degenerate or have a coordinate that is not finite.
     pub degenerate: usize,
     /// The diagonal of the scene's bounding box.
     pub extent: f64,
     /// The largest absolute coordinate.
     pub offset: f64,
-    /// The length of the shortest side of any triangle that has an area.
+    /// The length of the shortest side of any nondegenerate triangle.
     pub shortest_edge: f64,
-    /// The smallest altitude of any triangle that has an area.
+    /// The smallest altitude of any nondegenerate triangle.
     pub smallest_altitude: f64,
     /// The number of pixels.
     pub pixels: u64,
@@ -40,8 +40,8 @@ pub struct Needs {
     pub smallest_t: f64,
     /// The number of hits that the default `Threshold` loses.
     pub lost: u64,
-    /// A `Threshold` that loses no hits: the default, or a power of ten at least a thousand times
-    /// smaller than the smallest slope and t, or 0.
+    /// A `Threshold` that loses no hits: the default if that loses none; otherwise 0, or a power of
+    /// ten at least a thousand times smaller than the smallest slope and t.
     pub threshold: f64,
 }
 

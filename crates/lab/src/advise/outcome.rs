@@ -1,5 +1,5 @@
 //! Bounds how far each arithmetic can deviate from the exact answer for a facet, and derives the
-//! possible outcomes.
+//! outcomes that are possible within the bound.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "NaN counts as doubtful")]
 
@@ -17,9 +17,9 @@ const W: f64 = 1.0 / (1_u64 << 53) as f64;
 pub(super) enum Outcome {
     /// No hit.
     Miss,
-    /// A hit, with its t in this range.
+    /// A hit with t in this range.
     Hit(f64, f64),
-    /// A hit or a miss; a hit has its t in this range.
+    /// Either a miss, or a hit with t in this range.
     Doubtful(f64, f64),
 }
 
@@ -36,7 +36,8 @@ impl Facet {
     /// Returns a bound on the reference's error in an edge value, for directions of unit length and
     /// the given `rho = h4 h5 |d| / |n · d|`.
     fn double_bound(&self, rho: f64) -> f64 {
-        // For a larger `rho`, the derivation's assumption of small rounding errors does not hold.
+        // For a larger `rho`, the rounding errors are not small, as the derivation of the bound
+        // assumes.
         if rho > 2.0_f64.powi(40) {
             return f64::INFINITY;
         }
@@ -92,7 +93,7 @@ impl Facet {
                 }
             }
         };
-        // The range of t may begin at or below 0.
+        // Part of the range of t may be at or below 0, where hits do not count.
         match outcome {
             Outcome::Hit(_, hi) | Outcome::Doubtful(_, hi) if hi < 0.0 => Outcome::Miss,
             Outcome::Hit(lo, hi) if lo <= 0.0 => Outcome::Doubtful(lo, hi),
@@ -160,7 +161,8 @@ impl Facet {
             }
         }
 
-        // The ray is inside. The hit point moves with the corners, and the plane tilts.
+        // The ray is inside and stays inside, but its hit point moves with the corners, and the
+        // plane tilts.
         let apart = 2.0 * snap_of_one(step);
         let tilt = apart * (2.0 * self.side + apart) / self.area;
         let cosine = plane_hit.slope.abs() / (self.area * pixel_ray.length);

@@ -49,7 +49,7 @@ impl Pixel {
                 Outcome::Hit(lo, _) => self.seen != Some(index) && !(lo > self.far[k]),
                 Outcome::Doubtful(lo, _) => !(lo > self.far[k]),
             };
-            // If two triangles have the same t, either is right.
+            // If the ray hits two triangles at the same t, either is a correct answer.
             let sure = matches!(outcome, Outcome::Hit(..));
             if doubt
                 && !(sure && *tied.get_or_insert_with(|| self.is_tied(index, plane_hit.t, input)))
@@ -94,7 +94,7 @@ impl Pixel {
         }
     }
 
-    /// Whether a triangle has exactly the same t as the visible triangle.
+    /// Whether the ray hits this triangle at exactly the same t as the visible triangle.
     fn is_tied(&self, index: u32, t: f64, input: &ScanInput<'_>) -> bool {
         let Some(seen) = self.seen else { return false };
         let other = input.facet(seen as usize).plane_hit(&self.pixel_ray).t;

@@ -1,8 +1,8 @@
-//! The ray of a pixel, with its length and depth.
+//! The direction of a pixel's ray, with its length and its depth.
 
 use super::vector::Vec3d;
 
-/// The direction of a ray from the eye, and its length.
+/// A ray that starts at the eye, given by its direction.
 #[derive(Clone, Copy)]
 pub(super) struct PixelRay {
     pub(super) dir: Vec3d,

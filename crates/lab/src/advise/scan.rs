@@ -1,8 +1,8 @@
 //! Scans all pixels of an image, testing at each pixel the triangles that may affect the answer.
 //!
-//! The scan works in bands of rows, on all threads. A band visits the triangles whose footprint in
-//! the image, widened by the largest error, overlaps the band, and tests each triangle only at the
-//! pixels that its footprint covers.
+//! The scan divides the image into bands of rows, which it processes on all threads. A band visits
+//! the triangles whose footprint in the image, widened by the largest error, overlaps the band, and
+//! tests each triangle only at the pixels that its footprint covers.
 
 use intertri::{Hit, Triangle};
 use rayon::prelude::*;

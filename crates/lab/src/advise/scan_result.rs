@@ -18,14 +18,16 @@ pub struct ScanResult {
 pub struct SampledPixel {
     /// The column and row of the pixel.
     pub pixel: (u32, u32),
-    /// The closest triangle, or several if they have exactly the same t; none for a miss.
+    /// The closest triangle, or several if the ray hits them at exactly the same t; empty for a
+    /// miss.
     pub triangles: Vec<u32>,
-    /// The closest hit of the f32 test.
+    /// The triangle that is closest according to the f32 test, if any.
     pub single: Option<u32>,
 }
 
 impl SampledPixel {
-    /// Whether an answer is right.
+    /// Whether an answer is correct: one of the triangles in the exact answer, or `None` for a
+    /// miss.
     pub fn allows(&self, triangle: Option<u32>) -> bool {
         match triangle {
             None => self.triangles.is_empty(),

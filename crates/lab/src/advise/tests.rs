@@ -44,7 +44,7 @@ impl Camera {
     }
 }
 
-/// Returns the predicted and the counted numbers of wrong pixels for each arithmetic.
+/// Returns, for each arithmetic, the predicted and the actual number of wrong pixels.
 fn compare(what: &str, triangles: &[Triangle], camera: &Camera) -> Vec<(Arithmetic, u64, u64)> {
     let pixel = |x, y| camera.ray(x, y);
     let camera = PinholeCamera {

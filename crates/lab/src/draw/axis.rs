@@ -9,13 +9,13 @@ pub struct Log {
 }
 
 impl Log {
-    /// Creates an axis that maps numbers from `from` to `to`, both positive, to positions between
+    /// Creates an axis that maps values from `from` to `to`, both positive, to positions between
     /// the two `places`.
     pub fn new(from: f64, to: f64, places: [f64; 2]) -> Self {
         Self { from: from.log10(), to: to.log10(), places }
     }
 
-    /// Returns the position of a number.
+    /// Returns the position of a value on the axis.
     pub fn at(&self, x: f64) -> f64 {
         let share = (x.log10() - self.from) / (self.to - self.from);
         self.places[0] + share * (self.places[1] - self.places[0])

@@ -10,11 +10,11 @@ use crate::workloads::Workload;
 
 /// The width of a panel.
 const WIDTH: f64 = 704.0;
-/// The top of the upper panels.
+/// The y coordinate of the top of the upper panels.
 const TOP: f64 = 66.0;
 
-/// Draws four panels that show how much faster than the scalar f64 reference each method is at its
-/// best width, and how often it is wrong. Every method without observed errors has its own row.
+/// Draws four panels, which show how much faster each method is at its best width than the scalar
+/// f64 reference, and how often it is wrong. Every method without observed errors has its own row.
 /// `caption` is printed below.
 pub fn chart(times: &[Time], error_counts: &[ErrorCounts], caption: &str) -> Svg {
     let points = Workload::ALL.map(|workload| points(workload, times, error_counts));

@@ -1,4 +1,4 @@
-//! Plots the times of two ways to render the same image: with rays, and with a z-buffer and shadow
+//! Plots the times of two ways to render an image: with rays, and with a z-buffer and shadow
 //! volumes.
 
 use serde::Serialize;
@@ -10,7 +10,7 @@ use crate::tables::grouped;
 /// The times of both approaches for one scene and one image size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Race {
-    /// The task, one of [`Race::TASKS`].
+    /// The task, which is one of [`Race::TASKS`].
     pub task: &'static str,
     /// The number of triangles.
     pub triangles: usize,
@@ -163,7 +163,7 @@ mod tests {
             raster,
         };
         let circles = |races: &[Race]| crossover(races, "").to_string().matches("<circle").count();
-        // One of the circles is in the legend.
+        // One of the circles belongs to the legend.
         assert_eq!(circles(&[race(100, 0.02, 0.01), race(10_000, 0.03, 0.04)]), 2);
         assert_eq!(circles(&[race(100, 0.02, 0.01), race(10_000, 0.03, 0.02)]), 1);
         assert_eq!(circles(&[]), 1);

@@ -1,5 +1,5 @@
-//! Draws edge maps: rays one f32 step apart around a shared edge or a shared vertex, coloured by
-//! the triangles that they hit.
+//! Draws edge maps. Each shows rays one f32 step apart around a shared edge or a shared vertex,
+//! coloured by the triangles that they hit.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -12,7 +12,7 @@ use crate::oracle;
 use crate::rng::step;
 use crate::test_batch::{Answer, TestBatch};
 
-/// The number of steps to either side of the centre.
+/// The number of steps on either side of the centre.
 const REACH: i32 = 16;
 const PIXEL: f64 = 4.0;
 const COLUMNS: usize = 9;
@@ -36,8 +36,8 @@ enum Step {
 
 impl Square {
     fn new(by: Step, triangles: Vec<Triangle>, target: [f32; 3]) -> Self {
-        // The origin has no special bit pattern. The direction is as long as the distance to the
-        // target.
+        // The coordinates of the origin have no special bit patterns. The direction's length is the
+        // distance to the target.
         let origin = [0.137_f32, -0.291, -2.713];
         let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
         let moved = |x: f32, steps: i32| match by {
@@ -85,7 +85,7 @@ impl Square {
     }
 
     /// Returns, for each ray, a bit mask of the triangles that it hits according to a method. For
-    /// `fixed`, everything is snapped to one grid.
+    /// `fixed`, all inputs are snapped to one grid.
     fn by(&self, method: &Method) -> Vec<u32> {
         let mut sets = vec![0; self.rays.len()];
         for (k, triangle) in self.triangles.iter().enumerate() {
@@ -93,7 +93,7 @@ impl Square {
                 let batch =
                     TestBatch { rays: self.rays.clone(), triangles: self.triangles.clone() };
                 let on_grid = crate::methods::on_grid(&batch).unwrap_or(batch);
-                // The method snaps each pair to the pair's own finest grid, which gives the same
+                // The method snaps each pair to the finest grid for that pair, which gives the same
                 // answer as the common grid.
                 let to = ask(method, on_grid.triangles[k], &on_grid.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
@@ -123,7 +123,7 @@ fn colour(set: u32) -> &'static str {
     }
 }
 
-/// Draws one map of the edge and one of the vertex for the oracle and for each method.
+/// Draws two maps, one of the edge and one of the vertex, for the oracle and for each method.
 pub fn edge_maps(caption: &str) -> Svg {
     let (edge, vertex) = (Square::edge(Step::Single), Square::vertex(Step::Single));
     let mut columns = vec![("the oracle", edge.by_oracle(), vertex.by_oracle())];
@@ -183,7 +183,7 @@ fn picture(svg: &mut Svg, [x, y]: [f64; 2], sets: &[u32]) {
         let mut start = 0;
         for run in row.chunk_by(|&a, &b| colour(a) == colour(b)) {
             let at = [x + PIXEL * start as f64, y + PIXEL * j as f64];
-            // Overlap the next row, so that no seam shows between rows.
+            // Overlap the next row to hide the seam between rows.
             let high = if j + 1 < side { 1.5 * PIXEL } else { PIXEL };
             svg.rect(at, [PIXEL * run.len() as f64, high], colour(run[0]));
             start += run.len();

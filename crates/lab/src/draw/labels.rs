@@ -1,5 +1,5 @@
-//! Places labels next to their points. Each label tries positions all around its point, to keep
-//! overlaps as small as possible, and prefers positions nearer to the point. A label that has to
+//! Places labels next to their points. Each label tries positions all around its point and takes
+//! the one with the least overlap, preferring positions close to the point. A label that has to
 //! move farther away gets a leader line to its point.
 
 use super::svg::width;
@@ -37,7 +37,7 @@ impl Area {
         side(0).max(0.0) * side(1).max(0.0)
     }
 
-    /// Returns how far this rectangle extends beyond another rectangle, summed over both axes.
+    /// Returns how far this rectangle extends beyond another one, as a sum over both axes.
     fn outside(&self, of: &Self) -> f64 {
         let side = |k: usize| (of.lo[k] - self.lo[k]).max(0.0) + (self.hi[k] - of.hi[k]).max(0.0);
         side(0) + side(1)
@@ -57,7 +57,7 @@ pub(super) fn place(
 ) -> Vec<Placed> {
     let marks: Vec<Area> = obstacles.iter().map(|&p| Area::around(p, 3.5)).collect();
     let candidates: Vec<Vec<Area>> = wanted.iter().map(|label| around(label, size)).collect();
-    // All labels start to the right of their points.
+    // Initially, every label is to the right of its point.
     let mut chosen = vec![0_usize; wanted.len()];
 
     for _ in 0..12 {
@@ -109,8 +109,8 @@ fn around(label: &Wanted, size: f64) -> Vec<Area> {
         for step in 0..24 {
             let angle = f64::from(step) * std::f64::consts::TAU / 24.0;
             let (cx, cy) = (x + reach * angle.cos(), y + reach * angle.sin());
-            // A label beside the point starts or ends at the point; a label above or below is
-            // centred on it.
+            // A label beside the point starts or ends at the point; a label above or below the
+            // point is centred on it.
             let left = match step {
                 0..=4 | 20.. => cx,
                 8..=16 => cx - w,
@@ -136,7 +136,8 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Returns the share of a line that is inside an area, in eighths.
+/// Estimates the share of a line that is inside an area by testing a point at every eighth of the
+/// line.
 fn along(a: [f64; 2], b: [f64; 2], area: &Area) -> f64 {
     let at = |k: i32| [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * f64::from(k) / 8.0);
     (0..=8).filter(|&k| area.holds(at(k))).count() as f64 / 8.0

@@ -3,7 +3,7 @@
 use super::svg::Svg;
 use crate::methods::{METHODS, Method};
 
-/// The colours of methods, from the palette of M. Okabe and K. Ito. Colour-blind people can tell
+/// The colours of methods, from the palette of M. Okabe and K. Ito. Colour-blind readers can tell
 /// them apart, and they differ in brightness when printed in grey.
 mod colour {
     pub(super) const KERNEL: &str = "#D55E00";
@@ -11,7 +11,7 @@ mod colour {
     pub(super) const SINGLE: &str = "#0072B2";
 }
 
-/// The colours of the areas under the methods' curves.
+/// The colours that fill the areas under the methods' curves.
 mod pale {
     pub(super) const KERNEL: &str = "#F9DDCA";
     pub(super) const DOUBLE: &str = "#CDEBE1";

@@ -1,5 +1,5 @@
-//! Draws the charts (speed against accuracy, onset curves, the table of onsets, walls far from
-//! zero, and edge maps) and provides the drawing tools.
+//! Draws the laboratory's charts, such as speed against accuracy, onset curves, and edge maps, and
+//! contains the drawing tools that they share.
 
 mod axis;
 mod chart;

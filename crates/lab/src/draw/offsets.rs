@@ -1,4 +1,5 @@
-//! Plots the errors at walls far from zero, with one row for each method and input precision.
+//! Plots how often each method is wrong at walls far from the coordinate origin, with one row for
+//! each method and input precision.
 
 use super::axis::{Log, power};
 use super::marks::{colour_of, is_kernel, pale_of};
@@ -18,8 +19,8 @@ const HEADING: f64 = 34.0;
 /// answers at the measured distance nearest to this northing.
 const NORTHING: f64 = 528_980.0;
 
-/// Plots the share of wrong answers against a wall's distance from zero, for each method in
-/// [`ASKED`]. `caption` is printed below.
+/// Plots the share of wrong answers against a wall's distance from the coordinate origin, for each
+/// method in [`ASKED`]. `caption` is printed below.
 pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     let rows = ASKED.len() as f64;
     let bottom = TOP + 2.0 * HEADING + rows * ROW;

@@ -108,7 +108,8 @@ fn ticks(sweep: &Sweep, x: &Log) -> Vec<i32> {
     x.decades(every.unwrap_or(20))
 }
 
-/// Draws a method's curve in a sweep above its shaded area, or `none`.
+/// Draws a method's curve in a sweep above its shaded area, or prints a note such as `none` if
+/// there is no curve to draw.
 fn cell(
     svg: &mut Svg,
     method: &str,

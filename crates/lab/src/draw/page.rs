@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use super::svg::Svg;
 use crate::methods::METHODS;
 
-/// Background and text colours for light and dark mode. The charts are drawn on white; in dark
-/// mode, their lightness is inverted and their hues are kept. On a narrow screen, they keep their
-/// size and scroll.
+/// Sets the background and text colours for light and dark mode. The charts are drawn on white;
+/// dark mode inverts their lightness and keeps their hues. On narrow screens, the charts keep their
+/// size and can be scrolled.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #222222; --faint: #dddddd }
 @media (prefers-color-scheme: dark) {
@@ -25,7 +25,7 @@ table { border-collapse: collapse }
 td, th { border-bottom: 1px solid var(--faint); padding: 0.2rem 1rem 0.2rem 0; text-align: left }
 ";
 
-/// A chart with a heading and a paragraph about it.
+/// A section of the page: a heading, a caption, and a chart.
 #[derive(Debug)]
 pub struct Section<'a> {
     /// The heading.
@@ -36,7 +36,7 @@ pub struct Section<'a> {
     pub picture: &'a Svg,
 }
 
-/// Builds a page with a title, charts, and the table of methods.
+/// Builds a page with a title, charts, and a table of all methods.
 pub fn page(title: &str, caption: &str, sections: &[Section<'_>]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

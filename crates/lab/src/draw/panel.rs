@@ -8,22 +8,22 @@ use crate::methods::Method;
 use crate::tables::grouped;
 use crate::workloads::Workload;
 
-/// The left end of a panel's axes.
+/// The x coordinate of the left end of a panel's axes.
 const LEFT: f64 = 72.0;
-/// The right end of a panel's axes.
+/// The x coordinate of the right end of a panel's axes.
 const RIGHT: f64 = 692.0;
-/// The top end of a panel's axes.
+/// The y coordinate of the top end of a panel's axes.
 const TOP: f64 = 46.0;
-/// The position where the error axis breaks.
+/// The y coordinate at which the error axis breaks.
 const BREAK: f64 = 350.0;
-/// The space to the right of the fastest method, for its name.
+/// The space for the name of the fastest method, to the right of its mark.
 const ROOM: f64 = 138.0;
 /// The height of a row for a method without observed errors.
 const ROW: f64 = 15.0;
 /// The font size of names.
 const SIZE: f64 = 11.5;
 
-/// A method in a panel.
+/// A method's results, shown as a mark in a panel.
 pub(super) struct Point {
     pub(super) name: String,
     pub(super) faster: [f64; 3],
@@ -40,7 +40,7 @@ pub(super) fn height(rows: usize) -> f64 {
     bottom(rows) + 52.0
 }
 
-/// Returns the bottom end of a panel's axes.
+/// Returns the y coordinate of the bottom end of a panel's axes.
 fn bottom(rows: usize) -> f64 {
     BREAK + ROW * rows as f64 + 24.0
 }
@@ -70,8 +70,8 @@ struct Axes<'a> {
     right: f64,
     top: f64,
     bottom: f64,
-    /// Below this position are the methods without observed errors, one row per method, the fastest
-    /// first.
+    /// The y coordinate below which the methods without observed errors are listed, one per row,
+    /// with the fastest first.
     broken: f64,
     rows: Vec<&'a str>,
     x: Log,
@@ -95,7 +95,7 @@ impl<'a> Axes<'a> {
         Self { left, right, top, bottom, broken, rows, x, y }
     }
 
-    /// Returns the position of a method.
+    /// Returns the position of a method's mark.
     fn at(&self, p: &Point) -> [f64; 2] {
         let row = self.rows.iter().position(|&name| name == p.name);
         let of_row = |row: usize| self.broken + ROW * (row as f64 + 0.8);
@@ -103,7 +103,7 @@ impl<'a> Axes<'a> {
     }
 }
 
-/// Draws a panel with its upper left corner at a point and with space for `rows` rows.
+/// Draws a panel with its upper left corner at the given point and with space for `rows` rows.
 pub(super) fn panel(
     svg: &mut Svg,
     [ox, oy]: [f64; 2],
@@ -246,8 +246,8 @@ fn labels(
     }
 }
 
-/// Draws the names of the methods without errors, each in its row to the right of its spread. Lower
-/// rows are slower, so lines drawn upward from them pass to the left of the names.
+/// Draws the names of the methods without errors, each in its row, to the right of its spread.
+/// Lower rows are slower, so lines drawn upward from them pass to the left of the names.
 fn names_of_rows(
     svg: &mut Svg,
     axes: &Axes<'_>,

@@ -7,13 +7,13 @@ use resvg::usvg::{Options, Tree, fontdb};
 
 use super::svg::Svg;
 
-/// Pixels per SVG unit.
+/// The number of pixels per SVG unit.
 const SCALE: f32 = 2.0;
 
 /// Renders an SVG as a PNG file.
 ///
 /// # Errors
-/// Returns a one-line message if the system has no fonts, or if the image's size is invalid for a
+/// Returns a one-line message if no fonts are installed, or if the image's size is invalid for a
 /// PNG.
 pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     let mut fonts = fontdb::Database::new();

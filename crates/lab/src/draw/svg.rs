@@ -1,4 +1,4 @@
-//! An SVG image: a few kinds of shapes and text, in drawing order.
+//! An SVG image, built from a few kinds of shapes and from text in drawing order.
 
 use std::fmt::{self, Write as _};
 
@@ -9,7 +9,7 @@ pub(super) const FAINT: &str = "#dddddd";
 /// The colour of background text.
 pub(super) const GREY: &str = "#666666";
 
-/// An image under construction; y grows downward.
+/// An image under construction. The y axis points downward.
 #[derive(Clone, Debug)]
 pub struct Svg {
     width: f64,

@@ -1,5 +1,5 @@
-//! Checks that the texts of every chart stay inside it and do not overlap, and that each method is
-//! named.
+//! Checks that the texts of every chart stay inside the chart and do not overlap, and that the
+//! charts name each method.
 
 use super::marks::is_kernel;
 use super::svg::width;
@@ -10,7 +10,7 @@ use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEP
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// A text in a chart and two corners of the area that it covers.
+/// A text in a chart, and two opposite corners of the area that the text covers.
 struct Text {
     text: String,
     lo: [f64; 2],
@@ -47,7 +47,7 @@ impl Text {
     }
 }
 
-/// Returns the texts of a chart after checking that they stay inside it and do not overlap.
+/// Checks that the texts of a chart stay inside the chart and do not overlap. Returns the texts.
 fn texts(name: &str, svg: &Svg) -> Vec<String> {
     let svg = svg.to_string();
     let (_, size) = svg.split_once("viewBox=\"0 0 ").unwrap();
@@ -64,8 +64,9 @@ fn texts(name: &str, svg: &Svg) -> Vec<String> {
     texts.into_iter().map(|text| text.text).collect()
 }
 
-/// Returns made-up results of a run in which the f32 methods are fast but make errors and the
-/// others make none. If `crowded`, no method makes errors, and all have nearly the same speed.
+/// Returns made-up results of a run in which the f32 methods are fast but make errors, and the
+/// other methods make none. If `crowded`, no method makes errors, and all have nearly the same
+/// speed.
 fn run(crowded: bool) -> (Vec<Time>, Vec<ErrorCounts>) {
     let (mut times, mut counts) = (Vec::new(), Vec::new());
     for workload in Workload::ALL.map(|workload| (workload.name(), workload.form().name())) {

@@ -1,4 +1,4 @@
-//! Aims rays at points of a triangle where rounding decides the result.
+//! Aims rays at points of a triangle where rounding can change the result.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::inter_tri::THRESHOLD;
@@ -62,7 +62,7 @@ pub(super) fn inside(rng: &mut Rng) -> Point {
 
 /// Returns the weights of a random point in the triangle's plane. On average, of every 16 points,
 /// eight are on an edge, three at a vertex, three inside, one near an edge on either side (at a
-/// weight of 1e-9 to 1), and one at an arbitrary position.
+/// weight of 1e-9 to 1), and one at a random position in the plane.
 pub(super) fn target(rng: &mut Rng) -> Point {
     let mut weights = match rng.below(16) {
         0..=7 => {
@@ -95,8 +95,8 @@ pub(super) fn nudge(rng: &mut Rng, dir: [f32; 3]) -> [f32; 3] {
     dir.map(|x| step(x, rng.within(steps)))
 }
 
-/// Returns a nudged ray from one point toward another. The direction's length is about the distance
-/// between the points, or about 1.
+/// Returns a nudged ray from one point toward another. The direction's length is approximately
+/// either the distance between the points or 1.
 pub(super) fn shoot(rng: &mut Rng, origin: [f32; 3], to: Point) -> Ray {
     let way = add(to, wide(origin), -1.0);
     let longest = way.iter().fold(0.0, |m: f64, x| m.max(x.abs()));

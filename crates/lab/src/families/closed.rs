@@ -9,7 +9,7 @@ use super::scene::Scene;
 use crate::meshes::Mesh;
 use crate::rng::Rng;
 
-/// The number of grid steps per unit. A sum of four vertices minus four origins still fits in 24
+/// The number of grid steps per unit. Even the sum of four vertices minus four origins fits in 24
 /// bits.
 const GRID: f64 = 262_144.0;
 

@@ -48,9 +48,9 @@ impl Family {
     /// Generates a scene for a given parameter (ignored if the family has none).
     ///
     /// The scene has the requested number of rays, or none if no triangles are requested. It has
-    /// the requested number of triangles, except that a closed mesh may have fewer: the largest
-    /// number that the mesh can have within the request. If even the smallest mesh has too many
-    /// triangles, the scene has only part of it.
+    /// the requested number of triangles unless it is a closed mesh. A closed mesh has the largest
+    /// number of faces that is possible within the request; if even the smallest mesh has too many,
+    /// the scene contains only part of it.
     pub fn scene_at(&self, rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
         (self.make)(rng, x, triangles, rays)
     }

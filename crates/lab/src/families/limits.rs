@@ -54,8 +54,8 @@ fn solve(n: Point, vd: f64) -> [f32; 3] {
 }
 
 pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // If the triangles are in a coordinate plane, vd is exactly a component of dir, so the
-    // threshold is rounded to f32.
+    // If the triangles are in a coordinate plane, `vd` is exactly a component of `dir`. The
+    // threshold is rounded to f32, so that `vd` can equal it.
     let flat = rng.one_in(2);
     let threshold = if flat { f64::from(x as f32) } else { x };
     let turn = Turn::random(rng);
@@ -83,8 +83,8 @@ pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize)
 
 pub(super) fn threshold_t(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
     let mut scene = soup(rng, triangles, rays, triangle, |rng, triangle| {
-        // The ray starts at some distance along the normal's longest axis. Its direction is solved
-        // for the `vd` that makes t equal to the threshold.
+        // The ray starts at some distance along the normal's longest axis. Solve for a direction
+        // whose `vd` makes t equal to the threshold.
         let n = normal(triangle);
         let axis = longest(n);
         let mut origin = weigh(triangle, inside(rng));
@@ -110,7 +110,7 @@ pub(super) fn threshold_default(rng: &mut Rng, _: f64, triangles: usize, rays: u
 
 pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     let mut scene = random(rng, 1.0, triangles, rays);
-    // Aim the first ray at the first triangle, and use their `vd` or t as the threshold.
+    // Aim the first ray at the first triangle, and use the pair's `vd` or t as the threshold.
     if let (Some(triangle), Some(first)) = (scene.triangles.first(), scene.rays.first_mut()) {
         *first = aim(rng, triangle);
         // A longer direction makes t smaller than `vd`, so that the comparison of t with the
@@ -129,7 +129,7 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
 
 pub(super) fn interval(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     // In half of the scenes, heights and distances are small round numbers, so that many values of
-    // t are exact in f32. With full mantissas, hardly any would be.
+    // t are exact in f32. With full mantissas, hardly any value would be exact.
     let whole = rng.one_in(2);
     let turn = Turn::random(rng);
     let shape = |rng: &mut Rng, place| {

@@ -2,8 +2,8 @@
 //!
 //! Most rays are *sensitive to rounding*: they are aimed in f64 at a vertex or a point on an edge,
 //! rounded to f32, and moved by a few f32 steps. Because the coordinates have full mantissas, the
-//! edge values cover every distance from 0 that an error bound could have. Families in which a
-//! point must be met exactly use small integers instead, which prove nothing about rounding.
+//! edge values cover every distance from 0 that an error bound could have. Families in which a ray
+//! must meet a point exactly use small integers instead, which cannot test rounding.
 //!
 //! The generators use only integers, `+ - * /`, and square roots, so a seed yields the same bits on
 //! every machine. If a family has a parameter, [`Family::param`] contains the parameter's range,

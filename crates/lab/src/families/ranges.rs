@@ -53,7 +53,7 @@ pub(super) fn direction(rng: &mut Rng, x: f64, triangles: usize, rays: usize) ->
 }
 
 pub(super) fn overflow(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // The centres stay within half the size, so that not all coordinates become infinite.
+    // The coordinates of the centres are at most half the size, so that not all corners overflow.
     let shape = |rng: &mut Rng, _| {
         let centre = rng.cube().map(|p| p * x / 2.0);
         sized(rng, centre, x / 2.0)
@@ -67,7 +67,7 @@ pub(super) fn overflow(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> 
 
 pub(super) fn underflow(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
     let shape = |rng: &mut Rng, _| {
-        // A third of the triangles are small in only two components.
+        // A third of the triangles are small along only two of the axes.
         let sizes = if rng.one_in(3) { [x, 1.0, x] } else { [x; 3] };
         Triangle([0; 3].map(|_| [0, 1, 2].map(|k| (rng.signed() * sizes[k]) as f32)))
     };
@@ -119,7 +119,7 @@ pub(super) fn not_finite(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -
     const ODD: &[f32] = &[f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
     let Scene { mut triangles, mut rays, threshold } = soup(rng, triangles, rays, triangle, aim);
 
-    // In a scene, one triangle in four and one ray in four are changed; in a single pair, the
+    // In a scene, change one triangle in four and one ray in four. In a single pair, change the
     // triangle, the ray, the interval, or any combination of them.
     let alone = triangles.len() == 1 && rays.len() == 1;
     let which = rng.below(7) + 1;

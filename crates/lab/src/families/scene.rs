@@ -1,4 +1,4 @@
-//! The output of a family: scenes, or a single triangle with a single ray.
+//! What a family generates: a scene, or a case of one triangle and one ray.
 
 use intertri::{Ray, Triangle};
 

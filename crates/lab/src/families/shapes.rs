@@ -44,8 +44,8 @@ pub(super) fn edge_steps(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -
 }
 
 /// Returns a triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of these
-/// triangles are rotated and moved; half stay in a coordinate plane at the origin, where any ratio
-/// survives rounding.
+/// triangles are rotated and moved; the other half stay in a coordinate plane at the origin, where
+/// rounding preserves any ratio.
 fn flat(rng: &mut Rng, place: Point, x: f64, y: f64) -> Triangle {
     let mut corners = if rng.one_in(2) {
         let turn = Turn::random(rng);
@@ -85,17 +85,17 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
         let p = round(add(rng.cube(), place, 1.0));
         let q = round(add(rng.cube(), place, 1.0));
         let mut corners = match rng.below(6) {
-            // All three corners coincide, possibly at zero.
+            // All three corners coincide, possibly at the coordinate origin.
             0 => [p; 3],
             1 => [[0.0; 3]; 3],
             // Two corners coincide.
             2 => [p, p, q],
-            // Collinear up to rounding.
+            // Corners that are collinear up to rounding.
             3 => [p, q, round(add(wide(p), add(wide(q), wide(p), -1.0), 2.0 * rng.signed()))],
-            // Exactly collinear with full mantissas, on a line through zero, in ratios of powers of
-            // 2.
+            // Exactly collinear corners with full mantissas, on a line through the coordinate
+            // origin, at distances whose ratios are powers of 2.
             4 => [p, p.map(|x| -2.0 * x), p.map(|x| 0.5 * x)],
-            // Exactly collinear small integers.
+            // Exactly collinear corners with small integer coordinates.
             _ => {
                 let start = place.map(|x| x as i32);
                 let way = [0; 3].map(|_| rng.within(4));
@@ -125,7 +125,7 @@ fn in_plane(rng: &mut Rng) -> Triangle {
 }
 
 pub(super) fn grazing(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // Half of the triangles are in a coordinate plane, where any angle survives rounding.
+    // Half of the triangles are in a coordinate plane, where rounding preserves any angle.
     let shape = |rng: &mut Rng, place| {
         if rng.one_in(2) { in_plane(rng) } else { triangle(rng, place) }
     };
@@ -202,8 +202,7 @@ pub(super) fn stack(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Sce
 
 pub(super) fn axis(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     let shape = |rng: &mut Rng, place: Point| {
-        // Half of the triangles are perpendicular to an axis, so their bounding box has no
-        // thickness.
+        // Half of the triangles are perpendicular to an axis, so their bounding boxes are flat.
         let thin = rng.below(6);
         let level = rng.within(4);
         let integer = |rng: &mut Rng, axis| {

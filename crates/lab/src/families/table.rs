@@ -11,7 +11,7 @@ pub fn find(name: &str) -> Option<&'static Family> {
 }
 
 /// Generates a case of the adversarial mix. Half of the cases are sensitive to rounding but
-/// otherwise harmless; the others come from all families equally.
+/// otherwise harmless; the others are drawn from all families with equal probability.
 pub fn adversarial(rng: &mut Rng) -> Case {
     if rng.one_in(2) {
         let scene = shapes::random(rng, 1.0, 1, 1);

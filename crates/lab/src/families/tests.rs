@@ -1,4 +1,5 @@
-//! Tests that the families generate what their descriptions promise, with the same bits everywhere.
+//! Tests that the families generate what their descriptions promise, with the same bits on every
+//! machine.
 
 use std::collections::BTreeSet;
 
@@ -32,8 +33,8 @@ fn names_are_unique_and_found() {
 
 #[test]
 fn a_seed_gives_the_same_bits_everywhere() {
-    // A checksum over everything that a seed generates. It changes when a family changes, and must
-    // not depend on the CPU or the build.
+    // Compute a checksum over everything that a seed generates. It changes when a family changes,
+    // but must not depend on the CPU or the build.
     let mut sum = 0_u64;
     let mut eat = |x: u64| sum = (sum ^ x).wrapping_mul(0x0000_0100_0000_01B3).rotate_left(17);
     for family in FAMILIES {
@@ -70,8 +71,8 @@ fn scenes_have_the_size_asked_for() {
 
 #[test]
 fn rays_come_near_hitting() {
-    // About half of the rays at edges hit; a family with hardly any hits or misses would test
-    // nothing.
+    // About half of the rays aimed at edges hit. A family with hardly any hits, or hardly any
+    // misses, would test nothing.
     let rare = [
         "threshold-vd",
         "threshold-t",
@@ -98,7 +99,8 @@ fn rays_come_near_hitting() {
 
 #[test]
 fn f32_decides_many_a_random_case_wrongly() {
-    // If rays are sensitive to rounding, the f32 test and the f64 test differ in many cases.
+    // The rays are sensitive to rounding, so the f32 test and the f64 test must differ in many
+    // cases.
     let differ = count("random", 10_000, |family, rng| {
         let case = family.case(rng);
         let [c1, c2, c3] = case.triangle.0;

@@ -32,7 +32,7 @@ impl<M: Mask> Axis<M> {
         }
     }
 
-    /// Copies the axis of a single lane to all lanes of another type.
+    /// Copies the axis of a single lane to all lanes of a wider type.
     #[inline(always)]
     pub(super) fn spread<N: Mask>(self) -> Axis<N> {
         let all = |mask: M| N::from_bits(if mask.any() { u32::MAX } else { 0 });

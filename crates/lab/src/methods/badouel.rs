@@ -1,6 +1,6 @@
 //! Badouel's test (D. Badouel, "An efficient ray-polygon intersection", Graphics Gems, 1990). It
-//! first intersects the plane, then computes two weights in the coordinate plane in which the
-//! triangle's projection is largest.
+//! first intersects the ray with the triangle's plane, then computes two weights in the coordinate
+//! plane onto which the triangle's projection is largest.
 //!
 //! I. Wald's precomputed variant ("Realtime ray tracing and interactive global illumination",
 //! thesis, Saarland University, 2004) uses the same arithmetic as
@@ -70,7 +70,7 @@ impl Intersector for Badouel {
         let &Triangle { n, d, axis, corner, sides: [[ax, ay], [bx, by]] } = triangle;
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The point in the plane relative to the first corner, projected along the axis.
+        // Compute the hit point relative to the first corner, projected along the axis.
         let t = (d - n.dot(ray.origin)) / n.dot(ray.dir);
         let (o, dir) = (axis.turn(ray.origin), axis.turn(ray.dir));
         let x = o.x + dir.x * t - corner[0];

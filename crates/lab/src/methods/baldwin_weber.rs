@@ -2,9 +2,9 @@
 //! coordinate transformation", Journal of Computer Graphics Techniques 5(3), 2016). The method uses
 //! an affine map that takes the triangle's corners to (0,0), (1,0), and (0,1) in the plane z = 0.
 //!
-//! One column of the map is free; it is chosen so that the map never divides by a small number. If
-//! `k` is the longest axis of the normal, `i` and `j` are the next two axes, and `f1` and `f2` are
-//! the sides, the rows are
+//! One column of the map can be chosen freely; the choice below avoids division by a small number.
+//! If `k` is the longest axis of the normal, `i` and `j` are the next two axes, and `f1` and `f2`
+//! are the sides, the rows are
 //!
 //! ```text
 //!   row 1   f2_j / n_k   at i    -f2_i / n_k   at j    0   at k     (v2 × v0)_k / n_k
@@ -76,7 +76,8 @@ impl Intersector for BaldwinWeber {
         let &Triangle { rows: [row1, row2, row3], constants: [c1, c2, c3] } = triangle;
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The t at which the third coordinate becomes 0, and the other two coordinates at that t.
+        // Compute the t at which the third coordinate becomes 0, and the other two coordinates at
+        // that t.
         let t = -(row3.dot(ray.origin) + c3) / row3.dot(ray.dir);
         let point = ray.origin + ray.dir * t;
         let u = row1.dot(point) + c1;

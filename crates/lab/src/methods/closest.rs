@@ -1,9 +1,9 @@
 //! Finds the closest hits of batches with an intersector. Tests either N rays against one triangle
 //! after another (packets), or one ray after another against N triangles (blocks).
 //!
-//! Values that are computed once per triangle are prepared before the timed part and stored as one
-//! value per field (packets) or N values per field (blocks). Values that are computed once per ray
-//! are part of the measured time. Both forms update the closest hit of each ray without a branch.
+//! Values that depend only on the triangle are computed before the timed part and stored as one
+//! value per field (packets) or N values per field (blocks). The time to compute values that depend
+//! only on the ray is measured. Both forms update the closest hit of each ray without a branch.
 
 use std::time::Instant;
 
@@ -32,7 +32,8 @@ pub(super) type Seconds = f64;
 struct Run<'a, M, const DOUBLE: bool>(Closest<'a, M>);
 
 impl<M: Intersector> Closest<'_, M> {
-    /// Finds the hits in f32 or f64. Returns `None` for 16 lanes that do not fit in one register.
+    /// Finds the hits in f32 or f64. Returns `None` if the layout has 16 lanes that do not fit in
+    /// one register.
     pub(super) fn run<const DOUBLE: bool>(self, level: Level) -> Option<Seconds> {
         match (self.layout.lanes, self.layout.form, DOUBLE) {
             (1, Form::Packets, false) => Some(packets::<M, f32, 1>(self)),
@@ -44,8 +45,8 @@ impl<M: Intersector> Closest<'_, M> {
     }
 }
 
-/// Whether sixteen f32 fit in one register at a level, judging by their alignment. If they do not
-/// fit, no code is generated for them.
+/// Whether sixteen f32 values fit in one register at a level, judging by the alignment of their
+/// type. If they do not, no code is generated for sixteen lanes.
 pub(super) const fn one_register<S: Simd>() -> bool {
     align_of::<S::F32x16>() == 16 * size_of::<f32>()
 }
@@ -79,7 +80,7 @@ impl<M: Intersector, const DOUBLE: bool> WithSimd for Run<'_, M, DOUBLE> {
     }
 }
 
-/// The closest hit of each lane so far, with the triangle's index as a floating-point number.
+/// The closest hit so far in each lane. The triangle's index is stored as a floating-point number.
 #[derive(Clone, Copy)]
 struct Best<L> {
     t: L,
@@ -99,9 +100,9 @@ impl<L: Real> Best<L> {
         self.triangle = L::select(nearer, triangle, self.triangle);
     }
 
-    /// Converts the lanes to hits one by one. Lanes beyond the last triangle repeat that triangle.
-    /// Plain loops here and below limit the compile time, because this code is compiled for each
-    /// method, layout, and level.
+    /// Converts the lanes to hits one by one. Lanes beyond the last triangle contain copies of that
+    /// triangle. Plain loops here and below limit the compile time, because this code is compiled
+    /// for each method, layout, and level.
     #[inline(always)]
     fn lanes<const N: usize>(self, triangles: usize) -> [ClosestHit; N] {
         let zero = L::Scalar::nearest(0.0);
@@ -138,7 +139,8 @@ pub(super) fn packets_of<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<RayPa
     batches.iter().map(|batch| batch.rays.chunks(N).map(RayPacket::new).collect()).collect()
 }
 
-/// Prepares the triangles of each batch. This function is compiled once for all instruction levels.
+/// Prepares the triangles of each batch. This function is compiled only once, not for each
+/// instruction level.
 #[inline(never)]
 fn triangles_of<M: Intersector, T: Number>(
     intersector: M,

@@ -1,8 +1,8 @@
 //! Cramer's rule with coefficient vectors (document D).
 //!
 //! The equation is `u AB + v AC - t PN = AP`. `T = AB × AC` and `D = -T` depend only on the
-//! triangle, and `U` and `V` also depend on the origin. The document's test is one-sided and leaves
-//! the edge `u + v = 1` open; here it is two-sided and closed, like all other methods. The
+//! triangle; `U` and `V` also depend on the ray's origin. The document's test is one-sided and
+//! leaves the edge `u + v = 1` open; here it is two-sided and closed, like all other methods. The
 //! document's sign for `t` is corrected: the numerator must have the same sign as the determinant.
 
 use intertri::simd::Vec3;
@@ -49,7 +49,7 @@ impl Intersector for Cramer {
         let &Triangle { a, ab, ac, t } = triangle;
         let zero = L::of(0.0);
 
-        // The part that depends on the origin.
+        // Compute the part that depends on the ray's origin.
         let ap = ray.origin - a;
         let (u, v, t_ap) = (ac.cross(ap), ap.cross(ab), t.dot(ap));
 

@@ -8,8 +8,8 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, PlainRay, splat, splat3};
 use super::real::{Number, Real};
 
-/// The fast form. It multiplies the ray's moment about the first corner by two edges and derives
-/// the third value by subtraction from the determinant.
+/// The fast form. It multiplies the ray's moment about the first corner by two edges to get two
+/// edge values, and subtracts these from the determinant to get the third.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeForm;
 
@@ -103,8 +103,8 @@ impl Intersector for Robust {
     }
 }
 
-/// Computes the normal from two cross products of edges, choosing for each component the product
-/// with the smaller terms.
+/// Computes the normal from two cross products of edges. For each component, it chooses the cross
+/// product whose terms are smaller.
 #[inline(always)]
 fn stable_normal<L: Lanes>(a: Vec3<L>, b: Vec3<L>, c: Vec3<L>) -> Vec3<L> {
     let (ab, bc) = (a.cross(b), b.cross(c));

@@ -11,8 +11,8 @@ use super::closest::Seconds;
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// Tests pairs in `fixed` mode, each on the finest grid that contains it. A pair that does not fit
-/// on any grid is a miss.
+/// Tests pairs in `fixed` mode, each on the finest grid that can represent it. A pair that fits on
+/// no grid is a miss.
 pub(super) fn pairs(level: Level, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);
@@ -74,15 +74,15 @@ impl Snapped {
     }
 }
 
-/// Returns the finest grid that contains a batch.
+/// Returns the finest grid that can represent a batch.
 fn grid(batch: &TestBatch) -> Option<Grid> {
     let origins = batch.rays.iter().map(|ray| ray.origin);
     Grid::around(batch.triangles.iter().flat_map(|t| t.0).chain(origins), Bits::FINE).ok()
 }
 
-/// Returns the batch as the `fixed` mode sees it: snapped to a grid and converted back to f32
-/// without rounding. On the returned batch, `fixed` is exact. Returns `None` if the batch does not
-/// fit on any grid.
+/// Returns the batch that the `fixed` mode effectively tests: snapped to a grid and converted back
+/// to f32 without rounding. The answers of `fixed` are exact for the returned batch. Returns `None`
+/// if the batch does not fit on any grid.
 pub fn on_grid(batch: &TestBatch) -> Option<TestBatch> {
     let grid = grid(batch)?;
     let back = |p| Some(grid.unsnap(grid.snap(p).ok()?).map(|x| x as f32));

@@ -1,4 +1,4 @@
-//! `InterTri` (document A) in any precision; in f64, it matches the reference bit for bit.
+//! The `InterTri` test (document A) in any precision. In f64, it matches the reference bit for bit.
 
 use intertri::simd::Vec3;
 
@@ -54,12 +54,12 @@ impl Intersector for InterTri {
         let &Triangle { c1, c2, h4, h5, h6, nrm } = triangle;
         let threshold = L::of(self.threshold);
 
-        // Intersect the plane.
+        // Intersect the ray with the triangle's plane.
         let vd = nrm.dot(ray.dir);
         let parallel = vd.gt(-threshold) & vd.lt(threshold);
         let t = nrm.dot(c1 - ray.origin) / vd;
 
-        // Determine on which side of each edge the point in the plane is.
+        // Determine on which side of each edge the ray meets the plane.
         let h1 = ray.origin + ray.dir * t;
         let (h2, h3) = (h1 - c1, h1 - c2);
         let zero = L::of(0.0);

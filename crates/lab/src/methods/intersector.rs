@@ -1,4 +1,4 @@
-//! The interface of a ray/triangle test, generic over lanes.
+//! The interface that every ray/triangle test implements, generic over the lane type.
 
 use intertri::simd::Vec3;
 
@@ -20,8 +20,8 @@ pub trait Intersector: Copy {
     /// Copies one triangle to all lanes, to test a stored triangle against many rays.
     fn spread<L: Real>(one: &Self::Triangle<L::Scalar>) -> Self::Triangle<L>;
 
-    /// Tests rays against triangles. Returns the mask of the hits and their `t`, which is
-    /// meaningless for a miss.
+    /// Tests rays against triangles. Returns a mask of the lanes that hit, and `t`, which is
+    /// meaningless in the other lanes.
     fn test<L: Real>(self, triangle: &Self::Triangle<L>, ray: &Self::Ray<L>) -> (L::Mask, L);
 }
 

@@ -13,7 +13,7 @@ use super::closest::{Seconds, one_register, packets_of, rays_of};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// Tests pairs in one of the kernel's modes, with each ray in its own packet.
+/// Tests pairs in one of the kernel's modes, putting each ray in a packet of its own.
 pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);
@@ -23,7 +23,7 @@ pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [
 }
 
 /// Finds the closest hits of batches in one of the kernel's modes. Returns `None` for one lane,
-/// which is left to the reference, and for 16 lanes unless they are packets that fit in one
+/// which the reference covers, and for 16 lanes, except in packets if 16 values fit in one
 /// register.
 pub(super) fn closest(
     mode: Mode,
@@ -64,8 +64,8 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// Tests N rays against one triangle after another. During the loop, `t` is only enclosed in f32;
-/// the final `t` is computed at the end.
+/// Tests N rays against one triangle after another. The loop encloses `t` in an f32 interval; the
+/// final `t` is computed after the loop.
 #[inline(always)]
 fn packets<S: Simd, const N: usize>(
     filter: Filter<'_>,
@@ -141,8 +141,8 @@ fn blocks_of_8<S: Simd>(
     start.elapsed().as_secs_f64()
 }
 
-/// Hits of single rays that wait until eight of them can be computed together, as in the ray
-/// streams of a hierarchy.
+/// Collects hits of single rays until eight hits can be computed together, as in the ray streams of
+/// a hierarchy.
 struct Waiting {
     pairs: Pairs,
     numbers: [usize; 8],
@@ -173,8 +173,8 @@ impl Waiting {
     /// Computes all waiting hits.
     #[inline(always)]
     fn answer<S: Simd>(&mut self, filter: &Filter<'_>, nearest: &mut [ClosestHit]) {
-        // The pairs' ids serve only to look up original f64 coordinates, which the batches do not
-        // have.
+        // The IDs of the pairs are needed only to look up original f64 coordinates, which batches
+        // do not have.
         let ids = [(RayId(0), LeafSlot(0)); 8];
         let hits = filter.resolver().hits_in::<S>(&self.pairs, &ids, self.len);
         for (hit, &number) in hits.into_iter().zip(&self.numbers[..self.len]) {

@@ -22,7 +22,7 @@ pub struct Method {
 }
 
 impl Method {
-    /// Tests each ray `i` against triangle `i`, with a level's instructions.
+    /// Tests ray `i` against triangle `i`, for every `i`, with a level's instructions.
     ///
     /// `threshold` is document A's threshold, which must be finite and at least 0. Methods without
     /// a threshold ignore it. The rays' intervals are ignored.
@@ -45,12 +45,12 @@ impl Method {
     }
 
     /// Finds the closest hit of each ray in its batch, batch by batch. Returns the time in seconds,
-    /// not counting the values computed once per triangle.
+    /// without the time to compute values that depend only on the triangle.
     ///
     /// Returns `None`, and leaves `nearest` unchanged or empty, if the method does not support the
     /// layout. The kernel's modes do not support one lane, because the reference already covers it,
     /// and their forms for one origin only support rays that share an origin. Published methods in
-    /// f64 do not support 16 lanes, and no method does where 16 f32 do not fit in one register.
+    /// f64 do not support 16 lanes, and no method does if 16 f32 values do not fit in one register.
     ///
     /// For every ray, `t_min` is 0 and `t_max` is infinite.
     pub fn closest(

@@ -1,8 +1,9 @@
-//! The known ray/triangle tests, one file each, written once for any number of f32 or f64 lanes.
+//! The known ray/triangle tests. Each has its own file and is written once, for any number of f32
+//! or f64 lanes.
 //!
 //! All tests are two-sided and closed: a point that the method's own arithmetic puts on an edge or
 //! vertex is inside. All require `t > 0` or, if the original method has a threshold, `t` above the
-//! threshold. All accept hits only with comparisons that are false for NaN, so that a NaN is a
+//! threshold. All accept hits only with comparisons that are false for NaN, so a NaN results in a
 //! miss. Each method has its own types for the values that it computes once per triangle or ray. As
 //! in the original publications, multiply-adds are not fused.
 //!

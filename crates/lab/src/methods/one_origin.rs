@@ -1,14 +1,14 @@
 //! The `certified` and `exact` modes for rays that share an origin, as camera rays and hard shadow
-//! rays do. Based on document D.
+//! rays do. The tests are based on document D.
 //!
 //! ```text
 //!   with A = c1 - o, once per triangle:   V = (h5 × A)    W = (A × h4)    U = n - V - W
 //!   per ray:                              V·d, W·d, U·d: three products
 //! ```
 //!
-//! The forms are computed in f64 and negated where T is negative, so that all of them are positive
-//! for a hit in front. They are scaled by their common error bound, which thus becomes |d|. The
-//! forms rule out most rays, and the kernel's filter tests the others. Section 7 of
+//! The forms are computed in f64 and negated where T is negative, so all of them are positive for a
+//! hit in front of the origin. They are divided by their common error bound, so the bound becomes
+//! |d|. The forms rule out most rays, and the kernel's filter tests the others. Section 7 of
 //! `docs/numerics/certified.md` contains the bounds and their proof. Like all per-triangle
 //! constants, the forms are computed before the timed part, because all rays of an image share
 //! them.
@@ -29,13 +29,13 @@ use crate::test_batch::{Answer, ClosestHit, TestBatch};
 /// Half an ulp of 1 in f32.
 const U: f64 = 1.0 / (1 << 24) as f64;
 
-/// The error of a form that is rounded to f32, relative to `|form|₂ |d|₂`.
+/// The error of a form due to rounding to f32, relative to `|form|₂ |d|₂`.
 const FORM: f64 = 4.25 * U;
 
-/// The reference's noise, relative to `|d|₂ h (|A|₂ + h)`.
+/// The rounding noise of the reference, relative to `|d|₂ h (|A|₂ + h)`.
 const NOISE: f64 = 0.25 * U;
 
-/// The error due to the origin's rounding, relative to `|d|₂ h |o|₁`.
+/// The error due to rounding the origin, relative to `|d|₂ h |o|₁`.
 const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
 
 /// The sign of a form is decisive only if D exceeds this share of `|d|₂ h²`.
@@ -44,7 +44,7 @@ const GRAZING: f64 = 24.0 * U;
 /// The assumed minimum length of the longest edge, 2^-48.
 const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// A factor that rounds the square root of a sum of squares up.
+/// Multiplying the square root of a sum of squares by this factor rounds it up.
 const NORM_UP: f32 = 1.0 + 16.0 * U as f32;
 /// 2^-49, which is added to the length to cover underflow.
 const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
@@ -69,7 +69,7 @@ impl SeenTriangle {
         let (n, v, w) = (h4.cross(h5), h5.cross(a), a.cross(h4));
         let (u, t) = (n - v - w, n.dot(a));
 
-        // Covers the errors of the forms, the reference's noise, and the origin's rounding.
+        // Cover the errors of the forms, the reference's noise, and the rounding of the origin.
         let length = |x: Vec3<f64>| x.dot(x).sqrt();
         let longest = |x, y, z| length(x).max(length(y)).max(length(z));
         let (h, away) = (longest(h4, h5, h6).max(SHORTEST), length(a));

@@ -8,7 +8,8 @@ use super::intersector::Intersector;
 use super::real::{Number, Real};
 use crate::test_batch::Answer;
 
-/// Pairs to test in f32 or f64.
+/// The arguments for testing pairs: the intersector, the pairs, and the slice for the answers.
+/// `DOUBLE` selects f64 instead of f32.
 pub(super) struct Pairs<'a, M, const DOUBLE: bool> {
     pub(super) intersector: M,
     pub(super) triangles: &'a [Triangle],

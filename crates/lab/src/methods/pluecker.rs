@@ -3,8 +3,8 @@
 //! `(q - p, p × q)`. The sign of the permuted product of two lines shows on which side one line
 //! passes the other.
 //!
-//! The sides' Plücker coordinates are computed once, in scene coordinates. The test is fast but
-//! less accurate, because no coordinates are translated to the ray's origin.
+//! The sides' Plücker coordinates are computed once, in scene coordinates. This makes the test fast
+//! but less accurate, because the coordinates are not taken relative to the ray's origin.
 
 use intertri::simd::Vec3;
 

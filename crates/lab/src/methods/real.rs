@@ -1,4 +1,4 @@
-//! The numeric types with which a method computes: f32 or f64, in any number of lanes.
+//! The numeric types that methods use: f32 or f64, in any number of lanes.
 
 use intertri::simd::Lanes;
 
@@ -6,7 +6,7 @@ use intertri::simd::Lanes;
 pub trait Number: Copy + Into<f64> + Lanes<Scalar = Self> {
     /// The number of significant bits.
     const BITS: u32;
-    /// One unit in the last place of 1.
+    /// The unit in the last place of 1.
     const UNIT: f64;
     /// Rounds an f64 to the nearest value of this type.
     fn nearest(x: f64) -> Self;

@@ -1,4 +1,4 @@
-//! The scalar f64 reference, to which all times are relative.
+//! Times the scalar f64 reference, with which all other times are compared.
 
 use std::time::Instant;
 

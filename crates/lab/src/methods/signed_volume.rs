@@ -1,7 +1,7 @@
 //! The test by signed volumes (R. J. Segura and F. R. Feito, "Algorithms to test ray-triangle
-//! intersection. Comparative study", WSCG 2001). If the corners are relative to the ray's origin,
-//! `d · (B × C)` is a signed volume whose sign shows on which side of the edge BC the ray passes;
-//! the same holds for the other edges.
+//! intersection. Comparative study", WSCG 2001). With corners relative to the ray's origin,
+//! `d · (B × C)` is a signed volume, whose sign shows on which side of the edge BC the ray passes.
+//! The other two edges are tested in the same way.
 
 use intertri::simd::Vec3;
 

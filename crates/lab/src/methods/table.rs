@@ -112,7 +112,7 @@ macro_rules! one_origin {
 /// The methods that are guaranteed to match the scalar f64 reference bit for bit.
 pub const OF_THE_REFERENCE: [&str; 3] = ["InterTri f64", "certified", "certified, one origin"];
 
-/// The methods whose answers are exactly right for the coordinates as given.
+/// The methods whose answers are exact for the coordinates as given.
 pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 
 /// Every method. All comparisons iterate over this table.

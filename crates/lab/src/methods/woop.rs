@@ -1,7 +1,7 @@
 //! The watertight test (S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection",
 //! Journal of Computer Graphics Techniques 2(1), 2013). It shears the scene so that the ray runs
 //! along the longest axis of its direction, and then tests the sides in the plane perpendicular to
-//! that axis. A value of exactly 0 in f32 is recomputed in f64.
+//! that axis. If the value of a side is exactly 0 in f32, it is recomputed in f64.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
@@ -10,11 +10,10 @@ use super::axis::Axis;
 use super::intersector::{Intersector, splat3};
 use super::real::{Number, Real};
 
-/// The watertight test. Without `fall_back`, it is the plain f32 test that some implementations
-/// use.
+/// The watertight test. Without `fall_back`, it computes only in f32, as some implementations do.
 #[derive(Clone, Copy, Debug)]
 pub struct Woop {
-    /// Whether a value of 0 is recomputed in f64.
+    /// Whether to recompute a side's value in f64 if it is 0 in f32.
     pub fall_back: bool,
 }
 
@@ -112,7 +111,8 @@ mod tests {
 
     #[test]
     fn the_shear_by_hand() {
-        // If the longest axis comes last, the shear turns the direction into (0, 0, 1).
+        // After the permutation that puts the longest axis last, the shear maps the direction to
+        // (0, 0, 1).
         let woop = Woop { fall_back: true };
         let dirs = [[4.0, 1.0, 2.0], [2.0, 4.0, 1.0], [1.0, 2.0, 4.0]];
         for (axis, [x, y, z]) in dirs.into_iter().enumerate() {

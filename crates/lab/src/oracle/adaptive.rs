@@ -39,8 +39,7 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     }
     let [c1, c2, c3] = triangle.0;
 
-    // Does the triangle have an area? It has none if its projections onto all three coordinate
-    // planes have no area.
+    // Is the triangle degenerate? It is if its projections onto all three coordinate planes are.
     let flat = |x: usize, y: usize| {
         let point = |p: [S; 3]| Coord::<f64> { x: p[x].into(), y: p[y].into() };
         orient2d(point(c1), point(c2), point(c3)) == 0.0
@@ -66,7 +65,7 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
 }
 
 /// Whether products of three coordinate differences, and the terms into which the predicates split
-/// these products, stay within f64's range, as they always do for f32 inputs.
+/// them, stay within f64's range. For f32 inputs, they always do.
 fn is_tame<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|&x| {

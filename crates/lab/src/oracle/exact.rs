@@ -5,13 +5,13 @@ use std::cmp::Ordering;
 use dashu_ratio::Relaxed;
 use intertri::{RayOf, Scalar, TriangleOf};
 
-/// An exact number.
+/// An exact rational number.
 pub type Rational = Relaxed;
 
-/// Three exact numbers.
+/// A vector with exact components.
 pub(super) type Vector = [Rational; 3];
 
-/// Converts a vector to exact numbers, with 0 for components that are not finite.
+/// Converts a vector to exact numbers. Components that are not finite become 0.
 pub(super) fn vector<S: Scalar>(a: [S; 3]) -> Vector {
     a.map(|x| Rational::try_from(Into::<f64>::into(x)).unwrap_or_default())
 }
@@ -49,7 +49,7 @@ pub fn is_finite<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
 }
 
 /// Returns the exact `t` at which the line of a ray meets the plane of a triangle, or `None` if the
-/// line is parallel, the triangle has no area, or an input is not finite.
+/// line is parallel to the plane, the triangle is degenerate, or an input is not finite.
 ///
 /// ```
 /// use intertri::{Ray, Triangle};

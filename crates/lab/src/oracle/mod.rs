@@ -1,5 +1,5 @@
-//! The exact oracle: where the line of a ray meets a triangle, for f32 or f64 inputs, without
-//! rounding.
+//! The exact oracle, which determines without rounding where the line of a ray meets a triangle.
+//! The inputs are f32 or f64.
 //!
 //! Let `A, B, C` be the corners relative to the origin and `d` the direction. Then
 //!

@@ -2,13 +2,13 @@
 
 use std::cmp::Ordering;
 
-/// Where the *line* of a ray meets a triangle. If several variants apply, the first one in this
+/// Where the *line* of a ray meets a triangle. If several variants apply, the first of them in this
 /// list is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LinePosition {
     /// Undefined, because an input is NaN or infinite.
     NotFinite,
-    /// Nowhere: the triangle has no area.
+    /// Nowhere, because the triangle is degenerate.
     Degenerate,
     /// The line lies in the plane of the triangle, or the direction is 0 and the origin lies in
     /// that plane.
@@ -17,7 +17,7 @@ pub enum LinePosition {
     Parallel,
     /// Outside the triangle.
     Outside,
-    /// At the corner with this index (0, 1, 2).
+    /// At the corner with this index: 0, 1, or 2.
     Vertex(u8),
     /// On the side opposite the corner with this index, between its ends.
     Edge(u8),
@@ -30,8 +30,8 @@ pub enum LinePosition {
 pub struct OracleAnswer {
     /// Where the line meets the triangle.
     pub place: LinePosition,
-    /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. Also
-    /// `Equal` if the position has no `t`.
+    /// How `t` compares with 0: `Less` if the line meets the plane behind the origin, `Equal` at
+    /// the origin, and `Greater` in front of it. Also `Equal` if there is no `t`.
     pub t: Ordering,
 }
 

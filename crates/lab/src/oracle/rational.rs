@@ -1,5 +1,5 @@
-//! The oracle's second implementation, which uses only rationals and works with barycentric weights
-//! instead of edge values.
+//! The oracle's second implementation. It uses only rationals, and barycentric weights instead of
+//! edge values.
 
 use intertri::{RayOf, Scalar, TriangleOf};
 

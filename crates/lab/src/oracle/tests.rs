@@ -12,7 +12,7 @@ use super::{t_error, t_error_ulps, t_error_ulps_f32};
 use crate::families::{Case, FAMILIES, adversarial, find};
 use crate::rng::Rng;
 
-/// Renames the position in an answer for a triangle whose corners have been permuted.
+/// Converts an answer to the corner numbering of the triangle with permuted corners.
 fn renamed(answer: OracleAnswer, order: [usize; 3]) -> OracleAnswer {
     let to = |k: u8| order.iter().position(|&old| old == usize::from(k)).map_or(k, |k| k as u8);
     let place = match answer.place {
@@ -25,7 +25,7 @@ fn renamed(answer: OracleAnswer, order: [usize; 3]) -> OracleAnswer {
 
 #[test]
 fn two_routes_agree_on_every_family() {
-    // Count the inputs whose differences fit in f64, the other inputs, and every position.
+    // Count the inputs whose differences are exact in f64, the other inputs, and each position.
     let (mut adaptive, mut fallback) = (0, 0);
     let mut places = [0_u32; 8];
     for family in FAMILIES {
@@ -117,7 +117,7 @@ fn a_third_route_in_integers_agrees_on_the_grids() {
     }
 }
 
-/// A value in f64 with an error bound, for a rough third computation of `t`.
+/// An f64 value with an error bound, for an approximate third computation of `t`.
 #[derive(Clone, Copy)]
 struct Near(f64, f64);
 
@@ -173,8 +173,8 @@ fn t_lies_in_its_f64_interval() {
 
 #[test]
 fn the_reference_is_nearly_right() {
-    // In ordinary cases, f64 decides f32 inputs correctly, except where rays meet a side or a
-    // corner exactly.
+    // For ordinary f32 inputs, f64 arithmetic gives the exact answer, except where rays meet a side
+    // or a corner exactly.
     let mut rng = Rng::new(35);
     let (mut differ, mut worst, mut hits) = (0, 0.0_f64, 0);
     let family = find("random").unwrap();

@@ -1,11 +1,11 @@
-//! Selects cases that are far from all edges.
+//! Selects cases whose rays pass well clear of all edges.
 
 use crate::families::Case;
 
 /// Whether a ray avoids everything that is difficult by design: it meets the plane in front of its
 /// origin, at least a hundredth of the triangle's size away from every side, whether inside or
 /// outside. A failure on such a ray is due to the triangle's shape or the magnitude of its
-/// coordinates, not to rounding in the last bit.
+/// coordinates, not to a rounding error in the last bit.
 pub(super) fn is_clear(case: &Case) -> bool {
     let wide = |p: [f32; 3]| p.map(f64::from);
     let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];

@@ -1,5 +1,5 @@
 //! Finds where methods begin to fail, by sweeping the parameters of families and by moving f64
-//! walls far from zero.
+//! walls away from the coordinate origin.
 
 mod clearance;
 mod offsets;

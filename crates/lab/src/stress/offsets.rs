@@ -1,5 +1,5 @@
-//! Measures the share of wrong answers at walls far from zero, for coordinates as given and for
-//! coordinates rounded to f32.
+//! Measures the share of wrong answers at walls far from the coordinate origin, for coordinates as
+//! given and for coordinates rounded to f32.
 //!
 //! ```text
 //!   f64 ──┬──► as given ─────────► exact, Möller–Trumbore f64
@@ -41,10 +41,10 @@ pub const ASKED: [(&str, InputPrecision); 8] = [
     ("Embree robust f32", InputPrecision::Rounded),
 ];
 
-/// A method's results at a distance from zero.
+/// A method's results for walls at one distance from the coordinate origin.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OffsetErrors {
-    /// The distance of the wall from zero, in metres.
+    /// The distance of the walls from the coordinate origin, in metres.
     pub distance: f64,
     /// The method.
     pub method: &'static str,
@@ -65,22 +65,22 @@ impl OffsetErrors {
     }
 }
 
-/// The distances of the nearest and the farthest wall from zero, in metres.
+/// The distances of the nearest and the farthest wall from the coordinate origin, in metres.
 pub const DISTANCES: [f64; 2] = [1.0, 1e9];
 
 /// The number of rays per wall.
 const RAYS: u64 = 200;
 
-/// A wall of two triangles, and rays that start close to the wall.
+/// A wall made of two triangles, and rays that start close to it.
 struct Wall {
     halves: [Triangle64; 2],
     rays: Vec<Ray64>,
 }
 
-/// Tests the methods in [`ASKED`] on 4 m × 3 m walls at random angles, at `points` distances from
-/// zero on a logarithmic scale. At each distance, at least `cases` rays start 1 nm to 10 cm from a
-/// wall, on either side, and go toward it or away from it. A quarter of them pass through the
-/// diagonal where the wall's halves meet.
+/// Tests the methods in [`ASKED`] on 4 m × 3 m walls at random angles, at `points` logarithmically
+/// spaced distances from the coordinate origin. At each distance, at least `cases` rays start 1 nm
+/// to 10 cm from a wall, on either side, and go toward it or away from it. A quarter of them pass
+/// through the diagonal where the wall's halves meet.
 ///
 /// `exact` returns whether each ray hits the wall according to the `exact` mode; the true answers
 /// come from rationals. The counts depend only on the seed, `points`, and `cases`.
@@ -92,7 +92,7 @@ pub fn sweep_offsets(
 ) -> Vec<OffsetErrors> {
     let at = |k: usize| {
         let share = k as f64 / (points - 1).max(1) as f64;
-        // `between` uses only square roots, so that the distance has the same bits everywhere.
+        // `between` uses only square roots, so the distance has the same bits on every machine.
         let distance = super::sweeps::between(DISTANCES[0], DISTANCES[1], share);
         let mut rng = Rng::new(seed ^ (k as u64) << 32);
         let mut errors = ASKED.map(|(method, given)| OffsetErrors {
@@ -125,7 +125,7 @@ pub fn sweep_offsets(
     (0..points).into_par_iter().flat_map_iter(at).collect()
 }
 
-/// Creates a random wall at a given distance from zero.
+/// Creates a random wall at a given distance from the coordinate origin.
 fn wall(rng: &mut Rng, distance: f64) -> Wall {
     let along = |p: [f64; 3], v: [f64; 3], by: f64| [0, 1, 2].map(|k| p[k] + by * v[k]);
     let cross =
@@ -211,13 +211,13 @@ mod tests {
         for errors in of("exact", InputPrecision::AsGiven) {
             assert_eq!((errors.share(), errors.trials), (0.0, 2000));
         }
-        // The distances range from a metre to a million kilometres. At the largest distance, the
-        // answers are little better than chance.
+        // The distances range from a metre to a million kilometres, where the answers are little
+        // better than chance.
         for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");
         }
-        // Plain f64 leaks where the halves meet.
+        // Plain f64 leaks rays where the halves of a wall meet.
         assert!(
             of("Möller–Trumbore f64", InputPrecision::AsGiven).any(|errors| errors.share() > 0.0)
         );

@@ -1,4 +1,5 @@
-//! Measures how often each method is wrong along each sweep, and where errors begin.
+//! Measures how often each method is wrong at each value of a sweep's parameter, and where errors
+//! begin.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -40,8 +41,8 @@ impl Onset {
 /// A value of the parameter is kept only if at least this many cases are clear of all sides.
 const ENOUGH: u64 = 100;
 
-/// Runs all sweeps, with `points` values on a logarithmic scale and about `cases` cases for each.
-/// The counts depend only on the seed, `points`, and `cases`. Calls `step` after each value.
+/// Runs all sweeps, each with `points` logarithmically spaced values and about `cases` cases per
+/// value. The counts depend only on the seed, `points`, and `cases`. Calls `step` after each value.
 pub fn sweep_all(seed: u64, points: usize, cases: u64, step: &(impl Fn() + Sync)) -> Vec<Onset> {
     let jobs: Vec<_> =
         SWEEPS.iter().flat_map(|sweep| (0..points).map(move |k| (sweep, k))).collect();
@@ -71,7 +72,7 @@ fn value(sweep: &'static Sweep, parameter: f64, seed: u64, cases: u64) -> Vec<On
         onset.method = method.name;
     }
 
-    // Some families have few clear cases. If hardly any case is clear, skip the value.
+    // In some families, few cases are clear. Skip the value if hardly any case is.
     let mut tries = 0;
     while none.trials < cases && tries < 16 * cases {
         tries += 512;
@@ -110,16 +111,16 @@ mod tests {
         let onsets = sweep_all(8, 7, 600, &|| ());
         assert_eq!(onsets, sweep_all(8, 7, 600, &|| ()));
         let at = |sweep, method| first(&onsets, sweep, method);
-        // A fixed epsilon suits only one scale. Products in f32 underflow and overflow. A threshold
-        // on t rejects hits of rays with long directions.
+        // A fixed epsilon suits only scenes of one scale. Products in f32 underflow at small scales
+        // and overflow at large ones. A threshold on t rejects hits of rays with long directions.
         assert!(at("scale, down", "Möller–Trumbore ε f32").unwrap() > 1e-11);
         assert!(at("scale, down", "Möller–Trumbore f32").unwrap() < 1e-11);
         assert!(at("scale, up", "Möller–Trumbore f32").is_some());
         assert_eq!(at("scale, up", "Möller–Trumbore f64"), None);
         assert!(at("|dir|, long", "certified").is_some());
         assert_eq!(at("|dir|, long", "Möller–Trumbore f32"), None);
-        // Constants in scene coordinates lose accuracy far from the origin; differences of
-        // coordinates do not.
+        // Constants computed in scene coordinates lose accuracy far from the coordinate origin;
+        // differences of coordinates do not.
         assert!(at("offset, size 1", "Baldwin–Weber f32").is_some());
         assert_eq!(at("offset, size 1", "Embree fast f32"), None);
         // The kernel fails where the reference fails, and nowhere else.

@@ -18,7 +18,8 @@ pub struct Sweep {
     pub clear: bool,
 }
 
-/// All sweeps. A family that is harmful at both ends is swept twice, from the middle.
+/// All sweeps. A family that is harmful at both ends of its range is swept twice, outward from the
+/// middle.
 pub const SWEEPS: &[Sweep] = &[
     sweep("needle, ratio", "short side / long side", "needle", 1.0, 1e-12),
     sweep("cap, ratio", "height / long side", "cap", 1.0, 1e-12),
@@ -57,9 +58,8 @@ pub(super) fn parameter(sweep: &Sweep, share: f64) -> f64 {
     between(sweep.from, sweep.to, share)
 }
 
-/// Returns the number at a fraction of the way between two positive numbers, on a logarithmic
-/// scale. Bisects the range sixteen times with square roots, so that the result has the same bits
-/// everywhere.
+/// Interpolates between two positive numbers on a logarithmic scale. Bisects the range sixteen
+/// times with square roots, so the result has the same bits on every machine.
 pub(super) fn between(mut from: f64, mut to: f64, share: f64) -> f64 {
     let (mut lo, mut hi) = (0.0, 1.0);
     for _ in 0..16 {

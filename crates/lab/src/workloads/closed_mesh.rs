@@ -1,4 +1,4 @@
-//! Rays that leave a closed convex mesh exactly at its edges and vertices.
+//! Generates rays that leave a closed convex mesh exactly at its edges and vertices.
 
 use intertri::Ray;
 
@@ -8,9 +8,9 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
 /// Creates a convex mesh on a grid with spacing `2^-bits` and rays from inside it, each aimed
-/// exactly at a vertex or a quarter point of an edge. Origin, direction, and target are free of
-/// rounding for up to 18 bits, and the grid of the `fixed` mode preserves them for up to 15 bits.
-/// Each ray leaves the mesh at one point.
+/// exactly at a vertex or a quarter point of an edge. If `bits` is at most 18, origins, directions,
+/// and targets are free of rounding; if it is at most 15, the grid of the `fixed` mode also
+/// preserves them. Each ray leaves the mesh at one point.
 pub fn closed_mesh(rng: &mut Rng, bits: u32, rays: usize) -> TestBatch {
     let steps = f64::from(1_u32 << bits);
     let stretch = [0; 3].map(|_| 0.5 + 0.49 * rng.unit());
@@ -23,7 +23,7 @@ pub fn closed_mesh(rng: &mut Rng, bits: u32, rays: usize) -> TestBatch {
             let face = rng.pick(&mesh.faces);
             let corner = rng.below(3);
             let [a, b] = [face[corner], face[(corner + 1) % 3]].map(|v| mesh.vertices[v]);
-            // The weight of the edge's second end, in quarters.
+            // Choose the weight of the edge's second end, in quarters.
             let weight = rng.pick(&[0.0, 0.0, 0.0, 1.0, 2.0, 3.0]);
             let dir = [0, 1, 2].map(|k| (4.0 - weight) * a[k] + weight * b[k] - 4.0 * origin[k]);
             Ray::new(round(origin.map(|x| x / steps)), round(dir.map(|x| x / steps)))

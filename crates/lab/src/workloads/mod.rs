@@ -1,4 +1,4 @@
-//! The workloads: batches of rays and the triangles that they are tested against.
+//! The workloads, which generate batches of rays and triangles for the methods to test.
 
 mod closed_mesh;
 mod model;

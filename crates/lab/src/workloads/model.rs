@@ -34,8 +34,8 @@ impl Model {
         (radius > 0.0 && radius.is_finite()).then_some(Self { triangles, balls, centre, radius })
     }
 
-    /// Creates the built-in model: a sphere and a slanted torus through it, without special
-    /// coordinates.
+    /// Creates the built-in model: a sphere and a slanted torus that passes through it. No
+    /// coordinate has a special value.
     pub fn built_in() -> Self {
         let place = |[x, y, z]: [f64; 3]| [y + 0.1 * x + 0.37, z - 0.2 * y - 0.21, x + 0.3 * z];
         let mut triangles = Mesh::icosphere(4).map(place).triangles();
@@ -69,7 +69,7 @@ impl Model {
                 Ray::new(round(eye), round(unit(dir)))
             })
             .collect();
-        // The distance of a bounding sphere from the line of the middle ray.
+        // Returns the distance of a bounding sphere from the line of the middle ray.
         let far = |&(centre, radius): &([f64; 3], f64)| {
             let way = add(centre, eye, -1.0);
             length(cross(way, axis)) - radius
@@ -115,7 +115,7 @@ fn inside(rng: &mut Rng, &TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     [0, 1, 2].map(|k| (1.0 - u - v) * a[k] + u * b[k] + v * c[k])
 }
 
-/// Returns a bounding sphere of a triangle, centred at the mean of its corners.
+/// Returns a bounding sphere of a triangle, centred on the mean of its corners.
 fn ball(triangle: &Triangle) -> ([f64; 3], f64) {
     let corners = triangle.0.map(|p| p.map(f64::from));
     let centre = [0, 1, 2].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);

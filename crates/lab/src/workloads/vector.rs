@@ -16,7 +16,7 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     length(add(a, b, -1.0))
 }
 
-/// Returns a unit vector in the same direction. A vector of length 0 is returned unchanged.
+/// Returns the unit vector in the direction of `a`. A vector of length 0 is returned unchanged.
 pub(super) fn unit(a: [f64; 3]) -> [f64; 3] {
     let length = length(a);
     if length > 0.0 { a.map(|x| x / length) } else { a }

@@ -7,13 +7,13 @@ use crate::layout::Form;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// A kind of batch. Each kind has its own panel in the chart.
+/// A workload: one kind of batch, with its own panel in the chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workload {
     /// 8×8 tiles of camera rays, and the 32 triangles nearest to the tile's middle ray.
     Camera,
     /// 64 rays from random points on the model to the neighbourhood of one triangle, and the 32
-    /// triangles of that neighbourhood, as in a leaf that diffuse rays reach.
+    /// triangles of that neighbourhood, as when diffuse rays reach a leaf of a hierarchy.
     Secondary,
     /// 64 rays from inside a closed convex mesh, each aimed exactly at a vertex or a point on an
     /// edge, and all triangles of the mesh.

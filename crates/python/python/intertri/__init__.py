@@ -5,9 +5,9 @@
 >>> mesh.closest([0, 1, 0], [0, -0.5, 1])["t"]
 np.float64(2.0)
 
-Start with `Mesh`. A `Scene` contains moving instances of meshes. `Media` are solids that rays pass
-through, each filled with a material. `intertri.trimesh` makes trimesh meshes answer ray queries
-exactly, `intertri.open3d` has the interface of Open3D's scenes, `intertri.pyvista` provides
+Start with `Mesh`. A `Scene` contains moving instances of meshes. `Media` represents solids that
+rays pass through, each filled with a material. `intertri.trimesh` makes trimesh meshes answer ray
+queries exactly, `intertri.open3d` has the interface of Open3D's scenes, `intertri.pyvista` provides
 pyvista's ray traces and interior points, and `intertri.dask` runs queries on a cluster.
 """
 

@@ -1,4 +1,4 @@
-"""Saves a mesh as arrays in a file or a pickle, tied together by a checksum.
+"""Saves a mesh to a file or a pickle, as arrays with a checksum that ties them together.
 
 ``binding`` is an XXH64 checksum of the other members. It detects damage as well as a tree that was
 built for other vertices or faces. It does not show who wrote the file: sign it if you need
@@ -82,14 +82,15 @@ def read(path: str | os.PathLike[str]) -> tuple[Any, ...]:
         try:
             return _members(file)
         except OSError as error:
-            # A damaged file may point to positions that do not exist. Any other error comes from the disk.
+            # A damaged file may contain invalid offsets, which raise these errors. Any other error
+            # comes from the disk.
             if error.errno not in (None, errno.EINVAL):
                 raise
             raise ValueError(f"{NOT_OURS}; {_inputs.READ_IT}") from None
         except (ValueError, MemoryError):
             raise
         except Exception as error:
-            # zipfile and numpy's header reader raise all kinds of exceptions on damaged input.
+            # On damaged input, zipfile and numpy's header reader raise many kinds of exceptions.
             why = (str(error).splitlines() or [type(error).__name__])[0]
             raise ValueError(f"{NOT_OURS} ({why}); {_inputs.READ_IT}") from None
 

@@ -1,5 +1,5 @@
-"""Converts users' arguments to what the native module reads: flat, contiguous arrays of one scalar
-type."""
+"""Converts users' arguments to the flat, contiguous arrays of one scalar type that the native
+module reads."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def floats(values: ArrayLike, name: str) -> Floats:
         return array.astype(native, copy=False)
     if array.dtype.kind in "iub":
         as_double = array.astype(F64)
-        # 2**53 itself may have been rounded from 2**53 + 1.
+        # A value of exactly 2**53 may have been rounded from 2**53 + 1.
         if array.dtype.itemsize > 4 and (np.abs(as_double) >= 2.0**53).any():
             raise ValueError(f"{name} has integers of 2**53 or beyond, which float64 may round")
         return as_double
@@ -84,8 +84,8 @@ def points(values: ArrayLike, name: str = "points") -> Floats:
 
 
 def grid(origin: ArrayLike, spacing: ArrayLike, shape: Any) -> tuple[Floats, Floats, tuple[int, int, int]]:
-    """Checks a grid. Returns its first point, its steps along the axes, and its number of points
-    along each axis."""
+    """Checks the arguments that describe a grid. Returns its first point, and its spacing and
+    number of points along each axis."""
     first, step = floats(origin, "origin").astype(F64), floats(spacing, "spacing").astype(F64)
     if first.shape != (3,) or step.shape not in ((), (3,)):
         raise ValueError(f"origin and spacing have shapes {first.shape} and {step.shape}; they must be (3,), or one spacing for all axes")
@@ -161,7 +161,7 @@ def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
 
 
 def vertex_rows(indices: ArrayLike, moved: Floats, count: int) -> NDArray[np.intp]:
-    """Checks the rows of the vertices that move, one for each new position."""
+    """Checks the indices of the vertices that move, one for each new position."""
     rows = _inputs.array(indices, "indices")
     if rows.size == 0:
         rows = rows.astype(np.intp)
@@ -183,8 +183,8 @@ def broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tup
 
 
 def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats, bool]:
-    """Returns the limits of rays, as one number for all rays or one per ray, and whether the value
-    is a plain Python number, which takes the dtype of the rays."""
+    """Converts a limit of t, which is one number for all rays or one per ray. Also returns whether
+    it is a plain Python number, which takes the dtype of the rays."""
     is_weak = isinstance(value, (int, float)) and not isinstance(value, np.generic)
     array = floats(value, name)
     if array.ndim:
@@ -198,8 +198,8 @@ def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats
 def _plain_rays(
     origins: ArrayLike, directions: ArrayLike | None, t_min: ArrayLike, t_max: ArrayLike, mesh: np.dtype[Any]
 ) -> Rays | None:
-    """A fast path for arrays that the native module can read without conversion, in the dtype of
-    the mesh."""
+    """Returns the rays if the native module can read their arrays without conversion, in the dtype
+    of the mesh. This is the fast path."""
     low, high = _plain_end(t_min, mesh), _plain_end(t_max, mesh)
     if low is None or high is None or not _is_plain(origins, mesh):
         return None
@@ -213,7 +213,7 @@ def _plain_rays(
         return None
     assert isinstance(directions, np.ndarray)
     if shape != directions.shape:
-        # One origin or one direction serves all rays.
+        # All rays share one origin or one direction.
         if len(shape) == 1:
             shape = directions.shape
         elif directions.ndim != 1:
@@ -277,7 +277,7 @@ def rays(
     count = math.prod(shape)
 
     def numbers(array: Floats, row: tuple[int, ...]) -> Floats:
-        """Returns all rows, or the single row that serves all rays."""
+        """Returns all rows, or the single row that all rays share."""
         if array.size == math.prod(row):
             return flat(array, dtype)
         return flat(np.broadcast_to(array, shape + row), dtype)
@@ -337,7 +337,7 @@ def mark_misses(found: NDArray[np.void], distance: str) -> None:
 
 
 def as_bytes(array: NDArray[Any]) -> NDArray[np.uint8]:
-    """Returns a view of the memory of a contiguous array, as bytes."""
+    """Returns a view of a contiguous array's memory as bytes."""
     return array.reshape(-1).view(np.uint8)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 HIT = np.dtype([("t", "<f8"), ("u", "<f8"), ("v", "<f8"), ("triangle", "<i4"), ("geometry", "<u4")])
-"""A hit, 32 bytes.
+"""A hit, 32 bytes in size.
 
 ``t``: the distance along the ray in multiples of the length of its direction, or infinity for a
 miss. ``u``, ``v``: the weights of the second and third corner. The point is
@@ -24,7 +24,7 @@ CROSSING = np.dtype(
         "itemsize": 40,
     }
 )
-"""A crossing, 40 bytes: a hit and whether the ray runs in the direction of the normal
+"""A crossing, 40 bytes in size: a hit, and whether the ray crosses in the direction of the normal
 (``leaves``)."""
 
 SCENE_HIT = np.dtype(
@@ -35,20 +35,21 @@ SCENE_HIT = np.dtype(
         "itemsize": 40,
     }
 )
-"""A hit in a scene, 40 bytes: a hit, the instance (-1 for a miss), and whether the ray runs in the
-direction of the normal (``leaves``)."""
+"""A hit in a scene, 40 bytes in size: a hit, the instance (-1 for a miss), and whether the ray
+crosses in the direction of the normal (``leaves``)."""
 
 CROSSINGS = np.dtype([("signed", "<i8"), ("unsigned", "<i8")])
-"""The number of crossings of a ray: leaving minus entering (``signed``), and in total
-(``unsigned``)."""
+"""A ray's numbers of crossings: the crossings at which it leaves minus those at which it enters
+(``signed``), and the total (``unsigned``)."""
 
 
 NEAREST = np.dtype(
     [(name, "<f8") for name in ("distance", "x", "y", "z", "u", "v")] + [("triangle", "<i4"), ("geometry", "<u4")]
 )
-"""The point of a mesh that is nearest to a given point, 56 bytes: its distance, its position, its
-weights as in `HIT`, and its triangle. If there is no such point, the triangle is -1, the distance
-is infinite, and x, y, and z are NaN. ``mesh.hit_points`` returns the points as rows (..., 3)."""
+"""The point of a mesh that is nearest to a given point, 56 bytes in size: its distance, its
+position, its weights as in `HIT`, and its triangle. If there is no such point, the triangle is -1,
+the distance is infinite, and x, y, and z are NaN. ``mesh.hit_points`` returns the points as rows
+(..., 3)."""
 
 SCENE_NEAREST = np.dtype(
     {
@@ -58,8 +59,8 @@ SCENE_NEAREST = np.dtype(
         "itemsize": 64,
     }
 )
-"""The point of a scene that is nearest to a given point, 64 bytes: the fields of `NEAREST` and the
-instance, or -1 if there is no such point."""
+"""The point of a scene that is nearest to a given point, 64 bytes in size: the fields of `NEAREST`,
+and the instance, or -1 if there is no such point."""
 
 SEGMENT = np.dtype(
     {
@@ -68,18 +69,18 @@ SEGMENT = np.dtype(
         "itemsize": 48,
     }
 )
-"""A part of a ray in one medium, 48 bytes.
+"""A part of a ray in one medium, 48 bytes in size.
 
-``start``, ``end``: the values of t where it starts and ends, in multiples of the length of the
-direction. ``medium``: the number of the medium, or -1 outside. ``triangle``, ``geometry``, ``u``,
-``v``: the wall at the end of the segment, a face of the mesh with the number ``geometry``, as in
-`HIT`. The triangle is -1 if the ray ends there.
+``start``, ``end``: the values of t where the segment starts and ends, in multiples of the length of
+the direction. ``medium``: the number of the medium, or -1 outside. ``triangle``, ``geometry``,
+``u``, ``v``: the wall at the end of the segment, a face of the mesh with the number ``geometry``,
+as in `HIT`. The triangle is -1 if the ray ends there.
 """
 
 MEDIUM_CROSSING = np.dtype([*((name, HIT[name]) for name in HIT.names or ()), ("left", "<i4"), ("entered", "<i4")])
-"""Where a ray passes from one medium into another, 40 bytes: a hit, whose ``geometry`` is the
-number of the mesh, the medium that the ray leaves, and the medium that it enters, with -1 for
-outside. If a ray does not change its medium, the triangle is -1."""
+"""The place where a ray passes from one medium into another, 40 bytes in size: a hit, whose
+``geometry`` is the number of the mesh, the medium that the ray leaves, and the medium that it
+enters, with -1 for outside. If a ray does not change its medium, the triangle is -1."""
 
 
 class HitLists(NamedTuple):
@@ -93,7 +94,7 @@ class HitLists(NamedTuple):
 
     @property
     def rays(self) -> NDArray[np.int64]:
-        """The index of the ray of each hit. ``pandas.DataFrame(lists.hits, index=lists.rays)``
+        """For each hit, the index of its ray. ``pandas.DataFrame(lists.hits, index=lists.rays)``
         combines all lists in one table."""
         return _rays_of(self.offsets)
 
@@ -109,10 +110,10 @@ class SegmentLists(NamedTuple):
 
     @property
     def rays(self) -> NDArray[np.int64]:
-        """The index of the ray of each segment."""
+        """For each segment, the index of its ray."""
         return _rays_of(self.offsets)
 
 
 def _rays_of(offsets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Returns the index of the ray of each item in the lists."""
+    """Returns, for each item in the lists, the index of its ray."""
     return np.repeat(np.arange(len(offsets) - 1, dtype=np.int64), np.diff(offsets))

@@ -12,8 +12,8 @@ READ_IT = "to read a model, call Mesh.read(path)"
 
 
 def array(values: Any, name: str) -> NDArray[Any]:
-    """Converts anything that contains numbers to a numpy array, including tensors of other
-    packages."""
+    """Converts anything that contains numbers, including tensors of other packages, to a numpy
+    array."""
     if type(values) is np.ndarray:
         return values
     if isinstance(values, (str, bytes, os.PathLike)):

@@ -1,4 +1,4 @@
-"""Media: closed meshes that are each filled with a medium."""
+"""Media: closed meshes, each filled with a medium."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ class Media:
         float32, and float64 otherwise.
     media : (n,) integer, optional
         The number of the medium that fills each mesh, 0 or above. Meshes with the same number form
-        one medium. By default, each mesh is its own medium, numbered by its position in ``meshes``.
+        one medium. By default, each mesh is filled with a medium of its own, numbered by the mesh's
+        position in ``meshes``.
     threads : int, optional
         The number of threads for the build; all by default.
 
@@ -106,10 +107,11 @@ class Media:
         return _arrays.rays(origins, directions, t_min, t_max, self.dtype)
 
     def medium_at(self, points: ArrayLike, *, threads: int | None = None) -> NDArray[np.int32]:
-        """Returns the medium at each of the points of shape (..., 3): (...) int32, -1 outside.
+        """Returns the medium at each point: (...) int32 for points of shape (..., 3), or -1
+        outside.
 
-        A point on a wall belongs to the side that a small step along (0.53721, 0.35137, 0.76691)
-        reaches.
+        A point on a wall belongs to the side that lies in the direction (0.53721, 0.35137,
+        0.76691).
         """
         at = _arrays.points(points)
         at = at.astype(self.dtype if self.dtype != F32 or _arrays.fits_f32(at) else F64, copy=False)
@@ -129,8 +131,8 @@ class Media:
     ) -> NDArray[np.void]:
         """Finds where each ray first enters another medium: (...) `MEDIUM_CROSSING`.
 
-        Pass rays as for ``Mesh.closest``. A ray that starts on a wall starts in the medium toward
-        which it goes.
+        Pass rays as for ``Mesh.closest``. A ray that starts on a wall is initially in the medium
+        that it goes into.
         """
         rays = self._rays(origins, directions, t_min, t_max)
         found = _memory.empty(rays.shape, MEDIUM_CROSSING)
@@ -175,7 +177,7 @@ class Media:
         t_max: ArrayLike = math.inf,
         threads: int | None = None,
     ) -> NDArray[np.float64]:
-        """Returns the length of each ray in each medium: (..., m) float64.
+        """Returns the length of each ray within each medium: (..., m) float64.
 
         The columns are in the order of ``np.unique(media.media)``.
 

@@ -1,4 +1,4 @@
-"""Keeps and reuses memory for answers. The system hands out new memory page by page, and a fast
+"""Keeps memory for answers and reuses it. The system provides new memory page by page, so a fast
 query would spend much of its time waiting for pages."""
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 LEAST = 1 << 20
-"""The minimum size in bytes of an array with a block of its own. Smaller arrays come from numpy,
+"""The minimum size in bytes of an array that gets its own block. Smaller arrays come from numpy,
 because the C library reuses their memory anyway."""
 
 MOST = 1 << 28
 """The maximum total size of idle blocks in bytes."""
 
 _PAGE = 1 << 21
-"""Block sizes are multiples of this, the size of a huge page."""
+"""The size of a huge page in bytes. Block sizes are multiples of it."""
 
 _idle: list[mmap.mmap] = []
 
 
 class _Loan:
-    """The object from which the arrays in a block are made. numpy keeps it alive while such an
-    array or a view of it exists, which keeps the block in use."""
+    """Owns a block that is in use; the arrays in the block are made from this object. numpy keeps
+    the object alive as long as one of these arrays, or a view of one, exists."""
 
     def __init__(self, block: mmap.mmap) -> None:
         self.__array_interface__ = np.frombuffer(block, np.uint8).__array_interface__
@@ -51,11 +51,11 @@ def empty(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
 
 
 def _idle_block(size: int) -> mmap.mmap | None:
-    """Returns the smallest idle block that is large enough, unless more than half of it would be
-    wasted."""
+    """Returns the smallest idle block that is large enough, or `None` if more than half of that
+    block would be wasted."""
     for block in sorted(_idle, key=len):
         if size <= len(block) <= max(2 * size, _PAGE):
-            # Another thread may have taken it.
+            # Another thread may have taken this block.
             with contextlib.suppress(ValueError):
                 _idle.remove(block)
                 return block

@@ -34,7 +34,7 @@ class Mesh(PointQueries):
     ValueError
         If a shape is wrong or a vertex is not finite.
     TypeError
-        If a dtype would lose digits: ``longdouble``, complex, objects.
+        If converting a dtype could lose information: ``longdouble``, complex, or objects.
     IndexError
         If a face refers to a vertex that does not exist.
     MemoryError
@@ -43,16 +43,15 @@ class Mesh(PointQueries):
     Answers
     -------
     Answers do not depend on the order of rays, the number of threads, or the CPU. With
-    ``mode="exact"``, the default, the choice between hit and miss and the reported triangle are
-    right for the coordinates as given, and t, u, and v are the true values, rounded once. An edge
-    or corner belongs to every triangle that shares it, so no ray slips through. If several hits
-    have the same t, the lowest triangle wins. With ``mode="certified"``, answers are the same as
-    those of a plain loop in float64.
+    ``mode="exact"``, the default, hits, misses, and triangles are exact for the coordinates as
+    given, and t, u, and v are the true values, rounded once. An edge or corner belongs to every
+    triangle that shares it, so no ray slips through. If several hits have the same t, the lowest
+    triangle wins. With ``mode="certified"``, answers match those of a plain loop in float64.
 
     Float64 rays are not rounded: if float32 cannot represent them, a float32 mesh builds and uses a
     second hierarchy, in float64. Pass ``rays.astype(np.float32)`` to avoid this.
 
-    Ctrl-C ends a long call with ``KeyboardInterrupt``, and running out of memory ends it with
+    Ctrl-C ends a long call with ``KeyboardInterrupt``, and a call that runs out of memory raises
     ``MemoryError``. Other Python threads can run during a call.
 
     Examples
@@ -85,7 +84,7 @@ class Mesh(PointQueries):
             file determine it.
         strict : bool
             By default, a ``UserWarning`` reports what was omitted, repaired, or guessed, such as
-            faces with fewer than three corners. If true, these cases raise an error.
+            faces with fewer than three corners. If true, such problems raise an error.
         threads : int, optional
             The number of threads for the build; all by default.
 
@@ -138,7 +137,7 @@ class Mesh(PointQueries):
         outward.
 
         Two faces are connected if they share an edge that belongs to no other face. Each piece is
-        turned outward on its own, even the wall of a cavity. An open piece is turned outward as
+        turned outward separately, even the wall of a cavity. An open piece is turned outward as
         seen from the middle of its bounding box. A one-sided piece, such as a Möbius strip, stays
         as it is, and `inspect` still counts ``turned`` edges. A face is turned by swapping its last
         two corners.
@@ -191,7 +190,8 @@ def _revive(cls: type[Mesh], *parts: Any) -> Mesh:
 
 
 def _restore(*_: Any) -> Mesh:
-    """Stands in for a function to which pickles from older versions refer."""
+    """Replaces a function to which pickles from older versions refer. Raises an error that explains
+    what to do."""
     raise ValueError(
         "this mesh was pickled by an older version, which did not bind its tree to its vertices: "
         "build it again with Mesh(vertices, faces)"
@@ -199,7 +199,7 @@ def _restore(*_: Any) -> Mesh:
 
 
 def load(path: str | os.PathLike[str]) -> Mesh:
-    """Loads a mesh that `Mesh.save` wrote, with its hierarchy.
+    """Loads a mesh and its hierarchy from a file that `Mesh.save` wrote.
 
     Raises
     ------

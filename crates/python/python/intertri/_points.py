@@ -21,7 +21,7 @@ class PointQueries(RayQueries):
     __slots__ = ()
 
     def _points(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
-        """Converts points to the mesh's scalar type, or to float64 if that type would round
+        """Converts points to the mesh's scalar type, or to float64 if the mesh's type would round
         them."""
         points = _arrays.points(values)
         fits = self.dtype != F32 or _arrays.fits_f32(points)
@@ -55,12 +55,12 @@ class PointQueries(RayQueries):
         points : (..., 3)
             A point that is not finite is outside.
         assume_closed : bool
-            If true, the mesh is assumed to be closed without a check, and crossings along one
-            direction decide.
+            If true, the mesh is assumed to be closed without a check, and the crossings of a single
+            ray from each point decide.
         parity : bool
             If true, a point is inside if a ray from it crosses an odd number of faces, regardless
-            of their orientation. This is right for meshes without holes whose faces are oriented at
-            random. If faces are missing or duplicated, the answer depends on the ray.
+            of their orientation. This is correct for meshes without holes whose faces are oriented
+            at random. If faces are missing or duplicated, the answer depends on the ray.
 
         Examples
         --------
@@ -143,7 +143,8 @@ class PointQueries(RayQueries):
         Parameters
         ----------
         origin : (3,)
-            The centre of the first voxel. The centre of voxel (i, j, k) is ``origin + spacing * (i, j, k)`` in float64.
+            The centre of the first voxel. Voxel (i, j, k) has its centre at
+            ``origin + spacing * (i, j, k)`` in float64.
         spacing : float or (3,)
             The distance between centres, above 0.
         shape : (nx, ny, nz)
@@ -187,8 +188,8 @@ class PointQueries(RayQueries):
         radius : float
             The search radius. A point farther from the mesh than this has no nearest point.
         nan_misses : bool
-            Whether distance, u, and v are NaN if there is no nearest point, instead of infinity and
-            0.
+            Whether distance, u, and v are NaN, instead of infinity and 0, if there is no nearest
+            point.
         threads, out
             As for `closest`; ``out`` is of dtype `NEAREST`.
 
@@ -196,9 +197,9 @@ class PointQueries(RayQueries):
         -------
         (...) `NEAREST`
             The fields are distance, x, y, z, u, v, triangle (-1 if there is no nearest point), and
-            geometry. The triangle is the truly nearest one, or the lowest one if several are
-            equally near. A point that is not finite has no nearest point. `hit_points` returns the
-            nearest points as rows, and `hit_normals` returns the normals of their triangles.
+            geometry. The triangle is the nearest in exact arithmetic, or the lowest of several that
+            are equally near. A point that is not finite has no nearest point. `hit_points` returns
+            the nearest points as rows, and `hit_normals` returns the normals of their triangles.
 
         Examples
         --------

@@ -62,7 +62,8 @@ class RayQueries(Triangles):
         skip : integer or (...), optional
             The triangle that each ray ignores, such as the one that it starts on, or -1 for none.
         nan_misses : bool
-            Whether t, u, and v of misses are NaN instead of infinity and 0, for plots and means.
+            Whether t, u, and v of misses are NaN instead of infinity and 0, which is convenient for
+            plots and means.
         mode : "exact" or "certified"
         threads : int, optional
             The number of threads; all by default.
@@ -73,7 +74,7 @@ class RayQueries(Triangles):
         -------
         (...) `HIT`
             The fields are t, u, v, triangle, and geometry. For a miss, the triangle is -1 and t is
-            infinite. A ray misses if its origin or direction contains a NaN or an infinity.
+            infinite. A ray misses if a component of its origin or direction is NaN or infinite.
 
         Raises
         ------
@@ -110,8 +111,8 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.int32] | None = None,
     ) -> NDArray[np.int32]:
-        """Returns only the triangles of the closest hits, which is faster than `closest`: (...)
-        int32, -1 for a miss.
+        """Finds only the triangles of the closest hits, which is faster than `closest`: (...)
+        int32, or -1 for a miss.
 
         The parameters are the same as for `closest`.
 
@@ -165,7 +166,7 @@ class RayQueries(Triangles):
         threads: int | None = None,
         out: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
-        """Whether points see each other: (...) bool. Always exact.
+        """Whether the points ``a`` and ``b`` see each other: (...) bool. Always exact.
 
         The surfaces on which the points lie do not hide them. A point lies on a triangle if it is
         at most 16 rounding units away from it. One unit is ``2**-52`` times the largest coordinate
@@ -216,7 +217,7 @@ class RayQueries(Triangles):
 
         A ray starts at the rounded hit, or a few units in the last place away on the side to which
         it goes. In "exact" mode, it never hits the triangle that it starts on, but near an edge it
-        may hit an adjacent triangle. To find out whether a point sees a light, use `visible`.
+        may hit an adjacent triangle. To check whether a point sees a light, use `visible`.
 
         Parameters
         ----------
@@ -228,7 +229,7 @@ class RayQueries(Triangles):
         Returns
         -------
         (..., 6)
-            The origins are NaN for misses, so rays from misses hit nothing.
+            The origins are NaN for misses, so rays that start at misses hit nothing.
 
         Examples
         --------
@@ -257,8 +258,8 @@ class RayQueries(Triangles):
         return rays
 
     def thickness(self, hits: NDArray[np.void], *, threads: int | None = None) -> NDArray[np.float64]:
-        """Returns the thickness of a solid at each hit: the distance to the next triangle, straight
-        into the solid.
+        """Returns the thickness of a solid at each hit: the distance to the next triangle, measured
+        straight into the solid.
 
         The direction into the solid is opposite to the normal (see `hit_normals`), so corners must
         run counter-clockwise as seen from outside. The triangle that was hit is ignored.
@@ -353,7 +354,7 @@ class RayQueries(Triangles):
         Returns
         -------
         HitLists
-            As for `all`, with `CROSSING` for the hits: ``leaves`` is true if the ray runs in the
+            As for `all`, with `CROSSING` for the hits: ``leaves`` is true if the ray crosses in the
             direction of the normal, that is, out of a mesh whose corners run counter-clockwise as
             seen from outside.
 
@@ -383,9 +384,10 @@ class RayQueries(Triangles):
     ) -> NDArray[np.void]:
         """Counts how often each ray crosses the mesh: (...) `CROSSINGS`.
 
-        An edge or corner counts once. ``signed`` is leaving minus entering. For a closed mesh and a
-        ray without limits, it is the winding number of the origin, regardless of the direction.
-        ``unsigned`` is the number of `crossings`.
+        An edge or corner counts once. ``signed`` is the number of crossings at which the ray leaves
+        minus the number at which it enters. For a closed mesh and a ray without limits, it is the
+        winding number of the origin, regardless of the direction. ``unsigned`` is the number of
+        `crossings`.
 
         >>> import intertri
         >>> square = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5], [1, 1, 5]], [[0, 1, 2], [3, 2, 1]])

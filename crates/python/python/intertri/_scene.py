@@ -25,8 +25,8 @@ class Scene:
     A vertex (x, y, z) is at ``((m[0, 0] * x + m[0, 1] * y) + m[0, 2] * z) + m[0, 3]`` along the
     first axis, and so on, in float64. Results are the same, bit for bit, as for a single mesh of
     all placed triangles. Instances share the hierarchy of their mesh, so a thousand placements take
-    little more memory than one. A scene keeps a mesh as it was when it was added: a later ``refit``
-    of the mesh does not move its instances.
+    little more memory than one. A scene keeps each mesh as it was when it was added: a later
+    ``refit`` of the mesh does not move its instances.
 
     Changes take effect when you commit them. A query uses the last commit made before the query
     started.
@@ -88,8 +88,8 @@ class Scene:
         ----------
         mesh : Mesh
         matrix : (4, 4) or (3, 4), optional
-            The placement. All numbers must be finite, and a fourth row must be 0, 0, 0, 1. By
-            default, the mesh stays where it is.
+            The placement. All entries must be finite, and the fourth row, if there is one, must be
+            0, 0, 0, 1. By default, the mesh keeps its own coordinates.
         """
         if not isinstance(mesh, Mesh):
             raise TypeError(f"mesh must be an intertri.Mesh, not {type(mesh).__name__}")
@@ -102,7 +102,7 @@ class Scene:
         Raises
         ------
         IndexError, ValueError
-            If there is no such instance, or a number is not finite. In that case, nothing changes.
+            If an instance does not exist, or an entry is not finite. In that case, nothing changes.
         """
         numbers = _inputs.array(instance, "instance")
         if numbers.dtype.kind not in "iu" and numbers.size:
@@ -145,7 +145,7 @@ class Scene:
         self._native.set_mask(_number(instance), _mask(mask))
 
     def commit(self, *, threads: int | None = None) -> None:
-        """Makes all changes take effect for queries that start from now on."""
+        """Makes all changes visible to the queries that start after this call."""
         self._native.commit(_arrays.threads_of(threads))
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -209,7 +209,7 @@ class Scene:
         -------
         (...) `SCENE_HIT`
             The fields are t, u, v, triangle and instance (both -1 for a miss), geometry, and
-            leaves, which is true if the ray runs in the direction of the triangle's normal.
+            leaves, which is true if the ray crosses in the direction of the triangle's normal.
         """
         rays = _arrays.rays(origins, directions, t_min, t_max, F64)
         hits = _arrays.answers(rays.shape, SCENE_HIT, out, *rays.parts)
@@ -281,7 +281,7 @@ class Scene:
         Returns
         -------
         (...) `SCENE_NEAREST`
-            The fields of `NEAREST` and instance, which is -1 if there is no nearest point.
+            The fields of `NEAREST`, and instance, which is -1 if there is no nearest point.
 
         Examples
         --------
@@ -308,7 +308,7 @@ class Scene:
     def winding_number(
         self, points: ArrayLike, *, mask: int = ALL, threads: int | None = None
     ) -> NDArray[np.int32]:
-        """Returns the winding number of all instances together around points: (...) int32 for
+        """Returns the winding number of all instances combined around each point: (...) int32 for
         points of shape (..., 3).
 
         Every instance is assumed to be closed. A point on the surface of an instance has the number

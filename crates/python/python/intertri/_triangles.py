@@ -15,7 +15,7 @@ from ._arrays import F32
 from ._intertri import Tree32, Tree64
 
 
-# The number of bytes to hash at a time.
+# The number of bytes to hash between two checks for signals.
 _PIECE = 1 << 24
 
 
@@ -97,8 +97,8 @@ class Triangles:
 
     @property
     def bounds(self) -> NDArray[np.floating[Any]] | None:
-        """The lowest and highest corners of the faces' bounding box, (2, 3), or ``None`` without
-        faces."""
+        """The lowest and highest corners of the faces' bounding box, (2, 3), or ``None`` if there
+        are no faces."""
         if not len(self._faces):
             return None
         is_used = np.zeros(len(self._at.vertices), bool)
@@ -119,7 +119,7 @@ class Triangles:
             little = at.vertices.dtype.newbyteorder("<")
             state = hashlib.sha256(f"{little.str} {at.vertices.shape} {self._faces.shape}".encode())
             for part in (np.ascontiguousarray(at.vertices, little), np.ascontiguousarray(self._faces, "<u4")):
-                # Hash in pieces, so that signals are handled in between.
+                # Hash the data in pieces, so that signals are handled between them.
                 content = _arrays.as_bytes(part)
                 for start in range(0, len(content), _PIECE):
                     state.update(content[start : start + _PIECE].data)
@@ -142,9 +142,10 @@ class Triangles:
         Positions are (n, 3) for the same faces, or (m, 3, 3) for a mesh made of triangles. With
         ``indices``, only the listed rows of `vertices` move.
 
-        This is many times faster than building a new mesh. The answers are the same as a new
-        mesh's, but the more the faces move relative to each other, the longer queries take. A query
-        that runs in another thread at the same time uses either the old positions or the new ones.
+        This is many times faster than building a new mesh. The answers are the same as those of a
+        new mesh, but the more the faces move relative to each other, the longer queries take. A
+        query that runs in another thread at the same time uses either all old positions or all new
+        ones.
 
         Parameters
         ----------
@@ -158,8 +159,8 @@ class Triangles:
         Returns
         -------
         float
-            The estimated factor by which rays take longer than with a freshly built tree. Above
-            1.5, build a new mesh.
+            The estimated factor by which rays take longer than with a freshly built tree. If it
+            exceeds 1.5, build a new mesh.
 
         Raises
         ------
@@ -222,7 +223,7 @@ class Triangles:
     def inspect(self) -> dict[str, int | str]:
         """Reports why the mesh is not closed and which faces occur more than once.
 
-        Edges and faces are the same if their corners have the same coordinates.
+        Two edges or two faces are the same if their corners have the same coordinates.
 
         Returns
         -------
@@ -272,8 +273,8 @@ class Triangles:
         return defects
 
     def _defects(self) -> tuple[str, dict[str, NDArray[np.int64]]]:
-        """Returns the defects in words and as rows of two numbers: a face and a corner for each
-        edge, or a face and the earlier face that it repeats."""
+        """Returns the defects in words, and as rows of two numbers: a face and a corner for each
+        edge, and a face and the earlier face for each repeated face."""
         at = self._at
         text, lists = native(at.vertices.dtype).inspect(at.vertices.reshape(-1), self._faces.reshape(-1))
         names = ("open", "turned", "uneven", "doubled", "opposed")

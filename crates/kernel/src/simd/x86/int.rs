@@ -73,7 +73,7 @@ ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1
     _mm256_loadu_si256 _mm256_storeu_si256,
     load_f32 |from| _mm256_cvtepi32_epi64(_mm_cvttps_epi32(_mm_loadu_ps(from))),
     {
-        /// Splits each component of b into `low + 2^32 * high` with a signed low half, so that
+        /// Splits each component of `b` into `low + 2^32 * high` with a signed low half, so that
         /// `pmuldq` can multiply both halves. The two sums are combined at the end.
         #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
@@ -98,7 +98,7 @@ ints!(__m512i, 8, _mm512_add_epi64 _mm512_sub_epi64 _mm512_mul_epi32 _mm512_set1
     {
         #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-            // AVX-512 multiplies two 64-bit numbers directly and keeps the low 64 bits.
+            // AVX-512 has a 64-bit multiplication, which keeps the low 64 bits of each product.
             let x = Self(cpu!(_mm512_mullo_epi64(a[0].0, b[0].0)));
             let y = Self(cpu!(_mm512_mullo_epi64(a[1].0, b[1].0)));
             let z = Self(cpu!(_mm512_mullo_epi64(a[2].0, b[2].0)));

@@ -88,7 +88,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// The AVX-512 level, with 512-bit registers, or narrower registers for fewer lanes.
+/// The AVX-512 level. It uses 512-bit registers, and narrower ones for fewer lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Avx512;
 
@@ -129,7 +129,7 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
         let (first, last) = (Reg::<__m256>::load(first), Reg::<__m256>::load(last));
-        // The cast costs nothing. It leaves the upper half undefined, but the insertion overwrites
+        // The cast is free. It leaves the upper half undefined, but the insertion then overwrites
         // that half.
         Reg(cpu!(_mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), last.0)))
     }

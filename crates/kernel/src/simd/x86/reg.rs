@@ -12,7 +12,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use super::super::lanes::{Lanes, Mask};
 
-/// A register of values.
+/// A register that holds one value per lane.
 #[derive(Clone, Copy)]
 pub(in crate::simd) struct Reg<T>(pub(super) T);
 
@@ -149,7 +149,7 @@ macro_rules! lanes {
     };
 }
 
-/// Implements masks that have the same width as the registers they apply to, as in AVX2.
+/// Implements masks that are as wide as the registers to which they apply, as in AVX2.
 macro_rules! ones {
     ($reg:ty, $n:literal, $and:ident $or:ident $xor:ident $movemask:ident, $all:expr, $spread:expr) => {
         operator!(Ones<$reg>, BitAnd bitand $and);
@@ -198,8 +198,8 @@ _mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
 #[inline]
 #[target_feature(enable = "avx2")]
 fn spread_4(bits: i32) -> __m128 {
-    // Copies all bits to every lane and keeps only the lane's own bit. The comparison fills each
-    // lane whose bit is set.
+    // Copies all bits to every lane, then clears all but the lane's own bit. The comparison sets
+    // all bits of each lane whose own bit is set.
     let bit = _mm_setr_epi32(1, 2, 4, 8);
     _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(bits), bit), bit))
 }

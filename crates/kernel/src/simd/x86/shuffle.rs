@@ -22,7 +22,7 @@ pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
 pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
     let numbers = _mm256_and_si256(_mm256_castps_si256(lanes), _mm256_set1_epi32(!7));
     let keys = _mm256_or_si256(numbers, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
-    // Lanes outside the mask become all ones, the largest key.
+    // Set all bits of the lanes outside the mask, which gives them the largest key.
     let others = _mm256_xor_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
     let keys = _mm256_or_si256(keys, others);
     // Halve the number of keys: eight, four, two, one.
@@ -48,7 +48,7 @@ pub(super) fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
     cpu!(columns!(_mm_unpacklo_ps _mm_unpackhi_ps, a.0, b.0, c.0, d.0))
 }
 
-/// Transposes eight rows of four. Row i is loaded next to row i + 4, so that no value has to move
+/// Transposes eight rows of four values. Row i is loaded next to row i + 4, so no value has to move
 /// between 128-bit halves.
 #[inline(always)]
 pub(super) fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
@@ -62,7 +62,8 @@ pub(super) fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<
         beside!(0), beside!(1), beside!(2), beside!(3)))
 }
 
-/// Transposes sixteen rows of four. Rows i, i + 4, i + 8, and i + 12 are loaded next to each other.
+/// Transposes sixteen rows of four values. Rows i, i + 4, i + 8, and i + 12 are loaded next to each
+/// other.
 #[inline(always)]
 pub(super) fn sixteen_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m512>; 4] {
     macro_rules! beside {
@@ -89,7 +90,7 @@ pub(super) fn transpose_f64([a, b, c, d]: [Reg<__m256d>; 4]) -> [Reg<__m256d>; 4
     [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
 }
 
-/// Returns the first of four lanes, followed by three copies of the last.
+/// Returns the first of four lanes followed by three copies of the last lane.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn first_and_last(lanes: __m256d) -> __m256d {

@@ -45,8 +45,8 @@ fn watertight_methods_hold_water_and_others_leak() {
     }
 }
 
-/// Returns batches of every workload. In half of them, neither the rays nor the triangles fill
-/// whole registers.
+/// Returns batches of every workload. In half of them, the last register is only partly filled,
+/// both with rays and with triangles.
 fn batches() -> Vec<TestBatch> {
     let (mut rng, model) = (Rng::new(5), Model::built_in());
     let mut all = Vec::new();
@@ -115,8 +115,8 @@ fn fixed_on_its_grid_agrees_with_the_oracle() {
             let batches = std::slice::from_ref(&batch);
             assert!(fixed.closest(Level::best(), batches, layout, &mut nearest).is_some());
             for (ray, nearest) in batch.rays.iter().zip(nearest) {
-                // No triangle that is hit in its interior is nearer than the reported triangle,
-                // which must itself be hit.
+                // The reported triangle must be hit, and no triangle that is hit in its interior
+                // may be nearer.
                 for triangle in &batch.triangles {
                     let exact = oracle::answer(triangle, ray);
                     if exact.is_hit() && exact.place == LinePosition::Inside {

@@ -27,7 +27,7 @@ fn ask<M: Intersector>(
         .test(&intersector.triangle(corners.map(vec3)), &intersector.ray(vec3(origin), vec3(dir)))
 }
 
-/// A slanted triangle whose sides are easy to compute with by hand. The ray from (1, 1, 1) meets
+/// A slanted triangle whose sides make computations by hand easy. The ray from (1, 1, 1) meets
 /// `c1 + u (c2 - c1) + v (c3 - c1)` at u = 1/4, v = 1/2, and t = 3.
 const CORNERS: [[f64; 3]; 3] = [[2.0, 3.0, 4.0], [6.0, 3.0, 8.0], [4.0, 9.0, 4.0]];
 const ORIGIN: [f64; 3] = [1.0, 1.0, 1.0];

@@ -26,8 +26,8 @@ fn cases(name: &str, n: usize) -> Vec<Case> {
 
 #[test]
 fn every_method_answers_ordinary_queries() {
-    // Most rays pass well inside or well outside the triangle, so every method must be right. In
-    // f32, two cases may differ.
+    // Most rays pass well inside or well outside the triangle, so every method must find the exact
+    // answer. In f32, two cases may differ.
     let cases: Vec<_> = cases("uniform", 4000);
     for method in METHODS {
         let (mut differ, mut hits, mut off) = (0, 0, 0.0_f64);
@@ -48,7 +48,7 @@ fn every_method_answers_ordinary_queries() {
 
 #[test]
 fn every_level_gives_the_same_answers() {
-    // The answer for a pair also does not depend on the other pairs in the register.
+    // Nor does the answer for a pair depend on the other pairs in the register.
     for family in FAMILIES {
         let cases = cases(family.name, 100);
         for method in METHODS {
@@ -84,8 +84,8 @@ fn inter_tri_in_f64_is_the_reference() {
 
 #[test]
 fn methods_fail_where_they_are_known_to() {
-    // Measures the share of false misses among exact hits, to detect an implementation that is not
-    // the method that it claims to be.
+    // Measures the share of true hits that a method misses. An unexpected share indicates that the
+    // method is not implemented as published.
     let misses = |name: &str, triangle_of: &dyn Fn(&mut Rng) -> Case| {
         let method = METHODS.iter().find(|s| s.name == name).unwrap();
         let mut rng = Rng::new(43);
@@ -99,14 +99,15 @@ fn methods_fail_where_they_are_known_to() {
     let at =
         |family: &'static str, x: f64| move |rng: &mut Rng| find(family).unwrap().case_at(rng, x);
 
-    // An epsilon on the determinant fails at a small scale. The same test without an epsilon does
-    // not.
+    // An epsilon on the determinant fails for small triangles; the same test without an epsilon
+    // does not.
     assert!(misses("Möller–Trumbore ε f32", &at("scale", 1e-6)) > 0.99);
     assert!(misses("Möller–Trumbore f32", &at("scale", 1e-6)) < 0.35);
-    // A threshold fails if the direction is short. Methods without a threshold do not.
+    // A threshold fails for short directions; methods without a threshold do not.
     assert!(misses("InterTri f64", &at("direction", 1e-12)) > 0.99);
     assert!(misses("signed volume f64", &at("direction", 1e-12)) < 0.01);
-    // Methods that do not translate to the ray's origin fail far from the coordinate origin.
+    // Methods that do not take coordinates relative to the ray's origin fail far from the
+    // coordinate origin.
     assert!(misses("Baldwin–Weber f32", &at("offset", 1e6)) > 0.5);
     assert!(misses("Plücker f32", &at("offset", 1e6)) > 0.3);
 }

@@ -11,7 +11,7 @@ of rays is one task; about a million rays per block is best. Answers do not depe
 workers, or CPUs; `digest` hashes them for comparison. If a worker dies, dask reruns its tasks.
 """
 
-# dask's type annotations differ from version to version.
+# dask's type annotations vary from version to version.
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportAssignmentType=false, reportCallIssue=false
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PROGRAM_HIT = np.dtype([("triangle", "<i8"), ("t", "<f8"), ("u", "<f8"), ("v", "
 
 
 class SharedMesh:
-    """A mesh that every worker has, as returned by `share`."""
+    """A mesh that `share` has sent to every worker."""
 
     def __init__(self, digest: str, payload: Any) -> None:
         self.digest = digest
@@ -45,7 +45,7 @@ class SharedMesh:
 
 
 def share(mesh: Mesh, client: Any = None) -> SharedMesh:
-    """Sends a mesh to every worker of a ``distributed`` client, once.
+    """Sends a mesh once to every worker of a ``distributed`` client.
 
     Pass the result to the functions below in place of the mesh. Without ``client``, the current
     client is used; if there is none, the mesh stays in this process.
@@ -63,8 +63,8 @@ def closest(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", th
     """Finds the closest hits of rays (n, 6) or (n, 8). Returns an array (n,) of `intertri.HIT` with
     the same blocks as the rays.
 
-    ``threads`` is the number of threads for each block. A worker runs as many blocks at a time as
-    it has threads, so 1 is right unless workers have a single thread but many cores.
+    ``threads`` is the number of threads for each block. A worker runs as many blocks at once as it
+    has threads, so the default of 1 is best unless workers have a single thread but many cores.
     """
     return _blocks("closest", mesh, rays, HIT, mode=mode, threads=threads)
 
@@ -89,9 +89,9 @@ def contains(
 
 
 def from_parquet(path: Any, columns: list[str] | None = None, **options: Any) -> da.Array:
-    """Reads rays from parquet, one block per partition. ``columns`` lists six columns, origin and
-    direction, or eight: ox, oy, oz, t_min, dx, dy, dz, t_max. By default, all columns of the file
-    are used, in their order."""
+    """Reads rays from parquet, one block per partition. ``columns`` lists either six columns
+    (origin and direction) or eight (ox, oy, oz, t_min, dx, dy, dz, and t_max). By default, all
+    columns of the file are used, in their order."""
     import dask.dataframe as dd
 
     frame = dd.read_parquet(path, columns=columns, **options)
@@ -153,7 +153,7 @@ def _program_bytes(hits: NDArray[np.void]) -> bytes:
 
 
 class _Payload:
-    """A mesh in transit: its arrays and the hash under which workers keep it."""
+    """A mesh as it is sent to workers: its arrays, and the hash under which workers cache it."""
 
     def __init__(self, digest: str, vertices: NDArray[Any], faces: NDArray[np.uint32]) -> None:
         self.digest, self.vertices, self.faces = digest, vertices, faces

@@ -30,7 +30,8 @@ __all__ = ["RaycastingScene", "Tensor"]
 
 
 class Tensor(np.ndarray[Any, Any]):
-    """A numpy array with the methods of Open3D's tensors that scripts call on results."""
+    """A numpy array that also has those methods of Open3D's tensors that scripts typically call on
+    results."""
 
     def numpy(self) -> NDArray[Any]:
         """Returns the same memory as a plain array."""
@@ -135,9 +136,9 @@ class _Built(NamedTuple):
 
     mesh: Mesh
     starts: NDArray[np.int64]
-    """The first face of each geometry, then the total number of faces."""
+    """The first face of each geometry, followed by the total number of faces."""
     normals: NDArray[np.floating[Any]]
-    """The normal of each face, then the normal for a miss."""
+    """The normal of each face, followed by the normal that stands for a miss."""
 
 
 class RaycastingScene:
@@ -148,15 +149,15 @@ class RaycastingScene:
     accepts rays and points in either dtype and answers in float64.
 
     Rays and points may be numpy arrays or Open3D tensors. If the query is an Open3D tensor, so are
-    the results. Otherwise, each result is a `Tensor`: a numpy array with the methods that scripts
-    call on results.
+    the results. Otherwise, each result is a `Tensor`, a numpy array with the most common methods of
+    Open3D's tensors.
 
     Parameters
     ----------
     nthreads : int
         The number of threads for the build, or 0 for all.
     device
-        Anything that names the CPU. Answers are always computed there.
+        Anything that names the CPU, where answers are always computed.
     """
 
     INVALID_ID = 4294967295

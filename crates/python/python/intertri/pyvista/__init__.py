@@ -11,12 +11,13 @@ The functions have the same parameters and results as pyvista's methods of the s
 >>> int(selected["selected_points"].sum())
 69
 
-A surface with polygons other than triangles is triangulated, but cells refer to the original
-surface. The hierarchies of the last four surfaces are cached by a checksum of points and faces. If
-you trace many rays one by one, create ``intertri.Mesh(surface)`` once and query it.
+A surface with polygons other than triangles is triangulated, but the results refer to the cells of
+the original surface. The hierarchies of the last four surfaces are cached, keyed by a checksum of
+points and faces. If you trace many rays one by one, create ``intertri.Mesh(surface)`` once and
+query it.
 """
 
-# pyvista's type annotations differ from version to version.
+# pyvista's type annotations vary from version to version.
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportCallIssue=false
 
 from __future__ import annotations
@@ -129,10 +130,10 @@ def select_interior_points(
     mesh : pyvista.DataSet
     surface : pyvista.PolyData
     method, locator_tolerance
-        Accepted for compatibility. They have no effect, because every answer is exact and needs no
-        tolerance.
+        Accepted for compatibility, but without effect: every answer is exact, so no tolerance is
+        needed.
     inside_out : bool
-        Whether to select the points outside and on the surface instead.
+        Whether to select the points outside the surface or on it instead.
     check_surface : bool
         Whether to reject an open surface, that is, one with an edge that is not used equally often
         in both directions. Points with the same coordinates count as the same point.
@@ -161,7 +162,7 @@ def select_interior_points(
 
 @dataclass(frozen=True, slots=True)
 class _Key:
-    """Vertices and faces that compare equal if their checksums match."""
+    """A cache key made of vertices and faces. Two keys are equal if their checksums match."""
 
     digest: tuple[Any, ...]
     vertices: NDArray[Any] = field(compare=False)

@@ -8,7 +8,7 @@ array([ True])
 array([ True, False])
 """
 
-# trimesh's type annotations differ from version to version.
+# trimesh's type annotations vary from version to version.
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportAssignmentType=false, reportCallIssue=false
 
 from __future__ import annotations
@@ -127,14 +127,14 @@ class RayMeshIntersector:
 
     With ``multiple_hits=True``, the answers are crossings, in order along the ray. Each surface
     counts once, even if the ray meets one of its edges or corners. A ray that starts exactly on the
-    mesh is assumed to come from outside, so it crosses the mesh there if it goes in.
+    mesh is assumed to come from outside, so it crosses the mesh at its origin if it goes in.
 
     Parameters
     ----------
     geometry : trimesh.Trimesh
         The hierarchy is built on first use, and again after the mesh has changed.
     scale_to_box : bool
-        Accepted for compatibility, but has no effect.
+        Accepted for compatibility, but without effect.
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
@@ -180,8 +180,8 @@ class RayMeshIntersector:
         multiple_hits : bool
             Whether to return all crossings or only the closest hit.
         max_hits : int
-            The maximum number of hits per ray. The nearest hits are kept, and a warning reports if
-            others are dropped.
+            The maximum number of hits per ray. The nearest hits are kept; if others are dropped, a
+            warning says so.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         if multiple_hits:
@@ -300,7 +300,7 @@ def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def _asked(mesh: Any) -> RayMeshIntersector:
-    """Returns the intersector for a mesh: the installed one, or a new one."""
+    """Returns the intersector of a mesh: the installed intersector, or else a new one."""
     ray = getattr(mesh, "ray", None)
     return ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)
 
@@ -318,7 +318,7 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
         raise ValueError(f"points have shape {at.shape}; it must be (n, 3)")
     found = asked.intertri.closest_point(at)
     near, distance, faces = asked.intertri.hit_points(found), found["distance"], found["triangle"].astype(np.int64)
-    # If the exact weights u and v sum to 1, the rounded weights may not.
+    # Even if the exact weights u and v add up to 1, the rounded weights may not.
     without = np.stack([1 - found["u"] - found["v"] <= 2**-52, found["u"] == 0, found["v"] == 0], axis=-1)
     shared = np.flatnonzero(without.any(axis=-1) & (distance > 0) & (faces >= 0))
     if len(shared) == 0:
@@ -326,13 +326,13 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
     around = np.sort(np.asarray(mesh.vertex_faces), axis=1)
     normals, corners = np.asarray(mesh.face_normals), np.asarray(mesh.faces)
     for rows in np.array_split(shared, 1 + len(shared) * around.shape[1] // _MANY):
-        # The first and the last corner with a nonzero weight: the corner itself, or both ends of
-        # the edge.
+        # Find the first and the last corner with a nonzero weight. At a corner, both are that
+        # corner; on an edge, they are its ends.
         ends = [without[rows].argmin(axis=1), 2 - without[rows, ::-1].argmin(axis=1)]
         first, last = (corners[faces[rows], end] for end in ends)
         others = around[first]
         facing = np.einsum("ijk,ik->ij", normals[others], at[rows] - near[rows])
-        # A face without area has no normal.
+        # A degenerate face has no normal, so exclude it.
         fits = (others >= 0) & (corners[others] == last[:, None, None]).any(axis=-1) & normals[others].any(axis=-1)
         facing[~fits] = -np.inf
         best = facing.argmax(axis=1)[:, None]
