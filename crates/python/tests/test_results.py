@@ -1,4 +1,4 @@
-"""Tests results in pandas data frames, misses as NaN, and the reuse of memory for results."""
+"""Tests converting results to pandas data frames, replacing misses by NaN, and reusing memory for results."""
 
 import math
 import os
@@ -97,7 +97,7 @@ def test_rays_start_at_nearest_points():
 
 @pytest.fixture
 def many():
-    """A mesh, and enough rays that the memory for their results is kept for reuse."""
+    """Returns a mesh and so many rays that the memory for their results is kept for reuse."""
     vertices, faces = icosphere(2)
     ways = np.random.default_rng(3).normal(size=(50_000, 3)).astype(np.float32)
     _memory._idle.clear()

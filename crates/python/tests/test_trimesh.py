@@ -23,7 +23,7 @@ def wall():
 
 @pytest.mark.parametrize("distance", [1e-1, 1e-2, 1e-3, 1e-6, 1e-9])
 def test_48_a_ray_that_leaves_a_wall_at_utm_coordinates(distance):
-    """Rays away from the wall must miss it, and rays toward it must hit it. This issue was called unfixable."""
+    """Rays away from the wall must miss it, and rays toward it must hit it. The issue report called this unfixable."""
     mesh, normal = wall()
     middle = mesh.vertices[[0, 2]].mean(axis=0) + [0, 0, 1]
     for side in (1, -1):
@@ -229,7 +229,7 @@ def test_signed_distance_and_closest_points():
 
 
 def test_a_closest_point_on_an_edge_or_a_corner_has_the_face_that_faces_most(rng):
-    """The normal of the returned face shows which side of the mesh a point is on, even near a sharp edge or a corner."""
+    """The normal of the returned face tells on which side of the mesh a point is, even near a sharp edge or a corner."""
     corners = [[-1, 0.5, 0], [1, 0.5, 0], [0, -1, -0.5], [0, -1, 0.5]]
     mesh = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]]).subdivide().subdivide()
     away = np.concatenate([rng.uniform(-3, 3, (300, 3)), [[0, 1, 0.25], [0, 1, -0.25]], mesh.vertices])

@@ -24,7 +24,7 @@ use crate::vector::Vector;
 use crate::view::View;
 use crate::volume::Volume;
 
-/// The point that a pixel shows, and a bound on its error.
+/// A ball around the point that a pixel shows. Its radius is a bound on the point's error.
 pub(crate) struct Ball<'a> {
     volume: &'a Volume<'a>,
     centre: Point,
@@ -193,8 +193,9 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// A fast f64 test that returns false only if the piece with these corners is certainly outside
-    /// the ball, or is not finite. The piece extends to infinity from the corners in `endless`.
+    /// Returns false only if the piece with these corners is certainly outside the ball, according
+    /// to a fast f64 test, or is not finite. The piece extends to infinity from the corners in
+    /// `endless`.
     fn may_meet(&self, corners: &[u32], endless: &[u32]) -> bool {
         let (middle, half, most) = self.cube;
         let volume = self.volume;

@@ -1,9 +1,9 @@
 //! Prepares outlines for drawing: clips them, snaps them, and sorts them into bands of rows.
 //!
-//! The image is divided into bands of several full rows each. The first pass runs over the facets,
-//! in batches on all threads. It prepares the outlines and records which of them reach into each
-//! band. The second pass, with one band per task, draws them in order. The result does not depend
-//! on the number of threads.
+//! The image is divided into bands of several full rows each. The first pass processes the facets
+//! in batches on all threads: it prepares their outlines and records which outlines reach into each
+//! band. The second pass draws each band's outlines in order, with one band per task. The result
+//! does not depend on the number of threads.
 
 use crate::clip::{NO_FAR_WALL, Point4, Scratch, clip_facet};
 use crate::plane::FacetPlane;

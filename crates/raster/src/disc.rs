@@ -89,9 +89,10 @@ impl Disc {
         })
     }
 
-    /// Returns whether the pixel may show either member of a pair: a triangle, or nothing (`None`).
+    /// Returns whether the pixel may show either member of the pair. `None` means that no triangle
+    /// is visible.
     pub(crate) fn excuses(&self, pair: [Option<&Triangle>; 2]) -> bool {
-        // A triangle that is not finite or has no area is never visible.
+        // A triangle that is degenerate or not finite is never visible.
         let [one, other] = pair.map(|triangle| triangle.map(|triangle| self.see(triangle)));
         if matches!(one, Some(None)) || matches!(other, Some(None)) {
             return false;
@@ -130,8 +131,8 @@ impl Disc {
     /// Returns the triangle relative to the eye, with its normal pointing away from the eye, or
     /// `None` if it is not finite or has no area.
     fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
-        // Both engines round about 12 times, in f64, to compute the height and again to compute the
-        // offset.
+        // Both engines compute the height with about 12 f64 roundings, and the offset with about as
+        // many.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;

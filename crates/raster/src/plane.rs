@@ -105,8 +105,8 @@ mod tests {
 
     #[test]
     fn a_plane_seen_edge_on_stays_between_its_corners() {
-        // A facet at view depths from 1 to 3, in a plane that passes extremely close to the eye.
-        // Just beside the facet, the plane itself may have any depth.
+        // The facet has view depths from 1 to 3, and its plane passes extremely close to the eye.
+        // Just outside the facet, the plane itself may have any depth.
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
         let view = View::new([0.0; 3], axes, 1.0, 100, 100).unwrap();
         let plane = FacetPlane::new(
@@ -128,7 +128,7 @@ mod tests {
         );
         assert_eq!(through.at(3.0, 4.0), 0.25);
         assert_eq!(range([-1.0, 2.0]), (0.5, f64::INFINITY));
-        // Elsewhere the limits do not matter: half the view depth means twice the q.
+        // For any other plane, the limits have no effect: half the view depth means twice the q.
         let slope = FacetPlane::new(
             &view.pixel_directions(),
             [0.0, 1.0, 0.0],

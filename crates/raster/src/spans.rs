@@ -179,8 +179,8 @@ mod tests {
 
     #[test]
     fn a_cut_up_square_is_covered_once() {
-        // The slivers of a fan around an inner point together cover each pixel centre of the square
-        // once.
+        // A square is divided into a fan of slivers around an inner point. Together, the slivers
+        // must cover each pixel centre in the square exactly once.
         let mut state = 3;
         for _ in 0..50 {
             let side = 32 << 16;

@@ -12,7 +12,7 @@ fn a_box_shows_nine_of_its_edges() {
     let hits = triangles(&view, &soup, 1e-9);
     let adjacency = Adjacency::new(&soup);
 
-    // All edges except the diagonals of the faces.
+    // Select all edges except the diagonals of the faces.
     let length = |[a, b]: [u32; 2]| {
         let [a, b] = [a, b].map(|end| adjacency.points()[end as usize]);
         (0..3).map(|k| (a[k] - b[k]).abs()).sum::<f32>()

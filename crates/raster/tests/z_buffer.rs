@@ -120,7 +120,8 @@ fn from_inside_of_a_closed_surface_every_pixel_is_covered() {
 
 #[test]
 fn a_floor_reaches_to_the_horizon_and_below_the_feet() {
-    // A floor of two triangles, a million times larger than the height of the eye above the floor.
+    // A floor of two triangles that extends a million times farther than the eye's height above the
+    // floor.
     let soup = floor(-1.0, 1e6);
     let camera = Camera::new([0.0; 3], [0.3, -0.2, -1.0], Camera::UP, 120.0).unwrap();
     let drawn = same_as_rays(&camera, &soup, 160, 120);
@@ -294,7 +295,7 @@ fn a_wrong_picture_is_not_excused() {
         good.iter().map(|h| if h.triangle == front { Hit::MISS } else { *h }).collect();
     let gone = good.iter().filter(|h| h.triangle == front).count();
     assert!(gone > 0 && count(&without) == gone);
-    // The right triangles at the wrong depth.
+    // An image with the correct triangles at an incorrect depth.
     let farther: Vec<Hit> = good.iter().map(|h| Hit { t: h.t * (1.0 + 2e-4), ..*h }).collect();
     let seen = good.iter().filter(|h| h.is_hit()).count();
     assert!(count(&farther) > seen * 9 / 10, "{} of {seen}", count(&farther));

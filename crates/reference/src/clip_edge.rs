@@ -19,7 +19,7 @@
 //! - **`A = tmp`** at the end would assign garbage if A was inside and nothing was stored in `tmp`.
 //!   Here `A` changes only if `tIn` did, and `C` is computed from the old `A`.
 //! - **NaN and infinity** are not mentioned. Here, an edge with such a coordinate is rejected, and
-//!   so is an edge that is so large that a difference of its boundary coordinates could overflow.
+//!   so is an edge whose boundary coordinates are so large that their difference could overflow.
 
 /// A point in homogeneous coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -27,7 +27,7 @@
 //! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the
 //!   side that the normal `T` points to.
 //! - The edge opposite A, `u + v = 1`, is **outside**; the other two edges and A are inside.
-//! - NaN counts as a miss, and so does a triangle without area.
+//! - NaN counts as a miss, and so does a degenerate triangle.
 
 use crate::vector::Vector;
 

@@ -20,7 +20,7 @@
 //!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size
 //!   of the triangle. The test does depend on the length of `dir`.
 //! - **The value of `Threshold`.** The document does not give one. Here, it is a field of
-//!   [`Scene`], which is [`THRESHOLD`] by default. One number serves two purposes: the smallest
+//!   [`Scene`], which is [`THRESHOLD`] by default. It serves two purposes: it is the smallest
 //!   `|nrm & dir|` that does not count as parallel, and the largest `t` that does not count as a
 //!   hit.
 //!
@@ -126,8 +126,8 @@ impl Scene {
     /// threshold.
     ///
     /// # Errors
-    /// Returns an error if a triangle refers to a missing vertex. The error contains the first
-    /// triangle of this kind and its first missing vertex.
+    /// Returns an error if a triangle refers to a missing vertex. The error contains the first such
+    /// triangle and its first missing vertex.
     pub fn new(
         vertx: Vec<Vector>,
         corners: impl IntoIterator<Item = [usize; 3]>,

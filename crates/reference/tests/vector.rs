@@ -72,7 +72,7 @@ fn sqrt_of_random_bits_and_around_squares() {
     };
     for _ in 0..1_000_000 {
         let bits = random();
-        // Arbitrary f64 values, and small or subnormal values.
+        // Any f64, and a value that is small or subnormal.
         check_sqrt(f64::from_bits(bits));
         check_sqrt(f64::from_bits(bits >> 12));
         // Squares and their neighbours, where rounding is hardest.

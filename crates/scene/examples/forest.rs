@@ -98,7 +98,7 @@ impl Chunk {
     }
 }
 
-/// Returns a GLB file of a forest with this many trees.
+/// Returns the bytes of a GLB file that contains a forest with this many trees.
 fn forest(trees: usize) -> Vec<u8> {
     let (tree, mut numbers, mut chunk) = (tree(), Numbers(1), Chunk::default());
     let side = (trees as f32).sqrt().ceil() as usize;

@@ -88,7 +88,8 @@ impl InstancedMesh {
     /// mesh's bounding box.
     ///
     /// A small file can have so many instances of so many vertices that visiting each vertex of
-    /// each instance would take days. This takes time linear in the meshes and the instances.
+    /// each instance would take days. This method takes time proportional to the total size of the
+    /// meshes plus the number of instances.
     pub(crate) fn enclosing_points(&self) -> impl Iterator<Item = [f64; 3]> {
         let mut points: Vec<_> = self.meshes.iter().map(used_positions).collect();
         let of = |instance: &Instance| points[instance.mesh as usize].len() as u64;

@@ -78,8 +78,8 @@ impl<S: Coordinate> Light<S> {
         Self::shadow_ray_from(self.origin(point), point)
     }
 
-    /// Like [`Light::shadow_ray`], but from a different origin, for instance one that was snapped
-    /// to a grid.
+    /// Returns the shadow ray for `point` as [`Light::shadow_ray`] does, but from a given origin,
+    /// such as one snapped to a grid.
     pub fn shadow_ray_from(origin: [S; 3], point: [f64; 3]) -> RayOf<S> {
         let dir = DVec3::from(point) - double(origin);
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
@@ -155,8 +155,8 @@ mod tests {
             // An occluder counts if it is a thousandth of the distance in front of the surface.
             assert!(0.999 < ray.t_max);
         }
-        // The test is meaningful: rounding does move the hit with the surface in front of the
-        // point.
+        // Rounding does move the hit on the surface in front of the point, so the test is
+        // meaningful.
         assert!(worst < 1.0 - 1e-5, "{worst}");
     }
 

@@ -1,7 +1,8 @@
 //! Generated shapes: grids, surfaces of revolution, wedges, and spheres.
 //!
-//! The triangles of a shape share their vertices, even across its seams, so the indices determine
-//! adjacency. Texture coordinates belong to triangle corners and may differ between neighbours.
+//! Neighbouring triangles of a shape share vertices, even across its seams, so adjacency follows
+//! from the indices. Texture coordinates belong to triangle corners and may differ between
+//! neighbours.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;

@@ -53,8 +53,8 @@ pub(super) struct MeshBuilder<S> {
     face_uvs: Vec<[f32; 2]>,
 }
 
-/// Faces that wait for a vertex or texture coordinate later in the file. Once one face waits, all
-/// faces after it wait too.
+/// Faces that wait for a vertex or texture coordinate later in the file. Once one face is waiting,
+/// all later faces wait too.
 #[derive(Default)]
 struct WaitingFaces {
     /// The vertices of all waiting faces.
