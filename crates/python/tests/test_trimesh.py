@@ -229,7 +229,7 @@ def test_signed_distance_and_closest_points():
 
 
 def test_a_closest_point_on_an_edge_or_a_corner_has_the_face_that_faces_most(rng):
-    """The normal of the returned face tells on which side of the mesh a point is, even near a sharp edge or a corner."""
+    """The normal of the returned face shows which side of the mesh a point is on, even near a sharp edge or a corner."""
     corners = [[-1, 0.5, 0], [1, 0.5, 0], [0, -1, -0.5], [0, -1, 0.5]]
     mesh = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]]).subdivide().subdivide()
     away = np.concatenate([rng.uniform(-3, 3, (300, 3)), [[0, 1, 0.25], [0, 1, -0.25]], mesh.vertices])

@@ -111,8 +111,8 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
     }
 
     // How far the visible part can reach from a toward c, and from c toward a. If one end is
-    // outside a wall, the wall limits how far the part reaches from the other end. Both ends cannot
-    // be outside the same wall here.
+    // outside a wall, the wall limits how far the part reaches from the other end. Edges with both
+    // ends outside the same wall have already been rejected.
     let (mut from_a, mut from_c) = ((1.0, None), (1.0, None));
     for i in 0..6 {
         if c_outcode >> i & 1 == 1 {

@@ -18,8 +18,8 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 ///
 /// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays
 /// within one file system. If the `PartialFile` is dropped before [`PartialFile::finish`], the
-/// hidden file is removed, and an older file is unchanged. A file that replaces an older one keeps
-/// the older one's permissions.
+/// hidden file is removed, and an older file is unchanged. If the file replaces an older file, it
+/// keeps the older file's permissions.
 ///
 /// ```
 /// use std::io::Write;

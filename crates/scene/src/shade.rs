@@ -109,8 +109,8 @@ impl<'a> Face<'a> {
     }
 
     /// Returns the components of the albedo that all hits on a triangle share: the part's tint and,
-    /// if there is one, the texture. Without parts, the tint is white under a texture and otherwise
-    /// [`Mesh::CLAY`].
+    /// if there is one, the texture. If the mesh has no parts, the tint is white under a texture
+    /// and [`Mesh::CLAY`] otherwise.
     fn albedo<S: Coordinate, M: SceneGeometry<S>>(
         scene: &'a Scene<S, M>,
         hit: &Hit,

@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
-/// Tables of the code for each amount of light, and of the light for each code.
+/// Tables that convert light to codes and codes to light.
 pub(crate) struct Srgb {
     /// The least light for each code, followed by infinity.
     thresholds: [f32; 257],

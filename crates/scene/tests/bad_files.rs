@@ -1,5 +1,5 @@
-//! Tests that invalid files cause a one-line error with the file, the line, and the cause, and
-//! neither a panic nor a large allocation.
+//! Tests that an invalid file causes a one-line error with the file, the line, and the cause, but
+//! no panic and no large allocation.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Tests the triangles that glTF nodes yield, and that wrong numbers in a file cause errors.
+//! Tests which triangles glTF nodes yield, and that invalid numbers in a file cause errors.
 
 use std::path::Path;
 
@@ -168,7 +168,7 @@ fn damage_anywhere_is_a_model_or_one_line() {
     }
 }
 
-/// A file is read only once, even if many buffers refer to it by several names.
+/// A file is read only once, even if many buffers refer to it by different names.
 #[test]
 fn a_file_that_many_buffers_name_is_read_once() {
     let folder = TempDir::new().unwrap();

@@ -79,7 +79,7 @@ fn nodes_that_share_a_mesh_are_instances() {
         instances(file).instances.iter().map(|instance| instance.mesh).collect()
     };
     assert_eq!(meshes(&file), [0, 1, 2, 0]);
-    // Weights without a target do not count, and nodes may repeat the mesh's default weights.
+    // Weights that have no target are ignored, and nodes may repeat the mesh's default weights.
     file.json["nodes"][3]["weights"] = json!([0.3, 5]);
     assert_eq!(meshes(&file), [0, 1, 2, 0]);
     file.json["meshes"][0]["weights"] = json!([0.3, 7, 8]);

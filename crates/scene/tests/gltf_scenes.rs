@@ -84,7 +84,7 @@ impl File {
         Ok((corners, model.notes.as_slice().iter().map(ToString::to_string).collect()))
     }
 
-    /// Returns the triangles, and checks that the file causes no notes.
+    /// Returns the triangles after checking that the file causes no notes.
     #[track_caller]
     fn triangles(&self) -> Vec<Triangle> {
         let (triangles, notes) = self.load().unwrap();

@@ -66,7 +66,7 @@ impl<R: BufRead> Lines<R> {
         &self.line
     }
 
-    /// Returns the line without trailing blanks, as text. Everything that is used from a model is
+    /// Returns the line without trailing blanks, as text. All the text that the readers use is
     /// ASCII, but names may be in any encoding.
     pub(super) fn text(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.line)

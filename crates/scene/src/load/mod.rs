@@ -57,7 +57,8 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 ///
 /// In a strip, every other triangle is flipped, so that all have the same winding, and triangles
 /// that use a vertex twice are skipped. A text file may begin with a byte order mark. Vertices,
-/// texture coordinates, and other values that no triangle uses may be anything, such as NaN.
+/// texture coordinates, and other values that no triangle uses need not be valid; they may be NaN,
+/// for example.
 ///
 /// The [`Notes`] of [`load_model`] count everything that is skipped, repaired, or guessed.
 ///

@@ -26,7 +26,7 @@ const CALLS: [&str; 2] = ["call", "csh"];
 /// folder.
 const NAMES: [&str; 7] = ["g", "o", "usemtl", "mtllib", "usemap", "maplib", "mg"];
 
-/// Statements that define no triangles.
+/// Statements that define neither triangles nor free-form curves or surfaces.
 const OTHERS: [&str; 24] = [
     "vn",
     "vp",
@@ -121,7 +121,7 @@ impl<S: Coordinate> Model<S> {
                 let mut words = words.peekable();
                 let u = number(words.next());
                 let v = if words.peek().is_some() { number(words.next()) } else { Ok(0.0) };
-                // No triangle needs texture coordinates, so an invalid number is not an error.
+                // Texture coordinates are optional, so an invalid number is not an error.
                 self.builder.uv([u, v].map(|x| x.unwrap_or(f32::NAN)))
             }
             // `fo` is an old name for `f`.

@@ -1,4 +1,4 @@
-//! Parses rays in CSV, which consists of a line of column names, then one ray per line.
+//! Parses rays in CSV: a line of column names, then one ray per line.
 
 /// The column names, in the order of a raw ray.
 pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];

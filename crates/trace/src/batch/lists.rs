@@ -302,7 +302,7 @@ fn sort<T: ListItem>(
             let (a, b) = (a.hit(), b.hit());
             a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle))
         });
-        // The exact order is needed only if rounded values of t are equal, which is rare.
+        // Determine the exact order only if rounded values of t are equal, which is rare.
         if items.windows(2).any(|pair| pair[0].hit().t == pair[1].hit().t) {
             sort_ties(tree, resolver, ray, slots, items);
         }
@@ -360,8 +360,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::threads;
 
-    /// Traces more rays than fit in a round. Each ray must have its own list, whatever earlier
-    /// chunks left behind.
+    /// Traces more rays than fit in a round. Each ray must get its own list, regardless of what
+    /// earlier chunks left behind.
     #[test]
     fn rounds_of_chunks_follow_each_other() {
         let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);

@@ -28,7 +28,7 @@ const PACKET: usize = 4;
 /// The number of pixels in a row that are copied at a time.
 const ACROSS: usize = 4 * TILE;
 
-/// The minimum number of bands per thread. There are several, so that all threads finish at about
+/// The minimum number of bands per thread. Several bands per thread let all threads finish at about
 /// the same time.
 const BANDS: usize = 4;
 

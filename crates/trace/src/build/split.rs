@@ -21,7 +21,7 @@ const SOME: usize = 32;
 /// bounds.
 const BINS: usize = ROW;
 
-/// With more boxes than this, a second set of bins is worthwhile.
+/// A second set of bins is worthwhile for more boxes than this.
 const MANY: usize = 200;
 
 /// Adding this number rounds a value to an integer in the low bits of the float. This replaces a
@@ -52,7 +52,7 @@ impl Binning {
         Self { origin: centres.lo, per_unit, scale, bins }
     }
 
-    /// Returns the bins of a centre along all axes, as numbers with [`ROUND`] added.
+    /// Returns the bins of a centre along all axes, with [`ROUND`] added to the bin numbers.
     #[inline(always)]
     fn bins<S: Simd>(&self, centre: S::F32x4) -> [f32; 4] {
         let at = (centre - S::F32x4::load(&self.origin)) * S::F32x4::load(&self.per_unit);
@@ -73,7 +73,7 @@ impl Binning {
     }
 }
 
-/// The number of boxes in each bin of each axis, and the box around the boxes in the bin.
+/// For each bin of each axis, the number of boxes and the bounding box of these boxes.
 pub(super) struct Bins {
     sides: [[SimdAabb; BINS]; 3],
     count: [[u32; BINS]; 3],

@@ -10,8 +10,8 @@ use crate::load::error::{Fault, fault};
 
 /// A table whose rows are all within `bytes`.
 pub(super) struct Accessor<'a> {
-    /// The rows, one every `stride` bytes. Empty for a sparse table without a buffer view, whose
-    /// rows are zeros.
+    /// The rows, one every `stride` bytes. The slice is empty for a sparse table that has no buffer
+    /// view and therefore consists of zeros.
     bytes: &'a [u8],
     stride: usize,
     /// The number of rows.
@@ -174,7 +174,7 @@ impl Accessor<'_> {
             (ComponentType::U16, &[a, b]) => share(f64::from(u16::from_le_bytes([a, b])), 65535.0),
             (ComponentType::U32, &[a, b, c, d]) => u32::from_le_bytes([a, b, c, d]).into(),
             (ComponentType::F32, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]).into(),
-            // No other size exists.
+            // Components have no other size.
             _ => f64::NAN,
         }
     }
