@@ -263,7 +263,7 @@ def test_geometries_of_open3d_become_instances(rng):
     check(scene, {0: (intertri.Mesh(ball), np.eye(4)), 1: (intertri.Mesh(cube), np.eye(4))}, rng)
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="os.fork is not available")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_a_forked_process_loads_scenes_that_need_threads():
     saved = pickle.dumps(intertri.Scene([intertri.Mesh(*icosphere(3))] * 1000))

@@ -193,9 +193,8 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Returns false only if the piece with these corners is certainly outside the ball, according
-    /// to a fast f64 test, or is not finite. The piece extends to infinity from the corners in
-    /// `endless`.
+    /// A fast, conservative f64 test: returns false only if the piece with these corners is outside
+    /// the ball or is not finite. The piece extends to infinity from the corners in `endless`.
     fn may_meet(&self, corners: &[u32], endless: &[u32]) -> bool {
         let (middle, half, most) = self.cube;
         let volume = self.volume;
@@ -267,7 +266,7 @@ mod tests {
             assert!(!cap(centre, distance * (1.0 - 2f64.powi(-50))), "{centre:?}");
         }
         // The side is in the plane y = 0, below the cap, from x = 0 to the line from the light
-        // through (8, 0, 1), which runs 8 to the right for every 3 downward.
+        // through (8, 0, 1), which descends 3 for every 8 to the right.
         for (centre, distance) in [
             ([1.0, 2.0, 0.0], 2.0),
             ([5.0, -7.0, -1e6], 7.0),

@@ -204,7 +204,8 @@ impl WithSimd for Count<'_> {
                     let xs = centres::<S::F64x8>(x);
                     let surface = plane.at(xs);
                     let visible = S::F64x8::load(&depths[at..]);
-                    // A smaller q is behind. A tie counts where the line of sight enters a volume.
+                    // A surface with a smaller q is behind the point. A tie counts as behind where
+                    // the line of sight enters a volume.
                     let behind =
                         if winding > 0 { surface.le(visible) } else { surface.lt(visible) };
                     let bits = (behind & xs.lt(end)).bits();

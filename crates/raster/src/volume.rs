@@ -10,11 +10,11 @@
 //!  far a ------- far b
 //! ```
 //!
-//! This is the document's quad with its two new vertices in the right order (`docs/documents.md`).
-//! The document's BIG is infinity here: a far point is a direction, with `w = 0` in homogeneous
-//! coordinates, so there is no need for a finite number that is large enough for the scene yet
-//! small enough for the arithmetic. For a directional light, all far points coincide, the sides are
-//! triangles, and there is no far cap.
+//! This is the document's quad with its two new vertices in the correct order
+//! (`docs/documents.md`). The document's BIG is infinity here: a far point is a direction, with
+//! `w = 0` in homogeneous coordinates, so there is no need for a finite number that is large enough
+//! for the scene yet small enough for the arithmetic. For a directional light, all far points
+//! coincide, the sides are triangles, and there is no far cap.
 //!
 //! The number of volumes that contain a point is the number of faces between the point and the
 //! light, and also the winding number of the surfaces around the point. This holds for every mesh,

@@ -1,4 +1,4 @@
-//! Tests drawing edges over an image.
+//! Tests that visible edges, and only visible edges, are drawn over an image.
 
 use crate::common::{cuboid, view_of};
 use intertri_raster::{Adjacency, Light, facing, silhouette, triangles, wire};

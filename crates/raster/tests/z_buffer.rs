@@ -175,7 +175,7 @@ fn what_is_not_finite_or_lies_in_one_plane_with_the_eye_is_not_there() {
     assert!(
         triangles(&view, &soup, THRESHOLD).iter().all(|hit| !hit.is_hit() || hit.triangle == 4)
     );
-    // Coordinates near the limits of f32.
+    // Use coordinates near the limits of f32.
     let big = [a, b, c].map(|p| p.map(|x: f32| x * 1e38));
     assert!(triangles(&view, &[Triangle(big)], THRESHOLD)[16 * 32 + 16].is_hit());
     let small = [a, b, c].map(|p| p.map(|x: f32| x * 1e-38));

@@ -1,4 +1,4 @@
-//! Document A: the test of one triangle against one ray.
+//! Document A: tests whether one ray hits one triangle.
 //!
 //! ```text
 //!                c3
@@ -86,8 +86,8 @@ pub struct Trian {
 
 /// The document's two tables and its constant.
 ///
-/// The fields are public, as the document's tables are. If you change them, keep the corners of
-/// `trian` valid indices into `vertx`, and keep the edges in sync with the corners.
+/// The fields are public, as the document's tables are. If you change them, make sure that the
+/// corners in `trian` remain valid indices into `vertx` and that the edges still match the corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// `Vertx`: the vertices.

@@ -9,8 +9,9 @@ use crate::mesh::{Bounds, Mesh};
 /// and triangle of the meshes, the limit grows by [`EXACT_PER_ELEMENT`].
 const EXACT_POINTS: u64 = 1 << 24;
 
-/// See [`EXACT_POINTS`]. The limit for flattening a file grows with the file's size, and few files
-/// have more bytes per vertex and triangle than this.
+/// The amount by which the limit [`EXACT_POINTS`] grows for each vertex and triangle of the meshes.
+/// The limit for flattening a file grows with the file's size, and few files have more bytes per
+/// vertex and triangle than this.
 const EXACT_PER_ELEMENT: u64 = 16;
 
 /// An instance: a mesh and the transform that places it.

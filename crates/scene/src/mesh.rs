@@ -35,7 +35,7 @@ pub struct Mesh<S = f32> {
     /// The texture coordinates of the three corners of each triangle, or `None` if no triangle has
     /// texture coordinates. If only some triangles have texture coordinates, the others have zeros.
     pub corner_uvs: Option<Vec<[[f32; 2]; 3]>>,
-    /// The parts, ascending in `first`; empty for a mesh with only one material.
+    /// The parts, in ascending order of `first`; empty for a mesh with only one material.
     pub parts: Vec<Part>,
 }
 

@@ -82,8 +82,8 @@ impl Cutter {
         if self.close() && self.is_cut() { Cut::Ears(&self.ears) } else { Cut::Unclear }
     }
 
-    /// Stores the corners relative to the first one, scaled so that the polygon has a size of about
-    /// 1. Returns false if the corners are all the same point or are not finite. Both scaling
+    /// Stores the corners relative to the first one, scaled so that the polygon's size is about
+    /// one. Returns false if the corners are all the same point or are not finite. Both scaling
     /// factors are powers of two, so scaling does not round.
     fn place(&mut self, corners: impl Iterator<Item = DVec3> + Clone) -> bool {
         let largest = |points: &mut dyn Iterator<Item = DVec3>| {

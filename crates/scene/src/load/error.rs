@@ -11,7 +11,7 @@ pub struct LoadError {
     pub path: PathBuf,
     /// In a text file, the line with the error, counted from 1.
     pub line: Option<u64>,
-    /// The problem, and what to do if that is not obvious.
+    /// The problem, and how to solve it unless that is obvious.
     pub cause: String,
 }
 

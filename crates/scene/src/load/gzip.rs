@@ -13,8 +13,8 @@ pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
 
 /// A file of any size may unpack to this many bytes.
 const SURE: u64 = 64 << 20;
-/// A larger file may unpack to this many times its size. Models typically shrink to a tenth, and
-/// few shrink to a fiftieth.
+/// A larger file may unpack to this many times its size. Models typically compress to a tenth of
+/// their size, and few compress to a fiftieth.
 const RATIO: u64 = 100;
 
 /// Unpacks a file of the given size. Returns an error if the unpacked data would be

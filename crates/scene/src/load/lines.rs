@@ -24,7 +24,7 @@ impl<R: BufRead> Lines<R> {
         Self { input, line: Vec::new(), end: LineEnd::default(), number: 0 }
     }
 
-    /// Like [`Lines::new`], but for a file in which every line ends in a carriage return. A line
+    /// Creates a line reader for a text file in which every line ends in a carriage return. A line
     /// feed after a carriage return is not part of the line end.
     pub(super) fn of_returns(input: R) -> Self {
         Self { end: LineEnd::Return, ..Self::new(input) }

@@ -62,10 +62,10 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 ///
 /// The [`Notes`] of [`load_model`] count everything that is skipped, repaired, or guessed.
 ///
-/// Time and memory are linear in the size of the file, except for faces that are cut by ear
-/// clipping, whose time may grow with the square of their number of corners. No allocation is sized
-/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF file that
-/// repeats its meshes may expand to about sixteen million vertices and triangles.
+/// Time and memory are linear in the size of the file, except that the time to cut a face by ear
+/// clipping may grow with the square of its number of corners. No allocation is sized by a count in
+/// the file. A gzip file may unpack to a hundred times its size, and a glTF file that repeats its
+/// meshes may expand to about sixteen million vertices and triangles.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read, is not a model in one of these formats, ends early,

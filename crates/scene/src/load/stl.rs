@@ -15,9 +15,10 @@ use super::text::{skip_mark, without_mark};
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// Bytes before the first triangle of a binary file: free text, then the number of triangles.
+/// The number of bytes before the first triangle of a binary file: free text, then the triangle
+/// count.
 const HEADER: usize = 84;
-/// Bytes per triangle: a normal, three corners, and two unused bytes.
+/// The number of bytes per triangle: a normal, three corners, and two unused bytes.
 const TRIANGLE: usize = 50;
 
 /// The first word of an ASCII file, in upper or lower case.

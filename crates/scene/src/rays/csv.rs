@@ -3,7 +3,7 @@
 /// The column names, in the order of a raw ray.
 pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
 
-/// The meaning of each column of a line, as an index into [`COLUMNS`].
+/// For each column of the file, the index of its name in [`COLUMNS`].
 pub(super) struct Columns(Vec<usize>);
 
 impl Columns {

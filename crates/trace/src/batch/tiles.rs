@@ -92,8 +92,8 @@ impl Band {
         self.rows
     }
 
-    /// Returns this band or, if it has more pixels than given, a shorter band with as many whole
-    /// rows as the pixels fill.
+    /// Returns this band or, if it has more pixels than `pixels`, a shorter band with as many whole
+    /// rows as fit in that number.
     pub fn within(&self, pixels: usize) -> Cow<'_, Self> {
         if pixels < self.pixels() {
             Cow::Owned(Self::new(self.width, pixels / self.width))

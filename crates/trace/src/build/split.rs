@@ -40,8 +40,8 @@ pub(super) struct Binning {
 impl Binning {
     /// Creates a mapping for `count` boxes with these centres.
     pub(super) fn new(count: usize, centres: &Centres, scale: f32) -> Self {
-        // Use slightly less than all bins, so that the last centre falls into the last bin. If all
-        // centres are equal along an axis, all are in bin 0.
+        // Scale centres to slightly less than the number of bins, so that the last centre falls
+        // into the last bin. If all centres are equal along an axis, all are in bin 0.
         let bins = if count <= SOME { BINS / 2 } else { BINS };
         let sides = centres.lo.iter().zip(&centres.hi);
         let mut per_unit = [0.0; 4];

@@ -39,7 +39,7 @@ impl<'a> Buffers<'a> {
                 let path = external(i, uri, beside.as_deref())?;
                 Ok(Bytes::File(path, buffer.byte_length.0))
             }
-            // Only the first buffer may be the chunk.
+            // Only the first buffer may refer to the GLB's binary chunk.
             None => match blob.filter(|_| i == 0) {
                 Some(blob) => Ok(Bytes::Chunk(blob)),
                 None => {
