@@ -55,7 +55,7 @@ impl Point4 {
         }
     }
 
-    /// Moves a point that is on wall `i` up to rounding exactly onto the wall.
+    /// Moves a point that is on wall `i`, up to rounding, exactly onto the wall.
     fn on_wall(self, i: usize) -> Self {
         let w = self.w;
         match i {

@@ -13,7 +13,8 @@ use crate::view::PixelDirections;
 /// The `q` of one plane, clamped to the range of `q` at the facet's corners.
 ///
 /// The limits matter for planes that are nearly edge-on: the quotient of two small numbers can take
-/// any value, but the facet is no nearer and no farther than its corners.
+/// any value, but no point of the facet is nearer than its nearest corner or farther than its
+/// farthest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacetPlane {
     q0: f64,

@@ -148,7 +148,7 @@ fn two_facets_at_an_edge_cut_it_at_the_same_bits() {
     for _ in 0..100_000 {
         let (a, b) = (numbers.point(), numbers.point());
         if [a, b].iter().any(|p| p.boundaries().contains(&0.0)) {
-            continue; // A corner on a wall is where the wall cuts its edges.
+            continue; // A wall would cut the edge at its end.
         }
         let first = clip_facet([a, b, numbers.point()], NO_FAR_WALL, &mut one);
         let second = clip_facet([b, a, numbers.point()], NO_FAR_WALL, &mut other);

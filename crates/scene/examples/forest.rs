@@ -1,5 +1,5 @@
-//! Writes a GLB file of a forest: a thousand instances of one tree, which has about a thousand
-//! triangles, and the ground.
+//! Writes a GLB file of a forest: the ground, and a thousand instances of one tree with about a
+//! thousand triangles.
 //!
 //! ```sh
 //! cargo run --release -p intertri-scene --example forest -- forest.glb 1000

@@ -111,9 +111,9 @@ impl<S: Coordinate> Camera<S> {
         Self::framing_from(points, Camera::VIEW, Camera::UP, Camera::FOV, aspect)
     }
 
-    /// Creates a camera whose image contains all `points`, which fill it up to a narrow margin.
-    /// `view` is the direction from the points to the eye. If there are no points, the camera looks
-    /// at the origin.
+    /// Creates a camera that is as close to the `points` as it can be with all of them in its
+    /// image, except for a narrow margin. `view` is the direction from the points to the eye. If
+    /// there are no points, the camera looks at the origin.
     ///
     /// ```text
     ///   left border                       right border

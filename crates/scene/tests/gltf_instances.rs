@@ -144,7 +144,7 @@ fn only_flattening_repeats_triangles() {
     assert_eq!(loaded.model.triangles(), 2 * (many * many) as u64);
     let error = loaded.flatten().unwrap_err().to_string();
     assert!(error.ends_with(
-        "the file repeats its meshes to more than 16777216 vertices and triangles; export fewer copies"
+        "the file repeats its meshes beyond 16777216 vertices and triangles; export fewer copies"
     ), "{error}");
 }
 

@@ -106,7 +106,7 @@ fn sizes_are_checked_before_anything_is_allocated() {
 fn a_difference_picture_marks_what_differs() {
     let mut image = Image::new(11, 6).unwrap();
     image.pixels_mut().fill([80, 40, 255]);
-    // Two adjacent pixels. Each is inside the frame of the other, and the border of the image cuts
+    // Mark two adjacent pixels. Each is inside the other's frame, and the border of the image cuts
     // off both frames.
     let mut marks = vec![None; 66];
     marks[11 + 1] = Some([255, 32, 32]);

@@ -13,7 +13,7 @@ pub(super) const REPEATS: u64 = 1 << 24;
 
 /// The error message if a file exceeds its limit; see [`REPEATS`].
 pub(super) const REPEATED: &str =
-    "the file repeats its meshes to more than 16777216 vertices and triangles; export fewer copies";
+    "the file repeats its meshes beyond 16777216 vertices and triangles; export fewer copies";
 
 /// Returns one mesh with the triangles of all instances, or an error if it would have more than
 /// `most` vertices and triangles in total.

@@ -39,7 +39,7 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 ///   around its first corner (see [`Mesh`]), or the result of ear clipping if the fan would reach
 ///   outside. Faces with fewer than three corners are skipped.
 /// - OBJ: the vertices, texture coordinates, and faces of all objects and groups, in the order of
-///   the file. Negative indices count back from the last vertex so far. Points, lines, materials,
+///   the file. Negative indices count backward from the latest vertex. Points, lines, materials,
 ///   fourth coordinates, and colours are ignored. Lines end in a line feed, a carriage return, or
 ///   both.
 /// - PLY: ASCII, and binary in both byte orders. The elements are `vertex` with x, y, z (and s, t

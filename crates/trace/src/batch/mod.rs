@@ -222,7 +222,7 @@ mod tests {
     }
 
     fn bundles_change_nothing(bvh: &Bvh) {
-        // One ray's direction differs from the rest of its bundle.
+        // One ray's direction differs from the directions of the other rays in its bundle.
         let ray = |i: usize| {
             let (square, i) = (i / 256, i % 256);
             let at = |k: usize| (k as f32 - 28.0) / 40.0;
@@ -269,7 +269,7 @@ mod tests {
         assert!(of_f64.iter().zip(&rays64).all(|(hits, ray)| *hits == bvh64.query().all(ray)));
         assert!(of_f64.items.len() > 2000);
 
-        // In another order, the same rays are not coherent.
+        // If the same rays are in another order, they are not coherent.
         let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();
         let bundled = hits.clone();
         bvh.query().mode(mode).closest_batch_into(&mixed, &mut hits);

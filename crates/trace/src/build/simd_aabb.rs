@@ -12,7 +12,7 @@ use crate::tree::Aabb;
 use bytemuck::Zeroable;
 use intertri::simd::{Lanes, Simd};
 
-/// Six sides and two words.
+/// The six sides of a box, and two words.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(transparent)]
 pub(super) struct SimdAabb(pub [f32; 8]);

@@ -140,7 +140,7 @@ impl Bins {
     }
 }
 
-/// Returns the box around the centres of some boxes.
+/// Returns the box around the centres of the given boxes.
 #[inline(always)]
 pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));

@@ -60,7 +60,7 @@ impl<'a> Tables<'a> {
         let (Checked::Valid(component), Checked::Valid(kind)) =
             (accessor.component_type, accessor.type_)
         else {
-            return fault("has a type that glTF does not know");
+            return fault("has a type that glTF does not define");
         };
         if kind != wanted {
             return fault(format!("has rows of type {kind:?} and not {wanted:?}"));
@@ -113,7 +113,7 @@ impl<'a> Tables<'a> {
     /// Returns the rows that a sparse table of `count` rows replaces.
     fn replaced(self, sparse: &SparseJson, row: usize, count: u64) -> Result<Replaced<'a>, Fault> {
         let Checked::Valid(kind) = sparse.indices.component_type else {
-            return fault("has sparse indices of a type that glTF does not know");
+            return fault("has sparse indices of a type that glTF does not define");
         };
         let size = kind.0.size();
         let USize64(replaced) = sparse.count;
