@@ -120,7 +120,7 @@ mod tests {
             let q = plane.at(x, 20.0);
             assert!((1.0 / 3.0..=1.0).contains(&q), "{x}: {q}");
         }
-        // A plane through the eye, and a facet that reaches behind the eye.
+        // Test a plane through the eye, and a facet that reaches behind the eye.
         let through = FacetPlane::new(
             &view.pixel_directions(),
             [1.0, 0.0, 0.0],

@@ -158,8 +158,8 @@ impl Surfaces<'_> {
     }
 }
 
-/// The counters of one band. The counters cannot wrap, because there are fewer than 2^30 faces.
-/// Each row is padded to fill the last lanes.
+/// The counters of one band, which cannot wrap because there are fewer than 2^30 faces. Each row is
+/// padded to fill the last lanes.
 #[derive(Default)]
 struct Counters {
     stride: usize,

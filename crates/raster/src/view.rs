@@ -1,4 +1,4 @@
-//! The viewer: an eye, its axes, and the image in front of the eye.
+//! Defines the view: an eye, its axes, and the image in front of the eye.
 //!
 //! ```text
 //!                    up

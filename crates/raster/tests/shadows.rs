@@ -131,7 +131,7 @@ fn boxes_that_touch_and_stand_on_the_floor() {
 
 #[test]
 fn an_open_mesh() {
-    // A ball with a third of its triangles removed, and single sheets.
+    // The soup contains a ball with a third of its triangles removed, and single sheets.
     let mut numbers = Numbers(2);
     let mut soup = ball(&mut numbers, 8, 0.1);
     soup.retain(|_| numbers.next() > -0.3);

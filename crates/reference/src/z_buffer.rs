@@ -17,9 +17,10 @@
 //! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
 //! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
 //!   clockwise if y points up (counter-clockwise on a screen with y downward). An image contains
-//!   both orientations, so [`ZBuffer::draw`] mirrors the rule for the other.
-//! - **Facets without area.** For three collinear vertices, every `c_kz` is 0 along their line, and
-//!   for three equal vertices, everywhere. [`ZBuffer::draw`] skips such facets.
+//!   outlines of both orientations, so [`ZBuffer::draw`] mirrors the rule for the other
+//!   orientation.
+//! - **Facets without area.** If three vertices are collinear, every `c_kz` is 0 along their line;
+//!   if they are equal, every `c_kz` is 0 everywhere. [`ZBuffer::draw`] skips such facets.
 //! - **The depth within a facet** is taken where its plane meets the pixel's projector. For a facet
 //!   of four or more vertices that is not flat, this is the plane with its mean normal through its
 //!   first vertex. The more edge-on a facet is, the less accurate its depth.
@@ -94,7 +95,7 @@ impl ZBuffer {
             for n in 0..self.width {
                 let p = Vector::new(n as f64 + 0.5, m as f64 + 0.5, 0.0);
 
-                // Is the centre inside?
+                // Check whether the centre is inside.
                 let inside = if normal.z < 0.0 {
                     inside(outline, p)
                 } else {

@@ -152,7 +152,8 @@ mod tests {
             let t = normal.dot(point - double(ray.origin)) / normal.dot(dir);
             worst = worst.min(t);
             assert!(t >= f64::from(ray.t_max), "{i}: {t}");
-            // An occluder counts if it is a thousandth of the distance in front of the surface.
+            // An occluder must count if its distance from the surface is a thousandth of the
+            // distance to the light.
             assert!(0.999 < ray.t_max);
         }
         // Rounding does move the hit on the surface in front of the point, so the test is

@@ -82,7 +82,7 @@ fn turns(corners: &[[f64; 2]]) -> impl Iterator<Item = Vec<[f64; 2]>> {
 
 const DART: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]];
 
-/// A square with a square hole. A cut between two corners connects the hole to the border.
+/// A square with a square hole, which a cut between two corners connects to the border.
 const KEYHOLE: [[f64; 2]; 10] = [
     [0.0, 0.0],
     [3.0, 0.0],

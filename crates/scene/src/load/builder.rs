@@ -14,7 +14,7 @@ pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Marks a corner that has no valid texture coordinates.
+/// Stands for the texture coordinates of a corner that has no valid ones.
 pub(super) const NO_UV: u32 = u32::MAX;
 
 /// Returns the triangles of a strip, as indices into its corners: each corner from the third on

@@ -1,4 +1,4 @@
-//! The builder's result: nodes, and blocks of triangle indices.
+//! The result of the builder: nodes, and blocks of triangle indices.
 
 use crate::tree::{BLOCK, Node};
 #[cfg(test)]

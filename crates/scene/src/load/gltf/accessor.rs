@@ -11,7 +11,7 @@ use crate::load::error::{Fault, fault};
 /// A table whose rows are all within `bytes`.
 pub(super) struct Accessor<'a> {
     /// The rows, one every `stride` bytes. The slice is empty for a sparse table that has no buffer
-    /// view and therefore consists of zeros.
+    /// view, in which every row that is not replaced is zero.
     bytes: &'a [u8],
     stride: usize,
     /// The number of rows.
@@ -30,7 +30,7 @@ struct Replaced<'a> {
     bytes: &'a [u8],
 }
 
-/// Looks up a file's tables.
+/// Looks up the tables of a file by index.
 #[derive(Clone, Copy)]
 pub(super) struct Tables<'a> {
     pub(super) root: &'a Root,
@@ -97,7 +97,7 @@ impl<'a> Tables<'a> {
         count: u64,
         (row, stride): (usize, usize),
     ) -> Result<&'a [u8], Fault> {
-        // The start and end, computed in integers that cannot overflow.
+        // Compute the start and end in integers that cannot overflow.
         let from = u128::from(offset);
         let to = match u128::from(count).checked_sub(1) {
             Some(last) => from + last * stride as u128 + row as u128,
