@@ -1,4 +1,4 @@
-//! Draws the visible parts of edges over an image, clipped as in document E.
+//! Draws the visible parts of edges over an image, clipping the edges as in document E.
 
 use intertri::Hit;
 
