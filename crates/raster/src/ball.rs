@@ -247,7 +247,8 @@ mod tests {
 
     #[test]
     fn a_ball_that_touches_meets_and_no_other() {
-        // A right-angled triangle in the plane z = 1, with the light directly above its corner.
+        // The triangle is in the plane z = 1 and has a right angle at the corner directly below the
+        // light.
         let adjacency =
             Adjacency::new(&[Triangle([[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [0.0, 8.0, 1.0]])]);
         let volume = volume(&adjacency);
@@ -286,8 +287,8 @@ mod tests {
             Triangle([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 5.0, 1.0]]),
         ]);
         let volume = volume(&adjacency);
-        // The edge runs to the right from the light itself, so everything behind its end is on the
-        // same line.
+        // The edge starts at the light and runs to the right, so everything behind its end is on
+        // the same line.
         let meets = |edge, centre, radius| ball(&volume, centre, radius).meets_side(edge);
         assert!(meets([0, 1], [90.0, 3.0, 8.0], 5.0));
         assert!(!meets([0, 1], [90.0, 3.0, 8.0], 4.99));

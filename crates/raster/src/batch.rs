@@ -58,7 +58,7 @@ impl Batch {
         let clipped = clip_facet(outline, NO_FAR_WALL, &mut self.scratch);
         self.corners.extend(clipped.iter().map(|&corner| view.snap(corner)));
 
-        // The rows and columns whose centres are within the bounds of the outline.
+        // Find the rows and columns whose centres are within the outline's bounds.
         let reach = |axis: usize| {
             let corners = self.corners[start..].iter().map(|corner| corner[axis]);
             let (lo, hi) = corners.fold((i32::MAX, 0), |(lo, hi), x| (lo.min(x), hi.max(x)));

@@ -34,7 +34,7 @@ struct SeenTriangle {
     corners: [Point; 3],
     /// `n · (x, y, 1)`, which is positive where the triangle is in front of the eye.
     height: Linear,
-    /// `n · a`, which is never negative.
+    /// `n · a`, which is non-negative.
     offset: Exact,
     /// A bound on the f64 rounding error of the offset.
     doubt: Exact,
@@ -129,7 +129,7 @@ impl Disc {
     }
 
     /// Returns the triangle relative to the eye, with its normal pointing away from the eye, or
-    /// `None` if it is not finite or has no area.
+    /// `None` if it is degenerate or not finite.
     fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
         // Both engines compute the height with about 12 f64 roundings, and the offset with about as
         // many.

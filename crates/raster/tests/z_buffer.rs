@@ -92,8 +92,8 @@ fn random_soups_look_like_their_rays() {
     let mut covered = 0;
     for (count, size) in [(40, 1.0), (300, 0.2), (20, 8.0), (60, 0.01)] {
         let soup = numbers.soup(count, 1.0, size);
-        // One eye is outside the soup, the other inside, where facets cross the plane of the eye
-        // and reach behind the eye.
+        // One eye is outside the soup. The other is inside, where facets cross the eye's plane and
+        // extend behind the eye.
         for eye in [[2.0, 1.5, 3.0], [0.1, 0.05, -0.2]] {
             let camera = Camera::new(eye, [0.0, 0.3, 0.1], Camera::UP, 70.0).unwrap();
             let drawn = same_as_rays(&camera, &soup, 120, 90);
@@ -227,7 +227,7 @@ fn a_facet_of_a_thousand_corners_and_its_weights() {
     let covered = hits.iter().filter(|hit| hit.is_hit()).count() as f64;
     assert!((covered - std::f64::consts::PI * 2500.0).abs() < 40.0, "{covered}");
     for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
-        // u and v lead from the first corner to the point on the line of sight.
+        // Moving from the first corner by u and v must lead to a point on the line of sight.
         let d = view.direction((i % 200) as f64 + 0.5, (i / 200) as f64 + 0.5);
         let [c1, c2, c3] = [0, 1, 2].map(|k| outline[k].map(f64::from));
         for k in 0..2 {

@@ -181,7 +181,7 @@ impl<S: Coordinate> Model<S> {
         self.builder.polygon(&self.corners, &self.corner_uvs)
     }
 
-    /// Skips a statement, and counts it if it may have defined a surface.
+    /// Skips a statement, adding a note if it may have defined a surface.
     fn pass(&mut self, word: &str) {
         let what = if SURFACES.contains(&word) {
             "statements of free-form curves and surfaces, skipped"
@@ -204,7 +204,8 @@ fn number<N: FromStr>(word: Option<&str>) -> Result<N, String> {
 
 /// Returns the 0-based position of an index in a table that has `count` entries so far. Indices
 /// count up from 1, or down from -1 for the last entry. Positions beyond the last entry may be
-/// filled later. For an index that can never be valid, the inner result is an `Err` with the count.
+/// filled later. For an index that can never become valid, the inner result is an `Err` with the
+/// count.
 fn place(word: &str, count: usize, what: &str) -> Result<Result<u32, usize>, Fault> {
     let Ok(index) = word.parse::<i64>() else {
         return fault(format!("{} is not the number of a {what}", quote(word)));

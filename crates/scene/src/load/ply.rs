@@ -109,7 +109,7 @@ fn check(header: &Header) -> Result<bool, Fault> {
              point cloud?",
         );
     }
-    // Without this check, a header could declare any number of elements that take no bytes.
+    // Without this check, a header could declare any number of elements that take up no bytes.
     if let Some(def) = header.elements.values().find(|def| def.properties.is_empty()) {
         return fault(format!(
             "the PLY header has an element {} without properties",

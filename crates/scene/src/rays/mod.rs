@@ -214,7 +214,8 @@ impl<'a> Rays<'a> {
                 continue;
             }
             let records = &records[..records.len().min(count - rays.len())];
-            // Memory grows with the rays that have arrived, not with the number requested.
+            // Memory use grows with the number of rays that have arrived, not with the number
+            // requested.
             if rays.try_reserve(records.len()).is_err() {
                 return Err(self.no_memory());
             }
@@ -302,7 +303,7 @@ impl<'a> Rays<'a> {
         Ok(true)
     }
 
-    /// Returns the error for a last record that is cut off. A record has eight numbers.
+    /// Returns the error for a final record that is cut off. A record consists of eight numbers.
     fn ragged(&self, size: u64, record: usize) -> LoadError {
         let over = size % record as u64;
         let bits = 8 * (record / 8);

@@ -47,7 +47,7 @@ const BUSY: usize = 5;
 /// The maximum number of rays in the bundles after a bundle that needed many packet tests.
 const BUSY_RAYS: usize = 256;
 
-/// Consecutive rays, with everything that the traversal needs.
+/// Consecutive rays, together with everything needed to trace them.
 #[derive(Clone, Copy)]
 pub(super) struct Chunk<'a> {
     pub(super) tree: &'a Tree,
@@ -203,7 +203,7 @@ fn write_bundle<S: Simd>(
     );
 }
 
-/// Makes a bundle of the rays if bundles are allowed and the rays share an origin. If reversed
+/// Makes a bundle from the rays if bundles are allowed and the rays share an origin. If reversed
 /// bundles are also allowed, as for any-hit queries, a common end is enough, because such rays can
 /// be traced backward.
 #[inline(always)]

@@ -9,7 +9,7 @@
 //!   ...
 //! ```
 //!
-//! Looking at two rows and at the ends of the others costs almost nothing compared with tracing the
+//! Examining two rows and the ends of the others costs almost nothing compared with tracing the
 //! rays.
 
 use std::ops::Range;
@@ -70,7 +70,7 @@ pub fn runs(count: usize, line: impl Fn(usize) -> [[f64; 3]; 2]) -> Vec<Run> {
     runs
 }
 
-/// Rays that may be in rows.
+/// Rays among which to look for rows of pixels.
 struct Rows<F> {
     count: usize,
     /// The origin and the direction of a ray.

@@ -30,7 +30,7 @@ const CHUNK: usize = 1 << 15;
 /// Added to the area of every box, so that if the areas are zero, the tree with fewer nodes wins.
 pub(super) const TRIFLE: f32 = 1e-20;
 
-/// The whole tree, with at least one reference, and one node fewer than there are references.
+/// The whole tree. It has at least one reference, and one node fewer than references.
 pub(super) struct Binary {
     pub refs: Vec<PrimRef>,
     /// Each node's box. The two words of an inner node are the number of triangles on its left side
@@ -372,7 +372,7 @@ fn gather<T: Send>(
     if refs.len() <= CHUNK {
         return one(refs);
     }
-    // Always split in the middle, independently of the number of threads.
+    // Always split in the middle, regardless of the number of threads.
     let (a, b) = refs.split_at(refs.len() / 2);
     let (a, b) = join(|| gather(a, one, both), || gather(b, one, both));
     both(a, b)

@@ -30,7 +30,7 @@ const SHARE: usize = 32;
 /// The maximum number of nodes that are moved.
 const MOST: usize = 2048;
 
-/// One in this many nodes takes part in the trial.
+/// The trial moves one in this many of the nodes.
 const FEW: usize = 8;
 
 /// Reinsertion is worthwhile if it lowers the cost by at least this fraction.
@@ -42,10 +42,10 @@ const ROUNDS: usize = 2;
 /// With at least this many triangles, the two sides are processed in parallel.
 const MANY: usize = 1 << 12;
 
-/// Stands for no node, as the parent of the root.
+/// Stands for a missing node: the parent of the root.
 const NONE: usize = usize::MAX;
 
-/// Moves parts of a tree. Afterward, the tree's boxes and plans are like those of a new build.
+/// Moves parts of a tree, keeping the boxes and plans as a new build would compute them.
 pub(super) fn reinsert(binary: &mut Binary) {
     // The trial moves an eighth of the nodes once. If that lowers the cost enough, all nodes are
     // moved.

@@ -153,7 +153,7 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     centres.store()
 }
 
-/// Partitions the boxes in place by a cut. Returns how many boxes are on the left, and the boxes
+/// Partitions the boxes in place at a cut. Returns how many boxes are on the left, and the boxes
 /// around the centres of both sides.
 #[inline(always)]
 pub(super) fn partition<S: Simd>(

@@ -19,7 +19,7 @@ pub(super) struct Primitives<'a> {
     pub(super) tables: Tables<'a>,
     /// For each mesh, the largest number of morph targets in any of its primitives.
     targets: Vec<usize>,
-    /// The number of vertices and triangles that may still be read.
+    /// How many more vertices and triangles may be read.
     left: u64,
     /// The mesh under construction.
     builder: MeshBuilder<f64>,
