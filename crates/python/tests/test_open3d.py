@@ -1,4 +1,4 @@
-"""Tests the Open3D-compatible scene, and compares it with Open3D's own scene if Open3D is installed."""
+"""Tests the Open3D-compatible scene, comparing it with Open3D's own scene if Open3D is installed."""
 
 import math
 from types import SimpleNamespace

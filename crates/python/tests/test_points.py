@@ -45,7 +45,7 @@ def solid_angles(triangles, points):
 
 
 def test_open_meshes_have_winding_numbers(dtype, rng):
-    """In meshes with holes, flipped faces, or duplicates, points are inside if their winding numbers do not round to 0."""
+    """Even in a mesh with holes, flipped faces, or duplicates, a point is inside if its winding number does not round to 0."""
     vertices, faces = icosphere(2)
     some = rng.uniform(size=len(faces))
     meshes = [faces[some < 0.8], np.where((some < 0.1)[:, None], faces[:, ::-1], faces), np.r_[faces, faces[some < 0.1]]]
@@ -81,7 +81,7 @@ def test_shapes(rng):
 
 
 def test_more_points_than_are_put_in_order_at_once():
-    """Results stay in the order of the points, even if there are too many points to sort in one pass."""
+    """Results are in the order of the points, even if there are too many points to sort in one pass."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(np.float32), f))(*box()))
     count = (1 << 22) + 5000
     points = np.zeros((count, 3), np.float32)

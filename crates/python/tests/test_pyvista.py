@@ -51,7 +51,7 @@ def test_the_ends_of_a_segment_count(sphere):
 
 
 def test_cells_are_those_of_the_mesh_as_given():
-    """Cells are numbered as in the original mesh, even if its faces come after vertices and lines."""
+    """Cell numbers refer to the original mesh, even if vertex and line cells precede its faces."""
     cube = pyvista.Cube()
     assert ray_trace(cube, [2, 0.1, 0.2], [-2, 0.1, 0.2])[1].tolist() == cube.ray_trace([2, 0.1, 0.2], [-2, 0.1, 0.2])[1].tolist()[::1]
     for faces in (cube.faces, cube.triangulate().faces):

@@ -132,7 +132,7 @@ def test_forms_of_rays_agree(dtype, rng):
 
 @pytest.mark.parametrize("size", [31, 64, 100, 200, 333])
 def test_order_of_pictures_changes_nothing(dtype, size, rng):
-    """Images are traced in tiles, but hits do not depend on row length, ray order, or missing pixels."""
+    """Images are traced in tiles, but the hits do not depend on the row length, the ray order, or missing pixels."""
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     eye, directions = camera(size, [1, 0.5, 3])
     eye, flat = eye.astype(dtype), directions.astype(dtype).reshape(-1, 3)
@@ -212,7 +212,7 @@ def test_threads_and_out_change_nothing(dtype):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_crossings_of_a_diagonal(dtype):
-    """Each ray through a square's diagonal crosses the square exactly once, even if barycentric weights are rounded."""
+    """Each ray through a square's diagonal crosses the square exactly once, even if its barycentric weights are inexact."""
     for n in range(2, 90):
         square = np.array([[0, 0, 1], [n, 0, 1], [0, n, 1], [n, n, 1]], dtype)
         mesh = intertri.Mesh(square, [[0, 1, 2], [3, 2, 1]])
@@ -252,7 +252,7 @@ def test_certified(rng):
 
 
 def test_float64_rays_keep_their_precision():
-    """Traces rays within 1e-12 of an edge of a float32 mesh. In float32, these rays would be identical."""
+    """Traces rays that pass within 1e-12 of an edge of a float32 mesh. Rounded to float32, they would be identical."""
     mesh = intertri.Mesh(np.float32([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]]))
     origins = np.array([[0.5, 0.5 - 1e-12, 0], [0.5, 0.5, 0], [0.5, 0.5 + 1e-12, 0]])
     assert mesh.any(origins, [0, 0, 1]).tolist() == [True, True, False]

@@ -1,4 +1,4 @@
-"""Tests results in pandas data frames, misses as NaN, and the reuse of memory for results."""
+"""Tests converting results to pandas data frames, replacing misses with NaN, and reusing memory for results."""
 
 import math
 import os
@@ -97,7 +97,7 @@ def test_rays_start_at_nearest_points():
 
 @pytest.fixture
 def many():
-    """A mesh, and enough rays that the memory for their results is kept for reuse."""
+    """Returns a mesh, and enough rays for the memory of their results to be kept for reuse."""
     vertices, faces = icosphere(2)
     ways = np.random.default_rng(3).normal(size=(50_000, 3)).astype(np.float32)
     _memory._idle.clear()
@@ -153,7 +153,7 @@ def test_idle_memory_is_given_up_before_an_allocation_fails(many, monkeypatch):
         _memory.empty((1 << 60,), np.float64)
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="os.fork is not available")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_a_forked_process_does_not_write_its_parents_answers(many):
     mesh, ways = many

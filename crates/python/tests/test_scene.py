@@ -18,7 +18,7 @@ def placed(mesh, matrix):
 
 
 def matrices(rng, count):
-    """Returns random matrices that rotate, shear, and scale. Every fourth matrix is a reflection instead."""
+    """Returns random matrices that rotate, shear, and scale, except that every fourth matrix is a reflection."""
     all = np.tile(np.eye(4), (count, 1, 1))
     all[:, :3, :3] = rng.uniform(-1, 1, (count, 3, 3)) * rng.choice([0.1, 1, 3], (count, 1, 1))
     all[:, :3, 3] = rng.uniform(-3, 3, (count, 3))
@@ -199,7 +199,7 @@ def test_saved_scenes_come_back(rng, tmp_path):
         assert type(other) is intertri.Scene
         check(other, instances, np.random.default_rng(1))
         assert other.any([0, 0, -9], [0, 0, 1], mask=0b01) == scene.any([0, 0, -9], [0, 0, 1], mask=0b01)
-        # The copy reuses the free number, and the original scene does not change.
+        # Adding a mesh to the copy reuses the free number and leaves the original scene unchanged.
         assert other.add(intertri.Mesh(*box())) == 3
         assert len(scene) == 9
     again = tmp_path / "b.scene"
@@ -263,7 +263,7 @@ def test_geometries_of_open3d_become_instances(rng):
     check(scene, {0: (intertri.Mesh(ball), np.eye(4)), 1: (intertri.Mesh(cube), np.eye(4))}, rng)
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="os.fork is not available")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_a_forked_process_loads_scenes_that_need_threads():
     saved = pickle.dumps(intertri.Scene([intertri.Mesh(*icosphere(3))] * 1000))
@@ -277,7 +277,7 @@ def test_a_forked_process_loads_scenes_that_need_threads():
 
 
 def test_pictures_of_scenes_are_those_of_single_rays(rng):
-    """Compares an image, which is traced in packets, tile by tile, with single rays."""
+    """Compares an image, which is traced tile by tile in packets, with rays traced one at a time."""
     scene, _ = saved_scene(rng)
     scene.commit()
     eye, ways = camera(100, [1, 2, 9])

@@ -29,7 +29,7 @@ def test_a_vertex_does_not_hide_itself():
 
 @pytest.mark.parametrize("where", ["centres", "vertices", "edges"])
 def test_lit_faces_of_a_sphere_are_lit(dtype, where):
-    """Faces of a convex body are lit if they face the light, and dark if they face away."""
+    """Faces of a convex body are lit if they face the light and dark if they face away from it."""
     vertices, faces = icosphere(3)
     mesh = intertri.Mesh(vertices.astype(dtype), faces)
     corners = mesh.triangles.astype(np.float64)

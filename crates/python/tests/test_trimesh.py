@@ -23,7 +23,7 @@ def wall():
 
 @pytest.mark.parametrize("distance", [1e-1, 1e-2, 1e-3, 1e-6, 1e-9])
 def test_48_a_ray_that_leaves_a_wall_at_utm_coordinates(distance):
-    """Rays away from the wall must miss it, and rays toward it must hit it. This issue was called unfixable."""
+    """Rays away from the wall must miss it, and rays toward it must hit it. The issue report called this unfixable."""
     mesh, normal = wall()
     middle = mesh.vertices[[0, 2]].mean(axis=0) + [0, 0, 1]
     for side in (1, -1):

@@ -2,8 +2,8 @@
 //!
 //! In the document, each face has exactly three neighbours. A real mesh also has edges with one
 //! face (where it is open), with two faces of opposite winding, or with three or more. This table
-//! is therefore inverted: for each edge, it lists all faces and the direction in which the edge
-//! runs in each of them.
+//! is therefore inverted: for each edge, it lists all faces at the edge and the direction in which
+//! each face traverses it.
 //!
 //! ```text
 //!        a         Face 0 = (a, b, c) traverses the edge a-b forward.
@@ -48,8 +48,8 @@ pub struct Adjacency {
 }
 
 impl Adjacency {
-    /// Welds the corners of triangles and finds their edges. A triangle with two equal corners has
-    /// no area; it keeps its index but contributes no edges.
+    /// Welds the corners of triangles and finds their edges. A triangle with two equal corners is
+    /// degenerate: it keeps its index but contributes no edges.
     ///
     /// # Panics
     /// Panics if there are 2^30 triangles or more.

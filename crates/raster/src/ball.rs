@@ -24,7 +24,7 @@ use crate::vector::Vector;
 use crate::view::View;
 use crate::volume::Volume;
 
-/// The point that a pixel shows, and a bound on its error.
+/// A ball around the point that a pixel shows. Its radius is a bound on the point's error.
 pub(crate) struct Ball<'a> {
     volume: &'a Volume<'a>,
     centre: Point,
@@ -193,8 +193,8 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// A fast f64 test that returns false only if the piece with these corners is certainly outside
-    /// the ball, or is not finite. The piece extends to infinity from the corners in `endless`.
+    /// A fast, conservative f64 test: returns false only if the piece with these corners is outside
+    /// the ball or is not finite. The piece extends to infinity from the corners in `endless`.
     fn may_meet(&self, corners: &[u32], endless: &[u32]) -> bool {
         let (middle, half, most) = self.cube;
         let volume = self.volume;
@@ -247,7 +247,8 @@ mod tests {
 
     #[test]
     fn a_ball_that_touches_meets_and_no_other() {
-        // A right-angled triangle in the plane z = 1, with the light directly above its corner.
+        // The triangle is in the plane z = 1 and has a right angle at the corner directly below the
+        // light.
         let adjacency =
             Adjacency::new(&[Triangle([[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [0.0, 8.0, 1.0]])]);
         let volume = volume(&adjacency);
@@ -266,7 +267,7 @@ mod tests {
             assert!(!cap(centre, distance * (1.0 - 2f64.powi(-50))), "{centre:?}");
         }
         // The side is in the plane y = 0, below the cap, from x = 0 to the line from the light
-        // through (8, 0, 1), which runs 8 to the right for every 3 downward.
+        // through (8, 0, 1), which descends 3 for every 8 to the right.
         for (centre, distance) in [
             ([1.0, 2.0, 0.0], 2.0),
             ([5.0, -7.0, -1e6], 7.0),
@@ -286,8 +287,8 @@ mod tests {
             Triangle([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 5.0, 1.0]]),
         ]);
         let volume = volume(&adjacency);
-        // The edge runs to the right from the light itself, so everything behind its end is on the
-        // same line.
+        // The edge starts at the light and runs to the right, so everything behind its end is on
+        // the same line.
         let meets = |edge, centre, radius| ball(&volume, centre, radius).meets_side(edge);
         assert!(meets([0, 1], [90.0, 3.0, 8.0], 5.0));
         assert!(!meets([0, 1], [90.0, 3.0, 8.0], 4.99));

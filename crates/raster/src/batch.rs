@@ -1,9 +1,9 @@
 //! Prepares outlines for drawing: clips them, snaps them, and sorts them into bands of rows.
 //!
-//! The image is divided into bands of several full rows each. The first pass runs over the facets,
-//! in batches on all threads. It prepares the outlines and records which of them reach into each
-//! band. The second pass, with one band per task, draws them in order. The result does not depend
-//! on the number of threads.
+//! The image is divided into bands of several full rows each. The first pass processes the facets
+//! in batches on all threads: it prepares their outlines and records which outlines reach into each
+//! band. The second pass draws each band's outlines in order, with one band per task. The result
+//! does not depend on the number of threads.
 
 use crate::clip::{NO_FAR_WALL, Point4, Scratch, clip_facet};
 use crate::plane::FacetPlane;
@@ -58,7 +58,7 @@ impl Batch {
         let clipped = clip_facet(outline, NO_FAR_WALL, &mut self.scratch);
         self.corners.extend(clipped.iter().map(|&corner| view.snap(corner)));
 
-        // The rows and columns whose centres are within the bounds of the outline.
+        // Find the rows and columns whose centres are within the outline's bounds.
         let reach = |axis: usize| {
             let corners = self.corners[start..].iter().map(|corner| corner[axis]);
             let (lo, hi) = corners.fold((i32::MAX, 0), |(lo, hi), x| (lo.min(x), hi.max(x)));

@@ -55,7 +55,7 @@ impl Point4 {
         }
     }
 
-    /// Moves a point that is on wall `i` up to rounding exactly onto the wall.
+    /// Moves a point that is on wall `i`, up to rounding, exactly onto the wall.
     fn on_wall(self, i: usize) -> Self {
         let w = self.w;
         match i {
@@ -110,8 +110,9 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return Some((a, c));
     }
 
-    // How far the visible part can reach from a toward c, and from c toward a. At most one end is
-    // outside each wall; the wall then limits how far the part reaches from the other end.
+    // How far the visible part can reach from a toward c, and from c toward a. If one end is
+    // outside a wall, the wall limits how far the part reaches from the other end. Edges with both
+    // ends outside the same wall have already been rejected.
     let (mut from_a, mut from_c) = ((1.0, None), (1.0, None));
     for i in 0..6 {
         if c_outcode >> i & 1 == 1 {
@@ -161,7 +162,8 @@ pub fn clip_facet(
     outline.clear();
     outline.extend(corners);
 
-    // Find the walls that all corners are outside of, and the walls that any corner is outside of.
+    // Find the walls that have every corner outside, and the walls that have at least one corner
+    // outside.
     let (mut all, mut any, mut usable) = (walls, 0, true);
     for corner in &*outline {
         let boundaries = corner.boundaries();

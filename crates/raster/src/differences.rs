@@ -86,8 +86,8 @@ fn may_be_at(view: &View, triangle: &Triangle, t: f64, x: u32, y: u32) -> bool {
         .unwrap_or_else(|| Disc::new(view, x, y).may_be_at(triangle, t))
 }
 
-/// A fast f64 test for the clear cases: a difference below half the allowance or above twice the
-/// allowance. The test's own rounding error is far smaller.
+/// Decides clear cases quickly in f64: a difference below half the allowance or above twice the
+/// allowance. The rounding error of this test is far smaller than the allowance.
 fn clearly_at(view: &View, TriangleOf(corners): &Triangle, t: f64, x: u32, y: u32) -> Option<bool> {
     let [c1, c2, c3] = corners.map(double);
     let [p, q, arm] = [sub(c2, c1), sub(c3, c1), sub(c1, view.eye())];

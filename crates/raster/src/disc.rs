@@ -34,7 +34,7 @@ struct SeenTriangle {
     corners: [Point; 3],
     /// `n · (x, y, 1)`, which is positive where the triangle is in front of the eye.
     height: Linear,
-    /// `n · a`, which is never negative.
+    /// `n · a`, which is non-negative.
     offset: Exact,
     /// A bound on the f64 rounding error of the offset.
     doubt: Exact,
@@ -89,9 +89,10 @@ impl Disc {
         })
     }
 
-    /// Returns whether the pixel may show either member of a pair: a triangle, or nothing (`None`).
+    /// Returns whether the pixel may show either member of the pair. `None` means that no triangle
+    /// is visible.
     pub(crate) fn excuses(&self, pair: [Option<&Triangle>; 2]) -> bool {
-        // A triangle that is not finite or has no area is never visible.
+        // A triangle that is degenerate or not finite is never visible.
         let [one, other] = pair.map(|triangle| triangle.map(|triangle| self.see(triangle)));
         if matches!(one, Some(None)) || matches!(other, Some(None)) {
             return false;
@@ -128,10 +129,10 @@ impl Disc {
     }
 
     /// Returns the triangle relative to the eye, with its normal pointing away from the eye, or
-    /// `None` if it is not finite or has no area.
+    /// `None` if it is degenerate or not finite.
     fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
-        // Both engines round about 12 times, in f64, to compute the height and again to compute the
-        // offset.
+        // Both engines compute the height with about 12 f64 roundings, and the offset with about as
+        // many.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;

@@ -60,12 +60,12 @@ fn sign(x: &Exact) -> Ordering {
     x.cmp(&Exact::ZERO)
 }
 
-/// Returns the sign of `a + b sqrt(p)`, where `p` is not negative.
+/// Returns the sign of `a + b sqrt(p)`, where `p` is non-negative.
 pub(crate) fn sign_with_root(a: &Exact, b: &Exact, p: &Exact) -> Ordering {
     stronger(sign(a), sign(b), || sign(&(a.sqr() - b.sqr() * p)), p)
 }
 
-/// Returns the sign of `a + b sqrt(p) + c sqrt(q)`, where neither `p` nor `q` is negative.
+/// Returns the sign of `a + b sqrt(p) + c sqrt(q)`, where `p` and `q` are non-negative.
 pub(crate) fn sign_with_roots(a: &Exact, [b, p]: [&Exact; 2], [c, q]: [&Exact; 2]) -> Ordering {
     // (a + b sqrt(p))^2 - (c sqrt(q))^2 has only one root left.
     let squares = || {
@@ -110,7 +110,7 @@ mod tests {
             }) {
                 let [x, y, z] = [a, b, c].map(f64::from);
                 let value = x + y * f64::from(p).sqrt() + z * f64::from(q).sqrt();
-                // For such small integers, the value is either 0 or far from 0.
+                // For arguments that are small integers, the value is either 0 or far from 0.
                 let expected = if value.abs() < 1e-9 { 0.0 } else { value };
                 assert_eq!(roots(a, b, p, c, q), expected.total_cmp(&0.0), "{a} {b} {p} {c} {q}");
             }

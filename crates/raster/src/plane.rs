@@ -13,7 +13,8 @@ use crate::view::PixelDirections;
 /// The `q` of one plane, clamped to the range of `q` at the facet's corners.
 ///
 /// The limits matter for planes that are nearly edge-on: the quotient of two small numbers can take
-/// any value, but the facet is no nearer and no farther than its corners.
+/// any value, but no point of the facet is nearer than its nearest corner or farther than its
+/// farthest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FacetPlane {
     q0: f64,
@@ -105,8 +106,8 @@ mod tests {
 
     #[test]
     fn a_plane_seen_edge_on_stays_between_its_corners() {
-        // A facet at view depths from 1 to 3, in a plane that passes extremely close to the eye.
-        // Just beside the facet, the plane itself may have any depth.
+        // The facet has view depths from 1 to 3, and its plane passes extremely close to the eye.
+        // Just outside the facet, the plane itself may have any depth.
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
         let view = View::new([0.0; 3], axes, 1.0, 100, 100).unwrap();
         let plane = FacetPlane::new(
@@ -119,7 +120,7 @@ mod tests {
             let q = plane.at(x, 20.0);
             assert!((1.0 / 3.0..=1.0).contains(&q), "{x}: {q}");
         }
-        // A plane through the eye, and a facet that reaches behind the eye.
+        // Test a plane through the eye, and a facet that reaches behind the eye.
         let through = FacetPlane::new(
             &view.pixel_directions(),
             [1.0, 0.0, 0.0],
@@ -128,7 +129,7 @@ mod tests {
         );
         assert_eq!(through.at(3.0, 4.0), 0.25);
         assert_eq!(range([-1.0, 2.0]), (0.5, f64::INFINITY));
-        // Elsewhere the limits do not matter: half the view depth means twice the q.
+        // For any other plane, the limits have no effect: half the view depth means twice the q.
         let slope = FacetPlane::new(
             &view.pixel_directions(),
             [0.0, 1.0, 0.0],

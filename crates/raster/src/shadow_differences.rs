@@ -71,8 +71,8 @@ pub fn shadow_differences(
     verdicts
 }
 
-/// Returns whether the surface of a volume comes so close to the visible point that the point may
-/// be either lit or dark.
+/// Returns whether the surface of a volume is so close to the visible point that rounding decides
+/// whether the point is lit or dark.
 fn excused(view: &View, hit: &Hit, volume: &Volume<'_>, x: u32, y: u32) -> bool {
     // A pixel without a hit counts as lit in both masks.
     if !hit.is_hit() {

@@ -2,7 +2,7 @@
 //! shadow.
 //!
 //! The document selects the faces whose normals point toward the light, and the edges between them
-//! and the other faces. This selection is right for a closed mesh with consistent winding. Here,
+//! and the other faces. This selection is correct for a closed mesh with consistent winding. Here,
 //! **every** triangle casts a shadow, whatever its winding, just as it blocks a ray: a face that
 //! points away from the light is flipped first. The silhouette is then a sum to which each face
 //! contributes its three edges. Where two faces run along an edge in opposite directions, they
@@ -31,18 +31,20 @@ pub enum Light {
     Point {
         /// The light's position.
         position: [f32; 3],
-        /// The fraction of the segment from the light to a surface in which a blocker counts. This
-        /// is the `t_max` of shadow rays from the light (`t = 0`) to the surface (`t = 1`), and it
-        /// must be above 0 and at most 1. Even with 1, a surface does not shadow itself.
+        /// The fraction of the segment from the light to a surface within which a blocker casts a
+        /// shadow. This is the `t_max` of shadow rays from the light (`t = 0`) to the surface
+        /// (`t = 1`), and it must be above 0 and at most 1. Even with 1, a surface does not shadow
+        /// itself.
         reach: f64,
     },
     /// A directional light, whose rays are parallel.
     Directional {
         /// The vector to the light, of any nonzero length. Shadow rays have the same length.
         toward: [f32; 3],
-        /// The fraction of this vector in which a blocker counts, from the light's end (`t = 0`) to
-        /// the surface (`t = 1`), as for a point light. A triangle's shadow begins behind the
-        /// triangle, shifted away from the light by `1 - reach` times this vector.
+        /// The fraction of this vector within which a blocker casts a shadow, measured from the
+        /// light's end (`t = 0`) to the surface (`t = 1`), as for a point light. A triangle's
+        /// shadow begins behind the triangle, shifted away from the light by `1 - reach` times this
+        /// vector.
         reach: f64,
     },
 }
@@ -59,8 +61,8 @@ pub struct Outline {
 }
 
 /// Returns, for each face, 1 if its normal (c2 - c1) ^ (c3 - c1) points toward the light, -1 if it
-/// points away, and 0 if the face casts no shadow because it is edge-on to the light, has no area,
-/// or is not finite.
+/// points away, and 0 if the face casts no shadow because it is edge-on to the light, degenerate,
+/// or not finite.
 ///
 /// For a point light, the sign is exact. For a directional light, it is exact for the face's edge
 /// vectors after these are rounded to f64.

@@ -28,7 +28,7 @@ pub(crate) const BAND: u32 = 16;
 const PIXEL: i64 = 1 << SUBPIXEL_BITS;
 const HALF: i64 = PIXEL / 2;
 
-/// Where an outline crosses each row of one band, as (pixel, +1 or -1).
+/// Where an outline crosses each row of one band: pairs of a pixel and +1 or -1.
 #[derive(Default)]
 pub(crate) struct Crossings {
     rows: [Vec<(u32, i32)>; BAND as usize],
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_square_owns_its_top_and_left_edges() {
-        // The corners are pixel centres. The square covers 2×2 pixels, not 3×3.
+        // The square's corners are pixel centres. It covers 2×2 pixels, not 3×3.
         let p = |x: i32, y: i32| [x * (1 << 16) + (1 << 15), y * (1 << 16) + (1 << 15)];
         let square = [p(1, 1), p(1, 3), p(3, 3), p(3, 1)];
         let sums = windings(&square, 5, 20);
@@ -179,8 +179,8 @@ mod tests {
 
     #[test]
     fn a_cut_up_square_is_covered_once() {
-        // The slivers of a fan around an inner point together cover each pixel centre of the square
-        // once.
+        // A square is divided into a fan of slivers around an inner point. Together, the slivers
+        // must cover each pixel centre in the square exactly once.
         let mut state = 3;
         for _ in 0..50 {
             let side = 32 << 16;

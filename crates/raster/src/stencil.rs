@@ -132,7 +132,8 @@ impl Surfaces<'_> {
         }
     }
 
-    /// Adds one side, which runs backward along a silhouette edge and extends from it to infinity.
+    /// Adds one side, which traverses a silhouette edge in reverse and extends from the edge to
+    /// infinity.
     fn side(&self, batch: &mut Batch, i: usize) {
         let Self { view, directions, volume, near } = *self;
         let side = volume.silhouette()[i];
@@ -147,8 +148,8 @@ impl Surfaces<'_> {
             let [p, q] = [a, b].map(|point| volume.near(point));
             let normal = cross(sub(q, p), volume.far(a));
             let arms = [p, q].map(|p| sub(p, view.eye()));
-            // The near points are nearest to the eye, unless the side runs back toward the plane of
-            // the eye.
+            // The near points are nearest to the eye, unless the side extends back toward the eye's
+            // plane.
             let back = [a, b].map(|point| view.depth(volume.far(point))).into_iter();
             let depths = arms.map(|arm| view.depth(arm)).into_iter();
             let (_, hi) = range(depths.chain(back.filter(|&w| w < 0.0)));
@@ -157,8 +158,8 @@ impl Surfaces<'_> {
     }
 }
 
-/// The counters of one band. The counters cannot wrap, because there are fewer than 2^30 faces.
-/// Each row is padded to fill the last lanes.
+/// The counters of one band, which cannot wrap because there are fewer than 2^30 faces. Each row is
+/// padded to fill the last lanes.
 #[derive(Default)]
 struct Counters {
     stride: usize,
@@ -203,7 +204,8 @@ impl WithSimd for Count<'_> {
                     let xs = centres::<S::F64x8>(x);
                     let surface = plane.at(xs);
                     let visible = S::F64x8::load(&depths[at..]);
-                    // A smaller q is behind. A tie counts where the line of sight enters a volume.
+                    // A surface with a smaller q is behind the point. A tie counts as behind where
+                    // the line of sight enters a volume.
                     let behind =
                         if winding > 0 { surface.le(visible) } else { surface.lt(visible) };
                     let bits = (behind & xs.lt(end)).bits();

@@ -1,5 +1,5 @@
-//! Two ways to distribute work over all threads. Without the `parallel` feature, the work runs
-//! sequentially.
+//! Distributes work over all threads. Without the `parallel` feature, the work runs sequentially on
+//! the calling thread.
 
 /// Calls `work(i)` for every `i < count` and returns the results in order.
 pub(crate) fn map<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
@@ -13,7 +13,7 @@ pub(crate) fn map<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send
 }
 
 /// Calls `work(i, part, scratch)` for each part of `all`. A part has `length` elements, except that
-/// the last part may be shorter. A scratch value is reused for several parts.
+/// the last part may be shorter. Each scratch value is reused for several parts.
 pub(crate) fn parts<T: Send, S: Default>(
     all: &mut [T],
     length: usize,

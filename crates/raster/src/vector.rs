@@ -1,4 +1,4 @@
-//! Arithmetic on vectors of three f64 values, for setting up facets and volumes.
+//! Vector arithmetic in f64, used to set up facets and shadow volumes.
 
 pub(crate) type Vector = [f64; 3];
 

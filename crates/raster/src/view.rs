@@ -1,4 +1,4 @@
-//! The viewer: an eye, its axes, and the image in front of the eye.
+//! Defines the view: an eye, its axes, and the image in front of the eye.
 //!
 //! ```text
 //!                    up
@@ -20,7 +20,8 @@ use std::fmt;
 use crate::clip::Point4;
 use crate::vector::{Vector, add, dot, double, length, scale, sub};
 
-/// Each pixel is divided into `2^SUBPIXEL_BITS` parts along each axis.
+/// The number of fractional bits in pixel coordinates: each pixel is divided into `2^SUBPIXEL_BITS`
+/// parts along each axis.
 ///
 /// With 16 bits and at most 2^14 pixels per side, coordinates are at most 2^30, so all edge
 /// arithmetic fits in i64.
@@ -152,7 +153,8 @@ impl View {
         (1.0 + self.half_width * self.half_width + self.half_height * self.half_height).sqrt()
     }
 
-    /// Returns how far apart, in pixels, a traced ray and this crate's image can place an edge.
+    /// Returns the largest distance, in pixels, between an edge as seen by traced rays and the same
+    /// edge in this crate's image.
     ///
     /// The value is the sum of two rounding errors, derived in `docs/raster.md`: the tracer rounds
     /// its directions to f32, and this crate snaps the corners of facets to 2^-16 of a pixel.

@@ -10,16 +10,16 @@
 //!  far a ------- far b
 //! ```
 //!
-//! This is the document's quad with its two new vertices in the right order (`docs/documents.md`).
-//! The document's BIG is infinity here: a far point is a direction, with `w = 0` in homogeneous
-//! coordinates, so no finite number has to be large enough for the scene and small enough for the
-//! arithmetic. For a directional light, all far points coincide, the sides are triangles, and there
-//! is no far cap.
+//! This is the document's quad with its two new vertices in the correct order
+//! (`docs/documents.md`). The document's BIG is infinity here: a far point is a direction, with
+//! `w = 0` in homogeneous coordinates, so there is no need for a finite number that is large enough
+//! for the scene yet small enough for the arithmetic. For a directional light, all far points
+//! coincide, the sides are triangles, and there is no far cap.
 //!
 //! The number of volumes that contain a point is the number of faces between the point and the
 //! light, and also the winding number of the surfaces around the point. This holds for every mesh,
 //! whether open, self-intersecting, inconsistently wound, or with many faces at an edge, and it is
-//! what a two-sided shadow ray finds. Faces that are edge-on to the light cast no shadow.
+//! what a two-sided shadow ray finds. Faces edge-on to the light cast no shadow.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! Draws the visible parts of edges over an image, clipped as in document E.
+//! Draws the visible parts of edges over an image, clipping the edges as in document E.
 
 use intertri::Hit;
 
@@ -13,7 +13,7 @@ use crate::z_buffer::plane;
 ///
 /// A pixel's facet is known only at the pixel's centre, but an edge may pass up to half a pixel
 /// away from the centre. On a curved surface, the facet's plane may be slightly in front of the
-/// edge where the edge passes.
+/// edge there.
 const SLACK: f64 = 1.0 / 500.0;
 
 /// Returns the pixels through which edges of a mesh pass, except where visible surfaces hide them.

@@ -1,8 +1,8 @@
 //! Document B: finds the facet that each pixel shows, which is the nearest facet at its centre.
 //!
 //! 1. Every facet is clipped, snapped to fractions of a pixel, and sorted into bands of rows.
-//! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number
-//!    in integers. Each pixel in a run stores the facet if it is nearer than the facet already
+//! 2. In each band, each row of a facet becomes runs of pixels, which integer winding numbers
+//!    determine. Each pixel in a run stores the facet if it is nearer than the facet already
 //!    stored.
 //! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
@@ -37,8 +37,8 @@ const MAX_FACETS: usize = i32::MAX as usize;
 /// - `u` and `v` are the weights of the second and third corners: a point in the facet's plane is
 ///   `c1 + u (c2 - c1) + v (c3 - c1)`, even for a facet with more corners.
 ///
-/// A facet is invisible if it has fewer than three corners, a NaN or infinite coordinate, or no
-/// area (the sum of its corners' cross products is 0), or if the eye is in its plane. For an
+/// A facet is invisible if it has fewer than three corners or a NaN or infinite coordinate, if it
+/// is degenerate (its corners' cross products sum to 0), or if the eye is in its plane. For an
 /// outline that is not flat, the plane has the mean normal and passes through the first corner.
 ///
 /// # Panics
@@ -106,9 +106,9 @@ pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit
     facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
 }
 
-/// Returns the plane of a facet, or `None` if the facet has no area or the eye is in its plane. The
-/// plane's normal is the sum of the cross products over the fan around the first corner, as in the
-/// reference.
+/// Returns the plane of a facet, or `None` if the facet is degenerate or the eye is in its plane.
+/// The plane's normal is the sum of the cross products over the fan around the first corner, as in
+/// the reference.
 pub(crate) fn plane<C>(view: &View, directions: &PixelDirections, corners: C) -> Option<FacetPlane>
 where
     C: IntoIterator<Item = Vector, IntoIter: Clone>,

@@ -94,7 +94,7 @@ fn a_facet_behind_the_eye_or_beside_the_volume_is_nowhere() {
     assert!(clip_facet(behind, NO_FAR_WALL, &mut scratch).is_empty());
     let right = behind.map(|p| Point4::new(p.x + 5.0, p.y, 0.0, 1.0));
     assert!(clip_facet(right, ALL_WALLS, &mut scratch).is_empty());
-    // A facet beyond the far wall, which is in only one of the two sets of walls.
+    // This facet is beyond the far wall, which only one of the two sets of walls contains.
     let far = behind.map(|p| Point4::new(p.x * 0.1, p.y * 0.1, 2.0, 1.0));
     assert!(clip_facet(far, ALL_WALLS, &mut scratch).is_empty());
     assert_eq!(clip_facet(far, NO_FAR_WALL, &mut scratch), far);
@@ -148,7 +148,7 @@ fn two_facets_at_an_edge_cut_it_at_the_same_bits() {
     for _ in 0..100_000 {
         let (a, b) = (numbers.point(), numbers.point());
         if [a, b].iter().any(|p| p.boundaries().contains(&0.0)) {
-            continue; // A corner on a wall is where the wall cuts its edges.
+            continue; // A wall would cut the edge at its end.
         }
         let first = clip_facet([a, b, numbers.point()], NO_FAR_WALL, &mut one);
         let second = clip_facet([b, a, numbers.point()], NO_FAR_WALL, &mut other);

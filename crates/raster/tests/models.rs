@@ -10,7 +10,7 @@ use intertri_scene::{Light as Lamp, Scene, hit_point, load, shade};
 use intertri_trace::Bvh;
 
 /// Draws and traces a scene, and compares the images and the shadows. Only a few pixels may differ,
-/// each for a known reason: a rule that excused many differences could hide an error.
+/// each for a known reason, because a rule that excused many differences could hide an error.
 fn check(name: &str, scene: &Scene) {
     let (width, height) = (1024, 768);
     let soup = scene.mesh.to_triangles();

@@ -131,7 +131,7 @@ fn boxes_that_touch_and_stand_on_the_floor() {
 
 #[test]
 fn an_open_mesh() {
-    // A ball with a third of its triangles removed, and single sheets.
+    // The soup contains a ball with a third of its triangles removed, and single sheets.
     let mut numbers = Numbers(2);
     let mut soup = ball(&mut numbers, 8, 0.1);
     soup.retain(|_| numbers.next() > -0.3);
@@ -178,7 +178,7 @@ fn a_mesh_that_runs_through_itself() {
     let mut soup = numbers.soup(60, 0.8, 0.8);
     soup.extend(cuboid([-0.9, -0.4, -0.5], [0.3, 0.4, 0.5]));
     soup.extend(cuboid([-0.3, -0.7, -0.2], [0.9, 0.2, 0.8]));
-    // Triangles without area or with NaN or infinite coordinates do not cast shadows.
+    // Degenerate triangles, and triangles with NaN or infinite coordinates, cast no shadow.
     soup.push(Triangle([[0.0; 3], [1.0; 3], [1.0; 3]]));
     soup.push(Triangle([[0.0; 3], [1.0; 3], [2.0; 3]]));
     soup.push(Triangle([[f32::NAN; 3], [1.0; 3], [2.0, 1.0, 0.0]]));
@@ -203,8 +203,8 @@ fn the_eye_within_a_shadow() {
             same_as_rays(&camera, soup, light);
         }
     }
-    // Light from outside falls only on the side of the room that faces the light. The wall is a
-    // single sheet, so it looks lit from the inside too.
+    // Light from outside reaches only the wall on the side that faces the light. Because the wall
+    // is a single sheet, it also appears lit from the inside.
     let camera = Camera::new([0.3, -0.2, 1.0], [0.0, -0.5, -1.0], Camera::UP, 75.0).unwrap();
     let outside = [20.0, 30.0, 10.0];
     same_as_rays(&camera, &room, point(outside, REACH));

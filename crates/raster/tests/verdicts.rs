@@ -18,7 +18,7 @@ fn ahead(half_height: f64) -> View {
     View::new([0.0; 3], axes, half_height, SIDE, SIDE).unwrap()
 }
 
-/// Returns the verdict on one pixel, where the two images have these hits.
+/// Returns the verdict on one pixel for which the two images have these hits.
 fn verdict(view: &View, soup: &[Triangle], pair: [Hit; 2]) -> Verdict {
     let place = (PIXEL.1 * SIDE + PIXEL.0) as usize;
     let [one, other] = pair.map(|hit| {
@@ -50,9 +50,9 @@ fn turning_point(lo: f64, hi: f64, question: impl Fn(f64) -> bool) -> f64 {
 
 #[test]
 fn an_edge_at_the_distance_to_the_last_bit() {
-    // A vertical edge to the right of a pixel's centre comes within the tolerance at a certain
-    // image width. Test the adjacent widths on both sides, for which arithmetic in f64 may give the
-    // wrong verdict.
+    // At a certain image width, a vertical edge to the right of a pixel's centre comes within the
+    // tolerance. Test the widths just below and just above it, for which f64 arithmetic may give
+    // the wrong verdict.
     let mut numbers = Numbers(71);
     let (mut wrong_in_f64, mut excused, mut tried) = (0, 0, 0);
     for _ in 0..40 {
@@ -137,7 +137,7 @@ fn the_same_triangle_is_at_one_depth() {
     assert!(same(t) && same(t * (1.0 + 0.9 * e)) && same(t * (1.0 - 0.9 * e)));
     assert!(!same(t * (1.0 + 1.1 * e)) && !same(t * (1.0 - 1.1 * e)));
     assert!(!same(0.0) && !same(-t) && !same(f64::NAN) && !same(f64::INFINITY));
-    // A triangle that is not finite or has no area is never visible.
+    // A triangle that is degenerate or not finite is never visible.
     let broken = [Triangle([[f32::NAN; 3]; 3]), Triangle([[1.0; 3]; 3])];
     for triangle in [0, 1] {
         let found = verdict(&view, &broken, [shows(triangle, 1.0), Hit::MISS]);

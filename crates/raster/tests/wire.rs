@@ -1,4 +1,4 @@
-//! Tests drawing edges over an image.
+//! Tests that visible edges, and only visible edges, are drawn over an image.
 
 use crate::common::{cuboid, view_of};
 use intertri_raster::{Adjacency, Light, facing, silhouette, triangles, wire};
@@ -12,7 +12,7 @@ fn a_box_shows_nine_of_its_edges() {
     let hits = triangles(&view, &soup, 1e-9);
     let adjacency = Adjacency::new(&soup);
 
-    // All edges except the diagonals of the faces.
+    // Select all edges except the diagonals of the faces.
     let length = |[a, b]: [u32; 2]| {
         let [a, b] = [a, b].map(|end| adjacency.points()[end as usize]);
         (0..3).map(|k| (a[k] - b[k]).abs()).sum::<f32>()

@@ -92,8 +92,8 @@ fn random_soups_look_like_their_rays() {
     let mut covered = 0;
     for (count, size) in [(40, 1.0), (300, 0.2), (20, 8.0), (60, 0.01)] {
         let soup = numbers.soup(count, 1.0, size);
-        // One eye is outside the soup, the other inside, where facets cross the plane of the eye
-        // and reach behind the eye.
+        // One eye is outside the soup. The other is inside, where facets cross the eye's plane and
+        // extend behind the eye.
         for eye in [[2.0, 1.5, 3.0], [0.1, 0.05, -0.2]] {
             let camera = Camera::new(eye, [0.0, 0.3, 0.1], Camera::UP, 70.0).unwrap();
             let drawn = same_as_rays(&camera, &soup, 120, 90);
@@ -120,7 +120,8 @@ fn from_inside_of_a_closed_surface_every_pixel_is_covered() {
 
 #[test]
 fn a_floor_reaches_to_the_horizon_and_below_the_feet() {
-    // A floor of two triangles, a million times larger than the height of the eye above the floor.
+    // A floor of two triangles that extends a million times farther than the eye's height above the
+    // floor.
     let soup = floor(-1.0, 1e6);
     let camera = Camera::new([0.0; 3], [0.3, -0.2, -1.0], Camera::UP, 120.0).unwrap();
     let drawn = same_as_rays(&camera, &soup, 160, 120);
@@ -174,7 +175,7 @@ fn what_is_not_finite_or_lies_in_one_plane_with_the_eye_is_not_there() {
     assert!(
         triangles(&view, &soup, THRESHOLD).iter().all(|hit| !hit.is_hit() || hit.triangle == 4)
     );
-    // Coordinates near the limits of f32.
+    // Use coordinates near the limits of f32.
     let big = [a, b, c].map(|p| p.map(|x: f32| x * 1e38));
     assert!(triangles(&view, &[Triangle(big)], THRESHOLD)[16 * 32 + 16].is_hit());
     let small = [a, b, c].map(|p| p.map(|x: f32| x * 1e-38));
@@ -226,7 +227,7 @@ fn a_facet_of_a_thousand_corners_and_its_weights() {
     let covered = hits.iter().filter(|hit| hit.is_hit()).count() as f64;
     assert!((covered - std::f64::consts::PI * 2500.0).abs() < 40.0, "{covered}");
     for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
-        // u and v lead from the first corner to the point on the line of sight.
+        // Moving from the first corner by u and v must lead to a point on the line of sight.
         let d = view.direction((i % 200) as f64 + 0.5, (i / 200) as f64 + 0.5);
         let [c1, c2, c3] = [0, 1, 2].map(|k| outline[k].map(f64::from));
         for k in 0..2 {
@@ -294,7 +295,7 @@ fn a_wrong_picture_is_not_excused() {
         good.iter().map(|h| if h.triangle == front { Hit::MISS } else { *h }).collect();
     let gone = good.iter().filter(|h| h.triangle == front).count();
     assert!(gone > 0 && count(&without) == gone);
-    // The right triangles at the wrong depth.
+    // An image with the correct triangles at an incorrect depth.
     let farther: Vec<Hit> = good.iter().map(|h| Hit { t: h.t * (1.0 + 2e-4), ..*h }).collect();
     let seen = good.iter().filter(|h| h.is_hit()).count();
     assert!(count(&farther) > seen * 9 / 10, "{} of {seen}", count(&farther));

@@ -19,7 +19,7 @@
 //! - **`A = tmp`** at the end would assign garbage if A was inside and nothing was stored in `tmp`.
 //!   Here `A` changes only if `tIn` did, and `C` is computed from the old `A`.
 //! - **NaN and infinity** are not mentioned. Here, an edge with such a coordinate is rejected, and
-//!   so is an edge that is so large that a difference of its boundary coordinates could overflow.
+//!   so is an edge whose boundary coordinates are so large that their difference could overflow.
 
 /// A point in homogeneous coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,8 @@ pub fn clip_edge(a: &mut Point4, c: &mut Point4) -> i32 {
         return 1;
     }
 
-    // The edge is inside for t from t_in to t_out. Each wall that it crosses may shrink that range.
+    // The edge is inside for t from t_in to t_out. Each wall that the edge crosses may shrink this
+    // range.
     let mut t_in = 0.0;
     let mut t_out = 1.0;
     for i in 0..6 {
@@ -107,7 +108,7 @@ pub fn clip_edge(a: &mut Point4, c: &mut Point4) -> i32 {
         }
     }
 
-    // An end moves only if its t has changed. Both ends are computed from the old A.
+    // Move an end only if its t has changed, and compute both ends from the old A.
     let old_a = *a;
     if t_in > 0.0 {
         *a = old_a.toward(*c, t_in);

@@ -40,7 +40,7 @@ impl Scene {
         (0..self.trian.len()).any(|obj| self.hit(obj, ray, t_min, t_max).is_some())
     }
 
-    /// Returns the index and `t` of every triangle that the ray hits, in ascending order of index.
+    /// Returns the index and `t` of every triangle that the ray hits, in ascending order by index.
     pub fn all(&self, ray: &Ray, t_min: f64, t_max: f64) -> Vec<(usize, f64)> {
         (0..self.trian.len())
             .filter_map(|obj| self.hit(obj, ray, t_min, t_max).map(|t| (obj, t)))

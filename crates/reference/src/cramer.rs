@@ -18,16 +18,16 @@
 //!
 //! # Errors in the document
 //! - Its **listing** accepts a negative `T & AP` (called `t` there, though it is not yet divided).
-//!   The listing requires `den > 0`, so the point is behind the viewer: a triangle in front of the
-//!   eye is not drawn, but its mirror image behind the eye is. Here, the test is `> 0`.
+//!   The listing requires `den > 0`, so such a point is behind the viewer: a triangle in front of
+//!   the eye is not drawn, but its mirror image behind the eye is. Here, the test is `> 0`.
 //! - Its **example** puts the triangle at z = 0, in the plane of the eye, where `T & AP` is 0 and
-//!   nothing is drawn with either sign. Put the triangle at z = 1 instead.
+//!   neither version of the test draws anything. Put the triangle at z = 1 instead.
 //!
 //! # Edge cases of the listing, kept as they are
 //! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the
 //!   side that the normal `T` points to.
 //! - The edge opposite A, `u + v = 1`, is **outside**; the other two edges and A are inside.
-//! - NaN counts as a miss, and so does a triangle without area.
+//! - NaN counts as a miss, and so does a degenerate triangle.
 
 use crate::vector::Vector;
 

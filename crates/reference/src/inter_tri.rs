@@ -1,4 +1,4 @@
-//! Document A: the test of one triangle against one ray.
+//! Document A: tests whether one ray hits one triangle.
 //!
 //! ```text
 //!                c3
@@ -20,7 +20,7 @@
 //!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size
 //!   of the triangle. The test does depend on the length of `dir`.
 //! - **The value of `Threshold`.** The document does not give one. Here, it is a field of
-//!   [`Scene`], which is [`THRESHOLD`] by default. One number serves two purposes: the smallest
+//!   [`Scene`], which is [`THRESHOLD`] by default. It serves two purposes: it is the smallest
 //!   `|nrm & dir|` that does not count as parallel, and the largest `t` that does not count as a
 //!   hit.
 //!
@@ -86,8 +86,8 @@ pub struct Trian {
 
 /// The document's two tables and its constant.
 ///
-/// The fields are public, as the document's tables are. If you change them, keep the corners of
-/// `trian` valid indices into `vertx`, and keep the edges in sync with the corners.
+/// The fields are public, as the document's tables are. If you change them, make sure that the
+/// corners in `trian` remain valid indices into `vertx` and that the edges still match the corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// `Vertx`: the vertices.
@@ -126,8 +126,8 @@ impl Scene {
     /// threshold.
     ///
     /// # Errors
-    /// Returns an error if a triangle refers to a missing vertex. The error contains the first
-    /// triangle of this kind and its first missing vertex.
+    /// Returns an error if a triangle refers to a missing vertex. The error contains the first such
+    /// triangle and its first missing vertex.
     pub fn new(
         vertx: Vec<Vector>,
         corners: impl IntoIterator<Item = [usize; 3]>,

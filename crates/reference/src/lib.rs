@@ -1,9 +1,9 @@
-//! The five documents that the project implements, in scalar f64, with one file per document.
+//! Implements the project's five documents in scalar f64, with one file per document.
 //!
 //! The code is written to be compared with the documents, not to be fast. The operations are in the
 //! document's order, and nothing is fused, reassociated, or approximated. No code is shared with
-//! the kernel, so a mistake in shared code cannot hide. If a document has an error, the file notes
-//! and corrects it.
+//! the kernel, because comparisons would not reveal a bug in shared code. If a document has an
+//! error, the file notes and corrects it.
 //!
 //! | document | file | contents |
 //! | --- | --- | --- |

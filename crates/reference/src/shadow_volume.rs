@@ -71,8 +71,8 @@ pub struct Sides {
 
 /// Determines which faces are front culled: `dot(normal, direction to the light) >= 0`.
 ///
-/// The normal is `(c2 - c1) ^ (c3 - c1)`, and the direction is taken at c1. Faces edge-on to the
-/// light and faces without area are front culled; faces with a NaN coordinate are back culled.
+/// The normal is `(c2 - c1) ^ (c3 - c1)`, and the direction is taken at c1. Faces that are edge-on
+/// to the light or degenerate are front culled; faces with a NaN coordinate are back culled.
 ///
 /// # Panics
 /// Panics if a face refers to a missing vertex.
@@ -112,7 +112,7 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
 /// edge.
 ///
 /// `big` is the document's BIG: a distance that reaches beyond the scene. An edge through the
-/// position of the light, or along its direction, yields a quad without area.
+/// position of the light, or along its direction, yields a degenerate quad.
 ///
 /// # Panics
 /// Panics if an edge refers to a missing vertex.

@@ -6,7 +6,7 @@ use core::ops::{Add, BitAnd, BitXor, Mul, Sub};
 ///
 /// Each operation rounds once, in the order in which it is written; nothing is fused. In Rust `&`
 /// and `^` bind more loosely than `+` and `*` but more tightly than `<`, and `&` more tightly than
-/// `^`, so expressions that mix them need the document's brackets.
+/// `^`, so expressions that mix them need the same parentheses as in the document.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector {
     /// The first coordinate.

@@ -17,12 +17,13 @@
 //! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
 //! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
 //!   clockwise if y points up (counter-clockwise on a screen with y downward). An image contains
-//!   both orientations, so [`ZBuffer::draw`] mirrors the rule for the other.
-//! - **Facets without area.** For three collinear vertices, every `c_kz` is 0 along their line, and
-//!   for three equal vertices, everywhere. [`ZBuffer::draw`] skips such facets.
+//!   outlines of both orientations, so [`ZBuffer::draw`] mirrors the rule for the other
+//!   orientation.
+//! - **Facets without area.** If three vertices are collinear, every `c_kz` is 0 along their line;
+//!   if they are equal, every `c_kz` is 0 everywhere. [`ZBuffer::draw`] skips such facets.
 //! - **The depth within a facet** is taken where its plane meets the pixel's projector. For a facet
 //!   of four or more vertices that is not flat, this is the plane with its mean normal through its
-//!   first vertex. The closer a facet is to edge-on, the less accurate its depth.
+//!   first vertex. The more edge-on a facet is, the less accurate its depth.
 //!
 //! If a facet is concave, only the points inside all of its edges are drawn. Cut concave facets
 //! into convex facets first, as the document does with curved facets.
@@ -44,8 +45,8 @@ pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
 }
 
 /// Applies the document's test for a clockwise outline (y up): a point is inside if no `c_kz` is
-/// positive, so edges and vertices belong to the facet. NaN is outside. An outline without vertices
-/// contains everything.
+/// positive, so edges and vertices belong to the facet. NaN is outside. An outline with no vertices
+/// contains every point.
 pub fn inside(outline: &[Vector], p: Vector) -> bool {
     turns(outline, p).all(|c| c <= 0.0)
 }
@@ -74,8 +75,8 @@ impl ZBuffer {
     ///
     /// A facet owns the pixels whose centres are inside it or on its outline, where its depth is
     /// smaller than the stored depth. If depths are equal, the facet drawn first stays. Depth has
-    /// no near or far limit. Facets with fewer than three vertices, without area, or with vertices
-    /// that are not finite are not drawn.
+    /// no near or far limit. Facets that have fewer than three vertices, are degenerate, or have
+    /// vertices that are not finite are not drawn.
     pub fn draw(&mut self, facet: usize, outline: &[Vector]) {
         let Some((&a1, others)) = outline.split_first() else { return };
 
@@ -94,7 +95,7 @@ impl ZBuffer {
             for n in 0..self.width {
                 let p = Vector::new(n as f64 + 0.5, m as f64 + 0.5, 0.0);
 
-                // Is the centre inside?
+                // Check whether the centre is inside.
                 let inside = if normal.z < 0.0 {
                     inside(outline, p)
                 } else {

@@ -86,7 +86,8 @@ fn an_edge_in_a_wall_goes_and_one_that_starts_there_stays() {
 
 #[test]
 fn an_edge_through_the_eyes_plane_loses_what_is_behind() {
-    // An edge from w = 1 in front to w = -1 behind leaves the volume where w falls to |z| = 0.5.
+    // An edge from w = 1, in front of the eye, to w = -1, behind it, leaves the volume where w
+    // falls to |z| = 0.5.
     let (a, c) = (p(0.0, 0.0, 0.5, 1.0), p(0.0, 0.0, 0.5, -1.0));
     assert_eq!(clip(a, c), (1, a, p(0.0, 0.0, 0.5, 0.5)));
     assert_eq!(clip(c, a), (1, p(0.0, 0.0, 0.5, 0.5), a));

@@ -1,4 +1,4 @@
-//! Tests the loops over all triangles: ties, intervals, and order.
+//! Tests how the loops over all triangles handle ties, intervals, and the order of hits.
 
 use intertri_reference::{Ray, Scene};
 

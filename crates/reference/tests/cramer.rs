@@ -1,4 +1,4 @@
-//! Tests document D: its example, its errors, and its weights, compared with those of document A.
+//! Tests document D: its example, its errors, and its weights, which are compared with document A.
 
 use intertri_reference::cramer::{Corner, Trig, Viewpoint, calc_triangle, xor_pattern};
 use intertri_reference::{Ray, Scene, Vector};
@@ -139,7 +139,7 @@ proptest! {
         }
     }
 
-    /// Texture coordinates interpolate those of the corners.
+    /// Texture coordinates are interpolated between the corners.
     #[test]
     fn texture_mixes_the_corners(u in 0.0f64..1.0, v in 0.0f64..1.0) {
         let (tx, ty) = example(1.0).texture(u, v);

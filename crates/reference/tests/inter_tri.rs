@@ -88,7 +88,7 @@ fn without_area_is_parallel_to_everything() {
         let scene = Scene::from_triangles([triangle]);
         assert_eq!(scene.trian[0].nrm, Vector::default());
         assert_eq!(ask(&scene, &down(0.0, 0.0)), (0, 42.0), "{triangle:?}");
-        // With a threshold of 0 nothing is parallel: the last line rejects t = NaN.
+        // With a threshold of 0, nothing is parallel, but the last line rejects t = NaN.
         let (answer, t) = ask(&scene.with_threshold(0.0), &down(0.0, 0.0));
         assert!(answer == 0 && t.is_nan(), "{triangle:?}");
     }
@@ -174,7 +174,7 @@ proptest! {
     // Test the same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// (u, v) and t describe the same point, anywhere in the triangle's plane.
+    /// `(u, v)` and `t` describe the same point, even if it is outside the triangle.
     #[test]
     fn barycentric_weights_rebuild_the_point(
         c in prop::array::uniform9(-1.0f32..1.0),

@@ -1,4 +1,4 @@
-//! Tests the five documents, including their examples and their errors.
+//! Tests the implementations of the five documents, including the documents' examples and errors.
 
 mod clip_edge;
 mod closest;

@@ -178,6 +178,6 @@ fn odd_lights() {
     let sides = extrude(&vertx, &[[0, 1]], Light::Point(vertx[0]), 10.0);
     assert_eq!(sides.vertx[9], vertx[0]);
     assert_eq!(sides.vertx[8], Vector::new(11.0, -1.0, -1.0));
-    // Without edges there are no sides.
+    // If there are no edges, there are no sides.
     assert!(extrude(&vertx, &[], nan, 10.0).triangles.is_empty());
 }

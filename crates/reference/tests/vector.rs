@@ -20,8 +20,8 @@ fn operators_are_the_documents() {
 fn dot_is_summed_from_left_to_right_without_fusing() {
     let a = Vector::new(1.0, 1e16, -1e16);
     assert_eq!(a & Vector::new(1.0, 1.0, 1.0), 0.0, "not 1: the 1 is lost in 1e16 first");
-    // The square of 1 + 2^-30 ends in 2^-60, which rounding drops; a fused operation would keep
-    // this term.
+    // The square of 1 + 2^-30 contains the term 2^-60, which rounding drops but a fused operation
+    // would keep.
     let e = 1.0 + f64::powi(2.0, -30);
     assert_eq!(Vector::new(-(e * e), e, 0.0) & Vector::new(1.0, e, 0.0), 0.0);
     assert_eq!((Vector::new(e, e, 0.0) ^ Vector::new(e, e, 0.0)).z, 0.0);
@@ -72,7 +72,7 @@ fn sqrt_of_random_bits_and_around_squares() {
     };
     for _ in 0..1_000_000 {
         let bits = random();
-        // Arbitrary f64 values, and small or subnormal values.
+        // Any f64, and a value that is small or subnormal.
         check_sqrt(f64::from_bits(bits));
         check_sqrt(f64::from_bits(bits >> 12));
         // Squares and their neighbours, where rounding is hardest.

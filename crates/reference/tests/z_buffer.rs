@@ -100,8 +100,8 @@ fn crossing_facets_split_the_picture_where_they_cross() {
 fn without_area_or_not_finite_draws_nothing() {
     let (a, b, c) = (v(0.0, 0.0, 1.0), v(4.0, 4.0, 1.0), v(0.0, 4.0, 1.0));
     let line = [a, v(2.0, 2.0, 1.0), b];
-    // By the document's rule alone, a line would own all points on it, and a single point would own
-    // every pixel.
+    // Under the document's rule alone, a facet collapsed to a line would own every point on that
+    // line, and one collapsed to a point would own every pixel.
     assert!(inside(&line, v(9.5, 9.5, 0.0)) && inside(&[a; 3], v(3.0, 1.0, 0.0)));
     let nothing = ZBuffer::new(5, 5);
     let edge_on = [a, b, v(2.0, 2.0, 3.0)];

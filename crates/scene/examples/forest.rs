@@ -1,5 +1,5 @@
-//! Writes a GLB file of a forest: a thousand instances of one tree, which has about a thousand
-//! triangles, and the ground.
+//! Writes a GLB file of a forest: the ground, and a thousand instances of one tree with about a
+//! thousand triangles.
 //!
 //! ```sh
 //! cargo run --release -p intertri-scene --example forest -- forest.glb 1000
@@ -98,7 +98,7 @@ impl Chunk {
     }
 }
 
-/// Returns a GLB file of a forest with this many trees.
+/// Returns the bytes of a GLB file that contains a forest with this many trees.
 fn forest(trees: usize) -> Vec<u8> {
     let (tree, mut numbers, mut chunk) = (tree(), Numbers(1), Chunk::default());
     let side = (trees as f32).sqrt().ceil() as usize;

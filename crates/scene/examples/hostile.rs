@@ -18,7 +18,7 @@ type Writer<'a> = &'a mut dyn Write;
 const V: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 const MILLION: u64 = 1_000_000;
 
-/// A name, a description, and the function that writes the file.
+/// A file name, a description, and the function that writes the file.
 type Case = (&'static str, &'static str, fn(Writer<'_>) -> io::Result<()>);
 
 const CASES: &[Case] = &[

@@ -76,7 +76,7 @@ fn built_in() -> Scene {
     shapes.part(SPHERE, true);
     shapes.icosphere(3, |p| p * 0.62 + DVec3::new(-2.05, 0.62, 2.35));
 
-    // A cut stone with table, crown, girdle, and pavilion, which lies on a facet.
+    // A cut stone with a table, crown, girdle, and pavilion, lying on one of its facets.
     shapes.part(STONE, false);
     let cut = [(0.0, 0.44, 0.0), (0.52, 0.44, 0.0), (0.86, 0.24, 0.5), (1.0, 0.05, 0.0)];
     let under = [(1.0, -0.05, 0.0), (0.55, -0.48, 0.5), (0.0, -0.92, 0.0)];

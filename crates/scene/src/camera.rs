@@ -111,9 +111,9 @@ impl<S: Coordinate> Camera<S> {
         Self::framing_from(points, Camera::VIEW, Camera::UP, Camera::FOV, aspect)
     }
 
-    /// Creates a camera whose image contains all `points`, which fill it up to a narrow margin.
-    /// `view` is the direction from the points to the eye. Without points, the camera looks at the
-    /// origin.
+    /// Creates a camera that is as close to the `points` as it can be with all of them in its
+    /// image, except for a narrow margin. `view` is the direction from the points to the eye. If
+    /// there are no points, the camera looks at the origin.
     ///
     /// ```text
     ///   left border                       right border
@@ -168,8 +168,9 @@ impl<S: Coordinate> Camera<S> {
             return Self::framing_from([[S::ZERO; 3]], view, up, fov, aspect);
         }
 
-        // Each pair of opposite borders determines how far back the eye must be. The eye is at the
-        // larger of the two distances, centred between the borders, and behind the foremost point.
+        // Each pair of opposite borders determines how far back the eye must be. The eye is placed
+        // at the larger of the two distances, centred between the borders and behind the foremost
+        // point.
         let [r_max, r_min, u_max, u_min] = borders;
         let size = (max - min).length();
         let near = max.z + if size > 0.0 { size * 0.01 } else { 1.0 };

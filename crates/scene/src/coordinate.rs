@@ -1,4 +1,4 @@
-//! The scalar type of a scene's coordinates: f32 or f64.
+//! Defines the scalar type of a scene's coordinates: f32 or f64.
 
 use std::str::FromStr;
 
@@ -16,7 +16,7 @@ use intertri::Scalar;
 /// }
 /// ```
 pub trait Coordinate: Scalar + FromStr {
-    /// The name of the scalar, for messages.
+    /// The name of the scalar, used in messages.
     const NAME: &'static str;
 }
 

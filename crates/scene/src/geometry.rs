@@ -20,8 +20,8 @@ pub trait SceneGeometry<S: Coordinate>: Sync {
     fn corner_points(&self) -> impl Iterator<Item = [S; 3]>;
 
     /// Iterates over points whose convex hull contains all triangles. These are the triangles'
-    /// corners except in a scene with so many instances that visiting all corners would take too
-    /// long; there, the hull may be larger.
+    /// corners, unless the scene has so many instances that visiting all corners would take too
+    /// long. In that case, the hull may be larger.
     fn enclosing_points(&self) -> impl Iterator<Item = [S; 3]> {
         self.corner_points()
     }

@@ -193,7 +193,7 @@ pub enum ImageError {
     Output {
         /// The name.
         path: PathBuf,
-        /// The problem, and what to do.
+        /// The problem, and how to solve it.
         why: &'static str,
     },
     /// A file is not a readable image.

@@ -9,8 +9,9 @@ use crate::mesh::{Bounds, Mesh};
 /// and triangle of the meshes, the limit grows by [`EXACT_PER_ELEMENT`].
 const EXACT_POINTS: u64 = 1 << 24;
 
-/// See [`EXACT_POINTS`]. The limit for flattening a file grows with the file's size, and few files
-/// have more bytes per vertex and triangle than this.
+/// The amount by which the limit [`EXACT_POINTS`] grows for each vertex and triangle of the meshes.
+/// The limit for flattening a file grows with the file's size, and few files have more bytes per
+/// vertex and triangle than this.
 const EXACT_PER_ELEMENT: u64 = 16;
 
 /// An instance: a mesh and the transform that places it.
@@ -88,7 +89,8 @@ impl InstancedMesh {
     /// mesh's bounding box.
     ///
     /// A small file can have so many instances of so many vertices that visiting each vertex of
-    /// each instance would take days. This takes time linear in the meshes and the instances.
+    /// each instance would take days. This method takes time proportional to the total size of the
+    /// meshes plus the number of instances.
     pub(crate) fn enclosing_points(&self) -> impl Iterator<Item = [f64; 3]> {
         let mut points: Vec<_> = self.meshes.iter().map(used_positions).collect();
         let of = |instance: &Instance| points[instance.mesh as usize].len() as u64;

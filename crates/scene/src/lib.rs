@@ -1,13 +1,13 @@
 //! Everything needed to make an image, apart from ray tracing: meshes and model files, a camera, a
 //! light, shading, textures, and image files.
 //!
-//! Coordinates are f32 unless a type says otherwise: [`Mesh`], [`Scene`], [`Camera`], and [`Light`]
-//! are generic over the [`Coordinate`], and a `Scene<f64>` has rays and triangles in f64.
+//! Coordinates are f32 by default. [`Mesh`], [`Scene`], [`Camera`], and [`Light`] are generic over
+//! the [`Coordinate`] type; a `Scene<f64>`, for example, has rays and triangles in f64.
 //!
 //! This crate does not determine what a ray hits. A [`Scene`] provides rays ([`Camera::ray`],
 //! [`Light::shadow_ray`]) and triangles ([`Mesh::to_triangles`]); a tracer or rasterizer returns a
 //! visibility buffer, with one [`intertri::Hit`] per pixel, row by row from the top left, and a
-//! shadow mask with one `bool` per pixel. [`shade`] makes an [`Image`] from both.
+//! shadow mask with one `bool` per pixel. [`shade`] turns both into an [`Image`].
 //!
 //! ```
 //! use intertri::Hit;

@@ -78,8 +78,8 @@ impl<S: Coordinate> Light<S> {
         Self::shadow_ray_from(self.origin(point), point)
     }
 
-    /// Like [`Light::shadow_ray`], but from a different origin, for instance one that was snapped
-    /// to a grid.
+    /// Returns the shadow ray for `point` as [`Light::shadow_ray`] does, but from a given origin,
+    /// such as one snapped to a grid.
     pub fn shadow_ray_from(origin: [S; 3], point: [f64; 3]) -> RayOf<S> {
         let dir = DVec3::from(point) - double(origin);
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
@@ -152,11 +152,12 @@ mod tests {
             let t = normal.dot(point - double(ray.origin)) / normal.dot(dir);
             worst = worst.min(t);
             assert!(t >= f64::from(ray.t_max), "{i}: {t}");
-            // An occluder counts if it is a thousandth of the distance in front of the surface.
+            // An occluder must count if its distance from the surface is a thousandth of the
+            // distance to the light.
             assert!(0.999 < ray.t_max);
         }
-        // The test is meaningful: rounding does move the hit with the surface in front of the
-        // point.
+        // Rounding does move the hit on the surface in front of the point, so the test is
+        // meaningful.
         assert!(worst < 1.0 - 1e-5, "{worst}");
     }
 

@@ -14,8 +14,8 @@ pub(crate) enum LineEnd {
     Feed,
     /// The line ended with a carriage return, which a line feed may follow.
     ReturnAndPerhapsFeed,
-    /// The line ended with a carriage return, like every line of the text. A line feed that follows
-    /// is not part of the line end.
+    /// The line ended with a carriage return, as every line of the text does. A line feed that
+    /// follows is not part of the line end.
     Return,
 }
 

@@ -35,7 +35,7 @@ pub struct Mesh<S = f32> {
     /// The texture coordinates of the three corners of each triangle, or `None` if no triangle has
     /// texture coordinates. If only some triangles have texture coordinates, the others have zeros.
     pub corner_uvs: Option<Vec<[[f32; 2]; 3]>>,
-    /// The parts, ascending in `first`; empty for a mesh with only one material.
+    /// The parts, in ascending order of `first`; empty for a mesh with only one material.
     pub parts: Vec<Part>,
 }
 
@@ -119,7 +119,8 @@ impl<S: Scalar> Bounds<S> {
         double(self.min) * 0.5 + double(self.max) * 0.5
     }
 
-    /// Returns half the diagonal, or 1 if the box is a single point, so that no scale is 0.
+    /// Returns half the diagonal, or 1 if the box is a single point, so that a length derived from
+    /// it is never 0.
     pub(crate) fn radius(&self) -> f64 {
         let radius = (double(self.max) * 0.5 - double(self.min) * 0.5).length();
         if radius > 0.0 { radius } else { 1.0 }

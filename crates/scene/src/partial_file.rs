@@ -1,4 +1,4 @@
-//! Files that get their final name only when they are complete.
+//! Writes files that get their final name only once they are complete.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -18,8 +18,8 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 ///
 /// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays
 /// within one file system. If the `PartialFile` is dropped before [`PartialFile::finish`], the
-/// hidden file is removed, and an older file is unchanged. A file that replaces an older one keeps
-/// the older one's permissions.
+/// hidden file is removed, and an older file is unchanged. If the file replaces an older file, it
+/// keeps the older file's permissions.
 ///
 /// ```
 /// use std::io::Write;
@@ -85,8 +85,8 @@ impl PartialFile {
         Ok(())
     }
 
-    /// Removes all unfinished hidden files, for a process that is about to end. A thread that
-    /// creates or finishes a file afterwards waits forever.
+    /// Removes all unfinished hidden files, for a process that is about to end. Any thread that
+    /// then tries to create or finish a file waits forever.
     pub fn abandon_all() {
         let unfinished = unfinished();
         for hidden in &*unfinished {
@@ -112,7 +112,7 @@ impl Drop for PartialFile {
         let mut unfinished = unfinished();
         if unfinished.contains(&self.hidden) {
             unfinished.retain(|hidden| *hidden != self.hidden);
-            // The error that led here has been reported already.
+            // The error that caused this drop has already been reported.
             let _ = fs::remove_file(&self.hidden);
         }
     }

@@ -2,7 +2,8 @@
 
 use crate::coordinate::Coordinate;
 
-/// How many numbers were rounded because they are not exact in their scalar, and by how much.
+/// How many numbers were rounded because their scalar cannot represent them exactly, and by how
+/// much.
 ///
 /// ```
 /// use intertri_scene::Rounding;

@@ -1,4 +1,4 @@
-//! A scene: a mesh or a set of instances, with a camera, a light, and a texture.
+//! Combines a mesh or a set of instances with a camera, a light, and a texture.
 
 use crate::camera::{Camera, CameraError};
 use crate::coordinate::Coordinate;
@@ -36,7 +36,7 @@ impl<S: Coordinate> Scene<S> {
     /// has no position, the box in which its shadow rays start.
     pub fn ray_origins(&self) -> Vec<[S; 3]> {
         let bounds = self.mesh.bounds().unwrap_or_else(Bounds::point);
-        // Leave a margin for points that rounding moves out of the box.
+        // Leave a margin, because rounding may move points out of the box.
         let beyond = |corner| bounds.centre() + (double(corner) - bounds.centre()) * 1.01;
         let corners = [bounds.min, bounds.max].map(|corner| beyond(corner).to_array());
         let light = corners.map(|corner| self.light.origin(corner));

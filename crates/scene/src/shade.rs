@@ -81,7 +81,7 @@ struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    /// Returns the face of a hit. If the last face contains the hit, it is reused.
+    /// Returns the face of a hit. The last face is reused if the hit is on the same triangle.
     fn at<'b, S: Coordinate, M: SceneGeometry<S>>(
         scene: &'a Scene<S, M>,
         hit: &Hit,
@@ -109,8 +109,8 @@ impl<'a> Face<'a> {
     }
 
     /// Returns the components of the albedo that all hits on a triangle share: the part's tint and,
-    /// if there is one, the texture. Without parts, the tint is white under a texture and otherwise
-    /// [`Mesh::CLAY`].
+    /// if there is one, the texture. If the mesh has no parts, the tint is white under a texture
+    /// and [`Mesh::CLAY`] otherwise.
     fn albedo<S: Coordinate, M: SceneGeometry<S>>(
         scene: &'a Scene<S, M>,
         hit: &Hit,
@@ -212,7 +212,8 @@ mod tests {
         scene.texture = Some(Texture::Image(image));
         // Without texture coordinates, the texture has no effect.
         assert_eq!(look(&scene, HIT, false), look(&floor(7.0), HIT, false));
-        // First, the whole triangle maps to one point of the texture; then the point depends on u.
+        // First, map the whole triangle to one point of the texture; then, let the point depend on
+        // u.
         scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);
         let white = look(&scene, HIT, false);
         assert_eq!(white, encode(Vec3::splat(AMBIENT[1])));
@@ -220,7 +221,7 @@ mod tests {
         let red = encode(Vec3::new(AMBIENT[1], 0.0, 0.0));
         assert_eq!(look(&scene, HIT, false), red);
         assert_eq!(look(&scene, Hit { u: 1.0 / 12.0, ..HIT }, false), white);
-        // A part with a tint, with and without the texture.
+        // Test a tinted part, with and without the texture.
         scene.mesh.parts = vec![Part { first: 0, tint: [0.5; 3], textured: true }];
         assert_eq!(look(&scene, HIT, false), encode(Vec3::new(AMBIENT[1] * 0.5, 0.0, 0.0)));
         scene.mesh.parts[0].textured = false;

@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
-/// Tables of the code for each amount of light, and of the light for each code.
+/// Tables that convert light to codes and codes to light.
 pub(crate) struct Srgb {
     /// The least light for each code, followed by infinity.
     thresholds: [f32; 257],
@@ -140,7 +140,8 @@ mod tests {
         let encode = |r, g, b| Srgb::get().encode(Vec3::new(r, g, b));
         assert_eq!(encode(0.0, 1.0, 7.0), [0, 255, 255]);
         assert_eq!(encode(-1.0, f32::INFINITY, -0.0), [0, 255, 0]);
-        // Middle grey of 18 % is 118 (0.4613), and the straight part ends at 0.04045.
+        // Middle grey (18 %) has the code 118 (0.4613), and the linear part of the curve ends at
+        // 0.04045.
         assert_eq!(encode(0.18, 0.002, f32::NAN), [118, 7, 0]);
         for encoded in 0..=255 {
             assert_eq!(code(Srgb::get().decode(encoded)), encoded);

@@ -134,7 +134,7 @@ mod tests {
         assert_eq!(at(0.75, 0.75), [0.0; 3]);
         assert_eq!(at(0.25, 0.25), [1.0, 0.0, 0.0]);
         assert_eq!(at(-0.25, 7.25), [0.0, 0.0, 1.0]);
-        // Halfway between two pixels, and between all four, even across the border.
+        // Test points halfway between two pixels and between all four, even across the border.
         assert_eq!(at(0.5, 0.75), [0.5; 3]);
         assert_eq!(at(0.0, 0.0), at(0.5, 0.5));
         assert_eq!(at(0.5, 0.5), [0.5, 0.25, 0.5]);

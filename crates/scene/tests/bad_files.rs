@@ -1,5 +1,5 @@
-//! Tests that invalid files cause a one-line error with the file, the line, and the cause, and
-//! neither a panic nor a large allocation.
+//! Tests that an invalid file causes a one-line error with the file, the line, and the cause, but
+//! no panic and no large allocation.
 
 use std::fs;
 use std::path::Path;
@@ -289,8 +289,8 @@ fn a_line_or_a_header_without_end_is_refused() {
 
 #[test]
 fn what_looks_wrong_and_is_right() {
-    // Other line ends, no final line end, names in Latin-1, unusual number formats, and a face with
-    // 100,000 corners.
+    // The files have other line ends, no final line end, names in Latin-1, unusual number formats,
+    // or a face with 100,000 corners.
     let folder = TempDir::new().unwrap();
     let saved = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -315,8 +315,8 @@ fn what_looks_wrong_and_is_right() {
 
 #[test]
 fn damage_anywhere_is_a_model_or_one_line() {
-    // Cut off a valid file of each kind at every byte, and overwrite every byte with several
-    // others.
+    // Cut off a valid file of each kind at every byte, and overwrite every byte with several other
+    // values.
     let ply_text = ply("ascii", 3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     let mut ply_bytes = ply("binary_big_endian", 3, 1, "").into_bytes();
     ply_bytes.extend(

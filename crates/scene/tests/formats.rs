@@ -53,8 +53,8 @@ fn obj_texture_coordinates_follow_the_fan_and_stay_in_step_with_faces_without() 
 
 #[test]
 fn obj_survives_what_editors_do_to_it() {
-    // A byte order mark, carriage returns, tabs, joined lines, a name that is not UTF-8, and no
-    // final line end.
+    // The file has a byte order mark, carriage returns, tabs, joined lines, a name that is not
+    // UTF-8, and no final line end.
     let text =
         b"\xef\xbb\xbfv 0 0 0\r\n\tv\t1 0 0\r\no caf\xe9\r\nv 1 \\\r\n 1 0\r\nf 1 2 \\\r\n 3";
     let mesh = mesh("A.OBJ", text);

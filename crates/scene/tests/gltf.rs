@@ -1,4 +1,4 @@
-//! Tests the triangles that glTF nodes yield, and that wrong numbers in a file cause errors.
+//! Tests which triangles glTF nodes yield, and that invalid numbers in a file cause errors.
 
 use std::path::Path;
 
@@ -136,7 +136,7 @@ fn what_is_not_there_or_goes_round_is_refused() {
     says(&with("\"buffer\":0", "\"buffer\":3"), "refers to buffer 3");
     says(&with("VEC3", "VEC2"), "has rows of type Vec2 and not Vec3");
     says(&with("\"indices\":2", "\"indices\":9"), "accessor 9, for indices, does not exist");
-    says(&with("5126", "1"), "has a type that glTF does not know");
+    says(&with("5126", "1"), "has a type that glTF does not define");
     says(&with("\"count\":4", "\"count\":3"), "its indices refer to vertex 3, but there are 3");
     says(&with("\"buffers\":[{", "\"buffers\":[{\"uri\":\"a.bin\","), "as GLB");
     says(&with("\"buffers\":[{", "\"buffers\":[{\"uri\":\"data:;base64,?\","), "data URI");
@@ -168,7 +168,7 @@ fn damage_anywhere_is_a_model_or_one_line() {
     }
 }
 
-/// A file is read only once, even if many buffers refer to it by several names.
+/// A file is read only once, even if many buffers refer to it by different names.
 #[test]
 fn a_file_that_many_buffers_name_is_read_once() {
     let folder = TempDir::new().unwrap();

@@ -79,7 +79,7 @@ fn nodes_that_share_a_mesh_are_instances() {
         instances(file).instances.iter().map(|instance| instance.mesh).collect()
     };
     assert_eq!(meshes(&file), [0, 1, 2, 0]);
-    // Weights without a target do not count, and nodes may repeat the mesh's default weights.
+    // Weights that have no target are ignored, and nodes may repeat the mesh's default weights.
     file.json["nodes"][3]["weights"] = json!([0.3, 5]);
     assert_eq!(meshes(&file), [0, 1, 2, 0]);
     file.json["meshes"][0]["weights"] = json!([0.3, 7, 8]);
@@ -144,7 +144,7 @@ fn only_flattening_repeats_triangles() {
     assert_eq!(loaded.model.triangles(), 2 * (many * many) as u64);
     let error = loaded.flatten().unwrap_err().to_string();
     assert!(error.ends_with(
-        "the file repeats its meshes to more than 16777216 vertices and triangles; export fewer copies"
+        "the file repeats its meshes beyond 16777216 vertices and triangles; export fewer copies"
     ), "{error}");
 }
 

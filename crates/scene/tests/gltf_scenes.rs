@@ -84,7 +84,7 @@ impl File {
         Ok((corners, model.notes.as_slice().iter().map(ToString::to_string).collect()))
     }
 
-    /// Returns the triangles, and checks that the file causes no notes.
+    /// Returns the triangles after checking that the file causes no notes.
     #[track_caller]
     fn triangles(&self) -> Vec<Triangle> {
         let (triangles, notes) = self.load().unwrap();
@@ -292,7 +292,7 @@ fn sparse_tables_replace_rows() {
     wrong("/count", json!(u64::MAX), "reaches beyond");
     wrong("/values/bufferView", json!(9), "there is no buffer view 9");
     wrong("/indices/componentType", json!(5123), "reaches beyond");
-    wrong("/indices/componentType", json!(5126), "type that glTF does not know");
+    wrong("/indices/componentType", json!(5126), "type that glTF does not define");
     file.json["accessors"][0]["count"] = json!(2);
     file.refused("sparse indices that do not ascend or are out of range");
     file.json["accessors"][0]["count"] = json!(3);
@@ -317,8 +317,8 @@ fn extensions_are_known_or_named() {
         file.json["extensionsRequired"] = json!([name]);
         file.refused(&format!("{words} ({name:?}); export the model without it"));
     }
-    // A file can be read without an extension that it does not require: compressed meshes are then
-    // also stored uncompressed.
+    // A file that does not require an extension can be read without it, because the file also
+    // stores any compressed meshes uncompressed.
     file.json["extensionsRequired"] = json!([]);
     file.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression", "EXT_meshopt_compression"]);
     assert_eq!(file.triangles(), [TRIANGLE]);
@@ -407,7 +407,7 @@ fn buffers_are_anywhere_in_the_models_folder_and_nowhere_else() {
         }
         assert_eq!(load("stays.bin").unwrap().mesh.triangles.len(), 1);
         assert_eq!(load("up/model/a.bin").unwrap().mesh.triangles.len(), 1);
-        // A link to the whole folder does not lead out of the folder.
+        // A link to the model's folder itself does not lead out of the folder.
         assert_eq!(
             load_model::<f32>(&folder.path().join("linked/a.gltf")).unwrap().mesh.triangles.len(),
             1

@@ -25,7 +25,7 @@ fn names(folder: &Path) -> Vec<String> {
 fn a_png_reads_back_and_nothing_else_is_left() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.png");
-    // There is already an older file.
+    // Put an older file at the path.
     fs::write(&path, "old").unwrap();
     picture().write_png(&path).unwrap();
     assert_eq!(names(folder.path()), ["a.png"]);
@@ -53,7 +53,7 @@ fn an_older_picture_is_replaced_and_never_written_into() {
 #[test]
 fn a_failure_leaves_neither_picture_nor_pieces() {
     let folder = TempDir::new().unwrap();
-    // A name that is too long for any file system.
+    // Use a name that is too long for any file system.
     let path = folder.path().join(format!("{}.png", "n".repeat(252)));
     assert!(matches!(picture().write_png(&path), Err(ImageError::Write { .. })));
     assert!(names(folder.path()).is_empty());
@@ -106,7 +106,7 @@ fn sizes_are_checked_before_anything_is_allocated() {
 fn a_difference_picture_marks_what_differs() {
     let mut image = Image::new(11, 6).unwrap();
     image.pixels_mut().fill([80, 40, 255]);
-    // Two adjacent pixels. Each is inside the frame of the other, and the border of the image cuts
+    // Mark two adjacent pixels. Each is inside the other's frame, and the border of the image cuts
     // off both frames.
     let mut marks = vec![None; 66];
     marks[11 + 1] = Some([255, 32, 32]);

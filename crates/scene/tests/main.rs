@@ -1,4 +1,4 @@
-//! Tests loading valid and invalid model files in every format, and reading and writing images.
+//! Tests loading valid and invalid model files of every format, and reading and writing images.
 
 mod bad_files;
 mod formats;

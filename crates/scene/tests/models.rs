@@ -40,7 +40,7 @@ fn models_have_the_counts_of_their_files() {
         assert_eq!(mesh.corner_uvs.as_ref().map(Vec::len), textured.then_some(triangles), "{name}");
         assert_eq!(mesh.to_triangles().len(), triangles, "{name}");
 
-        // The model can be framed and lit.
+        // Check that the model can be framed and lit.
         let scene = Scene::of(mesh, 4.0 / 3.0).unwrap();
         assert!(
             scene.camera.eye().iter().chain(&scene.light.origin([0.0; 3])).all(|x| x.is_finite())

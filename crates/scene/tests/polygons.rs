@@ -31,7 +31,7 @@ fn cross([a, b, c]: [Point; 3]) -> Point {
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
-/// Checks a cut: the number of triangles is right, the open edges are exactly the edges of the
+/// Checks a cut: the number of triangles is correct, the open edges are exactly the edges of the
 /// polygon, and all areas have the same sign, so that they add up to the polygon's area.
 #[track_caller]
 fn check(corners: &[Point], triangles: &[[usize; 3]]) {
@@ -82,7 +82,7 @@ fn turns(corners: &[[f64; 2]]) -> impl Iterator<Item = Vec<[f64; 2]>> {
 
 const DART: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]];
 
-/// A square with a square hole. A cut between two corners connects the hole to the border.
+/// A square with a square hole, which a cut between two corners connects to the border.
 const KEYHOLE: [[f64; 2]; 10] = [
     [0.0, 0.0],
     [3.0, 0.0],
@@ -182,7 +182,7 @@ fn polygons_that_cross_themselves_are_fans_and_counted() {
         assert_eq!(triangles[0], [0, 1, 2]);
         assert_eq!(notes, [format!("{said}{})", polygon.len() + 1)]);
     }
-    // Time stays linear in the size of the file: polygons this large are not cut.
+    // Polygons this large are not cut, so the time stays linear in the size of the file.
     let comb: Vec<_> =
         (0..20_000).map(|i| [f64::from(i), f64::from(i % 2)]).chain([[1.0, -9.0]]).collect();
     let (triangles, notes) = cut::<f32>(&flat(&comb));

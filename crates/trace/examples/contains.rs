@@ -52,7 +52,7 @@ fn main() -> Result<(), SolidError> {
     assert_eq!(solid.classify([x.next_up(), y, z]), Containment::Outside);
     assert_eq!(solid.classify([x.next_down(), y, z]), Containment::Inside(1));
 
-    // A mesh with a hole results in an error that reports the open edge.
+    // For a mesh with a hole, the error reports an open edge.
     println!("{}", Solid::new(&mesh[1..]).unwrap_err());
     Ok(())
 }

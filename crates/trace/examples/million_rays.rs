@@ -6,7 +6,7 @@ use intertri::Ray;
 use intertri_trace::{BuildError, Bvh};
 
 fn main() -> Result<(), BuildError> {
-    // A wavy sea: positions, and three indices per triangle.
+    // A wavy sea, given by vertex positions and three indices per triangle.
     let side = 257_u32;
     let wave = |x: u32, z: u32| {
         let (x, z) = (x as f32 / 16.0, z as f32 / 16.0);
@@ -18,7 +18,7 @@ fn main() -> Result<(), BuildError> {
         squares.flat_map(|i| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]]).collect();
     let sea = Bvh::from_indexed(&positions, &triangles)?;
 
-    // A camera with 1024×1024 pixels. Neighbours in the slice are neighbours in the image.
+    // A camera with 1024×1024 pixels. Consecutive rays belong to neighbouring pixels.
     let pixel = |i: u32| {
         let (x, y) = ((i % 1024) as f32 / 512.0 - 1.0, 1.0 - (i / 1024) as f32 / 512.0);
         Ray::new([8.0, 3.0, -4.0], [x, y - 0.6, 1.2])

@@ -1,4 +1,4 @@
-//! Refits the hierarchy of a moving mesh each frame, and rebuilds the hierarchy once it is worn:
+//! Refits the hierarchy of a moving mesh in each frame, and rebuilds it once it is worn:
 //! `cargo run --release --example moving_mesh`.
 
 use std::time::Instant;
@@ -12,7 +12,7 @@ fn column(turn: f32) -> Vec<Triangle> {
     let corner = |i: usize, j: usize| {
         let y = j as f32 / up as f32 * 4.0 - 2.0;
         let a = (i % around) as f32 / around as f32 * 2.0 * std::f32::consts::PI;
-        // An elliptic column, which is also bent sideways.
+        // The column is elliptic and also bent sideways.
         let (x, z) = (a.cos() + (turn * y).sin(), 0.2 * a.sin());
         let (s, c) = (turn * y).sin_cos();
         [x * c - z * s, y, x * s + z * c]

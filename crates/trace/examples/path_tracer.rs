@@ -58,7 +58,7 @@ fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<
     let rays: Vec<Ray> = paths.iter().map(|path| path.0).collect();
     let (mut next, mut segments, mut lit) = (Vec::new(), Vec::new(), Vec::new());
     for (&(ray, pixel, share), hit) in paths.iter().zip(room.closest_batch(&rays)) {
-        // The room is closed, so a ray that misses has slipped through an edge.
+        // The room is closed, so a ray could miss only by slipping through at an edge.
         let normal = room.normal(&hit).expect("every ray hits the closed room");
         if hit.geometry == LAMP {
             // Only the camera sees the lamp directly; at later hits, the segments already account
@@ -77,7 +77,7 @@ fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<
         let dir = each(|k| normal[k] + [flat * a.cos(), flat * a.sin(), z][k]);
         let ray = room.spawn_ray(&hit, dir);
 
-        // A point on the lamp, whose area is 0.64.
+        // Choose a point on the lamp, which has an area of 0.64.
         let light = [0.8 * random(seed) - 0.4, 0.98, 0.8 * random(seed) - 0.4];
         let to = each(|k| light[k] - ray.origin[k]);
         let cosines = dot(unit(to), normal).max(0.0) * unit(to)[1].max(0.0);

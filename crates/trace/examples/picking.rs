@@ -1,4 +1,4 @@
-//! Picks among 10,000 moving objects, sixty times per second:
+//! Finds which of 10,000 moving objects is under the mouse, sixty times per second:
 //! `cargo run --release --example picking`.
 
 use std::sync::Arc;

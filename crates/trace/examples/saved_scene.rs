@@ -1,4 +1,4 @@
-//! Builds and saves a hierarchy once, then loads it: `cargo run --release --example saved_scene`.
+//! Builds a hierarchy, saves it, and loads it again: `cargo run --release --example saved_scene`.
 
 use std::fs::{self, File};
 use std::time::Instant;

@@ -12,7 +12,7 @@ use intertri_trace::{Bvh, Faces};
 const SOLID: u32 = 0b001;
 /// The mask bit of glass.
 const GLASS: u32 = 0b010;
-/// The mask bit of helpers, such as lamps.
+/// The mask bit of helper objects, such as lamps.
 const HELPER: u32 = 0b100;
 
 /// The names of the geometries, in the order of the meshes.

@@ -38,7 +38,7 @@ fn main() -> Result<(), SolidError> {
     let cell = 30.0_f64.powi(-3);
     println!("volume {:.3}; the round torus has {:.3}", inside as f64 * cell, 2.0 * 9.8696 * 0.16);
 
-    // The closest point, and its triangle.
+    // Find the closest point and its triangle.
     let closest = solid.bvh().closest_point([0.0, 3.0, 0.0], f64::INFINITY);
     println!("{closest:?}");
     Ok(())

@@ -1,11 +1,12 @@
 //! Traces particles through concrete, steel, and water at UTM coordinates:
 //! `cargo run --release --example transport 10000000`.
 //!
-//! A particle flies straight until it collides, and is then absorbed or scattered. A third of the
+//! A particle flies straight until it collides and is either absorbed or scattered. A third of the
 //! particles are aimed exactly at corners, and a third at edges. A particle is lost if the medium
 //! of a segment differs from the medium at the segment's midpoint, if the particle's path has a
-//! gap, or if the path does not end outside. Points closer to a wall than the spacing of
-//! coordinates may be rounded to the other side of the wall. Such points are counted separately.
+//! gap, or if the path does not end outside. Points that are closer to a wall than the spacing of
+//! adjacent coordinates may be rounded to the other side of the wall, so they are counted
+//! separately.
 
 use std::f64::consts::TAU;
 use std::time::Instant;

@@ -51,7 +51,7 @@ pub(crate) fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 }
 
 /// Returns a closed surface around the origin, with outward winding: a sphere of `n` × `2 n` cells
-/// whose points are moved in or out by up to the fraction `rough` of its radius.
+/// whose points are moved inward or outward by up to `rough` times its radius.
 pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle> {
     let pi = std::f64::consts::PI;
     let mut ring = |i: usize| -> Vec<[f32; 3]> {

@@ -21,9 +21,9 @@ const WOOD: [f32; 3] = [0.62, 0.47, 0.30];
 
 impl Scene<f64> {
     /// Returns a house with a fence at UTM coordinates, about 148 km east and 529 km north of the
-    /// origin, with z up. There, adjacent f32 values are 1.6 cm apart eastward and 6.3 cm apart
-    /// northward. If the coordinates are rounded to f32, walls warp, palings vanish, and rays that
-    /// should start on a wall start in front of or behind the wall.
+    /// origin, with z up. At that distance, adjacent f32 values are 1.6 cm apart eastward and 6.3
+    /// cm apart northward. If the coordinates are rounded to f32, walls warp, palings vanish, and
+    /// rays that should start on a wall start in front of or behind the wall.
     ///
     /// The scene includes a camera and a light, and every part is closed. Every call returns the
     /// same bits.

@@ -1,7 +1,8 @@
 //! Generated shapes: grids, surfaces of revolution, wedges, and spheres.
 //!
-//! The triangles of a shape share their vertices, even across its seams, so the indices determine
-//! adjacency. Texture coordinates belong to triangle corners and may differ between neighbours.
+//! Neighbouring triangles of a shape share vertices, even across its seams, so adjacency follows
+//! from the indices. Texture coordinates belong to triangle corners and may differ between
+//! neighbours.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -10,8 +11,8 @@ use glam::DVec3;
 
 use crate::mesh::{Mesh, Part, rounded};
 
-/// A circle of a surface of revolution: its radius (0 for a pole), its height, and its rotation
-/// relative to the other rings, as a fraction of a side.
+/// A ring of vertices on a surface of revolution: its radius (0 for a pole), its height, and its
+/// rotation relative to the other rings, as a fraction of a side.
 pub(super) struct Ring {
     pub(super) radius: f64,
     pub(super) y: f64,
@@ -87,8 +88,8 @@ impl Shapes {
             for side in 0..sides {
                 let (low, low_next) = (corner(row, side), corner(row, side + 1));
                 let (high, high_next) = (corner(row + 1, side), corner(row + 1, side + 1));
-                // Between rotated rings the diagonal must follow the rotation, or facets would
-                // cross.
+                // Between rings with different rotations, diagonals must follow the rotation;
+                // otherwise, facets would cross.
                 let (first, second) = if pair[1].turn < pair[0].turn {
                     ([low, high, high_next], [low, high_next, low_next])
                 } else {

@@ -6,20 +6,21 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::{Mesh, double};
 
-/// Appends an entry to a table whose size depends on the file, or returns an error if memory runs
-/// out.
+/// Appends an entry to a table, or returns an error if memory runs out. Used for tables whose size
+/// depends on the file.
 pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
     table.try_reserve(1)?;
     table.push(entry);
     Ok(())
 }
 
-/// Marks a corner that has no valid texture coordinates.
+/// Stands for the texture coordinates of a corner that has no valid ones.
 pub(super) const NO_UV: u32 = u32::MAX;
 
 /// Returns the triangles of a strip, as indices into its corners: each corner from the third on
 /// forms a triangle with the two corners before it. Every other triangle is flipped, so that all
-/// have the same winding. Triangles that repeat a vertex only steer the strip and are skipped.
+/// have the same winding. Triangles that repeat a vertex serve only to join parts of the strip and
+/// are skipped.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     let triangle = |last| [last - 2 + last % 2, last - 1 - last % 2, last];
     (2..corners.len()).map(triangle).filter(|places| {
@@ -44,7 +45,7 @@ pub(super) struct MeshBuilder<S> {
     pub(super) notes: Notes,
     /// The current line, if the file is text.
     pub(super) line: Option<u64>,
-    /// The number that the format gives to the first vertex, for error messages.
+    /// The number of the first vertex in this format, used in error messages.
     numbered_from: u64,
     waiting: WaitingFaces,
     unusable: Vec<UnusableVertex>,
@@ -53,8 +54,8 @@ pub(super) struct MeshBuilder<S> {
     face_uvs: Vec<[f32; 2]>,
 }
 
-/// Faces that wait for a vertex or texture coordinate later in the file. Once one face waits, all
-/// faces after it wait too.
+/// Faces that wait for a vertex or texture coordinate later in the file. Once one face is waiting,
+/// all later faces wait too.
 #[derive(Default)]
 struct WaitingFaces {
     /// The vertices of all waiting faces.
@@ -182,7 +183,8 @@ impl<S: Coordinate> MeshBuilder<S> {
             self.notes.add(NO_UVS, 1, self.line);
             self.face_uvs.clear();
         }
-        // Texture coordinates are stored from the first face that has any; earlier faces get zeros.
+        // Texture coordinates are stored from the first face that has them; earlier faces get
+        // zeros.
         if !self.face_uvs.is_empty() || self.mesh.corner_uvs.is_some() {
             let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
             kept.try_reserve(self.mesh.triangles.len() - kept.len())?;

@@ -31,7 +31,7 @@ pub(super) enum Cut<'a> {
     /// As these triangles, each with three indices into the polygon's corners. A polygon with n
     /// corners has n - 2 triangles.
     Ears(&'a [u32]),
-    /// Unclear, because the polygon crosses itself or has too many corners.
+    /// Not reliably: the polygon crosses itself or has too many corners.
     Unclear,
 }
 
@@ -64,7 +64,7 @@ impl Cutter {
         let length = normal.length();
         let sizes: f64 = triangles().map(|(a, b)| a.length() * b.length()).sum();
         if length <= self.ring.len() as f64 * ROUNDING * sizes {
-            // The polygon has no orientation: it is a line, or it has loops that cancel.
+            // The polygon has no orientation if it is a line or has loops that cancel.
             let is_flat =
                 |(a, b): (DVec3, DVec3)| a.cross(b).length() <= ROUNDING * a.length() * b.length();
             return if triangles().all(is_flat) { Cut::Fan } else { Cut::Unclear };
@@ -82,9 +82,9 @@ impl Cutter {
         if self.close() && self.is_cut() { Cut::Ears(&self.ears) } else { Cut::Unclear }
     }
 
-    /// Stores the corners relative to the first one, scaled to a size of about one. Returns false
-    /// if the corners are all the same point or are not finite. Both scaling factors are powers of
-    /// two, so scaling does not round.
+    /// Stores the corners relative to the first one, scaled so that the polygon's size is about
+    /// one. Returns false if the corners are all the same point or are not finite. Both scaling
+    /// factors are powers of two, so scaling does not round.
     fn place(&mut self, corners: impl Iterator<Item = DVec3> + Clone) -> bool {
         let largest = |points: &mut dyn Iterator<Item = DVec3>| {
             points.fold(0.0, |most: f64, p| most.max(p.abs().max_element()))
@@ -130,8 +130,8 @@ impl Cutter {
         (ab.perp_dot(ac), 4.0 * ROUNDING * (ab.length() + ac.length()))
     }
 
-    /// Adds the corners that `earcut` skips because they are on a straight edge, as triangles
-    /// without area. Otherwise, the edges of a neighbour with these corners would be left open.
+    /// Adds the corners that `earcut` skips because they are on a straight edge, as degenerate
+    /// triangles. Otherwise, a neighbour that has these corners would have open edges there.
     /// Returns false if the boundary of the triangles is not the polygon's ring.
     fn close(&mut self) -> bool {
         let count = self.ring.len() as u32;

@@ -1,4 +1,4 @@
-//! The errors of model files, with the file, the line, and the cause.
+//! Errors in model files, reported with the file, the line, and the cause.
 
 use std::collections::TryReserveError;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ pub struct LoadError {
     pub path: PathBuf,
     /// In a text file, the line with the error, counted from 1.
     pub line: Option<u64>,
-    /// The problem, and what to do if that is not obvious.
+    /// The problem, and how to solve it unless that is obvious.
     pub cause: String,
 }
 
@@ -27,7 +27,7 @@ impl fmt::Display for LoadError {
 
 impl std::error::Error for LoadError {}
 
-/// A [`LoadError`] before the file's name is known.
+/// A [`LoadError`] that does not contain the file's name yet.
 pub(super) struct Fault {
     pub(super) line: Option<u64>,
     pub(super) cause: String,

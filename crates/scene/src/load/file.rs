@@ -8,7 +8,7 @@ use super::error::{Fault, fault};
 /// The file extensions of the supported formats.
 const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
 
-/// The other files that a model refers to.
+/// The files that a model refers to, which are in or below its folder.
 pub(super) struct Beside<'a> {
     /// The folder that contains the files.
     pub(super) folder: &'a Path,

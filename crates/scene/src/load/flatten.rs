@@ -7,12 +7,13 @@ use crate::instances::{Instance, InstancedMesh, placed};
 use crate::mesh::Mesh;
 
 /// The number of vertices and triangles that a glTF file may expand to, in addition to its size.
-/// Without a limit, nodes could repeat a mesh, and accessors the same bytes, any number of times.
+/// Without this limit, any number of nodes could repeat the same mesh, and any number of accessors
+/// the same bytes.
 pub(super) const REPEATS: u64 = 1 << 24;
 
 /// The error message if a file exceeds its limit; see [`REPEATS`].
 pub(super) const REPEATED: &str =
-    "the file repeats its meshes to more than 16777216 vertices and triangles; export fewer copies";
+    "the file repeats its meshes beyond 16777216 vertices and triangles; export fewer copies";
 
 /// Returns one mesh with the triangles of all instances, or an error if it would have more than
 /// `most` vertices and triangles in total.
@@ -87,8 +88,8 @@ pub(super) fn check(model: &InstancedMesh, most: u64) -> Result<(), Fault> {
         let [x, y, z] = sizes[*mesh as usize];
         let bound =
             |i: usize| m[i].abs() * x + m[i + 1].abs() * y + m[i + 2].abs() * z + m[i + 3].abs();
-        // Visit a mesh's corners only if they might overflow. A small file may have many instances
-        // that might, so the visits count toward the same limit as when flattening the model.
+        // Visit a mesh's corners only if they might overflow. Even a small file may have many such
+        // instances, so the visits count toward the same limit as for flattening.
         if [0, 4, 8].iter().all(|&i| bound(i) < f64::MAX / 2.0) {
             continue;
         }

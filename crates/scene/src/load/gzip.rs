@@ -11,18 +11,18 @@ use super::notes::Notes;
 /// The first bytes of a gzip file.
 pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// Any file, whatever its size, may unpack to this many bytes.
+/// A file of any size may unpack to this many bytes.
 const SURE: u64 = 64 << 20;
-/// A larger file may unpack to this many times its size. Models typically shrink to a tenth, and
-/// few shrink to a fiftieth.
+/// A larger file may unpack to this many times its size. Models typically compress to a tenth of
+/// their size, and few compress to a fiftieth.
 const RATIO: u64 = 100;
 
 /// Unpacks a file of the given size. Returns an error if the unpacked data would be
 /// disproportionately large, so that a decompression bomb cannot exhaust memory.
 ///
 /// A gzip file may have several consecutive members. Other data after the members is skipped with a
-/// note, much as `gunzip` does. Zeros, which are used as padding on tapes, are skipped without a
-/// note.
+/// note, much as `gunzip` does. Trailing zeros, which are common padding on tapes, are skipped
+/// without a note.
 pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Result<Vec<u8>, Fault> {
     let most = size.saturating_mul(RATIO).max(SURE);
     let (mut packed, mut bytes) = (Vec::new(), Vec::new());

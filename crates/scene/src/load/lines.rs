@@ -24,7 +24,7 @@ impl<R: BufRead> Lines<R> {
         Self { input, line: Vec::new(), end: LineEnd::default(), number: 0 }
     }
 
-    /// Like [`Lines::new`], but for a file in which every line ends in a carriage return. A line
+    /// Creates a line reader for a text file in which every line ends in a carriage return. A line
     /// feed after a carriage return is not part of the line end.
     pub(super) fn of_returns(input: R) -> Self {
         Self { end: LineEnd::Return, ..Self::new(input) }
@@ -66,7 +66,7 @@ impl<R: BufRead> Lines<R> {
         &self.line
     }
 
-    /// Returns the line without trailing blanks, as text. Everything that is used from a model is
+    /// Returns the line without trailing blanks, as text. All the text that the readers use is
     /// ASCII, but names may be in any encoding.
     pub(super) fn text(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.line)

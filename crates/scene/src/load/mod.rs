@@ -39,7 +39,7 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 ///   around its first corner (see [`Mesh`]), or the result of ear clipping if the fan would reach
 ///   outside. Faces with fewer than three corners are skipped.
 /// - OBJ: the vertices, texture coordinates, and faces of all objects and groups, in the order of
-///   the file. Negative indices count back from the last vertex so far. Points, lines, materials,
+///   the file. Negative indices count backward from the latest vertex. Points, lines, materials,
 ///   fourth coordinates, and colours are ignored. Lines end in a line feed, a carriage return, or
 ///   both.
 /// - PLY: ASCII, and binary in both byte orders. The elements are `vertex` with x, y, z (and s, t
@@ -57,14 +57,15 @@ const NO_TRIANGLE: &str = "it has no triangle; is it a model?";
 ///
 /// In a strip, every other triangle is flipped, so that all have the same winding, and triangles
 /// that use a vertex twice are skipped. A text file may begin with a byte order mark. Vertices,
-/// texture coordinates, and other values that no triangle uses may be anything, such as NaN.
+/// texture coordinates, and other values that no triangle uses need not be valid; they may be NaN,
+/// for example.
 ///
 /// The [`Notes`] of [`load_model`] count everything that is skipped, repaired, or guessed.
 ///
-/// Time and memory are linear in the size of the file, except for faces that are cut by ear
-/// clipping, whose time may grow with the square of their number of corners. No allocation is sized
-/// by a count in the file. A gzip file may unpack to a hundred times its size, and a glTF file that
-/// repeats its meshes may expand to about sixteen million vertices and triangles.
+/// Time and memory are linear in the size of the file, except that the time to cut a face by ear
+/// clipping may grow with the square of its number of corners. No allocation is sized by a count in
+/// the file. A gzip file may unpack to a hundred times its size, and a glTF file that repeats its
+/// meshes may expand to about sixteen million vertices and triangles.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read, is not a model in one of these formats, ends early,

@@ -3,10 +3,12 @@
 use std::borrow::Cow;
 use std::fmt;
 
-/// One kind of thing that was skipped, repaired, or guessed in a file, and how often it occurs.
+/// A note about one kind of problem in a file: what was skipped, repaired, or guessed, and how
+/// often.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// What it is, and what was done: `faces with fewer than three corners, skipped`.
+    /// The kind of problem and what was done, such as
+    /// `faces with fewer than three corners, skipped`.
     pub what: Cow<'static, str>,
     /// The number of occurrences.
     pub count: u64,
@@ -31,7 +33,7 @@ impl fmt::Display for Note {
 pub struct Notes(Vec<Note>);
 
 impl Notes {
-    /// Adds `count` occurrences of one kind, the first of which is in `line`.
+    /// Adds `count` occurrences of one kind of problem, the first of which is in `line`.
     ///
     /// ```
     /// let mut notes = intertri_scene::Notes::default();

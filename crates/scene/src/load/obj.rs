@@ -26,7 +26,7 @@ const CALLS: [&str; 2] = ["call", "csh"];
 /// folder.
 const NAMES: [&str; 7] = ["g", "o", "usemtl", "mtllib", "usemap", "maplib", "mg"];
 
-/// Statements that define no triangles.
+/// Statements that define neither triangles nor free-form curves or surfaces.
 const OTHERS: [&str; 24] = [
     "vn",
     "vp",
@@ -121,7 +121,7 @@ impl<S: Coordinate> Model<S> {
                 let mut words = words.peekable();
                 let u = number(words.next());
                 let v = if words.peek().is_some() { number(words.next()) } else { Ok(0.0) };
-                // No triangle needs texture coordinates, so an invalid number is not an error.
+                // Texture coordinates are optional, so an invalid number is not an error.
                 self.builder.uv([u, v].map(|x| x.unwrap_or(f32::NAN)))
             }
             // `fo` is an old name for `f`.
@@ -181,7 +181,7 @@ impl<S: Coordinate> Model<S> {
         self.builder.polygon(&self.corners, &self.corner_uvs)
     }
 
-    /// Skips a statement, and counts it if it may have defined a surface.
+    /// Skips a statement, adding a note if it may have defined a surface.
     fn pass(&mut self, word: &str) {
         let what = if SURFACES.contains(&word) {
             "statements of free-form curves and surfaces, skipped"
@@ -204,7 +204,8 @@ fn number<N: FromStr>(word: Option<&str>) -> Result<N, String> {
 
 /// Returns the 0-based position of an index in a table that has `count` entries so far. Indices
 /// count up from 1, or down from -1 for the last entry. Positions beyond the last entry may be
-/// filled later. For an index that can never be valid, the inner result is an `Err` with the count.
+/// filled later. For an index that can never become valid, the inner result is an `Err` with the
+/// count.
 fn place(word: &str, count: usize, what: &str) -> Result<Result<u32, usize>, Fault> {
     let Ok(index) = word.parse::<i64>() else {
         return fault(format!("{} is not the number of a {what}", quote(word)));

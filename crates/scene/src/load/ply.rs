@@ -69,11 +69,12 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, N
     builder.finish()
 }
 
-/// Reads the header. Its lines may have any line ends, and some may be blank.
+/// Reads the header. Its lines may end in a line feed, a carriage return, or both, and may be
+/// blank.
 fn header(lines: &mut Lines<impl BufRead>) -> Result<Header, Fault> {
     let mut text = String::new();
     while lines.advance()? {
-        // A blank line becomes an empty comment, which keeps the line numbers right.
+        // Replace a blank line with an empty comment, so that line numbers stay correct.
         let line = if lines.bytes().is_empty() { "comment".into() } else { lines.text() };
         text.push_str(&line);
         text.push('\n');
@@ -108,7 +109,7 @@ fn check(header: &Header) -> Result<bool, Fault> {
              point cloud?",
         );
     }
-    // Without this check, a header could declare any number of elements that take no bytes.
+    // Without this check, a header could declare any number of elements that take up no bytes.
     if let Some(def) = header.elements.values().find(|def| def.properties.is_empty()) {
         return fault(format!(
             "the PLY header has an element {} without properties",
@@ -130,7 +131,7 @@ fn ascii(lines: &mut Lines<impl BufRead>, def: &ElementDef, i: usize) -> Result<
     )
 }
 
-/// Parses an element from its words. The words of unused properties may be anything, such as `nan`.
+/// Parses an element from its words. Unused properties may contain any words, such as `nan`.
 fn element(text: &str, def: &ElementDef) -> Option<Element> {
     let mut words = text.split_ascii_whitespace();
     let mut element = Element::new();

@@ -15,9 +15,10 @@ use super::text::{skip_mark, without_mark};
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// Bytes before the first triangle of a binary file: free text, then the number of triangles.
+/// The number of bytes before the first triangle of a binary file: free text, then the triangle
+/// count.
 const HEADER: usize = 84;
-/// Bytes per triangle: a normal, three corners, and two unused bytes.
+/// The number of bytes per triangle: a normal, three corners, and two unused bytes.
 const TRIANGLE: usize = 50;
 
 /// The first word of an ASCII file, in upper or lower case.
@@ -88,9 +89,9 @@ pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
     is_ascii(start, size) || promised(start) == Some(size)
 }
 
-/// Returns whether the file is ASCII. ASCII files begin with `solid`, but the free text of a binary
-/// file may begin with it, too. A binary file has the size that its header implies or, if it is
-/// damaged, at least one zero byte in its free text or count.
+/// Returns whether the file is ASCII. An ASCII file begins with `solid`, but so may the free text
+/// of a binary file. A binary file has the size that its header implies or, if it is damaged, at
+/// least one zero byte in its free text or count.
 fn is_ascii(start: &[u8], size: u64) -> bool {
     let text = without_mark(start).trim_ascii_start();
     text.get(..SOLID.len()).is_some_and(|word| word.eq_ignore_ascii_case(SOLID))

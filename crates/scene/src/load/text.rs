@@ -7,13 +7,13 @@ use super::error::{Fault, fault};
 /// The UTF-8 byte order mark.
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Returns the beginning of a file without its byte order mark.
+/// Returns the first bytes of a file without the byte order mark, if there is one.
 pub(super) fn without_mark(start: &[u8]) -> &[u8] {
     start.strip_prefix(MARK).unwrap_or(start)
 }
 
-/// Skips the byte order mark at the beginning of a file. Returns an error if the file begins with
-/// the mark of UTF-16.
+/// Skips the UTF-8 byte order mark at the beginning of a file, if there is one. Returns an error if
+/// the file begins with a UTF-16 byte order mark.
 pub(super) fn skip_mark(input: &mut (impl BufRead + Seek)) -> Result<(), Fault> {
     let mut start = Vec::new();
     input.by_ref().take(MARK.len() as u64).read_to_end(&mut start)?;

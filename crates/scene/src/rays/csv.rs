@@ -1,9 +1,9 @@
-//! Parses rays in CSV, which consists of a line of column names, then one ray per line.
+//! Parses rays in CSV: a line of column names, then one ray per line.
 
 /// The column names, in the order of a raw ray.
 pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
 
-/// The meaning of each column of a line, as an index into [`COLUMNS`].
+/// For each column of the file, the index of its name in [`COLUMNS`].
 pub(super) struct Columns(Vec<usize>);
 
 impl Columns {

@@ -18,7 +18,7 @@ pub enum RaysFormat {
     Csv,
     /// Eight little-endian f32 values per ray: origin x y z, `t_min`, dir x y z, `t_max`.
     Raw,
-    /// Like [`RaysFormat::Raw`], but in f64.
+    /// The layout of [`RaysFormat::Raw`], but with f64 values.
     Raw64,
 }
 

@@ -86,9 +86,10 @@ impl<'a> Rays<'a> {
     /// Starts reading an input. `name` is used in error messages, and `size` is the size in bytes
     /// if it is known.
     ///
-    /// Without a `format`, the extension of `name` determines the format, as in
-    /// [`RaysFormat::of_name`]. For other extensions, the input is CSV if its first non-blank line
-    /// consists of column names. Anything else is an error, because any bytes could be raw rays.
+    /// If `format` is `None`, the extension of `name` determines the format, as in
+    /// [`RaysFormat::of_name`]. If the extension is different, the input is CSV if its first
+    /// non-blank line consists of column names. Anything else is an error, because any bytes could
+    /// be raw rays.
     ///
     /// # Errors
     /// Returns an error if the input cannot be read, its format is unknown, its line of column
@@ -134,7 +135,7 @@ impl<'a> Rays<'a> {
         matches!(self.format, Format::Raw)
     }
 
-    /// The rounding of the rays read so far.
+    /// How many numbers in the rays read so far were rounded, and by how much.
     pub fn rounding(&self) -> Rounding {
         self.rounding
     }
@@ -213,7 +214,8 @@ impl<'a> Rays<'a> {
                 continue;
             }
             let records = &records[..records.len().min(count - rays.len())];
-            // Memory grows with the rays that have arrived, not with the number requested.
+            // Memory use grows with the number of rays that have arrived, not with the number
+            // requested.
             if rays.try_reserve(records.len()).is_err() {
                 return Err(self.no_memory());
             }
@@ -301,7 +303,7 @@ impl<'a> Rays<'a> {
         Ok(true)
     }
 
-    /// Returns the error for a last record that is cut off. A record has eight numbers.
+    /// Returns the error for a final record that is cut off. A record consists of eight numbers.
     fn ragged(&self, size: u64, record: usize) -> LoadError {
         let over = size % record as u64;
         let bits = 8 * (record / 8);

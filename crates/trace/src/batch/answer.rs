@@ -1,4 +1,4 @@
-//! The types of answers that a batch can return, with one answer per ray.
+//! The types of answers that a batch query can return, one answer per ray.
 
 use intertri::{Crossings, Hit, Hit32};
 

@@ -20,14 +20,14 @@ use crate::walk::stream::Stream;
 /// Rays outside any bundle are traced as a stream once there are this many. More rays would not fit
 /// in the cache.
 const STREAM: usize = 4096;
-/// The corresponding number directly after a bundle. More rays wait then, because some CPUs lower
-/// their clock rate for a while.
+/// The corresponding number directly after a bundle. It is larger, because some CPUs lower their
+/// clock rate for a while after a bundle.
 const STREAM_AFTER_BUNDLE: usize = 4 * STREAM;
 
 /// After a reversed bundle that was not worth its cost, the next bundles are not reversed, and
 /// their rays are traced in packets. The first number is how many bundles this applies to. It
-/// doubles after each further failure, up to the second number. Such bundles occur, for example, if
-/// the shadow rays of one row of hits form a long, thin curve as seen from the light.
+/// doubles after each further failure, up to the second number. Bundles fail, for example, if the
+/// shadow rays of one row of hits form a long, thin curve as seen from the light.
 const REVERSAL_PATIENCE: [usize; 2] = [4, 64];
 
 /// The same limits for bundles that are not reversed. For example, rays from one camera in random
@@ -47,7 +47,7 @@ const BUSY: usize = 5;
 /// The maximum number of rays in the bundles after a bundle that needed many packet tests.
 const BUSY_RAYS: usize = 256;
 
-/// Consecutive rays, with everything that the traversal needs.
+/// Consecutive rays, together with everything needed to trace them.
 #[derive(Clone, Copy)]
 pub(super) struct Chunk<'a> {
     pub(super) tree: &'a Tree,
@@ -152,7 +152,7 @@ impl WithSimd for TraceChunk<'_, '_> {
                     write_bundle::<S>(&chunk, rays, &mut results, output.part(at, end));
                     (true, left, work)
                 }
-                // Fewer consecutive rays may still be close together.
+                // A smaller number of consecutive rays may still be close together.
                 Outcome::TooWide if size > SMALLEST => {
                     size /= 4;
                     continue;
@@ -161,7 +161,7 @@ impl WithSimd for TraceChunk<'_, '_> {
                 Outcome::TooWide | Outcome::NotCoherent => (false, u64::MAX, 0),
             };
 
-            // The other rays wait for the next stream, except those whose any-hit query is already
+            // Leave the other rays for the next stream, except rays whose any-hit query is already
             // answered.
             if left != 0 || projection.has_outliers {
                 let over = |ray: usize| any && results.is_hit(ray);
@@ -203,7 +203,7 @@ fn write_bundle<S: Simd>(
     );
 }
 
-/// Makes a bundle of the rays if bundles are allowed and the rays share an origin. If reversed
+/// Makes a bundle from the rays if bundles are allowed and the rays share an origin. If reversed
 /// bundles are also allowed, as for any-hit queries, a common end is enough, because such rays can
 /// be traced backward.
 #[inline(always)]

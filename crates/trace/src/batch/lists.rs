@@ -70,7 +70,7 @@ impl<T> Lists<T> {
     }
 }
 
-/// An item of a list: a hit, or a crossing, which is a hit with its side.
+/// An item of a list: a hit or a crossing.
 pub(crate) trait ListItem: Clone + Send {
     /// Creates an item from a hit. `leaves` computes whether the ray leaves the mesh at this hit,
     /// which is expensive.
@@ -116,8 +116,8 @@ impl ListItem for Crossing {
 const CHUNK: usize = 1 << 12;
 
 /// The number of chunks per thread in a round. After a round, the lists of its chunks are
-/// concatenated. Each round reuses the memory of the last, because allocating memory takes longer
-/// than finding the hits.
+/// concatenated. Each round reuses the memory of the previous round, because allocating memory
+/// takes longer than finding the hits.
 const ROUND: usize = 8;
 
 /// Lists every hit of many rays or, with a `limit`, the first hits of each ray.
@@ -180,7 +180,7 @@ impl<T: ListItem> ChunkLists<T> {
         Self { pairs, ends, slots, items: Vec::new(), is_full: false }
     }
 
-    /// Discards the lists of the last chunk.
+    /// Discards the lists of the previous chunk.
     fn begin(&mut self) {
         self.ends.clear();
         self.items.clear();
@@ -302,7 +302,7 @@ fn sort<T: ListItem>(
             let (a, b) = (a.hit(), b.hit());
             a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle))
         });
-        // The exact order is needed only if rounded values of t are equal, which is rare.
+        // Determine the exact order only if rounded values of t are equal, which is rare.
         if items.windows(2).any(|pair| pair[0].hit().t == pair[1].hit().t) {
             sort_ties(tree, resolver, ray, slots, items);
         }
@@ -360,8 +360,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::threads;
 
-    /// Traces more rays than fit in a round. Each ray must have its own list, whatever earlier
-    /// chunks left behind.
+    /// Traces more rays than fit in a round. Each ray must get its own list, regardless of what
+    /// earlier chunks left behind.
     #[test]
     fn rounds_of_chunks_follow_each_other() {
         let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);

@@ -37,7 +37,7 @@ const CHUNK: usize = 4096;
 /// chunks help because each bundle determines the size of the next.
 const CHUNKS: usize = 16;
 
-/// If there are too few rays for full chunks, each thread takes at least this many rays.
+/// The minimum number of rays that a thread takes at a time if there are too few for full chunks.
 const SMALLEST: usize = 256;
 
 /// The rays of one call, with the query's mode and selection.
@@ -177,7 +177,7 @@ fn chunk_size(rays: usize) -> usize {
     if rays < threads * CHUNK {
         return rays.div_ceil(threads).next_multiple_of(SMALLEST).max(SMALLEST);
     }
-    // A single thread does not have to wait for others.
+    // A single thread does not have to wait for other threads.
     let each = if threads == 1 { 1 } else { 16 };
     (rays / (each * threads)).next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
 }
@@ -222,7 +222,7 @@ mod tests {
     }
 
     fn bundles_change_nothing(bvh: &Bvh) {
-        // One ray's direction differs from the rest of its bundle.
+        // One ray's direction differs from the directions of the other rays in its bundle.
         let ray = |i: usize| {
             let (square, i) = (i / 256, i % 256);
             let at = |k: usize| (k as f32 - 28.0) / 40.0;
@@ -243,7 +243,7 @@ mod tests {
         assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 2000);
 
         // List every hit of each ray. Hits of packets that a bundle did not trace must be listed
-        // once.
+        // exactly once.
         let exact = Mode::exact();
         let (lists, of_exact) = (
             bvh.query().mode(mode).all_batch(&rays, None),
@@ -269,7 +269,7 @@ mod tests {
         assert!(of_f64.iter().zip(&rays64).all(|(hits, ray)| *hits == bvh64.query().all(ray)));
         assert!(of_f64.items.len() > 2000);
 
-        // In another order, the same rays are not coherent.
+        // If the same rays are in another order, they are not coherent.
         let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();
         let bundled = hits.clone();
         bvh.query().mode(mode).closest_batch_into(&mixed, &mut hits);

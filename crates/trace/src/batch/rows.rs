@@ -9,7 +9,7 @@
 //!   ...
 //! ```
 //!
-//! Looking at two rows and at the ends of the others costs almost nothing compared with tracing the
+//! Examining two rows and the ends of the others costs almost nothing compared with tracing the
 //! rays.
 
 use std::ops::Range;
@@ -22,12 +22,12 @@ const SHORTEST: usize = TILE;
 /// The largest width that is detected, in pixels.
 const LONGEST: usize = 1 << 14;
 
-/// The smallest height of an image.
+/// The smallest height of an image, in pixels.
 const FEWEST: usize = LOWEST;
 
-/// The direction of a ray is compared with that of the ray this many pixels later. At the end of a
-/// row, the direction must jump back by at least half of the difference, so rays may be jittered
-/// within their pixels.
+/// The direction of each ray is compared with the direction of the ray this many pixels later. The
+/// end of a row is where the direction jumps back by at least half of the difference, so rays may
+/// be jittered within their pixels.
 const STEP: usize = 8;
 
 /// If no rows are found at a ray, the search resumes this many rays later.
@@ -70,7 +70,7 @@ pub fn runs(count: usize, line: impl Fn(usize) -> [[f64; 3]; 2]) -> Vec<Run> {
     runs
 }
 
-/// Rays that may be in rows.
+/// Rays among which to look for rows of pixels.
 struct Rows<F> {
     count: usize,
     /// The origin and the direction of a ray.

@@ -1,8 +1,8 @@
 //! Arranges rows of pixels in tiles, in which they are faster to trace.
 //!
 //! Rays with a common origin are fastest to trace if 1024 consecutive rays form a narrow cone, but
-//! a row of pixels forms a flat fan. Therefore, a block of rows is read row by row, four pixels at
-//! a time, and the rays are copied to their places in tiles:
+//! a row of pixels forms a flat fan. Therefore, each block of rows is read row by row, four pixels
+//! at a time, and its rays are copied to their places in tiles:
 //!
 //! ```text
 //!   32 rows of 128 pixels            32×32 tiles           4×4 packets in Z-order
@@ -28,7 +28,7 @@ const PACKET: usize = 4;
 /// The number of pixels in a row that are copied at a time.
 const ACROSS: usize = 4 * TILE;
 
-/// The minimum number of bands per thread. There are several, so that all threads finish at about
+/// The minimum number of bands per thread. Several bands per thread let all threads finish at about
 /// the same time.
 const BANDS: usize = 4;
 
@@ -45,8 +45,8 @@ pub struct Band {
     right: BlockOrder,
 }
 
-/// The order in which the pixels of a block are gathered. For each row, it lists where each group
-/// of four pixels starts among the gathered rays.
+/// The order in which a block's pixels are gathered. For each row, it lists where each group of
+/// four pixels starts among the gathered rays.
 #[derive(Clone)]
 struct BlockOrder {
     width: usize,
@@ -92,8 +92,8 @@ impl Band {
         self.rows
     }
 
-    /// Returns this band or, if it has more pixels than given, a shorter band with as many whole
-    /// rows as the pixels fill.
+    /// Returns this band or, if it has more pixels than `pixels`, a shorter band with as many whole
+    /// rows as fit in that number.
     pub fn within(&self, pixels: usize) -> Cow<'_, Self> {
         if pixels < self.pixels() {
             Cow::Owned(Self::new(self.width, pixels / self.width))
@@ -187,7 +187,7 @@ impl Block<'_> {
     pub fn next_rows(&self) -> impl Iterator<Item = Range<usize>> {
         let BlockOrder { width, height, .. } = *self.order;
         let right = self.first + width;
-        // The block to the right, or the first block of the next band.
+        // Continue with the block to the right, or with the first block of the next band.
         let next = if right < self.row { right } else { height * self.row };
         let width = ACROSS.min(self.row - right % self.row);
         (next..).step_by(self.row).take(height).map(move |start| start..start + width)

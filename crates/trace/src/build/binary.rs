@@ -27,10 +27,10 @@ const MANY: usize = 1 << 12;
 /// The number of boxes that one thread bins or measures at a time.
 const CHUNK: usize = 1 << 15;
 
-/// Added to the area of every box, so that the tree with fewer nodes wins if boxes have no area.
+/// Added to the area of every box, so that if the areas are zero, the tree with fewer nodes wins.
 pub(super) const TRIFLE: f32 = 1e-20;
 
-/// The whole tree, with at least one reference, and one node fewer than there are references.
+/// The whole tree. It has at least one reference, and one node fewer than references.
 pub(super) struct Binary {
     pub refs: Vec<PrimRef>,
     /// Each node's box. The two words of an inner node are the number of triangles on its left side
@@ -258,8 +258,8 @@ impl WithSimd for Cut<'_> {
     fn run<S: Simd>(self) -> Self::Output {
         let Self { builder, refs, centres, depth } = self;
         let (count, scale) = (refs.len(), builder.scale);
-        // Halving from here on needs this many levels. While more levels are left, any cut is
-        // allowed.
+        // Repeated halving would need this many more levels. As long as more levels are left, any
+        // cut is allowed.
         let levels = count.ilog2() as usize;
         if depth + levels < MAX_DEPTH {
             let binning = Binning::new(count, centres, scale);
@@ -372,7 +372,7 @@ fn gather<T: Send>(
     if refs.len() <= CHUNK {
         return one(refs);
     }
-    // Always split in the middle, independently of the number of threads.
+    // Always split in the middle, regardless of the number of threads.
     let (a, b) = refs.split_at(refs.len() / 2);
     let (a, b) = join(|| gather(a, one, both), || gather(b, one, both));
     both(a, b)
@@ -395,8 +395,8 @@ mod tests {
 
     #[test]
     fn depth_is_bounded() {
-        // Each group is twice as far out as the previous one, so the heuristic peels off a few
-        // triangles at a time.
+        // Each group is twice as far out as the previous one, so each cut separates only a few
+        // triangles.
         let at = |i: i32| {
             let x = (i as f32).exp2();
             Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]])

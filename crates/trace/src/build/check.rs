@@ -5,9 +5,9 @@ use crate::tree::{Aabb, BLOCK, EMPTY, HitBounds, LEAF, NONE, hit_bounds};
 use intertri::Triangle;
 
 impl Layout {
-    /// Traverses the whole tree. Returns an error message if a triangle with a box is not in
-    /// exactly one block, or a triangle without a box is in a block; if a box is not exactly the
-    /// box of its contents; if a node or block does not have exactly one parent; or if the depth
+    /// Traverses the whole tree. Returns an error message if a triangle that has a box is not in
+    /// exactly one block, or a triangle that has none is in a block; if a box is not the tight
+    /// bound of its contents; if a node or block does not have exactly one parent; or if the depth
     /// differs from the stored depth.
     pub(crate) fn check(&self, triangles: &[Triangle]) -> Result<(), String> {
         let mut walk = Walk {
@@ -18,8 +18,8 @@ impl Layout {
             nodes: vec![0; self.nodes.len()],
             depth: 0,
         };
-        // Count every node and block when it is reached, from the root down. A child that is
-        // missing, has two parents, or is part of a cycle shows up in the counts.
+        // Count every node and block when it is reached, from the root down. The counts reveal any
+        // child that is missing, has two parents, or is part of a cycle.
         walk.node(0, 1)?;
         // Triangles with a box are in exactly one block. Other triangles are never hit, or are in
         // leaves of the second tree.

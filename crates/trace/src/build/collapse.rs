@@ -35,7 +35,7 @@ impl Costs {
     /// Computes the costs and choices for a node from the costs of its two sides.
     #[inline(always)]
     pub(super) fn join(area: f32, left: &Self, right: &Self) -> (Self, Plan) {
-        // The cheapest way to divide 2 to 8 children between the two sides.
+        // Find the cheapest way to divide 2 to 8 children between the two sides.
         let mut shared = [f32::INFINITY; 9];
         let mut plan = 0;
         for (children, least) in shared.iter_mut().enumerate().skip(2) {
@@ -51,7 +51,7 @@ impl Costs {
         }
         // One child: a wide node, whose eight slots are divided between the two sides.
         let one = shared[8] + area * NODE;
-        // `costs[i]` allows up to i + 1 children, so one child may be cheaper than several.
+        // `costs[i]` allows up to i + 1 children. A single child may be cheaper than several.
         let mut costs = [one; 7];
         for i in 1..7 {
             costs[i] = shared[i + 1];

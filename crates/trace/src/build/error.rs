@@ -6,7 +6,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// There are more triangles than 31 bits can number.
+    /// There are too many triangles for 31-bit indices.
     TooManyTriangles {
         /// The number of triangles.
         count: usize,

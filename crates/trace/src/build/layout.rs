@@ -1,4 +1,4 @@
-//! The builder's result: nodes, and blocks of triangle indices.
+//! The result of the builder: nodes, and blocks of triangle indices.
 
 use crate::tree::{BLOCK, Node};
 #[cfg(test)]
@@ -13,19 +13,20 @@ pub(crate) const MAX_DEPTH: usize = 64;
 /// The hierarchy over a slice of triangles. It stores indices of triangles, not the triangles.
 #[derive(Debug, Default)]
 pub(crate) struct Layout {
-    /// The nodes, starting with the root. All children of a node that are nodes are adjacent.
+    /// The nodes, starting with the root. Those children of a node that are themselves nodes are
+    /// adjacent.
     pub nodes: Vec<Node>,
     /// Triangle indices, ascending, padded with [`crate::tree::NONE`].
     pub blocks: Vec<[u32; BLOCK]>,
     /// The number of nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
     pub depth: usize,
-    /// The reference may hit a triangle in the blocks up to this distance outside the triangle's
-    /// box.
+    /// The largest distance outside its box at which the reference may hit a triangle in the
+    /// blocks.
     pub lean: f32,
     /// Thin triangles, whose reference hits may be arbitrarily far outside their boxes, in
     /// ascending order. They are in no block.
     pub thin: Vec<u32>,
-    /// Whether some of the triangles in blocks have no area.
+    /// Whether any triangle in a block is degenerate.
     pub has_degenerate: bool,
 }
 

@@ -95,7 +95,7 @@ impl Tree {
             cost_as_built: None,
         };
         if has_degenerate {
-            // Rays must not hit the lanes of triangles without area.
+            // Rays must not hit the lanes of degenerate triangles.
             let bounds = tree.fit_leaves(triangles)?;
             tree.note_degenerate(&bounds)?;
         }
@@ -103,7 +103,7 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Adds leaves for triangles that are not below the root, and for triangles without area, which
+    /// Adds leaves for triangles that are not below the root, and for degenerate triangles, which
     /// no ray hits. Neighbours share leaves, which belong to the second tree.
     pub(crate) fn add_unboxed(
         &mut self,

@@ -31,11 +31,11 @@ impl PrimRef {
 pub(super) struct Prims {
     /// The boxes of all triangles that go below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// The reference may hit one of these triangles up to this distance outside the triangle's box.
+    /// The largest distance outside its box at which the reference may hit one of these triangles.
     pub lean: f32,
     /// Thin triangles, whose reference hits may be arbitrarily far outside their boxes.
     pub thin: Vec<u32>,
-    /// Whether some of the triangles with a box have no area.
+    /// Whether any triangle with a box is degenerate.
     pub has_degenerate: bool,
 }
 
@@ -71,8 +71,8 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
 
     let mut thin = Vec::new();
     if rare.into_inner() {
-        // Thin triangles are so rare that a second pass searches for them; a list in the first pass
-        // would have to be shared by all threads.
+        // Find thin triangles in a second pass, because they are rare and a list filled in the
+        // first pass would have to be shared by all threads.
         let is_thin = |i: usize| matches!(triangles.hit_bounds(i), HitBounds::Thin(_));
         for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is_thin(i)) {
             thin.try_reserve(1)?;

@@ -25,12 +25,12 @@ use crate::util::threads::join;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// One node is moved per this many triangles, up to [`MOST`] nodes.
+/// The number of triangles for each node that is moved. At most [`MOST`] nodes are moved.
 const SHARE: usize = 32;
 /// The maximum number of nodes that are moved.
 const MOST: usize = 2048;
 
-/// One in this many nodes takes part in the trial.
+/// The trial moves one in this many of the nodes.
 const FEW: usize = 8;
 
 /// Reinsertion is worthwhile if it lowers the cost by at least this fraction.
@@ -42,10 +42,10 @@ const ROUNDS: usize = 2;
 /// With at least this many triangles, the two sides are processed in parallel.
 const MANY: usize = 1 << 12;
 
-/// Stands for no node, as the parent of the root.
+/// Stands for a missing node: the parent of the root.
 const NONE: usize = usize::MAX;
 
-/// Moves parts of a tree. Afterward, the tree's boxes and plans are like those of a new build.
+/// Moves parts of a tree, keeping the boxes and plans as a new build would compute them.
 pub(super) fn reinsert(binary: &mut Binary) {
     // The trial moves an eighth of the nodes once. If that lowers the cost enough, all nodes are
     // moved.
@@ -87,8 +87,8 @@ impl Top {
     fn of(binary: &Binary, most: usize) -> Self {
         let root = binary.root();
         let mut top = vec![Node::new(binary, root, NONE)];
-        // Always open the node with the largest box next, because rays meet it most often. An area
-        // is not negative, so its bits compare like its value.
+        // Always open the node with the largest box next, because rays meet it most often. Areas
+        // are non-negative, so their bits compare like their values.
         let mut largest = BinaryHeap::from([(u64::MAX, 0, root)]);
         while top.len() < most
             && let Some((_, parent, part)) = largest.pop()
@@ -126,7 +126,7 @@ impl Top {
     }
 
     /// Removes a subtree and makes it the sibling of the node next to which it costs least. The
-    /// subtree's parent moves, too.
+    /// subtree's parent moves with it.
     fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
@@ -209,8 +209,8 @@ impl Top {
             // Push both, the nearer last, so that it is popped first.
             for k in [1 - near, near] {
                 if grown + both[k] < cost {
-                    // Next to `sides[k]`, the new parent has the area of both boxes, and the
-                    // ancestors have grown by `grown`.
+                    // Next to `sides[k]`, the new parent's box surrounds both boxes, and the
+                    // ancestors grow by `grown`.
                     (cost, place) = (grown + both[k], sides[k]);
                 }
                 waiting.push((grown + grows[k], sides[k]));

@@ -12,7 +12,7 @@ use crate::tree::Aabb;
 use bytemuck::Zeroable;
 use intertri::simd::{Lanes, Simd};
 
-/// Six sides and two words.
+/// The six sides of a box, and two words.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(transparent)]
 pub(super) struct SimdAabb(pub [f32; 8]);
@@ -41,8 +41,8 @@ impl SimdAabb {
         self.0[4 * which + 3] = f32::from_bits(word);
     }
 
-    /// Extends this box to contain the other box, too. If this function is inlined at a SIMD level
-    /// with eight lanes, it compiles to one instruction.
+    /// Extends this box to contain the other box. If this function is inlined at a SIMD level with
+    /// eight lanes, it compiles to one instruction.
     #[inline(always)]
     pub(super) fn join(&mut self, other: &Self) {
         for (a, b) in self.0.iter_mut().zip(&other.0) {
@@ -67,7 +67,7 @@ impl SimdAabb {
         S::F32x4::load(&self.0[4..]) * scale - S::F32x4::load(&self.0) * scale
     }
 
-    /// Like [`SimdAabb::centre`], but along one axis, with the same operations.
+    /// Returns one coordinate of [`SimdAabb::centre`], computed with the same operations.
     #[inline(always)]
     pub(super) fn centre_along(&self, axis: usize, scale: f32) -> f32 {
         self.0[axis % 4 + 4] * scale - self.0[axis % 4] * scale

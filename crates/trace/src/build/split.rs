@@ -21,7 +21,7 @@ const SOME: usize = 32;
 /// bounds.
 const BINS: usize = ROW;
 
-/// With more boxes than this, a second set of bins is worthwhile.
+/// A second set of bins is worthwhile for more boxes than this.
 const MANY: usize = 200;
 
 /// Adding this number rounds a value to an integer in the low bits of the float. This replaces a
@@ -40,8 +40,8 @@ pub(super) struct Binning {
 impl Binning {
     /// Creates a mapping for `count` boxes with these centres.
     pub(super) fn new(count: usize, centres: &Centres, scale: f32) -> Self {
-        // Use slightly less than all bins, so that the last centre falls into the last bin. If all
-        // centres are equal along an axis, all are in bin 0.
+        // Scale centres to slightly less than the number of bins, so that the last centre falls
+        // into the last bin. If all centres are equal along an axis, all are in bin 0.
         let bins = if count <= SOME { BINS / 2 } else { BINS };
         let sides = centres.lo.iter().zip(&centres.hi);
         let mut per_unit = [0.0; 4];
@@ -52,7 +52,7 @@ impl Binning {
         Self { origin: centres.lo, per_unit, scale, bins }
     }
 
-    /// Returns the bins of a centre along all axes, as numbers with [`ROUND`] added.
+    /// Returns the bins of a centre along all axes, with [`ROUND`] added to the bin numbers.
     #[inline(always)]
     fn bins<S: Simd>(&self, centre: S::F32x4) -> [f32; 4] {
         let at = (centre - S::F32x4::load(&self.origin)) * S::F32x4::load(&self.per_unit);
@@ -73,7 +73,7 @@ impl Binning {
     }
 }
 
-/// The number of boxes in each bin of each axis, and the box around the boxes in the bin.
+/// For each bin of each axis, the number of boxes and the bounding box of these boxes.
 pub(super) struct Bins {
     sides: [[SimdAabb; BINS]; 3],
     count: [[u32; BINS]; 3],
@@ -140,7 +140,7 @@ impl Bins {
     }
 }
 
-/// Returns the box around the centres of some boxes.
+/// Returns the box around the centres of the given boxes.
 #[inline(always)]
 pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));
@@ -153,7 +153,7 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     centres.store()
 }
 
-/// Partitions the boxes in place by a cut. Returns how many boxes are on the left, and the boxes
+/// Partitions the boxes in place at a cut. Returns how many boxes are on the left, and the boxes
 /// around the centres of both sides.
 #[inline(always)]
 pub(super) fn partition<S: Simd>(

@@ -10,8 +10,8 @@ use crate::load::error::{Fault, fault};
 
 /// A table whose rows are all within `bytes`.
 pub(super) struct Accessor<'a> {
-    /// The rows, one every `stride` bytes. Empty for a sparse table without a buffer view, whose
-    /// rows are zeros.
+    /// The rows, one every `stride` bytes. The slice is empty for a sparse table that has no buffer
+    /// view, in which every row that is not replaced is zero.
     bytes: &'a [u8],
     stride: usize,
     /// The number of rows.
@@ -30,7 +30,7 @@ struct Replaced<'a> {
     bytes: &'a [u8],
 }
 
-/// Looks up a file's tables.
+/// Looks up the tables of a file by index.
 #[derive(Clone, Copy)]
 pub(super) struct Tables<'a> {
     pub(super) root: &'a Root,
@@ -60,7 +60,7 @@ impl<'a> Tables<'a> {
         let (Checked::Valid(component), Checked::Valid(kind)) =
             (accessor.component_type, accessor.type_)
         else {
-            return fault("has a type that glTF does not know");
+            return fault("has a type that glTF does not define");
         };
         if kind != wanted {
             return fault(format!("has rows of type {kind:?} and not {wanted:?}"));
@@ -97,7 +97,7 @@ impl<'a> Tables<'a> {
         count: u64,
         (row, stride): (usize, usize),
     ) -> Result<&'a [u8], Fault> {
-        // The start and end, computed in integers that cannot overflow.
+        // Compute the start and end in integers that cannot overflow.
         let from = u128::from(offset);
         let to = match u128::from(count).checked_sub(1) {
             Some(last) => from + last * stride as u128 + row as u128,
@@ -113,7 +113,7 @@ impl<'a> Tables<'a> {
     /// Returns the rows that a sparse table of `count` rows replaces.
     fn replaced(self, sparse: &SparseJson, row: usize, count: u64) -> Result<Replaced<'a>, Fault> {
         let Checked::Valid(kind) = sparse.indices.component_type else {
-            return fault("has sparse indices of a type that glTF does not know");
+            return fault("has sparse indices of a type that glTF does not define");
         };
         let size = kind.0.size();
         let USize64(replaced) = sparse.count;
@@ -174,7 +174,7 @@ impl Accessor<'_> {
             (ComponentType::U16, &[a, b]) => share(f64::from(u16::from_le_bytes([a, b])), 65535.0),
             (ComponentType::U32, &[a, b, c, d]) => u32::from_le_bytes([a, b, c, d]).into(),
             (ComponentType::F32, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]).into(),
-            // No other size exists.
+            // Components have no other size.
             _ => f64::NAN,
         }
     }

@@ -1,4 +1,4 @@
-//! The bytes of a glTF file's buffers: inside the file, in data URIs, or in other files.
+//! Reads the buffers of a glTF file, which may be inside the file, in data URIs, or in other files.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -39,7 +39,7 @@ impl<'a> Buffers<'a> {
                 let path = external(i, uri, beside.as_deref())?;
                 Ok(Bytes::File(path, buffer.byte_length.0))
             }
-            // Only the first buffer may be the chunk.
+            // Only the first buffer may refer to the GLB's binary chunk.
             None => match blob.filter(|_| i == 0) {
                 Some(blob) => Ok(Bytes::Chunk(blob)),
                 None => {
@@ -163,8 +163,8 @@ fn within(path: &Path) -> Option<PathBuf> {
     Some(within).filter(|path| !path.as_os_str().is_empty())
 }
 
-/// Returns whether a path leads out of the folder through a symbolic link. For a missing file, the
-/// result is false, because opening the file fails later.
+/// Returns whether a path leads out of the folder through a symbolic link. Returns false for a
+/// missing file, because opening the file will fail anyway.
 fn leaves(folder: &Path, path: &Path) -> bool {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     match (folder.canonicalize(), path.canonicalize()) {

@@ -86,7 +86,7 @@ fn of<'a>(node: &'a scene::Node, name: &str) -> Option<&'a Value> {
     node.extensions.as_ref()?.others.get(name)
 }
 
-/// Returns whether a node and everything below it are hidden.
+/// Returns whether a node is hidden, together with all of its descendants.
 pub(super) fn is_hidden(node: &scene::Node) -> bool {
     of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
 }

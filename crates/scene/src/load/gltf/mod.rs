@@ -1,8 +1,9 @@
-//! Reads glTF 2.0, as text and as GLB. The `gltf` crate parses the JSON and the container.
+//! Reads glTF 2.0 files, both JSON text and GLB. The `gltf` crate parses the JSON and the
+//! container.
 //!
-//! Nothing else from that crate is used. Its accessor readers, and even its validation, use numbers
-//! from the file as indices and panic if an index is out of range. This reader checks every number
-//! first.
+//! Nothing else from that crate is used, because its accessor readers, and even its validation, use
+//! numbers from the file as indices and panic if an index is out of range. This reader checks every
+//! index before using it.
 
 mod accessor;
 mod buffers;

@@ -1,4 +1,4 @@
-//! Walks the node tree, which determines where meshes are placed.
+//! Traverses the node tree, which determines where meshes are placed.
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -39,7 +39,7 @@ pub(super) fn walk(shared: &mut SharedMeshes<'_>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Adds the mesh of a node, if it has one.
+/// Adds a node's mesh, if the node has one.
 fn add<'a>(
     shared: &mut SharedMeshes<'a>,
     node: &'a scene::Node,

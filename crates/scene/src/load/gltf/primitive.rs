@@ -14,12 +14,12 @@ use crate::load::flatten::{REPEATED, REPEATS};
 use crate::load::notes::Notes;
 use crate::mesh::{self, rounded};
 
-/// Reads the primitives of meshes.
+/// A reader for the primitives of meshes.
 pub(super) struct Primitives<'a> {
     pub(super) tables: Tables<'a>,
-    /// For each mesh, the largest number of morph targets of its primitives.
+    /// For each mesh, the largest number of morph targets in any of its primitives.
     targets: Vec<usize>,
-    /// The number of vertices and triangles that may still be read.
+    /// How many more vertices and triangles may be read.
     left: u64,
     /// The mesh under construction.
     builder: MeshBuilder<f64>,
@@ -142,7 +142,7 @@ impl<'a> Primitives<'a> {
             let what = "skinned primitives without joints and weights, placed by their nodes";
             self.builder.notes.add(what, 1, None);
         }
-        // A skin may mirror some vertices and not others.
+        // A skin may mirror only some of the vertices.
         let mut mirrored = Vec::new();
         for vertex in 0..count {
             let (position, transform) = vertices.place(vertex)?;

@@ -12,8 +12,8 @@ use crate::load::error::{Fault, fault};
 use crate::load::notes::Notes;
 use crate::mesh::Mesh;
 
-/// An instance counts as this many vertices or triangles toward the limit, because it takes about
-/// as much memory.
+/// An instance counts toward the limit as this many vertices or triangles, which take about as much
+/// memory.
 const INSTANCE: usize = 7;
 
 /// Collects meshes and instances.
@@ -24,9 +24,9 @@ pub(super) struct SharedMeshes<'a> {
     known: HashMap<Key, Option<u32>>,
 }
 
-/// Identifies uses of a mesh that can share its triangles: the mesh's index, the bits of its morph
-/// weights or `None` for the mesh's default weights, and whether its triangles are flipped because
-/// the transform mirrors.
+/// Identifies uses of a mesh that can share its triangles. A key contains the mesh's index, the
+/// bits of the morph weights (`None` for the mesh's default weights), and whether a mirroring
+/// transform flips the triangles.
 type Key = (usize, Option<Vec<u32>>, bool);
 
 impl<'a> SharedMeshes<'a> {

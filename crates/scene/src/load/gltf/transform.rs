@@ -22,7 +22,7 @@ pub(super) fn of_parts(scale: [f64; 3], rotation: [f64; 4], translation: [f64; 3
     DMat4::from_scale_rotation_translation(DVec3::from(scale), rotation, DVec3::from(translation))
 }
 
-/// Returns whether a transform mirrors, and so turns counter-clockwise triangles clockwise.
+/// Returns whether a transform mirrors and therefore makes counter-clockwise triangles clockwise.
 pub(super) fn mirrors(transform: &DMat4) -> bool {
     let axes = [transform.x_axis, transform.y_axis, transform.z_axis];
     let [x, y, z] = axes.map(|axis| axis.truncate().normalize_or_zero());
