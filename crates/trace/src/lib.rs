@@ -92,10 +92,10 @@
 //!
 //! # Limits
 //!
-//! A hierarchy holds fewer than 2^31 triangles and nothing else: no curves or user geometry.
-//! Triangles with a NaN or infinite coordinate are never hit, nor are triangles without area. If
-//! memory runs out during a build, refit, or load, or while hits are collected in lists, you get an
-//! error, not an abort.
+//! A hierarchy holds fewer than 2^31 triangles and no other primitives, such as curves or user
+//! geometry. Triangles with a NaN or infinite coordinate are never hit, nor are triangles without
+//! area. If memory runs out during a build, refit, or load, or while hits are collected in lists,
+//! you get an error, not an abort.
 //!
 //! Build in release mode, or at least optimize this crate and `intertri`; the front page of
 //! [`intertri`] shows how.

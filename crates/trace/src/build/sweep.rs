@@ -53,8 +53,8 @@ impl Cuts {
             left[i] = sized::<S>(side, number, scale);
         }
 
-        // Evaluate four cuts at a time. An empty side has infinite area and 0 triangles, which
-        // multiply to NaN; the `select` below replaces that with infinity.
+        // Evaluate four cuts at a time. The cost of an empty side is infinity times 0, which is
+        // NaN; the `select` below replaces NaN with infinity.
         for first in (0..n).step_by(4) {
             // After the transpose, each register holds one component for four cuts.
             let rows = |sides: &[[f32; 4]; ROW]| {
@@ -115,8 +115,8 @@ mod tests {
         }
     }
 
-    /// Compares the costs of rows of every length, some with empty boxes, with areas and counts
-    /// computed directly.
+    /// Checks the costs of rows of every length, some with empty boxes, against costs computed
+    /// directly.
     #[test]
     fn costs_are_areas_times_counts() {
         let mut random = random();
