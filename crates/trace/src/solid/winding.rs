@@ -42,8 +42,8 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { boundary, ..Self::assume_closed(triangles)? })
     }
 
-    /// Returns this solid as [`Solid::from_soup`] would create it: the result shares the hierarchy
-    /// but takes open edges into account.
+    /// Returns a solid like the one that [`Solid::from_soup`] would create: it shares this solid's
+    /// hierarchy but takes open edges into account.
     ///
     /// # Errors
     /// Returns an error if memory runs out.
@@ -97,7 +97,7 @@ impl<S: BvhScalar> Solid<S> {
         numbers
     }
 
-    /// Like [`Solid::winding_number_batch`], but writes the numbers to a slice.
+    /// Like [`Solid::winding_number_batch`], but writes the winding numbers to a slice.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -129,8 +129,8 @@ impl<S: BvhScalar> Solid<S> {
         all[0]
     }
 
-    /// Adds the boundary to containments that were computed from crossings alone, for the points
-    /// where the rays start.
+    /// Adds the contribution of the boundary to containments that were computed from crossings
+    /// alone, for the points where the rays start.
     pub(super) fn count_boundary(&self, rays: &[RayOf<S>], crossed: &mut [Containment]) {
         if self.boundary.edges() == 0 {
             return;
