@@ -35,7 +35,8 @@ impl Cuts {
         let (boxes, counts) = (&boxes[..n], &counts[..n]);
         let scale = S::F32x4::splat(scale);
 
-        // The side lengths of both boxes, with the number of triangles in the fourth lane.
+        // For each cut, the side lengths of the left and right boxes. The fourth lane holds the
+        // number of triangles.
         let (mut left, mut right) = ([[0.0; 4]; ROW], [[0.0; 4]; ROW]);
         // Sweep from the right end to join box i with all boxes after it, then from the left end to
         // join all boxes before it.

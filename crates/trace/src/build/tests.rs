@@ -107,7 +107,7 @@ fn triangles_that_are_never_hit_are_left_out() {
 fn triangles_at_one_place() {
     let t = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 4.0]]);
     // Degenerate cases: a triangle in an axis-aligned plane, whose box has no volume, and two
-    // triangles so small that their boxes have practically no area.
+    // triangles so small that the areas of their boxes are practically zero.
     let flat = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 3.0]]);
     let speck =
         Triangle([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0_f32.next_up()], [1.0_f32.next_up(), 2.0, 3.0]]);

@@ -88,7 +88,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     pub fn from_meshes(meshes: &[&[TriangleOf<S>]]) -> Result<Self, BuildError> {
         let count = meshes.iter().map(|mesh| mesh.len()).sum();
-        // Check the count first, so that too many triangles produce an error and not a huge
+        // Check the count first, so that too many triangles cause an error instead of a huge
         // allocation.
         Tree::check_count(count)?;
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count };
@@ -189,8 +189,8 @@ impl<S: BvhScalar> Bvh<S> {
         self.tree.geometries.count()
     }
 
-    /// Merges all geometries into one, whose mask has all bits set. Hits then report triangle
-    /// indices that run through all meshes consecutively.
+    /// Merges all geometries into one, whose mask has all bits set. Hits then number the triangles
+    /// of all meshes consecutively.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -228,7 +228,7 @@ impl<S: BvhScalar> Bvh<S> {
 
 impl<S: BvhScalar> Bvh<S> {
     /// Returns the triangles in their original order. Triangles with a non-finite corner are not
-    /// stored, so all their coordinates are NaN.
+    /// stored, so all their coordinates are NaN in the result.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};

@@ -123,12 +123,12 @@ pub(super) struct Inverse {
 pub(super) struct TreeRay<D> {
     pub(super) origin: Vec3<D>,
     pub(super) dir: Vec3<D>,
-    /// The largest distance outside a triangle's box at which its hits may appear.
+    /// The largest distance outside a triangle's box at which its hits may lie.
     pub(super) room: D,
 }
 
 impl Inverse {
-    /// Marks a placement without a useful inverse.
+    /// The value for a placement that has no useful inverse.
     pub(super) const NONE: Self =
         Self { rows: [[0.0; 3]; 3], origin: 0.0, dir: f32::NAN, corner: 0.0 };
 

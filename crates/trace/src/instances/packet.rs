@@ -175,7 +175,7 @@ struct InTree {
     packet: RayPacket<RAYS>,
     /// The factor that converts each ray's t to the packet's units.
     unit: [f64; RAYS],
-    /// The largest distance outside a triangle's box at which a hit of any ray may appear.
+    /// The largest distance outside a triangle's box at which a hit of any ray may lie.
     room: f64,
     /// A mask of the rays that could be transformed.
     some: u32,

@@ -31,7 +31,7 @@ pub struct SceneSnapshot {
     pub(super) mask: u32,
 }
 
-/// The number of rays or points that a thread takes at a time.
+/// The number of rays or points that a thread processes per task.
 pub(super) const PIECE: usize = 1 << 6;
 
 thread_local! {

@@ -24,8 +24,8 @@ pub(crate) trait Mesh: Copy {
     /// Returns the approximate corners of a leaf's triangles in the tree's units.
     fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3];
 
-    /// Returns the corners of the leaf's triangles in the given lanes, in the tree's units and
-    /// exact except for underflow. Other lanes are arbitrary.
+    /// Returns, in the tree's units, the corners of the leaf's triangles in the given lanes. They
+    /// are exact except for underflow. Other lanes are arbitrary.
     fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3];
 
     /// Returns the triangle in a leaf slot.

@@ -72,8 +72,8 @@ fn it_is_the_plain_loop() {
     assert!(found > 2500, "{found}");
 }
 
-/// Queries a sphere from afar, from nearby, and from inside. Seen from its centre, all triangles
-/// are about equally close.
+/// Queries a sphere from afar, from nearby, and from inside. All triangles are about equally close
+/// to its centre.
 #[test]
 fn balls_far_and_near() {
     use std::f32::consts::PI;

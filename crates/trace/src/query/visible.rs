@@ -22,7 +22,7 @@ use crate::selection::Selection;
 /// away.
 const UNITS: f64 = 16.0;
 
-/// The number of segments to copy and trace at a time.
+/// The number of segments to copy and trace at once.
 const PIECE: usize = 1 << 16;
 
 /// Visibility queries: whether the two ends of a segment see each other.

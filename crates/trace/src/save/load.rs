@@ -26,7 +26,7 @@ use crate::util::threads;
 /// The number of blocks that each thread reads at a time; small enough for the thread's cache.
 const BATCH: usize = 1;
 
-/// The minimum number of records that a thread takes at a time.
+/// The minimum number of records that a thread processes per task.
 const LEAST: usize = 128;
 
 /// The contents of the sections that have been read.

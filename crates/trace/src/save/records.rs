@@ -81,7 +81,7 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-/// Reads a node. Returns whether the node is valid, apart from the child indices.
+/// Reads a node. Returns whether the node is valid; the child indices are checked later.
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);

@@ -20,7 +20,7 @@ use crate::util::threads;
 /// The number of columns whose rays are traced together.
 const SLAB: usize = 1 << 14;
 
-/// The number of columns that a thread fills at a time.
+/// The number of columns that a thread fills per task.
 const PIECE: usize = 1 << 6;
 
 impl<S: BvhScalar> Solid<S> {

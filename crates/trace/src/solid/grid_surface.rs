@@ -19,7 +19,7 @@ use crate::util::lane_ops::lanes_of;
 use crate::util::memory::NoMemory;
 use crate::util::{stop, threads};
 
-/// The number of leaves that a thread processes at a time.
+/// The number of leaves that a thread processes per task.
 const LEAVES: usize = 1 << 7;
 
 /// A factor in the error bound of a plane: if M is the longest side of a triangle's box and N the

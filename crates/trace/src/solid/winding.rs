@@ -15,7 +15,7 @@ use crate::util::lane_ops::lanes_of;
 
 impl<S: BvhScalar> Solid<S> {
     /// Creates a solid from any mesh. The mesh may be open or have holes, and faces may be flipped,
-    /// duplicated, or without area. A point is inside if its winding number, rounded to an integer,
+    /// duplicated, or degenerate. A point is inside if its winding number, rounded to an integer,
     /// is not 0. For a closed mesh, results are the same as with [`Solid::new`].
     ///
     /// Triangles that are not finite are ignored.

@@ -75,8 +75,8 @@ impl Aabb {
     }
 
     /// Returns a power of two that scales the longest side to about 1, so that no area overflows or
-    /// underflows, whatever the scene's unit. Coordinates do not overflow either, unless the box is
-    /// small relative to its position.
+    /// underflows, whatever the scene's unit of length. Coordinates do not overflow either, unless
+    /// the box is small relative to its distance from the coordinate origin.
     pub(crate) fn scale(&self) -> f32 {
         let side = |k: usize| self.hi[k] as f64 - self.lo[k] as f64;
         let away =

@@ -30,7 +30,7 @@ pub struct Tree {
     /// The triangles in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
     /// For each leaf, a mask of the triangles without area. Rays ignore these triangles, but
-    /// closest-point queries consider them. Empty if all triangles have an area.
+    /// closest-point queries consider them. Empty if no triangle is degenerate.
     pub(crate) degenerate: Vec<u8>,
     /// The number of leaves in the main tree, which come first. The other leaves contain needles,
     /// whose reference hits may be arbitrarily far outside them, and triangles that were not finite

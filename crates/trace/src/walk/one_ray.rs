@@ -63,8 +63,8 @@ pub(crate) fn winding(single: SingleRay<'_>) -> Containment {
     let SingleRay { tree, filter, ray, .. } = single;
     let slots = filter.level().run(All(single)).into_iter();
     let leaves = slots.map(|slot| leaves(tree, filter, ray, slot));
-    // Leaving counts as 1 and entering as -1. The sum is the winding number of the origin in every
-    // direction.
+    // Leaving counts as 1 and entering as -1. The sum is the winding number of the origin, whatever
+    // the direction of the ray.
     leaves.fold(Containment::Outside, Containment::crossed)
 }
 

@@ -28,7 +28,7 @@ pub enum BatchOutput<'a> {
 }
 
 impl BatchOutput<'_> {
-    /// Returns whether any hit suffices.
+    /// Returns whether any hit is enough, instead of the closest hit or all hits.
     #[inline(always)]
     pub(crate) fn any(&self) -> bool {
         matches!(self, Self::Any(_))

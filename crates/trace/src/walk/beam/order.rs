@@ -15,7 +15,7 @@ use crate::util::threads;
 /// The approximate number of points in each row of a strip.
 const ROW: usize = 2;
 
-/// The minimum number of points that a thread processes at a time.
+/// The minimum number of points that a thread processes per task.
 const LEAST: usize = 1 << 12;
 
 /// Returns the indices of the points, ordered so that lines through successive points are close

@@ -60,7 +60,7 @@ pub(super) struct Tube<S: Simd> {
     /// A ray along the tube, from the centre of the lines' intersections with the plane.
     pub(super) axis: Ray,
     pub(super) slabs: Slabs,
-    /// The maximum distance of a line from the axis, along each coordinate axis.
+    /// The maximum distance of a line from the tube's axis, measured along each coordinate.
     pub(super) reach: [f32; 3],
     /// The position of each ray's line relative to the axis.
     pub(super) beside: Vec3<S::F32x16>,
