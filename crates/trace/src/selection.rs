@@ -95,8 +95,8 @@ impl TriangleFilter<'_> {
         Self { selection, first: first + from, ..self }
     }
 
-    /// Offers the selected triangles of a leaf to the closest-hit search of a ray. This code is out
-    /// of line so that traversal without a selection keeps its registers.
+    /// Offers the selected triangles of a leaf to the closest-hit search of a ray. It is a separate
+    /// function so that traversal without a selection keeps its registers.
     #[inline(always)]
     fn closest_in<S: Simd>(
         &self,

@@ -73,7 +73,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Returns the thickness of a solid at a hit: the distance to the next triangle in the
     /// direction opposite to the normal. Corners must run counter-clockwise as seen from outside.
     /// The hit's own triangle does not count. Returns `None` for a miss, if nothing is behind the
-    /// hit, or if the triangle has no area. As with [`Bvh::spawn_ray`], the ray starts at the
+    /// hit, or if the triangle is degenerate. As with [`Bvh::spawn_ray`], the ray starts at the
     /// rounded hit point.
     ///
     /// ```

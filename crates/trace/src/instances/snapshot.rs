@@ -35,7 +35,7 @@ pub struct SceneSnapshot {
 pub(super) const PIECE: usize = 1 << 6;
 
 thread_local! {
-    /// The thread's stacks, kept between queries.
+    /// The thread's traversal stacks, kept between queries.
     static SCRATCH: Cell<Option<SceneScratch>> = const { Cell::new(None) };
 }
 

@@ -152,7 +152,7 @@ pub enum MediaError<S = f32> {
     Mesh {
         /// The index of the mesh.
         mesh: usize,
-        /// The defect of the mesh.
+        /// The reason that the mesh was rejected.
         error: SolidError<S>,
     },
     /// The hierarchy could not be built, or memory ran out.

@@ -130,8 +130,8 @@ struct Product<L: Simd> {
     re: L::F64x8,
     im: L::F64x8,
     turns: L::F64x8,
-    /// The smallest squared distance of an edge's number from the negative axis, minus the limit
-    /// set by [`NEAR_AXIS`].
+    /// The smallest squared distance of an edge's complex number from the negative axis, minus the
+    /// limit set by [`NEAR_AXIS`].
     beside: L::F64x8,
     /// The smallest squared distance of a corner from each point.
     corner: L::F64x8,
@@ -384,8 +384,8 @@ mod tests {
         all.into_iter().map(shard).collect()
     }
 
-    /// Many distant loops each add little but together add almost a whole turn. Their cluster must
-    /// not count as far, even if squares of their areas overflow or underflow.
+    /// Tests many distant loops that each add little but together add almost a whole turn. Their
+    /// cluster must not count as far, even if squares of their areas overflow or underflow.
     #[test]
     fn many_distant_loops_are_not_far() {
         let mut random = random();
@@ -402,8 +402,8 @@ mod tests {
         }
     }
 
-    /// A distant ray through the tip of a triangle may pass the triangle's centre at the same
-    /// distance as the tip, up to a rounding error that exceeds the margin of the radius.
+    /// Tests distant rays: a ray through the tip of a triangle may pass the triangle's centre at
+    /// the same distance as the tip, up to a rounding error that exceeds the margin of the radius.
     #[test]
     fn rays_through_the_tip_of_a_distant_loop() {
         let mut numbers = random();

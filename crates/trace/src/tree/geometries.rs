@@ -173,7 +173,7 @@ impl Geometries {
     }
 
     /// Returns whether every geometry is known to share a bit with a mask. The result may be
-    /// `false` even if every geometry does.
+    /// `false` even if every geometry shares a bit with it.
     #[inline(always)]
     pub(crate) fn all_have(&self, mask: u32) -> bool {
         self.common & mask != 0

@@ -132,7 +132,7 @@ struct Tracing<'a, S: Simd, T, I> {
     prefetch: Prefetch<'a>,
     seen: &'a mut Vec<LeafSlot>,
     every: &'a mut Vec<PacketHits>,
-    /// The number of packet tests, including comparable work.
+    /// The amount of work so far: the number of packet tests and comparable operations.
     work: usize,
     /// Whether the density of triangles is known from the first leaves.
     density_known: bool,
