@@ -297,7 +297,7 @@ mod tests {
     }
 
     /// Transforms rays that pass through world-space vertices back to mesh space. Each transformed
-    /// ray must pass the original vertex within its error bound. The matrix consists of small
+    /// ray must pass within its error bound of the original vertex. The matrix consists of small
     /// integers, so placing a vertex involves no rounding.
     #[test]
     fn rays_in_the_frame_pass_within_their_room() {

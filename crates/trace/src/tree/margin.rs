@@ -21,8 +21,8 @@ pub(crate) struct Margin {
 }
 
 impl Margin {
-    /// Creates the margin for a tree whose coordinates range over ±`reach`. If hits may be up to
-    /// some distance outside boxes, `lean` is that distance.
+    /// Creates the margin for a tree whose coordinates range over ±`reach`. If hits may lie outside
+    /// boxes, `lean` is the maximum distance.
     #[inline(always)]
     pub(crate) fn new(reach: f32, lean: Option<f32>) -> Self {
         // Exact hits lie on their triangles, so boxes need no margin.
@@ -44,9 +44,9 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// Tests rays that start in the plane of a box's side and immediately leave it outward. The
-    /// reference accepts hits outside an edge that runs along this side, but the rays' coordinates
-    /// along this axis are too small to widen the box enough.
+    /// Tests rays that start in the plane of a box's side and immediately leave the box. The
+    /// reference accepts hits outside an edge that lies along this side, but the rays' coordinates
+    /// along the axis of the side are too small to widen the box enough.
     #[test]
     fn hits_beside_a_box_are_found() {
         let (mut random, mode) = (random(), Mode::certified());

@@ -105,7 +105,7 @@ fn far_back(triangles: &[Triangle], dir: [f32; 3], count: usize) -> Vec<[f32; 3]
     (0..count).map(back).collect()
 }
 
-/// Converts a point to f64, moving it to coordinates that are not exact in f32.
+/// Converts a point to f64 coordinates that are not exact in f32.
 fn in_f64(point: [f32; 3]) -> [f64; 3] {
     let [x, y, z] = point.map(f64::from);
     [x * 1.1 + 4e5, y * 0.9 + 5e6, z / 3.0]

@@ -25,8 +25,8 @@ const TOO_MANY: f32 = 56.0;
 /// The corresponding limit for closest-hit queries.
 const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
 
-/// Returns the packets that would reach too many triangles if all triangles had the average size of
-/// the triangles in these leaves.
+/// Returns a mask of the packets that would reach too many triangles if all triangles had the
+/// average size of the triangles in these leaves.
 #[inline(always)]
 pub(crate) fn too_dense<S: Simd>(
     projection: &Projection<S>,

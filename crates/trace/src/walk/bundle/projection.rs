@@ -33,7 +33,7 @@ pub(crate) const GROUPS: usize = PACKETS / 16;
 /// The maximum number of rays to sample when choosing the frame.
 const SAMPLE: usize = 64;
 
-/// A bundle may contain at most one outlier for every this many rays.
+/// At most one in this many rays of a bundle may be an outlier.
 const OUTLIERS: usize = 2;
 
 /// If a triangle exceeds this fraction of a group's window along x or y, its edges are also tested

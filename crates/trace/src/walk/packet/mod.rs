@@ -174,8 +174,8 @@ pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item =
     })
 }
 
-/// Returns whether at least two rays can hit anything, and whether all rays that can hit anything
-/// have similar directions.
+/// Returns whether at least two rays can hit anything and all rays that can do so have similar
+/// directions.
 pub(crate) fn is_coherent<S: Scalar + Into<f64>>(rays: &[RayOf<S>]) -> bool {
     let mut live = rays.iter().filter(|ray| ray.t_min.into() < ray.t_max.into());
     let Some(first) = live.next() else { return false };
