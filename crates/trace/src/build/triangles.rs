@@ -10,7 +10,7 @@ use crate::util::lane_ops::lanes_of;
 pub(crate) trait Triangles: Sync {
     /// Returns the number of triangles.
     fn count(&self) -> usize;
-    /// Returns the box that contains all possible hits of a triangle.
+    /// Returns the hit bounds of a triangle.
     fn hit_bounds(&self, i: usize) -> HitBounds;
     /// Returns the triangles of a leaf in structure-of-arrays layout.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;

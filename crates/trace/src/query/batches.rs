@@ -98,9 +98,9 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_batch(self.mode, rays, any)
     }
 
-    /// Like [`Query::all`], but for many rays. Returns the hits in compact arrays. If `limit` is
-    /// given, only that many first hits of each ray are kept, and traversal stops at the last one
-    /// kept.
+    /// Like [`Query::all`], but for many rays. Returns the hits in compact arrays. If a limit is
+    /// given, only that many hits of each ray are kept, starting with the nearest, and traversal
+    /// stops at the last of them.
     ///
     /// # Errors
     /// Returns an error if memory runs out.
@@ -124,8 +124,8 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(self.mode, rays, |batch| Ok(lists(batch, limit)?))
     }
 
-    /// Like [`Query::crossings`], but for many rays. Returns the crossings in compact arrays. If
-    /// `limit` is given, only that many first crossings of each ray are kept.
+    /// Like [`Query::crossings`], but for many rays. Returns the crossings in compact arrays. If a
+    /// limit is given, only that many crossings of each ray are kept, starting with the nearest.
     ///
     /// # Errors
     /// Returns an error if memory runs out.

@@ -1,5 +1,5 @@
 //! Computes XXH64 checksums with seed 0, as specified at <https://xxhash.com>. A checksum detects
-//! damage, not tampering. Its speed is limited by memory bandwidth.
+//! damage, not tampering. Memory bandwidth limits the speed of the computation.
 
 const P1: u64 = 0x9e37_79b1_85eb_ca87;
 const P2: u64 = 0xc2b2_ae3d_27d4_eb4f;

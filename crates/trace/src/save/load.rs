@@ -215,7 +215,7 @@ fn read_nodes(input: &mut dyn Input, entry: &Entry) -> Result<Vec<Node>, LoadErr
     Ok(nodes.all())
 }
 
-/// Leaves, and the boxes that contain all hits on their triangles.
+/// Leaves, and the hit bounds of their triangles.
 type Leaves = (Vec<Leaf>, Vec<LeafBounds>);
 
 fn read_leaves(input: &mut dyn Input, entry: &Entry, triangles: u32) -> Result<Leaves, LoadError> {

@@ -254,8 +254,8 @@ mod tests {
         }
     }
 
-    /// A band whose ends are joined with a half twist is one-sided. The band is left unchanged,
-    /// while other pieces are still oriented.
+    /// Tests a band whose ends are joined with a half twist, which makes it one-sided. The band
+    /// must stay unchanged, while other pieces are still oriented.
     #[test]
     fn a_twisted_band_has_one_side() {
         for (twist, one_sided) in [(false, 0), (true, 1)] {

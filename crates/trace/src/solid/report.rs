@@ -51,8 +51,8 @@ pub struct MeshReport<S = f32> {
     pub open: Vec<DefectiveEdge<S>>,
     /// Edges that two triangles traverse in the same direction, so that one of the two is flipped.
     pub turned: Vec<DefectiveEdge<S>>,
-    /// Edges of three or more triangles that traverse the edge more often in one direction than in
-    /// the other.
+    /// Edges that three or more triangles share and that are traversed more often in one direction
+    /// than in the other.
     pub uneven: Vec<DefectiveEdge<S>>,
     /// Triangles that have the same corners as an earlier triangle, in the same orientation.
     pub doubled: Vec<DuplicateTriangle>,

@@ -1,6 +1,6 @@
-//! Computes the box that contains all hits of a triangle. On the thinnest triangles, the reference
-//! may also accept hits outside this box. A triangle without area is never hit, but the tree
-//! contains it for closest-point queries.
+//! Computes the box that contains the exact hits of a triangle. On the thinnest triangles, the
+//! reference may also accept hits outside this box. A triangle without area is never hit, but the
+//! tree contains it for closest-point queries.
 //!
 //! The reference computes the normal in f64, with an error relative to the product of two edge
 //! lengths. The thinner the triangle, the more its computed normal may lean, and the farther
@@ -12,7 +12,8 @@ use intertri::internal::exact::has_area;
 
 use super::aabb::Aabb;
 
-/// The box that contains all hits of a triangle.
+/// The box that contains the exact hits of a triangle, and how far outside it the reference may
+/// accept hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HitBounds {
     /// The triangle is not finite and is never hit.

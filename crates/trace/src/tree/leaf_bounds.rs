@@ -1,4 +1,4 @@
-//! Computes the boxes that contain all hits of a leaf's triangles, eight triangles at once.
+//! Computes the hit bounds of a leaf's triangles, eight triangles at once.
 //!
 //! Nearly all triangles are plain: finite, and far from being needles. Their hit bounds are the
 //! bounding boxes of their corners, which f32 lanes can compute. [`hit_bounds`] handles the
@@ -26,7 +26,7 @@ const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 /// f32 lanes handle only squared edge lengths in `2^-90..2^100`.
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
 
-/// The boxes that contain all hits of up to eight triangles.
+/// The combined hit bounds of up to eight triangles.
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct LeafBounds {
     /// The union of the boxes of all triangles that have one, whether degenerate or not.
