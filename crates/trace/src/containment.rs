@@ -7,9 +7,9 @@ pub enum Containment {
     /// The mesh does not wind around the point.
     #[default]
     Outside,
-    /// The mesh winds around the point this many times: once for a plain solid whose corners run
-    /// counter-clockwise as seen from outside, more often where parts overlap, and a negative
-    /// number of times where parts are inside out.
+    /// The mesh winds around the point this many times. The count is 1 for a plain solid whose
+    /// corners run counter-clockwise as seen from outside, higher where parts overlap, and negative
+    /// where parts are inside out.
     Inside(i32),
     /// The point lies on a triangle.
     Surface,
@@ -39,7 +39,7 @@ impl Containment {
         }
     }
 
-    /// Returns the result after one more crossing of a ray from the point.
+    /// Returns the result after the ray from the point crosses the mesh once more.
     pub(crate) fn crossed(self, leaves: bool) -> Self {
         self.wound(if leaves { 1 } else { -1 })
     }
@@ -50,7 +50,7 @@ impl Containment {
         let times = match self {
             Self::Outside => 0,
             Self::Inside(times) => times,
-            // A result of `Surface` is final, whatever the ray crosses later.
+            // On the surface, crossings do not change the result.
             Self::Surface => return self,
         };
         match times + leave {

@@ -80,8 +80,9 @@
 //! # Features
 //!
 //! - `parallel` (default): builds, refits, and traces batches on all threads, using rayon.
-//! - `std` (default): selects the CPU's best instruction set at run time. Without it, the crate
-//!   uses the instructions it was compiled for. It needs the standard library either way.
+//! - `std` (default): selects the CPU's best instruction set at run time. Without this
+//!   feature, the crate uses the instructions it was compiled for, but still needs the standard
+//!   library.
 //!
 //! # Threads
 //!
@@ -92,10 +93,10 @@
 //!
 //! # Limits
 //!
-//! A hierarchy holds fewer than 2^31 triangles and nothing else: no curves or user geometry.
-//! Triangles with a NaN or infinite coordinate are never hit, nor are triangles without area. If
-//! memory runs out during a build, refit, or load, or while hits are collected in lists, you get an
-//! error, not an abort.
+//! A hierarchy holds fewer than 2^31 triangles and no other primitives, such as curves or user
+//! geometry. Triangles with a NaN or infinite coordinate are never hit, nor are triangles without
+//! area. If memory runs out during a build, refit, or load, or while hits are collected in lists,
+//! the call returns an error instead of aborting.
 //!
 //! Build in release mode, or at least optimize this crate and `intertri`; the front page of
 //! [`intertri`] shows how.

@@ -3,7 +3,7 @@
 use crate::tree::Aabb;
 use crate::util::memory::{NoMemory, room};
 
-/// Inputs of up to this many points are left unsorted.
+/// Inputs with at most this many points are not sorted.
 const FEW: usize = 16;
 
 /// The number of bits per coordinate.
@@ -23,14 +23,15 @@ pub(crate) fn along_curve(
     let cells = (1 << BITS) as f32;
     let places = [0, 1, 2].map(|axis| {
         let (lo, hi) = (around.lo[axis], around.hi[axis]);
-        // Double the box about its centre, so that points just outside it get their own cells.
+        // Double the box about its centre, so that points just outside the original box get their
+        // own cells.
         let size = 2.0 * (hi - lo);
         (lo - 0.25 * size, if size > 0.0 { cells / size } else { 0.0 })
     });
     let cell = |point: [f32; 3]| {
         let along = |axis: usize| {
             let (from, per_unit) = places[axis];
-            // Points that are outside this range or not finite go to the first or last cell.
+            // Points that are outside the enlarged box or not finite go to the first or last cell.
             let cell = ((point[axis] - from) * per_unit).clamp(0.0, cells - 1.0) as u32;
             spread(cell) << axis
         };
@@ -44,9 +45,9 @@ pub(crate) fn along_curve(
     Ok(numbers)
 }
 
-/// Spreads the ten lowest bits, leaving two zeros between neighbours.
+/// Spreads the ten lowest bits, inserting two zero bits between adjacent ones.
 fn spread(x: u32) -> u32 {
-    // Each of the four steps splits the groups of bits further.
+    // Each of the four steps splits each group of bits into smaller ones.
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;
     let x = (x | x << 4) & 0x030c_30c3;

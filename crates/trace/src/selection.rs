@@ -13,7 +13,7 @@ use crate::util::lane_ops::lanes_of;
 
 /// The sides of triangles to consider.
 ///
-/// A ray hits the front of a triangle if it runs against the normal; seen from the front, the
+/// A ray hits the front of a triangle if its direction opposes the normal. Seen from the front, the
 /// corners run counter-clockwise. The sign of the direction along the normal is decided exactly in
 /// every mode. If that sign is 0, the ray hits neither side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,13 +27,13 @@ pub enum Faces {
     Back,
 }
 
-/// The triangles to consider for the rays of a query.
+/// Determines which triangles the rays of a query consider.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Selection<'a> {
     /// A geometry is considered only if its own mask shares a bit with this mask.
     pub(crate) mask: u32,
     pub(crate) faces: Faces,
-    /// Hits whose triangles are skipped: one list per ray, or none.
+    /// Lists of hits whose triangles are skipped: one list per ray, or none.
     pub(crate) skip: &'a [&'a [Hit]],
 }
 
@@ -66,7 +66,7 @@ impl fmt::Debug for TriangleFilter<'_> {
 }
 
 impl<'a> Selection<'a> {
-    /// Returns the filter for a traversal, if one is needed.
+    /// Returns the filter for a traversal, or `None` if all triangles are considered.
     #[inline(always)]
     pub(crate) fn active(self, tree: &Tree) -> ActiveSelection<'a> {
         let all = self.faces == Faces::Both && self.skip.is_empty();
@@ -89,14 +89,14 @@ impl TriangleFilter<'_> {
     pub(crate) fn part(self, from: usize, to: usize) -> Self {
         let Self { mut selection, first, .. } = self;
         if !selection.skip.is_empty() {
-            // Lists belong to rays by position, so slice them the same way as the rays.
+            // Each list belongs to the ray at the same position, so slice the lists like the rays.
             selection.skip = &selection.skip[from..to];
         }
         Self { selection, first: first + from, ..self }
     }
 
-    /// Offers the selected triangles of a leaf to the closest-hit search of a ray. This is a
-    /// separate function so that traversal without a selection keeps its registers.
+    /// Offers the selected triangles of a leaf to the closest-hit search of a ray. It is a separate
+    /// function so that traversal without a selection keeps its registers.
     #[inline(always)]
     fn closest_in<S: Simd>(
         &self,
@@ -136,7 +136,7 @@ impl TriangleFilter<'_> {
         let counts = |&lane: &usize| {
             let slot = LeafSlot((8 * leaf + lane) as u32);
             let position = tree.index_of(slot);
-            // Run cheap tests first; the predicate may be slow.
+            // Run the cheap tests first; the predicate may be slow.
             tree.geometries.mask_of(position) & self.selection.mask != 0
                 && !is_among(tree, skipped, position)
                 && self.faces_count(resolver, tree, (id, ray), slot)
@@ -164,8 +164,8 @@ impl TriangleFilter<'_> {
 
 /// Returns whether a triangle belongs to one of the given hits.
 fn is_among(tree: &Tree, hits: &[Hit], position: TriangleId) -> bool {
-    // Hits identify a triangle by geometry and index, while leaves use its position among all
-    // triangles.
+    // Hits identify a triangle by geometry and index, whereas leaves use its position among the
+    // triangles of all meshes.
     let MeshTriangle { triangle, geometry } = tree.geometries.name(position);
     hits.iter().any(|hit| (hit.geometry, hit.triangle) == (geometry, triangle))
 }

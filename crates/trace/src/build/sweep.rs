@@ -35,7 +35,8 @@ impl Cuts {
         let (boxes, counts) = (&boxes[..n], &counts[..n]);
         let scale = S::F32x4::splat(scale);
 
-        // The side lengths of both boxes, with the number of triangles in the fourth lane.
+        // For each cut, the side lengths of the left and right boxes. The fourth lane holds the
+        // number of triangles.
         let (mut left, mut right) = ([[0.0; 4]; ROW], [[0.0; 4]; ROW]);
         // Sweep from the right end to join box i with all boxes after it, then from the left end to
         // join all boxes before it.
@@ -53,8 +54,8 @@ impl Cuts {
             left[i] = sized::<S>(side, number, scale);
         }
 
-        // Evaluate four cuts at a time. An empty side has infinite area and 0 triangles, which
-        // multiply to NaN; the `select` below replaces that with infinity.
+        // Evaluate four cuts at a time. The cost of an empty side is infinity times 0, which is
+        // NaN; the `select` below replaces NaN with infinity.
         for first in (0..n).step_by(4) {
             // After the transpose, each register holds one component for four cuts.
             let rows = |sides: &[[f32; 4]; ROW]| {
@@ -115,8 +116,8 @@ mod tests {
         }
     }
 
-    /// Compares the costs of rows of every length, some with empty boxes, with areas and counts
-    /// computed directly.
+    /// Checks the costs of rows of every length, some with empty boxes, against costs computed
+    /// directly.
     #[test]
     fn costs_are_areas_times_counts() {
         let mut random = random();

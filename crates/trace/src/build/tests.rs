@@ -1,4 +1,4 @@
-//! Tests that the builder produces valid trees of low cost, whatever the number of threads.
+//! Tests that the builder produces valid, low-cost trees with any number of threads.
 
 use super::layout::{Layout, MAX_DEPTH};
 use super::{BuildError, binary, layout_at, prim_refs, wide};
@@ -33,7 +33,7 @@ fn soup(count: usize, size: f32, scale: f32) -> Vec<Triangle> {
     (0..count).map(triangle).collect()
 }
 
-/// Returns small triangles, every eighth of which is stretched far along one axis.
+/// Returns small triangles, stretching every eighth one far along one axis.
 fn room(count: usize) -> Vec<Triangle> {
     let mut triangles = soup(count, 0.01, 1.0);
     for (i, triangle) in triangles.iter_mut().enumerate().step_by(8) {
@@ -66,8 +66,7 @@ fn every_unit() {
     for exponent in [-149, -140, -126, -120, -70, 70, 120, 127] {
         let triangles = soup(5000, 0.1, (exponent as f32).exp2());
         let tree = checked(&triangles);
-        // The cost does not depend on the unit of length as long as coordinates keep all their
-        // bits.
+        // As long as no coordinate loses bits, the cost does not depend on the unit of length.
         if exponent > -126 {
             assert!((tree.cost() / plain - 1.0).abs() < 0.01, "{exponent}: {}", tree.cost());
         }
@@ -108,14 +107,14 @@ fn triangles_that_are_never_hit_are_left_out() {
 fn triangles_at_one_place() {
     let t = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 4.0]]);
     // Degenerate cases: a triangle in an axis-aligned plane, whose box has no volume, and two
-    // triangles so small that their boxes have practically no area.
+    // triangles so small that the areas of their boxes are practically zero.
     let flat = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 3.0]]);
     let speck =
         Triangle([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0_f32.next_up()], [1.0_f32.next_up(), 2.0, 3.0]]);
     let tiny = Triangle([[0.0; 3], [1e-44, 0.0, 0.0], [0.0, 1e-44, 0.0]]);
     for one in [t, flat, speck, tiny] {
         let tree = checked(&vec![one; 100_000]);
-        // Identical triangles are split in half repeatedly, and a node has at most eight children.
+        // Identical triangles are halved repeatedly, and a node has at most eight children.
         assert!(tree.depth <= 17, "{}", tree.depth);
         assert!(tree.blocks.len() == 100_000 / 8, "{}", tree.blocks.len());
     }
@@ -206,8 +205,8 @@ fn errors_are_for_people() {
     assert!(text.contains("2147483648") && text.contains("2147483647"), "{text}");
 }
 
-/// Compares query results with a brute-force loop for a freshly built hierarchy, after refitting to
-/// other positions and back, and after saving and loading.
+/// Compares query results with those of a brute-force loop for a new hierarchy, for one refitted to
+/// other positions and back, and for one saved and loaded.
 #[test]
 fn moved_parts_change_no_answer() {
     let (triangles, mut random) = (room(20_000), Random(7));

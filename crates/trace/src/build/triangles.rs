@@ -1,4 +1,4 @@
-//! The triangles to build a hierarchy over: f32 triangles, or f32 copies of f64 triangles.
+//! The triangles that a hierarchy is built over: f32 triangles, or f32 copies of f64 triangles.
 
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Triangle, TriangleBlock};
@@ -6,17 +6,17 @@ use intertri::{Triangle, TriangleBlock};
 use crate::tree::{BLOCK, HitBounds, LaneBounds, LeafBounds, NONE, hit_bounds};
 use crate::util::lane_ops::lanes_of;
 
-/// A source of triangles to build a hierarchy over.
+/// A source of triangles for building a hierarchy.
 pub(crate) trait Triangles: Sync {
     /// Returns the number of triangles.
     fn count(&self) -> usize;
-    /// Returns the box in which a triangle can be hit.
+    /// Returns the hit bounds of a triangle.
     fn hit_bounds(&self, i: usize) -> HitBounds;
     /// Returns the triangles of a leaf in structure-of-arrays layout.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
-    /// Returns the triangles of a leaf after a refit, and their bounds. A triangle that cannot be
-    /// hit inside a box gets a dead lane. The bounds cover all other triangles. They also cover
-    /// triangles without area, which keep their corners in the leaf.
+    /// Returns the triangles of a leaf after a refit, and their bounds. A triangle gets a dead lane
+    /// if it cannot be hit, or if no box contains all of its hits. The bounds cover all other
+    /// triangles, and also degenerate ones, which keep their corners in the leaf.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
@@ -94,9 +94,9 @@ impl WithSimd for Moved<'_> {
     }
 }
 
-/// Fills the lanes that hold no triangle with a copy of a triangle that can be hit or, if no
-/// triangle can be hit, with a dummy triangle that has an area. Without an area, the filler would
-/// be mistaken for a real triangle when a saved hierarchy is loaded.
+/// Fills the lanes that hold no triangle with a copy of a triangle that can be hit or, if there is
+/// none, with a dummy triangle. The dummy is not degenerate, because loading a saved hierarchy
+/// would mistake a degenerate one for a real triangle.
 fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let absent = 0xff & !present;
     if absent == 0 {
@@ -105,7 +105,8 @@ fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let from = lanes_of(live).next();
     for (k, rows) in corners.iter_mut().enumerate() {
         for (axis, row) in rows.iter_mut().enumerate() {
-            // If no triangle is live, use the unit points on the three axes, which span an area.
+            // If no triangle is live, use the triangle with corners (1,0,0), (0,1,0), and (0,0,1),
+            // which is not degenerate.
             let x = from.map_or(if k == axis { 1.0 } else { 0.0 }, |from| row[from]);
             lanes_of(absent).for_each(|lane| row[lane] = x);
         }

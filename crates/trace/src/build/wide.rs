@@ -9,7 +9,7 @@ use crate::util::threads::join;
 /// Subtrees with fewer triangles than this are each written by a single thread.
 const PART: usize = 1 << 14;
 
-/// A node still to be written: its subtree, its index, and its depth, where the root has depth 1.
+/// A node still to be written: its subtree, its index, and its depth; the root's depth is 1.
 #[derive(Clone, Copy)]
 struct Task {
     part: Subtree,
@@ -33,8 +33,8 @@ pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
         let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
         let mut moved = part.nodes.into_iter().map(|mut node| {
             for child in node.children_mut().iter_mut().filter(|child| **child != EMPTY) {
-                // Each part numbers its nodes and blocks from 0. Its root moves into the gap, so
-                // its other nodes shift by one less.
+                // Each part numbers its nodes and blocks from 0. Because its root moves into the
+                // gap, its other nodes shift by one less.
                 *child += if *child & LEAF != 0 { blocks } else { nodes };
             }
             node
@@ -84,8 +84,8 @@ fn write_part(
         let boxes: [Aabb; 8] =
             std::array::from_fn(|i| children.get(i).map_or(Aabb::EMPTY, |c| binary.bounds(*c)));
         let slots = slots(&boxes[..count]);
-        // Write blocks now, so that siblings are adjacent. Nodes get adjacent indices too, but are
-        // filled later, first child first.
+        // Write the blocks now, so that sibling blocks are adjacent. Sibling nodes also get
+        // adjacent indices, but are filled later, first child first.
         tree.nodes.try_reserve(count)?;
         tree.blocks.try_reserve(count)?;
         let first = tree.nodes.len();
@@ -121,8 +121,8 @@ fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     if binary.is_block(root) {
         return (out, 1);
     }
-    // Divide the eight slots depth first. Every waiting subtree is entitled to at least one slot,
-    // so at most eight wait at a time.
+    // Divide the eight slots depth first. Each waiting subtree is entitled to at least one slot, so
+    // no more than eight subtrees wait at once.
     let mut count = 0;
     let mut waiting = [(root, 0); 8];
     let mut n = share(binary, root, 8, &mut waiting, 0);
@@ -152,7 +152,8 @@ fn share(
 ) -> usize {
     let left = binary.plan(part).map_or(0, |p| p.left(places));
     let [a, b] = binary.sides(part);
-    // The left side is pushed last and split first, so children come out in left-to-right order.
+    // Push the left side last so that it is split first: children then come out in left-to-right
+    // order.
     waiting[n] = (b, places - left);
     waiting[n + 1] = (a, left);
     n + 2
@@ -193,8 +194,8 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
     // Compute the position of each child along the mean ray direction of each slot.
     let mut along = [[0.0; 8]; 8];
     for (row, b) in along.iter_mut().zip(boxes) {
-        // A slot's bits are the signs of the ray direction. Rays of octant o visit slot o first, so
-        // this slot should hold the child that is farthest against their direction.
+        // The bits of a slot number are the signs of a ray direction. Rays of octant o visit slot o
+        // first, so slot o should hold the child that these rays reach first.
         let c = b.centre(scale);
         let [x, y, z] = [c[0] - middle[0], c[1] - middle[1], c[2] - middle[2]];
         *row = [

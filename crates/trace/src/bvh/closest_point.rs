@@ -1,4 +1,4 @@
-//! Closest-point queries for one point or many.
+//! Closest-point queries for single points and batches.
 
 use intertri::Counts;
 
@@ -12,10 +12,10 @@ impl<S: BvhScalar> Bvh<S> {
     /// [`distance`](ClosestPoint::distance) exceeds `radius`, which may be infinite. A negative or
     /// NaN radius yields `None`. Geometry masks have no effect.
     ///
-    /// The triangle returned is the true closest one. If several are equally close, as neighbours
-    /// often are, the lowest index wins. A triangle without area counts as the segment or point
-    /// that its corners span. Triangles with a non-finite corner are ignored, and a non-finite
-    /// point has no closest point.
+    /// The returned triangle is the closest one in exact arithmetic. If several triangles are
+    /// equally close, as neighbours often are, the lowest index wins. A triangle without area
+    /// counts as the segment or point that its corners span. Triangles with a non-finite corner are
+    /// ignored, and a non-finite point has no closest point.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};

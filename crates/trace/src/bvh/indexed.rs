@@ -102,7 +102,7 @@ impl<S: BvhScalar> Bvh<S> {
 }
 
 impl<S: Scalar> IndexedMesh<'_, S> {
-    /// Looks up a triangle. Its indices must have been checked.
+    /// Returns a triangle, whose vertex indices must be in bounds.
     fn triangle(&self, i: usize) -> TriangleOf<S> {
         TriangleOf(self.indices[i].map(|index| self.vertices[index as usize]))
     }

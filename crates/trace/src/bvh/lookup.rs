@@ -10,7 +10,7 @@ use crate::scalar::BvhScalar;
 use crate::tree::MeshTriangle;
 use crate::util::lane_ops::lanes_of;
 
-/// Marks a triangle that is not stored because one of its corners is not finite.
+/// The slot of a triangle that is not stored because one of its corners is not finite.
 const NOWHERE: LeafSlot = LeafSlot(u32::MAX);
 
 /// Looks up a hit's triangle and normal, and spawns secondary rays.
@@ -36,7 +36,7 @@ impl<S: BvhScalar> Bvh<S> {
         (slot != NOWHERE).then(|| self.triangle_in(slot))
     }
 
-    /// Returns the normal of a hit's triangle, which is not normalized; see [`TriangleOf::normal`].
+    /// Returns the unnormalized normal of a hit's triangle; see [`TriangleOf::normal`].
     pub fn normal(&self, hit: &Hit) -> Option<[f64; 3]> {
         self.triangle(hit).map(|triangle| triangle.normal())
     }
@@ -73,7 +73,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Returns the thickness of a solid at a hit: the distance to the next triangle in the
     /// direction opposite to the normal. Corners must run counter-clockwise as seen from outside.
     /// The hit's own triangle does not count. Returns `None` for a miss, if nothing is behind the
-    /// hit, or if the triangle has no area. As with [`Bvh::spawn_ray`], the ray starts at the
+    /// hit, or if the triangle is degenerate. As with [`Bvh::spawn_ray`], the ray starts at the
     /// rounded hit point.
     ///
     /// ```
@@ -88,7 +88,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     pub fn thickness(&self, hit: &Hit) -> Option<f64> {
         let normal = self.normal(hit)?;
-        // Scale first so that no square overflows or underflows.
+        // Scale first, so that squaring cannot overflow or underflow.
         let most = normal.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let normal = normal.map(|x| x / most);
         let size = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -97,14 +97,14 @@ impl<S: BvhScalar> Bvh<S> {
         Some(self.closest(&self.spawn_ray(hit, inward))?.t * length)
     }
 
-    /// Returns the leaf slot of each triangle, indexed by the triangle's position among all
-    /// triangles.
+    /// Returns the leaf slot of each triangle, indexed by the triangle's position among the
+    /// triangles of all meshes.
     fn slots(&self) -> &[LeafSlot] {
         self.slots.get_or_init(|| {
             let mut slots = vec![NOWHERE; self.tree.triangles];
             for (i, leaf) in self.tree.leaves.iter().enumerate() {
-                // After a refit, a triangle may occur in two leaves and be dead in one of them.
-                // Only the leaf in which it is present counts.
+                // After a refit, a triangle may occur in two leaves, with a dead lane in one of
+                // them. Only the leaf in which the triangle is present counts.
                 for lane in lanes_of(self.tree.present(i)) {
                     slots[leaf.indices[lane] as usize] = LeafSlot((8 * i + lane) as u32);
                 }

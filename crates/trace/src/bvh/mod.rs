@@ -37,9 +37,9 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 ///
 /// A hierarchy over [`Triangle64`](type@intertri::Triangle64) is a `Bvh<f64>`. It takes
 /// [`Ray64`](intertri::Ray64), and its results are correct for the f64 coordinates. Traversal uses
-/// f32 copies relative to the scene's centre. The originals, which take another 72 bytes per
-/// triangle, settle the hits that the copies cannot decide, and determine t, u, and v. Hits are
-/// always decided exactly.
+/// f32 copies relative to the scene's centre. The original triangles, which take another 72 bytes
+/// each, settle the hits that the copies cannot decide, and determine t, u, and v. Hits are always
+/// decided exactly.
 ///
 /// ```
 /// use intertri_trace::Bvh;
@@ -88,7 +88,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     pub fn from_meshes(meshes: &[&[TriangleOf<S>]]) -> Result<Self, BuildError> {
         let count = meshes.iter().map(|mesh| mesh.len()).sum();
-        // Check the count first, so that too many triangles produce an error and not a huge
+        // Check the count first, so that too many triangles cause an error instead of a huge
         // allocation.
         Tree::check_count(count)?;
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count };
@@ -105,8 +105,8 @@ impl<S: BvhScalar> Bvh<S> {
         counts: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Result<Self, BuildError> {
         let count = triangles.len();
-        // Allocate the table before the much slower tree build, so that running out of memory fails
-        // early.
+        // Allocate the table before building the tree, which takes much longer, so that running out
+        // of memory fails early.
         let geometries =
             Geometries::of(counts).map_err(|NoMemory| BuildError::OutOfMemory { count })?;
         let mut bvh = Self::new(triangles)?;
@@ -129,7 +129,8 @@ impl<S: BvhScalar> Bvh<S> {
 
     /// Combines a tree and the data stored with it.
     fn of_parts(tree: Tree, originals: S::Originals) -> Self {
-        // The slot table is created by the first call that needs it; most programs never do.
+        // The slot table is created by the first call that needs it; most programs make no such
+        // call.
         Self { tree, originals, slots: OnceLock::new() }
     }
 
@@ -156,7 +157,7 @@ impl<S: BvhScalar> Bvh<S> {
         self.tree.triangles
     }
 
-    /// Returns whether the hierarchy was built over no triangles.
+    /// Returns whether [`Bvh::len`] is 0.
     pub fn is_empty(&self) -> bool {
         self.tree.triangles == 0
     }
@@ -188,8 +189,8 @@ impl<S: BvhScalar> Bvh<S> {
         self.tree.geometries.count()
     }
 
-    /// Merges all geometries into one, whose mask has all bits set. Hits then report triangle
-    /// indices that are counted across all meshes.
+    /// Merges all geometries into one, whose mask has all bits set. Hits then number the triangles
+    /// of all meshes consecutively.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -227,7 +228,7 @@ impl<S: BvhScalar> Bvh<S> {
 
 impl<S: BvhScalar> Bvh<S> {
     /// Returns the triangles in their original order. Triangles with a non-finite corner are not
-    /// stored, so all their coordinates are NaN.
+    /// stored, so all their coordinates are NaN in the result.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -251,8 +252,8 @@ impl<S: BvhScalar> Bvh<S> {
         let mut triangles = filled(self.tree.triangles, nothing)?;
         for (i, leaf) in self.tree.leaves.iter().enumerate() {
             for lane in lanes_of(self.tree.present(i)) {
-                // Leaves store the indices of their triangles. Triangles in no leaf were not
-                // finite, so they stay NaN.
+                // Leaves store the indices of their triangles. Triangles that no leaf stores were
+                // not finite, so they remain NaN.
                 triangles[leaf.indices[lane] as usize] =
                     self.triangle_in(LeafSlot((8 * i + lane) as u32));
             }

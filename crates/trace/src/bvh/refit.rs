@@ -12,8 +12,8 @@ impl<S: BvhScalar> Bvh<S> {
     ///
     /// Query results are bit-for-bit identical to those of a newly built hierarchy. Refitting takes
     /// a small fraction of the time of a build, but the more the triangles move relative to each
-    /// other, the slower tracing becomes; [`Refit`] shows how much the tree has degraded. Triangles
-    /// may lose their area or stop being finite, and recover later.
+    /// other, the slower tracing becomes; [`Refit`] reports how much the tree has degraded.
+    /// Triangles may become degenerate or non-finite and recover later.
     ///
     /// # Errors
     /// Returns an error if the number of triangles differs; the hierarchy is then unchanged. Also
@@ -32,7 +32,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn refit(&mut self, triangles: &[TriangleOf<S>]) -> Result<Refit, RefitError> {
-        // Triangles may move to other leaves, so drop the table; it is recreated when needed.
+        // Triangles may move to other leaves, so drop the slot table; the next lookup recreates it.
         self.slots.take();
         S::refit(&mut self.tree, &mut self.originals, triangles)
     }

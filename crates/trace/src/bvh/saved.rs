@@ -75,8 +75,8 @@ impl<S: BvhScalar> Bvh<S> {
     }
 
     /// Like [`Bvh::from_bytes`], but reads from a stream. Bytes after the hierarchy are not read.
-    /// Memory use grows with the bytes that arrive, whatever the header claims. This function reads
-    /// in large pieces, so a buffered reader does not help.
+    /// Memory use grows with the bytes that arrive, whatever the header claims. The function
+    /// already reads in large pieces, so a buffered reader does not help.
     ///
     /// # Errors
     /// Returns the same errors as [`Bvh::from_bytes`], and an error if the stream cannot be read.
@@ -99,7 +99,8 @@ impl<S: BvhScalar> Bvh<S> {
             input.end()?;
             return Ok(Self::of_parts(tree, originals));
         }
-        // For pipes, devices, and systems without positioned reads, read the file as a stream.
+        // Read the file as a stream if it is a pipe or device, or if the system lacks positioned
+        // reads.
         let size = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
         let mut input = Stream::new(file, size);
         let (tree, originals) = S::read(&mut input)?;

@@ -14,7 +14,7 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// Returns the key by which hits with equal t are sorted.
+    /// Returns the sort key for hits with equal t: the instance and the triangle's position.
     pub(super) fn key(&self) -> (u32, u32) {
         (self.instance, self.position)
     }
@@ -22,13 +22,13 @@ impl Candidate {
 
 /// Receives the hits of a query and decides which ones to keep.
 pub(super) trait Collect {
-    /// Whether hits farther away than a hit already collected are ignored.
+    /// Whether each collected hit rules out all hits beyond it.
     const SHORTENS: bool;
 
     /// Whether hits count regardless of geometry masks.
     const ALL_GEOMETRIES: bool = false;
 
-    /// Records a hit. Returns false if no further hit can count.
+    /// Records a hit. Returns false once no further hit can count.
     fn take(&mut self, hit: Candidate) -> bool;
 
     /// Returns the t beyond which hits are ignored. A hit at exactly this t may be ignored as well.

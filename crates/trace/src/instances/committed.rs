@@ -11,15 +11,15 @@ use crate::util::threads;
 /// The mesh number of an instance that was removed.
 pub(super) const NO_MESH: u32 = u32::MAX;
 
-/// If each product of a matrix entry and a coordinate is 0 or at least this large (2^-140), no sum
-/// of these products is too small for f64 lanes.
+/// A bound on the products of matrix entries and coordinates: if each product is 0 or at least this
+/// large (2^-140), no sum of them is too small for f64 lanes.
 const SMALLEST: f64 = f64::from_bits((1023 - 140) << 52);
 
-/// If, for each coordinate, the sum of its terms' magnitudes is at most this (2^299), no coordinate
-/// is too large for f64 lanes.
+/// If the magnitudes of each coordinate's terms sum to at most this (2^299), no coordinate is too
+/// large for f64 lanes.
 const LARGEST: f64 = f64::from_bits((1023 + 299) << 52);
 
-/// The number of instances to prepare at a time.
+/// The number of instances to prepare per step.
 const PART: usize = 1 << 12;
 
 /// An instance as placed by the user.
@@ -43,7 +43,7 @@ pub(super) struct MeshEntry {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) inverse: Inverse,
-    /// Whether f64 lanes can compute the corners without overflow or underflow.
+    /// Whether f64 lanes can compute the world-space corners without overflow or underflow.
     pub(super) is_tame: bool,
 }
 
@@ -54,12 +54,12 @@ pub(super) struct Committed {
     pub(super) frames: Vec<Frame>,
     pub(super) meshes: Vec<Option<MeshEntry>>,
     pub(super) top: Top,
-    /// A stack size that suffices for every mesh.
+    /// A stack size that is large enough for every mesh.
     pub(super) mesh_stack: usize,
 }
 
-/// A frame and the box around its instance, which is `None` if the instance is hidden, removed, or
-/// empty.
+/// A frame and the box around its instance. The box is `None` if the instance is hidden, removed,
+/// or empty.
 type Looked = (Frame, Option<[[f64; 3]; 2]>);
 
 impl Committed {
@@ -103,7 +103,8 @@ impl Frame {
 
     /// Prepares an instance: returns its frame and the box around it.
     fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> Looked {
-        // To hide or remove an instance, it is enough to keep it out of the tree, so return no box.
+        // An instance that is not in the tree cannot be hit, so return no box for hidden and
+        // removed instances.
         let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.mask != 0) else {
             return (Self::NONE, None);
         };

@@ -5,15 +5,15 @@ use std::fmt;
 use super::hit::InstanceId;
 use crate::util::memory::NoMemory;
 
-/// The reason why a scene could not be changed or committed.
+/// The reason that a scene could not be changed or committed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SceneError {
     /// A matrix entry is NaN or infinite.
     NotFinite {
-        /// The row, from 0.
+        /// The row number, counted from 0.
         row: usize,
-        /// The column, from 0.
+        /// The column number, counted from 0.
         column: usize,
     },
     /// The instance does not exist or was removed.

@@ -15,7 +15,7 @@ impl InstanceId {
         self.0 as usize
     }
 
-    /// Returns the instance with the given number.
+    /// Returns the ID of the instance with the given number.
     #[inline]
     pub fn from_index(index: u32) -> Self {
         Self(index)
@@ -29,13 +29,14 @@ pub struct SceneHit {
     pub hit: Hit,
     /// The instance that was hit; arbitrary for a miss.
     pub instance: InstanceId,
-    /// Whether the ray runs in the direction of the triangle's normal in world space, and thus
-    /// leaves a closed mesh at this hit. A mirroring matrix flips the triangles.
+    /// Whether the ray points in the direction of the triangle's world-space normal, and thus
+    /// leaves a closed mesh at this hit. A mirroring matrix reverses the orientation of the
+    /// triangles.
     pub leaves: bool,
 }
 
 impl SceneHit {
-    /// The result in a batch for a ray without a hit.
+    /// The batch result of a ray that hits nothing.
     pub const MISS: Self = Self { hit: Hit::MISS, instance: InstanceId(u32::MAX), leaves: false };
 
     /// Returns whether this is a hit.
@@ -55,7 +56,7 @@ pub struct SceneClosestPoint {
 }
 
 impl SceneClosestPoint {
-    /// The result in a batch for a point without a closest point.
+    /// The batch result of a point that has no closest point.
     pub const NONE: Self = Self { closest: ClosestPoint::NONE, instance: InstanceId(u32::MAX) };
 
     /// Returns `self`, or `None` for [`SceneClosestPoint::NONE`].

@@ -19,7 +19,7 @@ use crate::walk::single::Visit;
 /// Broadcasts each entry of a matrix to all lanes.
 #[inline(always)]
 fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
-    // Use a loop, because `map` is not always inlined.
+    // Use a loop, because the compiler does not always inline `map`.
     let mut rows = [Lanes::splat(0.0); 12];
     for (to, from) in rows.iter_mut().zip(m) {
         *to = Lanes::splat(*from);
@@ -49,7 +49,7 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
     }
 
     /// Tests a ray against the triangles of a leaf, given their corners. `is_tame` means that f64
-    /// lanes neither overflow nor underflow. Returns false if no further hit can count.
+    /// lanes neither overflow nor underflow. Returns false once no further hit can count.
     #[inline(always)]
     pub(super) fn test<C: Collect>(
         &self,
@@ -66,8 +66,8 @@ impl<S: Simd, X: BvhScalar> PlacedMesh<'_, S, X> {
             let plain = self.plain(leaf, ray);
             (miss, sure) = (miss & plain, sure & plain);
         }
-        // Lanes that are not certain misses are certain hits or need the exact test. Both kinds are
-        // rare, so process them one lane at a time.
+        // The remaining lanes are either certain hits or undecided. Both are rare, so process them
+        // one lane at a time.
         let left = self.bvh.tree.present(leaf) & !miss;
         left == 0 || self.settle((leaf, left, sure), ray, collect)
     }
@@ -129,7 +129,7 @@ pub(super) struct VisitLeaves<'a, S, X: BvhScalar, C> {
 impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
-        // Most rays that enter an instance reach no leaf, so fill the lanes only here.
+        // Most rays that enter an instance reach no leaf, so compute the corners only here.
         let corners = self.mesh.corners(leaf);
         self.go_on = self.mesh.test((leaf, corners), (self.ray, self.is_tame), &mut *self.collect);
         self.go_on.then(|| self.far())

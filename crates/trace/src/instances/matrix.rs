@@ -16,12 +16,12 @@ use super::mesh::Extent;
 /// Half an ulp of 1 in f64.
 const W: f64 = f64::EPSILON / 2.0;
 
-/// The error of a world-space corner is at most this fraction of the magnitude of its last summand,
-/// which is rounded once, plus four times the magnitudes of the others, which are rounded up to
-/// four times.
+/// The error of a world-space corner is at most this fraction of a sum: the magnitude of the last
+/// term, which is rounded once, plus four times the magnitudes of the other terms, which are
+/// rounded up to four times.
 const CORNER: f64 = 1.02 * W;
 
-/// World-space boxes are widened by this fraction of the magnitudes that [`sizes`] returns.
+/// World-space boxes are widened by this fraction of the sums that [`sizes`] returns.
 const BOX: f64 = 20.0 * W;
 
 /// A bound on the error of an origin in mesh space, as a fraction of the origin's magnitude times
@@ -84,13 +84,13 @@ pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
     })
 }
 
-/// Returns a world-space box that contains all corners, as the scene defines them, of the triangles
-/// inside a box of the mesh. The result may be infinite.
+/// Returns a world-space box that contains the world-space corners, as the scene defines them, of
+/// all triangles inside a box of the mesh. The result may be infinite.
 #[inline(always)]
 pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -> [[f64; 3]; 2] {
     let [mut from, mut to] = [[0.0; 3]; 2];
     // Transform the centre and half the size: |A| maps half the size to half the extent in world
-    // space, whatever the signs of the matrix. Halving first ensures that no sum overflows.
+    // space, whatever the signs of the matrix entries. Halving first keeps sums from overflowing.
     let middle = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
     let half = [0, 1, 2].map(|k| 0.5 * hi[k] - 0.5 * lo[k]);
     for k in 0..3 {
@@ -123,20 +123,19 @@ pub(super) struct Inverse {
 pub(super) struct TreeRay<D> {
     pub(super) origin: Vec3<D>,
     pub(super) dir: Vec3<D>,
-    /// The largest distance outside a triangle's box at which a hit may appear.
+    /// The largest distance outside a triangle's box at which its hits may lie.
     pub(super) room: D,
 }
 
 impl Inverse {
-    /// Marks a placement without a useful inverse.
+    /// The value for a placement that has no useful inverse.
     pub(super) const NONE: Self =
         Self { rows: [[0.0; 3]; 3], origin: 0.0, dir: f32::NAN, corner: 0.0 };
 
     pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
         let rows = near_inverse(a);
-        // The residual bounds the error however N was computed, so the elimination does not need a
-        // proof.
+        // The residual bounds the error of any N, so the elimination itself needs no proof.
         let defect = defect(&rows, &a);
         let sizes = sizes(m, extent);
         if sizes.iter().any(|&size| size > ENORMOUS) {
@@ -189,8 +188,8 @@ impl Inverse {
         let near = (splat(self.corner.into()) + off_origin * largest(from)) * scale;
         let room = near + splat(INVERSE) * off_dir * (largest(origin) + reach + near);
         let room = room * splat(UP);
-        // A margin of a hundredth of the mesh costs little. If the margin is much larger, traversal
-        // in world space is faster.
+        // A margin of one hundredth of the mesh's size costs little. With a much larger margin,
+        // traversal in world space is faster.
         (TreeRay { origin, dir, room }, room.le(splat(0.25) * reach))
     }
 }
@@ -268,9 +267,9 @@ mod tests {
     const EXTENT: Extent =
         Extent { bounds: [[-1.0; 3], [1.0; 3]], centre: [0.0; 3], scale: 1.0, least: 1.0 };
 
-    /// Corners placed far from the origin are rounded by almost as much as the bound allows, but
-    /// never more. The matrix only translates and scales by a power of two, so its inverse is
-    /// exact.
+    /// Tests that the rounding errors of corners placed far from the origin come close to the bound
+    /// but never exceed it. The matrix only translates and scales by a power of two, so its inverse
+    /// is exact.
     #[test]
     fn corners_are_rounded_by_less_than_the_bound() {
         let mut random = random();
@@ -280,7 +279,7 @@ mod tests {
             let mut m: Matrix = [0.0; 12];
             for i in 0..3 {
                 m[5 * i] = scale;
-                // Relative rounding errors are largest slightly above a power of two.
+                // Relative rounding errors are largest just above a power of two.
                 let far = 1.0 + 1e-3 * f64::from(random()) * f64::from(random());
                 m[4 * i + 3] = far * (30.0 * f64::from(random())).floor().exp2();
             }
@@ -293,13 +292,13 @@ mod tests {
             }
         }
         assert!(worst < 1.0, "{worst}");
-        // The bound is tight: half of it would be exceeded.
+        // The bound is tight: half of it would not be enough.
         assert!(worst > 0.6, "{worst}");
     }
 
-    /// Transforms rays through placed vertices back to mesh space. Each ray must pass the original
-    /// vertex within the ray's error bound. The matrix consists of small integers, so placing the
-    /// point involves no rounding.
+    /// Transforms rays that pass through world-space vertices back to mesh space. Each transformed
+    /// ray must pass within its error bound of the original vertex. The matrix consists of small
+    /// integers, so placing a vertex involves no rounding.
     #[test]
     fn rays_in_the_frame_pass_within_their_room() {
         let mut random = random();

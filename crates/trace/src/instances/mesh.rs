@@ -1,4 +1,4 @@
-//! The meshes of a scene, which instances share.
+//! The meshes of a scene, each of which several instances can share.
 
 use std::sync::Arc;
 
@@ -9,8 +9,8 @@ use crate::scalar::BvhScalar;
 use crate::tree::{Node, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// A mesh that instances share: a [`Bvh`] in f32 or f64. An `Arc` of either type converts into a
-/// `SceneMesh`.
+/// A mesh that instances can share: a [`Bvh`] in f32 or f64. An `Arc` of either type converts into
+/// a `SceneMesh`.
 #[derive(Clone, Debug)]
 pub enum SceneMesh {
     /// A mesh in f32.
@@ -41,7 +41,7 @@ impl SceneMesh {
         }
     }
 
-    /// Returns the address in memory, which identifies the mesh.
+    /// Returns the mesh's memory address, which identifies it.
     pub(super) fn address(&self) -> usize {
         match self {
             Self::F32(mesh) => Arc::as_ptr(mesh).addr(),
@@ -79,7 +79,7 @@ impl Extent {
             for lane in lanes_of(tree.present(i)) {
                 let triangle = mesh.triangle_in(LeafSlot((8 * i + lane) as u32));
                 for &x in triangle.0.as_flattened() {
-                    // Test the bits, because the CPU may be set to read subnormal numbers as 0.
+                    // Test the bits, because the CPU may be set to treat subnormal numbers as 0.
                     if x.rank() != 0 {
                         least = least.min(Into::<f64>::into(x).abs());
                     }

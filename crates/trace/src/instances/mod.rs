@@ -1,5 +1,5 @@
-//! Scenes of instances, which can be edited. Instances are copies of a mesh that share its tree,
-//! each placed in the world by a matrix.
+//! Editable scenes of instances. Instances are copies of a mesh that share its tree; a matrix
+//! places each of them in the world.
 //!
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings

@@ -1,8 +1,8 @@
 //! Closest-point search in a scene: descends the tree of instances and then the trees of their
-//! meshes, nearest boxes first. The boxes of a mesh are transformed to world space.
+//! meshes, visiting the nearest boxes first. The boxes of a mesh are transformed to world space.
 //!
-//! Boxes are compared by lower bounds on their distances, and triangles by distances that are
-//! rounded once. Triangles whose rounded distances are too close to decide are compared exactly.
+//! Boxes are ordered by lower bounds on their distances. Triangles are compared by their f64
+//! distances and, where those are too close to decide, exactly.
 
 use std::ops::ControlFlow;
 
@@ -26,7 +26,7 @@ const DOUBT: f64 = 4.0 * f64::EPSILON;
 /// The absolute counterpart of [`DOUBT`], for subnormal distances.
 const STEPS: f64 = f64::from_bits(4);
 
-/// Squares of lengths between this (2^-400) and its inverse neither overflow nor underflow.
+/// Lengths between this (2^-400) and its inverse have squares that neither overflow nor underflow.
 const SMALL: f64 = f64::from_bits((1023 - 400) << 52);
 
 /// A callback for each triangle of an instance that a search visits.
@@ -122,7 +122,7 @@ impl<'a> Search<'a> {
     ) -> ControlFlow<()> {
         let (tree, matrix) = (&bvh.tree, &self.scene.placed[instance].matrix);
         let sizes = sizes(matrix, extent);
-        // Leaves outside the main tree are few, so visit all of them.
+        // Few leaves are outside the main tree, so visit them all.
         for leaf in tree.boxed..tree.leaves.len() {
             self.leaf(bvh, matrix, leaf, instance, visit)?;
         }
@@ -184,7 +184,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Returns the largest distance that may round to the given one.
+/// Returns the largest distance that may be equal to the given one after rounding.
 fn doubtful(distance: f64) -> f64 {
     distance * (1.0 + DOUBT) + STEPS
 }

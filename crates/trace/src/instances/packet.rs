@@ -34,12 +34,11 @@ use crate::walk::single::{SlabLanes, Visit};
 /// If fewer rays than this visit an instance or box together, tracing them one by one is faster.
 const TOGETHER: usize = 2;
 
-/// When the rays of a packet diverge, this many of the following packets are traced ray by ray. The
-/// count starts at the first value and doubles with each further failure, up to the second.
+/// After the rays of a packet diverge, this many packets are traced ray by ray. The count starts at
+/// the first value and doubles with each further failure, up to the second value.
 const PATIENCE: [usize; 2] = [4, 256];
 
-/// Returns the state that decides whether to try a packet, based on how earlier packets of the
-/// batch fared.
+/// Returns the state that decides whether to try a packet, based on earlier packets of the batch.
 pub(super) fn patience() -> Patience {
     Patience::new(PATIENCE)
 }
@@ -123,7 +122,7 @@ impl<'a> World<'a> {
     }
 
     /// Transforms the rays in `some` to a tree's units, eight at a time. `into` also returns a mask
-    /// of the rays that could be transformed.
+    /// of the rays that it could transform.
     #[inline(always)]
     fn in_tree<S: Simd>(
         &self,
@@ -176,7 +175,7 @@ struct InTree {
     packet: RayPacket<RAYS>,
     /// The factor that converts each ray's t to the packet's units.
     unit: [f64; RAYS],
-    /// The largest distance outside a triangle's box at which a hit of any ray may appear.
+    /// The largest distance outside a triangle's box at which a hit of any ray may lie.
     room: f64,
     /// A mask of the rays that could be transformed.
     some: u32,
@@ -211,8 +210,8 @@ struct VisitInstances<'a, 'b, S, C> {
 }
 
 impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
-    /// Traces the rays. Returns the rays whose values are too extreme for a packet and that must be
-    /// traced alone.
+    /// Traces the rays. Returns a mask of the rays that must be traced alone because their values
+    /// are too extreme for a packet.
     #[inline(always)]
     fn run(&mut self) -> u32 {
         let (scene, live) = (self.scene, self.world.live);
@@ -250,7 +249,7 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
         alone & !found
     }
 
-    /// Returns the rays that are still searching for hits.
+    /// Returns a mask of the rays that are not finished.
     fn searching(&self) -> u32 {
         (0..RAYS).map(|lane| u32::from(!self.until[lane].is_nan()) << lane).sum()
     }
@@ -304,8 +303,8 @@ impl<S: Simd, C: Collect> VisitInstances<'_, '_, S, C> {
         self.update_far();
     }
 
-    /// Traces rays through the mesh of an instance together. Returns the rays that must be traced
-    /// alone.
+    /// Traces rays together through the mesh of an instance. Returns a mask of the rays that must
+    /// be traced alone.
     #[inline(always)]
     fn enter<X: BvhScalar>(
         &mut self,
@@ -382,7 +381,7 @@ struct VisitLeaves<'a, S, X: BvhScalar, C> {
 }
 
 impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
-    /// Makes the rays in `some` the active ones.
+    /// Makes exactly the rays in `some` active.
     #[inline(always)]
     fn begin(&mut self, some: u32) {
         far_of::<S>(some, self.until, &self.unit).store(&mut self.far);

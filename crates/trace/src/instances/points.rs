@@ -1,4 +1,4 @@
-//! Point queries on a committed scene: the closest point, and the winding number.
+//! Point queries on a committed scene: closest points and winding numbers.
 
 use intertri::internal::exact::{Side, facing, is_on};
 use intertri::{Ray64, Rule, TriangleId};
@@ -60,17 +60,17 @@ impl SceneSnapshot {
     }
 
     /// Classifies a point as on a triangle of an instance, inside, or outside. For a point inside,
-    /// the result includes how often all instances together wind around it, counted as in
-    /// [`Solid::classify`](crate::Solid::classify). A mirrored instance of a closed mesh counts as
-    /// −1.
+    /// the result includes the number of times that all instances together wind around it, counted
+    /// as in [`Solid::classify`](crate::Solid::classify). A mirrored instance of a closed mesh
+    /// contributes −1.
     ///
     /// If a mesh is not closed, the result depends on the direction in which crossings are counted.
     pub fn classify(&self, point: [f64; 3]) -> Containment {
         if !point.iter().all(|x| x.is_finite()) {
             return Containment::Outside;
         }
-        // A point on the surface has no side: counting crossings from there would depend on the
-        // direction. `is_on` is false for triangles without area.
+        // A point on the surface is neither inside nor outside, and counting crossings from it
+        // would depend on the direction. `is_on` is false for triangles without area.
         let mut search = Search::new(self, point, 0.0);
         if search.any(|triangle| is_on(triangle, point)) {
             return Containment::Surface;
@@ -89,7 +89,7 @@ impl SceneSnapshot {
     }
 }
 
-/// Sums signed crossings.
+/// Sums crossings with their signs.
 struct Winding<'a> {
     ray: &'a Ray64,
     containment: Containment,
@@ -100,7 +100,7 @@ impl Collect for Winding<'_> {
     const ALL_GEOMETRIES: bool = true;
 
     fn take(&mut self, hit: Candidate) -> bool {
-        // Crossings are found under `Rule::Once`, so the triangle always has a side.
+        // Crossings are found under `Rule::Once`, so `facing` always returns a side.
         let leaves = facing(self.ray, &hit.triangle) == Some(Side::Leaves);
         self.containment = self.containment.crossed(leaves);
         true

@@ -33,7 +33,7 @@ impl SavedMesh for SceneMesh {
 /// and masks, and the same meshes, with their geometries and masks. Instances that shared a mesh
 /// still share it. Once committed, the scene therefore returns the same results.
 impl Scene {
-    /// Serializes the scene for [`Scene::from_bytes`]. The bytes are the same on every CPU and for
+    /// Serializes the scene for [`Scene::from_bytes`]. The bytes are the same on every CPU and with
     /// any number of threads.
     ///
     /// Each mesh is stored once, as by [`Bvh::to_bytes`]. Each instance takes another 104 bytes.
@@ -110,8 +110,8 @@ impl Scene {
     }
 
     /// Like [`Scene::from_bytes`], but reads from a stream. Bytes after the scene are not read.
-    /// Memory use grows with the bytes that arrive, whatever the header claims. This function reads
-    /// in large pieces, so a buffered reader does not help.
+    /// Memory use grows with the bytes that arrive, whatever the header claims. The function
+    /// already reads in large pieces, so a buffered reader does not help.
     ///
     /// # Errors
     /// Returns the same errors as [`Scene::from_bytes`], and an error if the stream cannot be read.

@@ -10,7 +10,7 @@ use super::mesh::SceneMesh;
 use super::snapshot::SceneSnapshot;
 use crate::tree::LEAF;
 
-/// A set of mesh instances that may move between queries, each placed by its own matrix.
+/// A set of mesh instances, each placed by its own matrix. Instances can move between queries.
 ///
 /// A matrix has three rows of four numbers, stored row by row. It places a corner (x, y, z) of the
 /// mesh at `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation
@@ -47,7 +47,7 @@ pub struct Scene {
     /// The instances as placed, indexed by instance number. Removed instances have no mesh. The
     /// list is shared with the last snapshot until the scene changes.
     pub(super) placed: Arc<Vec<Placed>>,
-    /// Instance numbers free for reuse.
+    /// The instance numbers available for reuse.
     pub(super) free: Vec<u32>,
     /// The meshes, indexed by mesh number. Meshes without instances are dropped.
     pub(super) meshes: Vec<Option<MeshEntry>>,
@@ -185,7 +185,7 @@ impl Scene {
         Ok(SceneSnapshot::new(committed))
     }
 
-    /// Looks up an instance to be edited.
+    /// Returns an instance for editing, or an error if it does not exist.
     fn instance(&mut self, id: InstanceId) -> Result<&mut Placed, SceneError> {
         if self.contains(id) {
             Ok(&mut Arc::make_mut(&mut self.placed)[id.index()])
@@ -194,7 +194,7 @@ impl Scene {
         }
     }
 
-    /// Returns the number of a mesh, which is assigned on first use.
+    /// Returns the number of a mesh, assigning one on first use.
     fn number_of(&mut self, mesh: SceneMesh) -> u32 {
         let Self { meshes, uses, numbers, .. } = self;
         *numbers.entry(mesh.address()).or_insert_with(|| {

@@ -31,11 +31,11 @@ pub struct SceneSnapshot {
     pub(super) mask: u32,
 }
 
-/// The number of rays or points that a thread takes at a time.
+/// The number of rays or points that a thread processes per task.
 pub(super) const PIECE: usize = 1 << 6;
 
 thread_local! {
-    /// The thread's stacks, kept between queries.
+    /// The thread's traversal stacks, kept between queries.
     static SCRATCH: Cell<Option<SceneScratch>> = const { Cell::new(None) };
 }
 
@@ -91,8 +91,8 @@ impl SceneSnapshot {
         any.is_hit
     }
 
-    /// Returns all hits, sorted by t. Hits with the same t are sorted by instance, then geometry,
-    /// then triangle.
+    /// Returns all hits, sorted by t. Hits with the same t are sorted by instance, then by
+    /// geometry, then by triangle.
     pub fn all(&self, ray: &Ray64) -> Vec<SceneHit> {
         self.all_by(ray, Rule::Closed)
     }
@@ -120,7 +120,7 @@ impl SceneSnapshot {
         self.hits(ray, &sorted)
     }
 
-    /// Returns the hits on triangles that the ray is known to hit.
+    /// Computes the hits of a ray on triangles that it is known to hit.
     fn hits(&self, ray: &Ray64, found: &[Candidate]) -> Vec<SceneHit> {
         let pairs: Vec<_> = found.iter().map(|hit| (ray, &hit.triangle, hit.position)).collect();
         let mut hits = vec![Hit::MISS; found.len()];
@@ -128,7 +128,8 @@ impl SceneSnapshot {
         hits.into_iter().zip(found).map(|(hit, found)| self.named(ray, found, hit)).collect()
     }
 
-    /// Completes a hit: sets the geometry and the triangle's index in it, and adds the instance.
+    /// Completes a hit: sets the geometry and the triangle's index within it, and adds the
+    /// instance.
     fn named(&self, ray: &Ray64, found: &Candidate, mut hit: Hit) -> SceneHit {
         if let Some(entry) = self.committed.mesh(found.instance as usize) {
             entry.mesh.tree().geometries.rename([&mut hit]);
@@ -158,13 +159,13 @@ impl SceneSnapshot {
 
     fn with_scratch(&self, trace: impl FnOnce(&mut SceneScratch)) {
         let scene = &*self.committed;
-        // Take the scratch out while it is in use. A nested query finds no scratch and creates its
+        // Take the scratch memory out while it is in use. A nested query finds none and creates its
         // own.
         let kept = SCRATCH.try_with(Cell::take).ok().flatten();
         let mut scratch =
             kept.filter(|kept| kept.fits(scene)).unwrap_or_else(|| SceneScratch::new(scene));
         trace(&mut scratch);
-        // This fails if the thread is ending; the scratch is no longer needed then.
+        // This call fails if the thread is exiting; the scratch memory is then no longer needed.
         let _ = SCRATCH.try_with(|last| last.set(Some(scratch)));
     }
 }

@@ -1,4 +1,4 @@
-//! The tree of instances. Each node has up to eight boxes, which contain other nodes or instances.
+//! The tree of instances. Each node has up to eight children, which are other nodes or instances.
 
 use intertri::TriangleOf;
 use intertri::internal::LocalFrame;
@@ -53,8 +53,8 @@ impl Top {
         }
         let middle =
             |one: &&InstanceBox| [0, 1, 2].map(|k| 0.5 * one.bounds[0][k] + 0.5 * one.bounds[1][k]);
-        // f32 is most precise near 0, so centre the frame where most instances are. Otherwise, a
-        // single distant instance would make all boxes coarse.
+        // f32 is most precise near 0, so centre the frame where most instances are. Otherwise, one
+        // distant instance would make all boxes imprecise.
         let frame = LocalFrame::around(around, crowd(finite.iter().map(middle)));
 
         let (mut reach, mut scaled) = (0.0_f32, room(finite.len())?);
@@ -89,7 +89,7 @@ impl Top {
         [false, true].map(|upper| {
             [0, 1, 2].map(|axis| {
                 let side = f64::from(node.sides(axis, upper)[slot]) / scale;
-                // This margin exceeds the rounding error of the sum.
+                // The margin exceeds the rounding error of the sum.
                 let room = f64::EPSILON * (side.abs() + centre[axis].abs()) + f64::MIN_POSITIVE;
                 side + centre[axis] + if upper { room } else { -room }
             })
@@ -103,7 +103,8 @@ impl Top {
         [origin, dir]: [Vec3<D>; 2],
     ) -> TreeRay<D> {
         let ((centre, _), scale) = (self.frame.centre_and_exponent(), D::splat(self.frame.scale()));
-        // Boxes were rounded outward and contain their hits, so no further margin is needed.
+        // The boxes are rounded outward and contain all hits of their instances, so no further
+        // margin is needed.
         let origin = (origin - Vec3::splat(centre)) * scale;
         TreeRay { origin, dir: dir * scale, room: D::splat(0.0) }
     }

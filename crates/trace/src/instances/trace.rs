@@ -92,7 +92,8 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
         let in_tree = top.tree_ray([ray.origin, ray.dir].map(Vec3::<f64>::splat));
         let Some(TreeSlabs { slabs, octant, unit }) = TreeSlabs::new::<S>(in_tree, top.reach)
         else {
-            // The origin is too far out or the direction has an extreme length: test all instances.
+            // The origin is too far away, or the direction is too long or too short: test all
+            // instances.
             let mut all = instances_below(&top.nodes);
             let _ = all.try_for_each(|instance| visitor.visit(instance).map(|_| ()));
             return;
@@ -188,8 +189,8 @@ impl<S: Simd, C: Collect> VisitOne<'_, S, C> {
             WorldWalk { tree, extent, matrix, sizes, ray }.run(&mut leaves);
             return leaves.go_on;
         };
-        // From here on, the t of the traversal is the ray's t times this power of two, because the
-        // direction was scaled.
+        // The direction was scaled by a power of two, so from here on the traversal's t is the
+        // ray's t times that factor.
         leaves.unit = unit;
         let interval = [rounded_down(ray.t_min, unit), leaves.far()];
         let (shortens, closest) = (C::SHORTENS, C::SHORTENS);

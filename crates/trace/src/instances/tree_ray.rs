@@ -7,16 +7,16 @@ use super::matrix::{TreeRay, largest};
 use crate::tree::Margin;
 use crate::walk::single::{Slabs, octant};
 
-/// The slab test requires every coordinate of the origin to be smaller than this (2^49).
+/// In the slab test, the magnitude of every coordinate of the origin must be below this (2^49).
 const FAR: f64 = (1_u64 << 49) as f64;
 
-/// The shortest direction allowed (2^-900). The longest is its inverse.
+/// The length of the shortest direction allowed (2^-900). The longest allowed is the inverse.
 const SHORT: f64 = f64::from_bits((1023 - 900) << 52);
 
 impl<D: Lanes<Scalar = f64>> TreeRay<D> {
     /// Scales directions by powers of two to lengths between 1 and 2, because the error bounds of
-    /// the slab test exclude very long and very short ones. Returns the scaled rays, the factors
-    /// that convert t to their units, and a mask of the rays that are in range for the slab test.
+    /// the slab test exclude extreme lengths. Returns the scaled rays, the factors that convert t
+    /// to their units, and a mask of the rays that are in range for the slab test.
     #[inline(always)]
     pub(super) fn scaled(self) -> (Self, D, D::Mask) {
         let Self { origin, dir, room } = self;
@@ -99,7 +99,8 @@ fn lowered<F: Lanes<Scalar = f32>>(t: F) -> F {
     (finite * F::splat(DOWN) - F::splat(f32::MIN_POSITIVE)).max(F::splat(0.0))
 }
 
-/// Rounds up by at least one ulp, except for negative values, at which there are no hits.
+/// Rounds up by at least one ulp. Negative values need not be rounded, because hits have no
+/// negative t.
 #[inline(always)]
 fn raised<F: Lanes<Scalar = f32>>(t: F) -> F {
     t * F::splat(UP) + F::splat(f32::MIN_POSITIVE)
@@ -139,7 +140,7 @@ mod tests {
         let (least, most) = (f32::from_bits(1), f32::MAX);
         let some = [0.0, least, f32::MIN_POSITIVE, 0.7, 1.0, 1.0_f32.next_down(), 3e30, most];
         for t in some {
-            // Try values of t that round to this f32 or to one of its neighbours.
+            // Try values of t that round to this f32 or to an adjacent one.
             let (below, above) = (f64::from(t.next_down()), f64::from(t.next_up()));
             let near = [f64::from(t), 0.5 * (below.max(0.0) + f64::from(t)), above.min(1e300)];
             for (unit, t) in [1.0, 0.125, 1024.0].iter().flat_map(|u| near.map(|t| (*u, t / u))) {

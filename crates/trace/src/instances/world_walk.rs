@@ -1,5 +1,5 @@
-//! Traverses the boxes of a mesh in world space. Used for placements without a useful inverse, such
-//! as those that flatten the mesh.
+//! Traverses the boxes of a mesh in world space. Rays use this traversal for placements without a
+//! useful inverse, such as those that flatten the mesh.
 
 use intertri::Ray64;
 
@@ -12,7 +12,7 @@ use crate::tree::{EMPTY, LEAF, Tree};
 use crate::walk::single::Visit;
 use intertri::simd::Simd;
 
-/// A bound on the relative error of a plane's t.
+/// A bound on the relative error of the t at which a ray crosses a plane.
 const SHARE: f64 = 4.0 * f64::EPSILON;
 
 /// A traversal of a mesh's tree in world space.
@@ -78,7 +78,7 @@ fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
         let (from, to) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
         let (from, to) = ((from - o) / d, (to - o) / d);
         let (from, to) = (from - SHARE * from.abs(), to + SHARE * to.abs());
-        // An infinite value provides no bound. Subtracting or adding the smallest normal number
+        // An infinite value provides no bound. The smallest normal number, subtracted or added,
         // covers underflow.
         if from < f64::INFINITY {
             first = first.max(from - f64::MIN_POSITIVE);

@@ -9,10 +9,10 @@ use crate::scalar::BvhScalar;
 use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 use crate::util::threads;
 
-/// The number of rays to trace together, small enough that their lists of crossings stay small.
+/// The number of rays to trace together: few enough to keep their lists of crossings small.
 const SLAB: usize = 1 << 16;
 
-/// The number of rays whose segments a thread lists at a time.
+/// The number of rays whose segments a thread lists per task.
 const CHUNK: usize = 1 << 10;
 
 /// Batch queries for many points or rays, using all threads. Result `i` belongs to point or ray
@@ -85,7 +85,7 @@ impl<S: BvhScalar> Media<S> {
     }
 }
 
-/// Lists the segments of all rays, and where each ray's segments end in the list.
+/// Lists the segments of all rays, and the position in the list at which each ray's segments end.
 fn listed<'a>(
     paths: impl Iterator<Item = Path<'a>>,
 ) -> Result<(Vec<usize>, Vec<Segment>), NoMemory> {

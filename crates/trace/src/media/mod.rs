@@ -1,4 +1,4 @@
-//! Media: closed meshes filled with materials, and the materials along a ray.
+//! Media: closed meshes filled with materials, and the sequence of materials along a ray.
 //!
 //! ```text
 //!                ┌───────── rock ─────────┐
@@ -75,8 +75,8 @@ pub struct Media<S: BvhScalar = f32> {
 }
 
 impl<S: BvhScalar> Media<S> {
-    /// Builds media from closed meshes, each paired with the number of its medium. You choose the
-    /// numbers. Meshes with the same number form one medium.
+    /// Builds media from closed meshes. Each mesh is paired with a medium number of your choice;
+    /// meshes with the same number form one medium.
     ///
     /// # Errors
     /// Returns an error if a mesh is not closed or not finite, or if the hierarchy cannot be built.
@@ -102,8 +102,9 @@ impl<S: BvhScalar> Media<S> {
         &self.media
     }
 
-    /// Returns the medium at a point, or `None` if the point is outside all meshes or not finite. A
-    /// point on a wall belongs to the side that a step along (0.537, 0.351, 0.767) leads to.
+    /// Returns the medium at a point, or `None` if the point is outside all meshes or not finite.
+    /// If the point lies on a wall, returns the medium that a small step along (0.537, 0.351,
+    /// 0.767) enters.
     pub fn medium_at(&self, point: [S; 3]) -> Option<u32> {
         let ray = toward_outside(point);
         self.path(&ray, &self.bvh.crossings(&ray)).medium()
@@ -115,10 +116,10 @@ impl<S: BvhScalar> Media<S> {
     }
 
     /// Splits a ray where its medium changes. The segments cover the ray from `t_min` to `t_max`;
-    /// each starts where the previous one ends. Segments whose ends have the same rounded t are
+    /// each starts where the previous one ends. Segments whose two ends round to the same t are
     /// omitted. The length of a segment in space is `end - start` times the length of the
-    /// direction. A ray with a zero or non-finite direction, or a non-finite origin, counts as
-    /// outside.
+    /// direction. If the direction is zero or non-finite, or the origin is non-finite, the ray
+    /// counts as outside all meshes.
     pub fn segments(&self, ray: &RayOf<S>) -> Vec<Segment> {
         let crossings = self.bvh.crossings(&endless(ray));
         let mut segments: Vec<Segment> = self.path(ray, &crossings).collect();
@@ -132,18 +133,18 @@ impl<S: BvhScalar> Media<S> {
     }
 }
 
-/// Returns a ray without its far end, because the winding numbers at the ray's start depend on all
-/// crossings.
+/// Returns a copy of a ray that extends to infinity, because the winding numbers at the ray's start
+/// depend on all crossings.
 fn endless<S: Scalar>(ray: &RayOf<S>) -> RayOf<S> {
     RayOf { t_max: S::INFINITY, ..*ray }
 }
 
-/// Creates a ray from a point, in the direction that decides on which side of a wall the point is.
+/// Creates a ray from a point, in the direction that decides which side of a wall the point is on.
 fn toward_outside<S: Scalar>(point: [S; 3]) -> RayOf<S> {
     RayOf::new(point, WINDING_DIR.map(S::from))
 }
 
-/// The reason why media could not be built.
+/// The reason that media could not be built.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MediaError<S = f32> {
@@ -151,7 +152,7 @@ pub enum MediaError<S = f32> {
     Mesh {
         /// The index of the mesh.
         mesh: usize,
-        /// The defect of the mesh.
+        /// The reason that the mesh was rejected.
         error: SolidError<S>,
     },
     /// The hierarchy could not be built, or memory ran out.

@@ -1,7 +1,7 @@
 //! Iterates over the segments of a single ray, from last to first.
 //!
-//! At its far end, at infinity, the ray is outside all meshes. From this end back toward the start,
-//! each crossing changes the winding number of one mesh by one:
+//! At infinity, the ray is outside all meshes. From there back toward the start, each crossing
+//! changes the winding number of one mesh by one:
 //!
 //! ```text
 //!   rock    0 ─┤ enters ├─ 1 ──────────────── 1 ───────────┤ leaves ├─ 0        Read from right to left.
@@ -18,15 +18,15 @@ use super::segment::{MediumCrossing, Segment};
 /// Iterates over the segments of a ray, from last to first.
 pub(super) struct Path<'a> {
     media: &'a [u32],
-    /// The crossings not yet processed, sorted by t: those before `end`, and initially also those
-    /// at or beyond the ray's end.
+    /// The crossings that are still to be processed, sorted by t. All are before `end`, except that
+    /// initially the list may extend beyond the ray's end.
     crossings: &'a [Crossing],
     /// The meshes that wind around the ray just before `end`, with their winding numbers.
     winding: Vec<(u32, i32)>,
     start: f64,
     /// The t at which the next segment to be returned ends.
     end: f64,
-    /// The wall at the end of that segment.
+    /// The wall at `end`.
     wall: Hit,
 }
 
@@ -62,7 +62,8 @@ impl<'a> Path<'a> {
         hit.is_hit().then_some(MediumCrossing { hit, left, entered })
     }
 
-    /// Returns the last, by index, of the meshes that wind around the ray just before `end`.
+    /// Returns the mesh with the highest index among those that wind around the ray just before
+    /// `end`.
     fn mesh(&self) -> Option<u32> {
         self.winding.iter().map(|&(mesh, _)| mesh).max()
     }
@@ -71,8 +72,7 @@ impl<'a> Path<'a> {
         mesh.map(|mesh| self.media[mesh as usize])
     }
 
-    /// Moves from behind a wall to its front by undoing the crossing's change to the winding
-    /// number.
+    /// Steps backward across a wall by undoing the crossing's change to the winding number.
     fn cross(&mut self, Crossing { hit, leaves }: &Crossing) {
         let times = if *leaves { 1 } else { -1 };
         match self.winding.iter().position(|&(mesh, _)| mesh == hit.geometry) {
@@ -103,8 +103,8 @@ impl Iterator for Path<'_> {
             }
             let before = self.mesh();
             if t < end && self.medium_of(before) != self.medium_of(after) {
-                // The ray crosses the later of the two meshes here, because that mesh winds around
-                // the ray on only one side of the crossing.
+                // The wall belongs to the mesh with the higher index, because that mesh winds
+                // around the ray on only one side of the crossing.
                 let mesh = before.max(after);
                 let wall_here = tied.iter().find(|crossing| Some(crossing.hit.geometry) == mesh);
                 self.end = t;

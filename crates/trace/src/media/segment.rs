@@ -1,4 +1,4 @@
-//! The segments of a ray, and the crossings between them.
+//! The segments of a ray, and the crossings at which its medium changes.
 
 use intertri::Hit;
 

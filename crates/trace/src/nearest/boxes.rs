@@ -5,15 +5,15 @@ use intertri::simd::{Lanes, Vec3};
 
 use crate::tree::Node;
 
-/// A computed squared distance exceeds the exact one by at most this fraction, `2^-20`.
+/// The computed square of a distance exceeds the exact one by at most this fraction (`2^-20`).
 const SHARE: f64 = 1.0 / (1_u64 << 20) as f64;
 
-/// A bound on the absolute error of a squared distance that results from underflow or from reading
-/// subnormal numbers as 0: `2^-120`.
+/// A bound on the absolute error that underflow, or treating subnormal numbers as 0, causes in a
+/// squared distance (`2^-120`).
 const TINY: f64 = f64::from_bits((1023 - 120) << 52);
 
-/// Returns the largest squared distance that [`squares`] may compute for a box that contains a
-/// point at a squared distance below `most`.
+/// Returns the largest value that [`squares`] may compute for a box containing a point whose
+/// squared distance is below `most`.
 #[inline(always)]
 pub(super) fn far_for(most: f64) -> f32 {
     ((most * (1.0 + SHARE) + TINY) as f32).next_up()
@@ -28,7 +28,7 @@ pub(super) fn squares<F: Lanes<Scalar = f32>>(
     within: [Vec3<F>; 2],
     far: f32,
 ) -> (F::Mask, F) {
-    // For a missing child, the lower sides are above the upper sides.
+    // For a missing child, the lower sides exceed the upper sides.
     let lo = Vec3 {
         x: F::load(node.sides(0, false)),
         y: F::load(node.sides(1, false)),
@@ -59,8 +59,8 @@ pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
 #[inline(always)]
 fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, [from, to]: [Vec3<F>; 2]) -> F {
     let none = F::splat(0.0);
-    // The gap along each axis: the distance to the nearer side if the point is outside, or 0 if it
-    // is inside. `from` and `to` enclose the point.
+    // The gap along each axis is the distance to the nearer side if the point is outside, or 0 if
+    // the point is inside. `from` and `to` enclose the point.
     let (before, behind) = (lo - to, from - hi);
     let x = before.x.max(behind.x).max(none);
     let y = before.y.max(behind.y).max(none);

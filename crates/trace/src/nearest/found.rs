@@ -1,4 +1,5 @@
-//! The result of a closest-point search, and the choice among the final candidates.
+//! The result of a closest-point search, and the selection of the closest among the final
+//! candidates.
 
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{Closest, Tier, closer, closest};
@@ -6,7 +7,7 @@ use intertri::{LeafSlot, Scalar, TriangleId, TriangleOf};
 
 use super::mesh::Mesh;
 
-/// The point of a mesh that is closest to a given point. Plain data of 56 bytes.
+/// The point of a mesh that is closest to a given point. Plain old data, 56 bytes in size.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ClosestPoint {
@@ -22,16 +23,16 @@ pub struct ClosestPoint {
     pub u: f64,
     /// The barycentric weight of the triangle's third corner, rounded once.
     pub v: f64,
-    /// The index of the triangle that is truly the closest. If several are equally close, the
-    /// lowest index wins.
+    /// The index of the triangle that is closest in exact arithmetic. If several triangles are
+    /// equally close, the lowest index wins.
     pub triangle: u32,
-    /// The index of the triangle's mesh if there are several meshes, otherwise 0.
+    /// The index of the triangle's mesh; 0 if there is only one mesh.
     pub geometry: u32,
 }
 
 impl ClosestPoint {
-    /// The result in a batch for a point that has no closest point: an infinite distance and
-    /// triangle `u32::MAX`.
+    /// The batch result of a point that has no closest point: an infinite distance and triangle
+    /// `u32::MAX`.
     pub const NONE: Self = Self {
         distance: f64::INFINITY,
         point: [f64::NAN; 3],
@@ -45,8 +46,8 @@ impl ClosestPoint {
     /// index is not set.
     pub(crate) fn on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Self {
         let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, triangle);
-        // This weight is used only to compute the point: the distance and the other weights are
-        // exact up to a single rounding (nearest.md, section 6).
+        // This weight is used only to compute the point; the distance and the other weights are
+        // rounded only once (nearest.md, section 6).
         let first = (1.0 - u) - v;
         let at = |axis: usize| {
             let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());
@@ -62,8 +63,7 @@ impl ClosestPoint {
     }
 }
 
-/// A triangle that may be the closest: its slot in the leaves and a lower bound on its squared
-/// distance.
+/// A triangle that may be the closest: its leaf slot and a lower bound on its squared distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) slot: LeafSlot,

@@ -6,8 +6,8 @@ use intertri::{LeafSlot, Scalar, Triangle, TriangleOf};
 
 use crate::tree::Tree;
 
-/// A mesh in f32 or f64, and the tree over it or over f32 copies of it. The search uses the tree's
-/// units, which differ from the mesh's by a power of two.
+/// A mesh in f32 or f64, and the tree over it or over f32 copies of it. The search works in the
+/// tree's units, which differ from the mesh's by a power of two.
 pub(crate) trait Mesh: Copy {
     /// The scalar type of the coordinates.
     type Scalar: Scalar;
@@ -24,8 +24,8 @@ pub(crate) trait Mesh: Copy {
     /// Returns the approximate corners of a leaf's triangles in the tree's units.
     fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3];
 
-    /// Returns the corners of the leaf's triangles in the given lanes, in the tree's units and
-    /// exact except for underflow. Other lanes are arbitrary.
+    /// Returns, in the tree's units, the corners of the leaf's triangles in the given lanes. They
+    /// are exact except for underflow. Other lanes are arbitrary.
     fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3];
 
     /// Returns the triangle in a leaf slot.
@@ -35,7 +35,7 @@ pub(crate) trait Mesh: Copy {
 /// A query point in the tree's units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct QueryPoint {
-    /// Two points that certainly enclose the query point.
+    /// Two points that certainly enclose the query point between them.
     pub(crate) within: [[f32; 3]; 2],
     /// [`Self::within`], widened by the error of [`Mesh::near_corners`].
     pub(crate) in_leaves: [[f32; 3]; 2],
@@ -43,7 +43,7 @@ pub(crate) struct QueryPoint {
     pub(crate) point: [f64; 3],
 }
 
-/// An f32 mesh, over which the tree is built directly.
+/// An f32 mesh, whose tree is built directly over its triangles.
 #[derive(Clone, Copy)]
 pub(crate) struct InF32<'a>(pub(crate) &'a Tree);
 

@@ -37,12 +37,13 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let mut kept = TraversalScratch::lend(tree);
         let mut candidates: Vec<Candidate> = Vec::new();
 
-        // Search slightly beyond the radius. The final distance decides which results to keep.
+        // Search slightly beyond the radius. The final distances decide which results are kept.
         let scaled = mesh.scaled(radius);
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
-        // Process neighbouring points in sequence, so that the last leaf found is a good first
-        // guess. If there is not enough memory to sort the points, keep the given order.
+        // Process points that are close together one after another, because the last leaf found is
+        // then a good first guess. If there is not enough memory to sort the points, keep the given
+        // order.
         let order =
             along_curve(&tree.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
         for i in 0..points.len() {

@@ -1,5 +1,5 @@
-//! Traversal for closest points: visits the nearest box first and skips boxes that are certainly
-//! farther than a triangle found so far.
+//! Traversal for closest points: visits the nearest boxes first and skips boxes that are certainly
+//! farther away than a triangle already found.
 
 use intertri::LeafSlot;
 use intertri::internal::exact::squares;
@@ -16,7 +16,7 @@ use crate::walk::single::{BOTTOM, TraversalScratch};
 pub(super) struct Search<'a, M> {
     pub(super) mesh: M,
     pub(super) at: QueryPoint,
-    /// The largest squared distance that still counts, in the tree's units.
+    /// The largest squared distance that a candidate may have, in the tree's units.
     pub(super) most: f64,
     /// The triangles that may be the closest.
     pub(super) candidates: &'a mut Vec<Candidate>,
@@ -29,13 +29,13 @@ impl<M: Mesh> Search<'_, M> {
     pub(super) fn run<S: Simd>(&mut self, likely: Option<u32>, kept: &mut TraversalScratch) {
         let mesh = self.mesh;
         let (bvh, within) = (mesh.tree(), self.at.within.map(Vec3::<S::F32x8>::splat));
-        // Starting with a nearby leaf makes `most` small, so that traversal skips nearly everything
+        // Starting with a nearby leaf makes `most` small, so traversal then skips nearly everything
         // else.
         self.candidates.clear();
         if let Some(leaf) = likely {
             self.leaf::<S>(leaf as usize);
         }
-        // Leaves outside the main tree are few, so test all of them.
+        // Few leaves are outside the main tree, so test them all.
         for leaf in bvh.boxed..bvh.leaves.len() {
             self.leaf::<S>(leaf);
         }
@@ -68,7 +68,7 @@ impl<M: Mesh> Search<'_, M> {
                 BOTTOM
             };
         }
-        // `most` may have shrunk since the early candidates were added.
+        // `most` may have shrunk since earlier candidates were added.
         let most = self.most;
         self.candidates.retain(|candidate| candidate.least <= most);
     }
@@ -94,7 +94,7 @@ impl<M: Mesh> Search<'_, M> {
         let (mut least, mut most) = ([0.0; 8], [0.0; 8]);
         found.least.store(&mut least);
         found.most.store(&mut most);
-        // First lower the bound for all lanes, then add only the lanes that still satisfy it.
+        // First lower `most` using all lanes, then add only the lanes that are still close enough.
         for lane in lanes_of(near) {
             self.most = if most[lane] < self.most { most[lane] } else { self.most };
         }

@@ -1,4 +1,4 @@
-//! Tests that closest-point queries return what a plain loop in integer arithmetic returns.
+//! Tests that closest-point queries return the same results as a plain loop in integer arithmetic.
 
 use std::cmp::Ordering;
 
@@ -38,8 +38,8 @@ fn assert_plain(triangles: &[Triangle], points: &[[f32; 3]], radius: f64) -> usi
     found
 }
 
-/// Compares random points and triangles with the reference: on a small grid, where many distances
-/// are equal, at extreme exponents, and at arbitrary coordinates.
+/// Compares the results for random points and triangles with the reference: on a small grid, where
+/// many distances are equal; at extreme exponents; and at arbitrary coordinates.
 #[test]
 fn it_is_the_plain_loop() {
     let mut number = random();
@@ -56,7 +56,7 @@ fn it_is_the_plain_loop() {
         let mut point = || [coordinate(), coordinate(), coordinate()];
         let mut triangles: Vec<Triangle> =
             (0..40).map(|_| Triangle([point(), point(), point()])).collect();
-        // Degenerate triangles: points and segments, alone and mixed with others.
+        // Make some triangles degenerate: points and segments, alone and mixed with others.
         for t in triangles.iter_mut().step_by([1, 3, 7][round % 3]) {
             t.0[2] = t.0[round % 2];
             t.0[1] = if round % 4 == 0 { t.0[0] } else { t.0[1] };
@@ -72,8 +72,8 @@ fn it_is_the_plain_loop() {
     assert!(found > 2500, "{found}");
 }
 
-/// Queries a sphere from far away, from nearby, and from inside. At its centre, all triangles are
-/// about equally close.
+/// Queries a sphere from afar, from nearby, and from inside. All triangles are about equally close
+/// to its centre.
 #[test]
 fn balls_far_and_near() {
     use std::f32::consts::PI;
@@ -140,7 +140,7 @@ fn triangles_without_an_area_are_segments_and_points() {
     let found = near([9.0, 9.0, 11.0]);
     assert_eq!((found.triangle, found.distance, found.point), (2, 2.0, [9.0; 3]));
 
-    // Rays do not hit degenerate triangles, and a mesh may consist of nothing else.
+    // Rays never hit degenerate triangles, even in a mesh that contains no others.
     let ray = intertri::Ray::new([6.0, 5.0, 9.0], [0.0, 0.0, -1.0]);
     assert_eq!(bvh.closest(&ray), None);
     assert_eq!(bvh.bounds(), Some([[0.0; 3], [1.0, 1.0, 0.0]]));

@@ -16,8 +16,8 @@ use crate::util::threads;
 /// the number of intersection tests. Result `i` belongs to `rays[i]`.
 ///
 /// Batches are faster if rays that are adjacent in the slice are also close in space. The fastest
-/// are rays that share an origin and form the pixels of an image, in rows of any width or in tiles,
-/// such as 32×32 pixels in Z-order: the library detects them and traces them 1024 at a time in a
+/// batches are images: rays that share an origin and are stored in rows of any width or in tiles,
+/// such as 32×32 pixels in Z-order. The library detects them and traces 1024 rays at a time in a
 /// narrow cone. Other coherent rays, such as parallel ones, are traced sixteen at a time. Results
 /// do not depend on the order.
 ///
@@ -98,8 +98,9 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_batch(self.mode, rays, any)
     }
 
-    /// Like [`Query::all`], but for many rays. Returns the hits in compact arrays. With a `limit`,
-    /// only the first hits of each ray are kept, and traversal stops at the last one kept.
+    /// Like [`Query::all`], but for many rays. Returns the hits in compact arrays. If a limit is
+    /// given, only that many hits of each ray are kept, starting with the nearest, and traversal
+    /// stops at the last of them.
     ///
     /// # Errors
     /// Returns an error if memory runs out.
@@ -123,8 +124,8 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(self.mode, rays, |batch| Ok(lists(batch, limit)?))
     }
 
-    /// Like [`Query::crossings`], but for many rays. Returns the crossings in compact arrays. With
-    /// a `limit`, only the first crossings of each ray are kept.
+    /// Like [`Query::crossings`], but for many rays. Returns the crossings in compact arrays. If a
+    /// limit is given, only that many crossings of each ray are kept, starting with the nearest.
     ///
     /// # Errors
     /// Returns an error if memory runs out.
@@ -153,7 +154,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(mode, rays, |batch| batch.trace(answers))
     }
 
-    /// Passes the rays to `trace` as a batch. If the query is set to do so, stays on this thread.
+    /// Passes the rays to `trace` as a batch, on this thread only if the query is set to do so.
     fn with_batch<A>(
         &self,
         mode: Mode,
@@ -161,13 +162,13 @@ impl<S: BvhScalar> Query<'_, S> {
         trace: impl FnOnce(&RayBatch<'_, S>) -> A,
     ) -> A {
         let lists = self.selection.skip.len();
-        // Require one list per ray; otherwise, a ray would skip the triangles of another.
+        // Require one list per ray; otherwise, a ray would use the skip list of another.
         let fits = lists == 0 || lists == rays.len();
         assert!(fits, "pass one list of triangles to skip per ray, or none");
         self.in_threads(|| trace(&self.batch(self.active, mode, rays)))
     }
 
-    /// Traces rays with a selection of triangles other than the query's own.
+    /// Traces rays with a given selection of triangles instead of the query's own.
     pub(super) fn with_selection<A: Answer>(
         &self,
         selection: ActiveSelection<'_>,

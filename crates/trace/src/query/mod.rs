@@ -1,5 +1,5 @@
-//! The type `Query`: the mode, the selection of triangles, scratch memory, and all methods that
-//! trace rays.
+//! The type `Query`, which holds the mode, the selection of triangles, and scratch memory, and
+//! provides all methods that trace rays.
 
 mod batches;
 mod shortcuts;
@@ -20,8 +20,8 @@ use crate::walk::single::{LentScratch, SingleRay, TraversalScratch};
 /// A ray query. It determines how hits are decided and which triangles are considered, and provides
 /// the methods that trace rays. Create one with [`Bvh::query`].
 ///
-/// By default, the mode is [`Mode::exact`] and all triangles are considered. Settings can be
-/// chained, since each returns the query. Results equal those of a plain loop over the selected
+/// By default, the mode is [`Mode::exact`] and all triangles are considered. Each setting returns
+/// the query, so calls can be chained. Results equal those of a plain loop over the selected
 /// triangles: they do not depend on the hierarchy, the number of threads, or earlier queries.
 ///
 /// If you trace one ray at a time, keep one query per thread and reuse it: it owns the traversal
@@ -158,7 +158,7 @@ impl<'a, S: BvhScalar> Query<'a, S> {
     }
 
     fn select(self, selection: Selection<'a>) -> Self {
-        // Determine here once, not per ray, whether anything needs filtering.
+        // Determine once, instead of for each ray, whether any triangles must be filtered out.
         Self { selection, active: selection.active(&self.bvh.tree), ..self }
     }
 }
@@ -175,7 +175,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace(ray, one_ray::closest)
     }
 
-    /// Returns only the triangle of [`Query::closest`], which saves computing t, u, and v.
+    /// Like [`Query::closest`], but returns only the triangle, which saves computing t, u, and v.
     ///
     /// ```
     /// use intertri_trace::{Bvh, MeshTriangle};
@@ -221,8 +221,8 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_in(self.crossing_mode(), ray, one_ray::crossings)
     }
 
-    /// Returns the first of [`Query::crossings`], including its side, without tracing the whole
-    /// line. Use it for particles that travel from medium to medium.
+    /// Returns the first of [`Query::crossings`], including the side that is crossed, without
+    /// tracing the whole line. Use it for particles that travel from medium to medium.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -244,8 +244,8 @@ impl<S: BvhScalar> Query<'_, S> {
 
     /// Returns the mode for crossings: exact, counting each crossing once.
     fn crossing_mode(&self) -> Mode {
-        // Counting needs a rule that assigns each shared edge to one triangle, whichever mode was
-        // chosen for hits.
+        // Counting requires a rule that assigns each shared edge to one triangle, whatever mode is
+        // set for hits.
         Mode::once().at(self.mode.level())
     }
 

@@ -1,4 +1,4 @@
-//! Shortcuts for queries in the default mode over all triangles.
+//! Shortcuts for queries that use the default mode and consider all triangles.
 
 use intertri::{Crossing, Hit, Mode, RayOf};
 
@@ -32,7 +32,8 @@ impl<S: BvhScalar> Bvh<S> {
         self.query().all(ray)
     }
 
-    /// Returns where a ray crosses the mesh; see [`Query::crossings`](crate::Query::crossings).
+    /// Returns the ray's crossings with the mesh; see
+    /// [`Query::crossings`](crate::Query::crossings).
     pub fn crossings(&self, ray: &RayOf<S>) -> Vec<Crossing> {
         self.query().crossings(ray)
     }
@@ -87,7 +88,7 @@ impl<S: BvhScalar> Bvh<S> {
     #[inline(always)]
     fn trace_alone<A>(&self, ray: &RayOf<S>, verb: Verb<A>) -> A {
         let selection = Selection::ALL.active(&self.tree);
-        // The thread keeps its scratch between calls, so a shortcut allocates nothing.
+        // The thread keeps its scratch memory between calls, so a shortcut allocates nothing.
         let scratch = &mut TraversalScratch::lend(&self.tree);
         self.trace_ray(Mode::exact(), &selection, ray, scratch, verb)
     }

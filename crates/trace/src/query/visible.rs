@@ -1,4 +1,4 @@
-//! Visibility between two points, which may be on surfaces.
+//! Visibility between two points, either of which may lie on a surface.
 //!
 //! ```text
 //!            light                  Because of rounding, a segment may end just before, on, or
@@ -18,28 +18,28 @@ use super::Query;
 use crate::scalar::BvhScalar;
 use crate::selection::Selection;
 
-/// The end of a segment counts as on a triangle if its distance is at most this many rounding
-/// units.
+/// An end of a segment counts as lying on a triangle if it is at most this many rounding units
+/// away.
 const UNITS: f64 = 16.0;
 
-/// The number of segments to copy and trace at a time.
+/// The number of segments to copy and trace at once.
 const PIECE: usize = 1 << 16;
 
-/// Visibility queries between the two ends of a segment.
+/// Visibility queries: whether the two ends of a segment see each other.
 ///
 /// # Panics
 /// Panics if the numbers of segments and results differ, or if you set lists of triangles to skip
 /// but not one per segment.
 impl<S: BvhScalar> Query<'_, S> {
-    /// Returns whether two points see each other, that is, whether no triangle is between them
-    /// other than those on which they lie.
+    /// Returns whether two points see each other, that is, whether no triangle lies between them,
+    /// apart from the triangles that the points lie on.
     ///
-    /// A point is on a triangle if its distance is at most 16 rounding units (`2^-23` or `2^-52` of
-    /// the largest coordinate of both points and the triangle's corners). This keeps a surface from
-    /// shading itself, however its points were rounded, even across an edge. If your points are
-    /// less accurate, pass their triangles to [`Query::skip`]; a list may contain the triangles of
-    /// both ends. Any other triangle blocks the view if the ray from `a` in direction `b - a` hits
-    /// it at `0 < t < 1`. Points with a NaN or infinite coordinate see nothing.
+    /// A point counts as lying on a triangle if its distance is at most 16 rounding units (`2^-23`
+    /// or `2^-52` of the largest coordinate of both points and the triangle's corners). This keeps
+    /// a surface from shading itself, however its points were rounded, even across an edge. If your
+    /// points are less accurate, pass their triangles to [`Query::skip`]; a list may contain the
+    /// triangles of both ends. Any other triangle blocks the view if the ray from `a` in direction
+    /// `b - a` hits it at `0 < t < 1`. A point with a NaN or infinite coordinate sees nothing.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -75,7 +75,7 @@ impl<S: BvhScalar> Query<'_, S> {
     }
 
     /// Like [`Query::visible_batch_into`], but for points whose coordinates were rounded to `bits`
-    /// bits after the leading one.
+    /// bits after the leading bit.
     #[doc(hidden)]
     pub fn visible_within(&self, segments: &[[[S; 3]; 2]], bits: u32, visible: &mut [bool]) {
         assert_eq!(segments.len(), visible.len(), "one result per segment");
@@ -122,7 +122,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_selection(some, mode, &rays, &mut occluded);
 
         for (visible, segment) in visible.iter_mut().zip(segments) {
-            // A point that is not finite sees nothing.
+            // A non-finite point sees nothing.
             *visible = segment.as_flattened().iter().all(|x| Bits::is_finite(*x));
         }
         for (&i, occluded) in hidden.iter().zip(occluded) {
@@ -139,11 +139,11 @@ fn ray_of<S: BvhScalar>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
     if dir.iter().all(|x| Bits::is_finite(*x)) {
         return RayOf::new(*a, dir).between(S::ZERO, S::ONE);
     }
-    // Half the direction with twice the interval describes the same segment.
+    // Halving the direction and doubling the interval describes the same segment.
     RayOf::new(*a, way(0.5)).between(S::ZERO, S::from(2.0))
 }
 
-/// Returns whether an end of a segment is on a triangle, within `reach` times the largest
+/// Returns whether either end of a segment lies on a triangle, to within `reach` times the largest
 /// coordinate.
 fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f64) -> bool {
     let corners = triangle.0.map(|corner| corner.map(Into::<f64>::into));
@@ -152,7 +152,7 @@ fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f6
     let most = all.chain(ends64.as_flattened().iter().copied());
     let reach = reach * most.fold(0.0, |most: f64, x| most.max(x.abs()));
 
-    // Most triangles that block a segment are not near its ends. Twice the reach leaves a margin
+    // Most triangles that block a segment are far from its ends. Doubling the reach leaves a margin
     // for rounding.
     let is_near = |end: [f64; 3]| {
         (0..3).all(|k| {
@@ -162,7 +162,7 @@ fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f6
         })
     };
     ends.iter().zip(ends64).any(|(&end, end64)| {
-        // The exact distance decides, but bounding boxes rule out nearly all triangles first.
+        // The exact distance decides, but the bounding boxes first rule out nearly all triangles.
         is_near(end64) && closest(Tier::Float, end, triangle).distance <= reach
     })
 }

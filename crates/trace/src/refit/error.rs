@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-/// The reason why a hierarchy could not be refitted.
+/// The reason that a hierarchy could not be refitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RefitError {
-    /// The number of triangles differs from the number in the hierarchy.
+    /// The number of triangles passed differs from the number in the hierarchy.
     Count {
         /// The number of triangles in the hierarchy.
         expected: usize,
@@ -17,7 +17,7 @@ pub enum RefitError {
     OutOfMemory,
     /// A vertex index is out of bounds.
     BadIndex {
-        /// The triangle with the invalid index.
+        /// The index of the triangle that has the invalid vertex index.
         triangle: usize,
         /// The invalid vertex index.
         index: u32,

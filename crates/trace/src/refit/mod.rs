@@ -1,4 +1,4 @@
-//! Refits the tree to triangles that have moved.
+//! Refits the tree after its triangles have moved.
 //!
 //! ```text
 //!   leaves   new corners, live lanes, and boxes, in parallel
@@ -6,7 +6,7 @@
 //!   the rest triangles that no box can contain or that the build omitted
 //! ```
 //!
-//! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until the
+//! A triangle keeps its lane in a leaf even if it can no longer be hit: the lane is dead until the
 //! triangle can be hit again. A triangle without area keeps its corners in its lane for
 //! closest-point queries.
 
@@ -27,7 +27,7 @@ use crate::util::threads;
 #[non_exhaustive]
 pub struct Refit {
     /// The current surface-area cost: the expected number of nodes and leaves that a random line
-    /// through the root's box visits. Leaves without a box always count.
+    /// through the root's box visits. Leaves without a box are always counted.
     pub cost: f64,
     /// The cost of the tree as it was built.
     pub cost_as_built: f64,
@@ -80,12 +80,12 @@ impl Tree {
             Some(cost) => cost,
             None => self.cost()?,
         };
-        // The cost as built is computed before the first refit, for comparison with later costs.
+        // Before the first refit, compute the original cost for comparison with later costs.
         self.cost_as_built = Some(cost_as_built);
 
         // Find the triangles that are not in the tree before changing it.
         let left_out = self.left_out()?;
-        // The second tree is rebuilt, not refitted, because triangles enter and leave it.
+        // The second tree is rebuilt, not refitted, because triangles may enter or leave it.
         self.leaves.truncate(self.boxed);
         self.nodes.truncate(self.main_nodes().len());
         let bounds = self.fit_leaves(triangles)?;
@@ -111,8 +111,8 @@ impl Tree {
 
     /// Refits the boxes of all nodes to the boxes of the leaves.
     fn fit_nodes(&mut self, leaves: &[LeafBounds]) -> Result<(), NoMemory> {
-        // Nodes come after their parents, so going in reverse handles all children before their
-        // parent.
+        // Nodes come after their parents, so processing them in reverse order handles children
+        // first.
         let mut around = room(self.nodes.len())?;
         around.resize(self.nodes.len(), Aabb::EMPTY);
         let of = |child: u32, around: &[Aabb]| match child & LEAF {
@@ -126,8 +126,8 @@ impl Tree {
             }
             around[i] = all;
         }
-        // Writing the boxes to the nodes is most of the work. The nodes are independent now, so do
-        // it in parallel.
+        // Most of the work is writing the boxes to the nodes. The nodes no longer depend on each
+        // other, so write in parallel.
         threads::update(&mut self.nodes, |node| {
             for slot in 0..8 {
                 let child = node.children()[slot];
@@ -139,8 +139,8 @@ impl Tree {
         Ok(())
     }
 
-    /// Lists the triangles that belong outside the main tree: first the triangles that can be hit,
-    /// then those that were left out of the tree and have no area.
+    /// Lists the triangles that belong outside the main tree: first those that can be hit, then
+    /// degenerate ones that the build omitted.
     fn outside(
         &self,
         triangles: &(impl Triangles + ?Sized),
@@ -148,7 +148,7 @@ impl Tree {
         left_out: &[u32],
     ) -> Result<[Vec<u32>; 2], NoMemory> {
         // Some triangles in leaves have become needles. No box bounds the hits that the reference
-        // finds on a needle.
+        // finds on needles.
         let mut outside = Vec::new();
         for (leaf, bounds) in self.leaves.iter().zip(bounds) {
             for lane in lanes_of(bounds.thin) {
@@ -156,7 +156,7 @@ impl Tree {
                 outside.push(leaf.indices[lane]);
             }
         }
-        // Triangles that were never in the tree may have become finite or gained an area.
+        // Triangles that were never in the tree may have become finite or nondegenerate.
         let mut degenerate = Vec::new();
         for &index in left_out {
             let to = match triangles.hit_bounds(index as usize) {

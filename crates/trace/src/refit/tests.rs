@@ -5,7 +5,7 @@ use intertri::{Mode, Ray, Triangle};
 use crate::util::test_numbers::random;
 use crate::{Bvh, Refit, RefitError};
 
-/// Returns a sphere with the given number of rings, after applying `moved` to each corner.
+/// Returns a sphere with the given number of rings, applying `moved` to each corner.
 fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     use std::f32::consts::PI;
     let corner = |i: usize, j: usize| {
@@ -47,7 +47,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
         assert_eq!(near(bvh), near(&anew));
     }
 
-    // Trace the rays of an image, to test bundles.
+    // Trace the rays of an image to test bundles.
     let middle = [0, 1, 2].map(|k| lo[k] * 0.5 + hi[k] * 0.5);
     let eye = [0, 1, 2].map(|k| middle[k] * 2.0 + (hi[k] - lo[k]) * 1.5 + 1.0);
     let pixel = |i: usize| {
@@ -63,7 +63,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
     };
     assert_eq!(hits(bvh), hits(&anew));
 
-    // The refitted hierarchy can be saved and loaded.
+    // Saving and loading must work after a refit.
     let bytes = bvh.to_bytes();
     let loaded = Bvh::<f32>::from_bytes(&bytes).unwrap();
     assert!(loaded.to_bytes() == bytes);
@@ -102,15 +102,15 @@ fn a_ball_is_twisted_exploded_and_folded() {
     bvh.refit(&folded).unwrap();
     assert_as_new(&bvh, &folded);
 
-    // After moving back, the tree is as good as new.
+    // Once the triangles are back in place, the tree is as good as new.
     let back = ball(24, still);
     let Refit { cost, cost_as_built, .. } = bvh.refit(&back).unwrap();
     assert!((cost / cost_as_built - 1.0).abs() < 1e-12);
     assert_as_new(&bvh, &back);
 }
 
-/// Triangles lose their area, become needles without a box, or stop being finite, both at build
-/// time and later.
+/// Triangles become degenerate, unbounded needles, or non-finite, both before the build and in
+/// later refits.
 #[test]
 fn triangles_vanish_and_come_back() {
     let whole = ball(12, |p| p);

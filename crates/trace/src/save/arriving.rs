@@ -1,4 +1,4 @@
-//! Storage for the records of a section while they are being read.
+//! Memory for the records of a section while they are being read.
 
 use bytemuck::Zeroable;
 
@@ -6,7 +6,7 @@ use super::format::Entry;
 use super::input::Input;
 use crate::util::memory::{NoMemory, zeros};
 
-/// Memory for the records of a section. If all records are certain to follow, the memory is
+/// Storage for the records of a section. If all records are certain to follow, memory for them is
 /// allocated at once, so that each thread is the first to touch its own pages. Otherwise, the
 /// memory grows as records arrive.
 pub(super) struct Arriving<T> {
@@ -17,8 +17,8 @@ pub(super) struct Arriving<T> {
 impl<T: Zeroable + Clone> Arriving<T> {
     pub(super) fn of(input: &dyn Input, entry: &Entry) -> Result<Self, NoMemory> {
         let there = input.known() as u64 >= entry.size;
-        // Allocate all memory at once if the source is known to be long enough. Otherwise, grow
-        // with the data that arrives.
+        // Allocate all memory at once if the input is known to be long enough. Otherwise, let it
+        // grow as data arrives.
         let count = if there { entry.count() } else { 0 };
         Ok(Self { all: zeros(count)?.into_vec(), done: 0 })
     }

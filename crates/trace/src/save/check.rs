@@ -18,7 +18,7 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
     if let Some(root) = depths.first_mut() {
         *root = 1;
     }
-    // Depth 0 marks a node that no earlier node has as a child.
+    // Depth 0 marks a node that has not yet been found to be a child.
     let (mut deepest, mut count) = (0, 0);
     for (i, node) in nodes.iter().enumerate() {
         let depth = depths[i];
@@ -47,8 +47,8 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
     if deepest == 0 || count != boxed { wrong } else { Ok(deepest.into()) }
 }
 
-/// Restores the geometries from their triangle counts and masks. Together, they must contain all
-/// triangles.
+/// Restores the geometries from their triangle counts and masks. The counts must add up to the
+/// total number of triangles.
 pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometries, LoadError> {
     let counts = all.iter().map(|&(count, _)| count as usize);
     if counts.clone().map(|count| count as u64).sum::<u64>() != triangles {
@@ -62,13 +62,13 @@ pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometrie
     Ok(geometries)
 }
 
-/// Checks that every box contains its contents, and that the main tree contains no needles, whose
-/// hits no box bounds.
+/// Checks that every box contains its contents, and that the main tree contains no needles: no box
+/// bounds the hits on a needle.
 pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadError> {
     let is_in = |inner: &Aabb, outer: &Aabb| {
         (0..3).all(|k| outer.lo[k] <= inner.lo[k] && inner.hi[k] <= outer.hi[k])
     };
-    // Compare the extremes of all eight boxes at once, in SIMD lanes.
+    // Compare the sides of all eight boxes at once, in SIMD lanes.
     let are_in = |node: &Node, outer: &Aabb| {
         (0..3).all(|k| {
             let least = node.sides(k, false).iter().fold(f32::INFINITY, |least, &x| least.min(x));
@@ -82,7 +82,7 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
             if child & LEAF == 0 {
                 return are_in(&nodes[child as usize], &bounds);
             }
-            // No box bounds the hits on a needle, so needles must not be in the main tree.
+            // Needles must not be in the main tree, because no box bounds the hits on them.
             let leaf = &leaves[(child & !LEAF) as usize];
             leaf.thin == 0 && is_in(&leaf.bounds, &bounds)
         })
@@ -90,8 +90,8 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
     if threads::all(nodes, holds) { Ok(()) } else { LoadError::damaged("a box is too small") }
 }
 
-/// Checks that each triangle is either in the tree once or in the list of omitted triangles. Also
-/// checks that no triangle without a box is live in the tree or listed twice.
+/// Checks that each triangle occurs exactly once: either in the tree or in the list of omitted
+/// triangles. Also checks that no triangle without a box is live in the tree or listed twice.
 pub(super) fn numbers(
     leaves: &[Leaf],
     boxed: usize,
@@ -100,7 +100,7 @@ pub(super) fn numbers(
 ) -> Result<(), LoadError> {
     let wrong = LoadError::damaged("the numbers of its triangles are invalid");
     let (tree, unboxed) = leaves.split_at(boxed);
-    // A bit for each triangle, which is set when the triangle is found.
+    // One bit per triangle, set when the triangle is found.
     let mut seen = zeros::<u64>(triangles.div_ceil(64))?;
     let mut is_new = |index: u32| {
         let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));

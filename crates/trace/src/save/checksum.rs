@@ -1,5 +1,5 @@
 //! Computes XXH64 checksums with seed 0, as specified at <https://xxhash.com>. A checksum detects
-//! damage, not tampering. The computation runs at memory speed.
+//! damage, not tampering. Memory bandwidth limits the speed of the computation.
 
 const P1: u64 = 0x9e37_79b1_85eb_ca87;
 const P2: u64 = 0xc2b2_ae3d_27d4_eb4f;
@@ -12,7 +12,7 @@ pub fn checksum(bytes: &[u8]) -> u64 {
     let mut stripes = bytes.chunks_exact(32);
     let mut sum = P5;
     if bytes.len() >= 32 {
-        // Use four independent sums, so that the CPU can work on all of them at once.
+        // Keep four independent sums, so that the CPU can update all of them at once.
         let mut lanes = [P1.wrapping_add(P2), P2, 0, 0_u64.wrapping_sub(P1)];
         for stripe in &mut stripes {
             for (lane, word) in lanes.iter_mut().zip(words(stripe)) {
@@ -66,7 +66,7 @@ fn words(stripe: &[u8]) -> impl Iterator<Item = u64> + '_ {
 mod tests {
     use super::checksum;
 
-    /// The expected values come from `xxhsum -H1`.
+    /// Compares hashes with the output of `xxhsum -H1`.
     #[test]
     fn it_is_xxh64() {
         let text = b"Nobody inspects the spammish repetition";

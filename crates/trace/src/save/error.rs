@@ -4,15 +4,15 @@ use std::{fmt, io};
 
 use crate::util::memory::NoMemory;
 
-/// The reason why a saved hierarchy could not be loaded. The message fits on one line.
+/// The reason that a saved hierarchy could not be loaded. The message fits on one line.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// The input does not begin like a saved hierarchy.
+    /// The input does not start with the magic number of a saved hierarchy.
     NotSaved,
     /// The input was written by a later version of this crate.
     Newer {
-        /// The feature that this version does not know.
+        /// The feature that this version does not support.
         what: String,
     },
     /// The input was written by an earlier version of this crate, which omitted triangles that
@@ -24,7 +24,7 @@ pub enum LoadError {
         /// The scalar type found: `f32` or `f64`.
         found: &'static str,
     },
-    /// The input ends too early.
+    /// The input is truncated.
     CutOff,
     /// The contents have changed since they were written.
     Damaged {

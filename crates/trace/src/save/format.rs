@@ -6,11 +6,11 @@
 //!   entry   0 kind: u32        4 record: u32        8 place: u64        16 size: u64       24 checksum: u64
 //! ```
 //!
-//! `boxed` is the number of leaves in the main tree, which come first. `cost` is the cost of the
-//! tree as it was built, or NaN if it was never refitted. `record` is the size of a section's
-//! records. A section's checksum covers the checksums of its blocks, each of 1024 records. The
-//! header's checksum covers the other bytes of the header and the table, and thereby the whole
-//! file.
+//! `boxed` is the number of leaves in the main tree; these leaves come first. `cost` is the cost of
+//! the tree as it was built, or NaN if the tree was never refitted. `record` is the size of each of
+//! the section's records. A section's checksum covers the checksums of its blocks, each of which
+//! contains 1024 records. The header's checksum covers the rest of the header and the table, and
+//! thereby the whole file.
 //!
 //! **To add a section**, add a kind here, and the functions that read and write its records next to
 //! those for leaves. Readers reject files with an unknown kind unless the kind has the [`OPTIONAL`]
@@ -38,7 +38,7 @@ pub(super) const HEADER: usize = 64;
 /// The size of a table entry.
 pub(super) const ENTRY: usize = 32;
 
-/// Sections start at multiples of this, so that they are aligned when a file is mapped into memory.
+/// Sections start at multiples of this offset, so that they are aligned if a file is memory-mapped.
 pub(super) const ALIGN: usize = 64;
 
 /// The maximum number of sections in a file.
@@ -53,7 +53,7 @@ const RECORD: usize = 4096;
 /// Readers may skip unknown kinds that have this bit set.
 pub(super) const OPTIONAL: u32 = 1 << 31;
 
-// The kinds of sections, each followed by the size of its records.
+// The section kinds. The size of each kind's records follows it.
 
 /// The section of nodes.
 pub(super) const NODES: u32 = 1;
@@ -67,10 +67,10 @@ pub(super) const NUMBER: usize = 4;
 /// The section of triangle counts and masks, with one record per geometry.
 pub(super) const GEOMETRIES: u32 = 4;
 pub(super) const GEOMETRY: usize = 8;
-/// The section of an f64 hierarchy that contains the frame of the f32 copies.
+/// The section that contains the frame of the f32 copies in an f64 hierarchy.
 pub(super) const FRAME: u32 = 5;
 pub(super) const FRAME_SIZE: usize = 32;
-/// The section of leaves in an f64 hierarchy, which replaces [`LEAVES`].
+/// The section of leaves in an f64 hierarchy; it replaces [`LEAVES`].
 pub(super) const LEAVES64: u32 = 6;
 pub(super) const LEAF64_SIZE: usize = 608;
 
@@ -137,13 +137,13 @@ fn sum_of(front: &[u8]) -> u64 {
 }
 
 /// Returns the size of the table that follows a header. Errors found here take precedence over a
-/// wrong checksum.
+/// checksum mismatch.
 pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     if header[..8] != SAVED_MAGIC {
         return Err(LoadError::NotSaved);
     }
     let (version, sections) = (u32_at(header, 8), u32_at(header, 12));
-    // The magic number matched, so this is a saved hierarchy. Report how the versions differ.
+    // The magic number matches, so this is a saved hierarchy. Report a version mismatch as such.
     if version > VERSION {
         return Err(LoadError::Newer { what: format!("version {version}") });
     }
@@ -203,15 +203,16 @@ pub(super) fn entries(
     // Sections must be contiguous except for alignment.
     let mut end = front.len() as u64;
     for Entry { kind, record, place, size, .. } in &entries {
-        // Check this before any number from the table determines an allocation size or indexes
-        // memory.
+        // Check these values before any of them determines an allocation size or is used as an
+        // index.
         let sane = (1..=RECORD as u32).contains(record) && size % u64::from(*record) == 0;
         if !sane || *place != end.next_multiple_of(ALIGN as u64) || *size > u64::MAX / 4 {
             return LoadError::damaged("its table of sections is invalid");
         }
         let known = match fits(*kind, *record, *size) {
             Some(fits) => fits,
-            // A later version may add optional sections; this version can still read the rest.
+            // A later version may add optional sections. This version can still read the rest of
+            // the file.
             None if kind & OPTIONAL != 0 => true,
             None => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
         };

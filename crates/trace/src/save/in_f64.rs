@@ -31,8 +31,8 @@ pub(crate) fn write64(
     write_with(tree, sections, output)
 }
 
-/// Reads a whole hierarchy but nothing beyond it. Returns the tree, the frame of the copies, and
-/// the triangles of each leaf.
+/// Reads a whole hierarchy, leaving any bytes after it unread. Returns the tree, the frame of the
+/// copies, and the triangles of each leaf.
 pub(crate) fn read64(
     input: &mut dyn Input,
 ) -> Result<(Tree, LocalFrame, Vec<EightTriangles>), LoadError> {
@@ -44,8 +44,8 @@ pub(crate) fn read64(
     // Compute the extent of the corners along each axis, relative to the centre.
     let mut around = Aabb::EMPTY;
     parts.bounds.iter().for_each(|leaf| around.join(&leaf.bounds));
-    // Compute the reach from the corners instead of trusting the file, because the filter's error
-    // bounds depend on it.
+    // Compute the reach from the corners instead of trusting the file, because the error bounds of
+    // the filter depend on it.
     let far = |axis: usize| (-around.lo[axis]).max(around.hi[axis]).max(0.0);
     let (centre, up) = frame.centre_and_exponent();
     let frame = LocalFrame::of(centre, up, [far(0), far(1), far(2)]);

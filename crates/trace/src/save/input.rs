@@ -1,5 +1,4 @@
-//! Byte sources: memory that is read in place, and streams and files that are read through a
-//! buffer.
+//! Byte sources: memory that is read in place, and streams and files that are read through buffers.
 
 #[cfg(unix)]
 use std::fs::File;
@@ -9,7 +8,7 @@ use super::error::LoadError;
 #[cfg(unix)]
 use crate::util::threads;
 
-/// The number of bytes to read from a stream at a time.
+/// The number of bytes to read from a stream per call.
 const PIECE: usize = 1 << 20;
 
 /// A source of bytes.
@@ -69,8 +68,7 @@ impl<R: Read> Stream<R> {
 
 impl<R: Read> Input for Stream<R> {
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError> {
-        // A damaged table may request any size, so let the buffer grow piece by piece as data
-        // arrives.
+        // A damaged table may request any size, so grow the buffer piece by piece as data arrives.
         let mut filled = 0;
         while filled < count {
             let end = count.min(filled + PIECE);
@@ -91,7 +89,7 @@ impl<R: Read> Input for Stream<R> {
     }
 }
 
-/// A file of known size, which all threads copy from the system's cache.
+/// A file of known size. All threads copy from it in parallel, out of the system's cache.
 #[cfg(unix)]
 pub(crate) struct Pieces {
     file: File,
@@ -102,7 +100,7 @@ pub(crate) struct Pieces {
 
 #[cfg(unix)]
 impl Pieces {
-    /// The number of bytes that a thread copies at a time.
+    /// The number of bytes that a thread copies per call.
     const EACH: usize = 1 << 18;
 
     pub(crate) fn new(file: File, size: u64) -> Self {
@@ -123,7 +121,7 @@ impl Input for Pieces {
         if count > self.known() {
             return Err(LoadError::CutOff);
         }
-        // The file size is known, so `count` is at most the size of the rest of the file.
+        // The file size is known, so `count` never exceeds the number of bytes left in the file.
         if self.buffer.len() < count {
             let more = count - self.buffer.len();
             self.buffer.try_reserve(more).map_err(|_| LoadError::OutOfMemory)?;
@@ -131,7 +129,7 @@ impl Input for Pieces {
         }
         let (file, at, buffer) = (&self.file, self.at, &mut self.buffer[..count]);
         threads::fill(buffer, Self::EACH, |i, to| {
-            // Positioned reads share no cursor, so threads need no lock.
+            // Positioned reads share no cursor, so the threads need no lock.
             file.read_exact_at(to, at + (i * Self::EACH) as u64)
         })?;
         self.at += count as u64;

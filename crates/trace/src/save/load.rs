@@ -23,10 +23,10 @@ use crate::tree::{
 use crate::util::memory::NoMemory;
 use crate::util::threads;
 
-/// The number of blocks to read at a time per thread, small enough for the thread's cache.
+/// The number of blocks that each thread reads at a time; small enough for the thread's cache.
 const BATCH: usize = 1;
 
-/// The minimum number of records that a thread takes at a time.
+/// The minimum number of records that a thread processes per task.
 const LEAST: usize = 128;
 
 /// The contents of the sections that have been read.
@@ -35,16 +35,16 @@ pub(super) struct Parts {
     nodes: Option<Vec<Node>>,
     leaves: Option<Vec<Leaf>>,
     pub(super) bounds: Vec<LeafBounds>,
-    /// The frame of the copies; only for f64.
+    /// The frame of the copies, present only in f64 hierarchies.
     pub(super) frame: Option<LocalFrame>,
-    /// The original triangles of each leaf; only for f64.
+    /// The original triangles of each leaf, present only in f64 hierarchies.
     pub(super) originals: Option<Vec<EightTriangles>>,
     left_out: Option<Vec<u32>>,
-    /// The number of triangles and the mask of each geometry.
+    /// The triangle count and mask of each geometry.
     geometries: Option<Vec<(u32, u32)>>,
 }
 
-/// Reads a whole hierarchy but nothing beyond it.
+/// Reads a whole hierarchy, leaving any bytes after it unread.
 pub(crate) fn read(input: &mut dyn Input) -> Result<Tree, LoadError> {
     let (header, parts) = read_parts(input, "f32")?;
     parts.tree(&header)
@@ -60,8 +60,8 @@ pub(super) fn read_parts(
     let mut front = header.to_vec();
     front.extend(input.take(table_size(&header)?)?);
     let (header, entries) = parse(&front)?;
-    // The table reveals the scalar type, so a caller can try the other type before reading any
-    // section.
+    // The table reveals the scalar type, so a caller that expected the other type finds out before
+    // any section is read.
     let is_f64 = entries.iter().any(|entry| matches!(entry.kind, FRAME | LEAVES64));
     let found = if is_f64 { "f64" } else { "f32" };
     if found != scalar {
@@ -82,8 +82,8 @@ pub(super) fn read_parts(
     Ok((header, parts))
 }
 
-/// Converts a truncation error to [`LoadError::NotSaved`], because a file shorter than a header is
-/// probably something other than a truncated hierarchy.
+/// Converts a truncation error to [`LoadError::NotSaved`]: a file shorter than a header is probably
+/// not a truncated hierarchy but a different kind of file.
 fn not_saved(error: LoadError) -> LoadError {
     if matches!(error, LoadError::CutOff) { LoadError::NotSaved } else { error }
 }
@@ -136,8 +136,8 @@ impl Parts {
                 std::mem::replace(&mut self.frame, frame).is_some()
             }
             LEAVES64 => {
-                // The copies of the corners are computed while the leaves are read, which requires
-                // the frame.
+                // The copies of the corners are computed while the leaves are read, so the frame
+                // must come first.
                 let Some(frame) = &self.frame else {
                     return LoadError::damaged("its leaves come before its frame");
                 };
@@ -167,7 +167,7 @@ impl Parts {
             return LoadError::damaged("the header is invalid");
         }
         let boxed = header.boxed as usize;
-        // Check the boxes only after checking that the nodes form a tree, because the box check
+        // Check the boxes only after the nodes are known to form a tree, because the box check
         // follows child indices.
         let (depth, numbers) = threads::join(
             || check::tree(&nodes, boxed),
@@ -215,7 +215,7 @@ fn read_nodes(input: &mut dyn Input, entry: &Entry) -> Result<Vec<Node>, LoadErr
     Ok(nodes.all())
 }
 
-/// Leaves, and the boxes in which their triangles can be hit.
+/// Leaves, and the hit bounds of their triangles.
 type Leaves = (Vec<Leaf>, Vec<LeafBounds>);
 
 fn read_leaves(input: &mut dyn Input, entry: &Entry, triangles: u32) -> Result<Leaves, LoadError> {
@@ -274,7 +274,7 @@ pub(super) fn in_batches(
     while left > 0 {
         let size = left.min((BATCH * threads::count() * block) as u64) as usize;
         let batch = input.take(size)?;
-        // Each thread checksums its own blocks while they are in the cache, where `each` then finds
+        // Each thread checksums its own blocks, which are then still in its cache when `each` reads
         // them.
         let sum = |i: usize| checksum(&batch[i * block..size.min((i + 1) * block)]);
         threads::extend(&mut sums, size.div_ceil(block), 1, sum)?;
@@ -294,7 +294,7 @@ fn all_sound<P: Send>(
     what: &'static str,
     read: impl Fn(P) -> bool + Sync,
 ) -> Result<(), LoadError> {
-    // Pieces return no results, so an invalid one sets a flag.
+    // Pieces return no results, so an invalid piece sets a flag.
     let sound = AtomicBool::new(true);
     threads::pieces(pieces, |_, piece| {
         if !read(piece) {

@@ -6,12 +6,12 @@
 //!   sections  nodes; leaves; omitted triangles        each aligned to 64 bytes
 //! ```
 //!
-//! A saved scene ([`scene`]) has a header and a table like these, sections for its instances, and
-//! then its meshes, each as a saved hierarchy.
+//! A saved scene ([`scene`]) also starts with a header and a table. Sections for its instances
+//! follow, and then its meshes, each as a saved hierarchy.
 //!
-//! [`format`] documents every field, and `docs/saved.md` specifies the format for other programs. A
-//! section is copied once, from the read buffer to where traversal needs it, and every value is
-//! checked along the way ([`records`], [`check`]). A hierarchy that passes these checks returns
+//! [`format`] documents every field, and `docs/saved.md` specifies the format for other programs.
+//! Each section is copied once, from the read buffer to where traversal needs it, and every value
+//! is checked along the way ([`records`], [`check`]). A hierarchy that passes these checks returns
 //! correct results for the triangles it contains, even if an attacker wrote it.
 
 mod arriving;
@@ -44,14 +44,15 @@ pub(crate) use scene::{InstanceRecord, SavedMesh, SceneFront, SceneReader, write
 pub use scene_error::SceneLoadError;
 pub(crate) use store::{Bytes, write};
 
-/// Recomputes all checksums of a saved hierarchy if it is intact enough to locate them. This allows
-/// testing the checks that run after the checksums are verified.
+/// Recomputes all checksums of a saved hierarchy if it is intact enough to locate them. Tests use
+/// this function to reach the checks that run after the checksums are verified.
 #[doc(hidden)]
 pub fn seal(bytes: &mut [u8]) {
     format::seal(bytes);
 }
 
-/// Recomputes the checksums of a saved scene in the same way, except those inside its meshes.
+/// Recomputes the checksums of a saved scene in the same way, except the checksums inside its
+/// meshes.
 #[doc(hidden)]
 pub fn seal_scene(bytes: &mut [u8]) {
     scene::seal(bytes);

@@ -5,10 +5,10 @@
 //!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' indices
 //! ```
 //!
-//! An index with its highest bit set belongs to a triangle that cannot be hit. This triangle either
-//! has no area and is stored with its own corners or, in a refitted hierarchy, is currently not
-//! finite and is stored with the corners of another triangle that has an area. If all bits are set,
-//! the lane holds no triangle.
+//! An index with its highest bit set belongs to a triangle that cannot be hit. Such a triangle
+//! either is degenerate and is stored with its own corners or, in a refitted hierarchy, is
+//! currently not finite and is stored with the corners of another, nondegenerate triangle. If all
+//! bits are set, the lane holds no triangle.
 
 use intertri::TriangleBlock;
 use intertri::simd::{Simd, WithSimd};
@@ -16,7 +16,7 @@ use intertri::simd::{Simd, WithSimd};
 use super::format::{LEAF_SIZE, NODE};
 use crate::tree::{EMPTY, LaneBounds, Leaf, LeafBounds, NONE, Node};
 
-/// Marks the index of a triangle that cannot be hit.
+/// The bit that marks the index of a triangle that cannot be hit.
 const SILENT: u32 = 1 << 31;
 
 /// Writes a node.
@@ -51,11 +51,11 @@ pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u3
     let (mut live, mut sound, mut next) = (0, indices[0] != NONE, 0);
     for (lane, index) in indices.iter_mut().enumerate() {
         if *index == NONE {
-            // After a lane without a triangle, no index is valid.
+            // No index may follow a lane without a triangle.
             next = SILENT;
             continue;
         }
-        // Indices ascend, with gaps only at the end, as a build writes them.
+        // As in a newly built leaf, indices must ascend, with gaps only at the end.
         live |= u32::from(*index & SILENT == 0) << lane;
         *index &= !SILENT;
         sound &= *index >= next && *index < triangles;
@@ -81,7 +81,7 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-/// Reads a node. Returns whether the node is valid, apart from the child indices.
+/// Reads a node. Returns whether the node is valid; the child indices are checked later.
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);
@@ -91,7 +91,8 @@ pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
         for axis in 0..3 {
             let (lo, hi) = (rows[axis][slot], rows[axis + 3][slot]);
             let is_box = lo <= hi && lo.is_finite() && hi.is_finite();
-            // An inverted box means that there is no child, or that nothing below it can be hit.
+            // An inverted box means that there is no child, or that no triangle below it can be
+            // hit.
             let is_none = lo == f32::INFINITY && hi == f32::NEG_INFINITY;
             sound &= is_none || is_box && words[48 + slot] != EMPTY;
         }
@@ -133,7 +134,7 @@ impl WithSimd for ReadLeaves<'_> {
             }
             *leaf = Leaf { block: TriangleBlock::of_lanes_in::<S>(corners, live), indices };
             *bounds = LaneBounds::of(&leaf.block).run::<S>();
-            // A triangle that cannot be hit either has no area, which is determined here, or is
+            // A triangle that cannot be hit is either degenerate, which is determined here, or
             // currently not finite.
             bounds.add_degenerate(&corners, silent_lanes(&indices, live));
         }

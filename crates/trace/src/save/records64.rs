@@ -1,4 +1,4 @@
-//! Converts the frame and the leaves of an f64 hierarchy to and from bytes.
+//! Converts the frame and the leaves of f64 hierarchies to and from bytes.
 //!
 //! ```text
 //!   frame  the centre x y z (f64), the exponent of the scale (i32), zero (u32)
@@ -30,15 +30,15 @@ pub(super) fn write_frame(frame: &LocalFrame, to: &mut [u8]) {
     to[24..28].copy_from_slice(&up.to_le_bytes());
 }
 
-/// Writes a leaf, in which some lanes may hold triangles without area. Lanes without a triangle
-/// repeat a live triangle or, if no triangle is live, a dummy that has an area.
+/// Writes a leaf, in which some lanes may hold degenerate triangles. Lanes without a triangle
+/// repeat a live triangle or, if no triangle is live, a nondegenerate dummy.
 pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles, to: &mut [u8]) {
     let first = lanes_of(leaf.block.live()).next();
     let corners = (0..9).flat_map(|row| (0..8).map(move |lane| (row / 3, row % 3, lane)));
     let (rows, numbers) = to.split_at_mut(9 * 64);
     for (to, (corner, axis, lane)) in rows.chunks_exact_mut(8).zip(corners) {
-        // Lanes without a triangle get deterministic contents, so that equal hierarchies have equal
-        // bytes.
+        // Lanes without a triangle get deterministic contents, so that equal hierarchies are saved
+        // as equal bytes.
         let some = if present >> lane & 1 != 0 { Some(lane) } else { first };
         let any = if corner == axis { 1.0_f64 } else { 0.0 };
         let x = some.map_or(any, |lane| triangles[lane].0[corner][axis]);
@@ -63,8 +63,8 @@ fn f64_at(bytes: &[u8], at: usize) -> f64 {
 }
 
 /// Reads f64 leaves: the leaves of their copies, the bounds of the copies, and the original
-/// triangles. Returns whether they are valid: all corners are finite, and indices are as in f32
-/// leaves.
+/// triangles. Returns whether the leaves are valid: all corners are finite, and the indices meet
+/// the same conditions as in f32 leaves.
 pub(super) struct ReadLeaves64<'a> {
     pub bytes: &'a [u8],
     pub triangles: u32,
@@ -101,8 +101,7 @@ impl WithSimd for ReadLeaves64<'_> {
             if !finite {
                 return false;
             }
-            // Recompute which triangles have an area instead of reading this from the file, which
-            // could lie about it.
+            // Recompute which triangles are degenerate instead of trusting the file.
             let degenerate = degenerate(&corners, silent_lanes(&indices, live));
             *leaf = Leaf { block: frame.block_in::<S>(&corners, live), indices };
             let [[a, b, c], [x, y, z]] = frame.bounds_in::<S>(&corners, live | degenerate);
@@ -118,7 +117,7 @@ impl WithSimd for ReadLeaves64<'_> {
     }
 }
 
-/// Returns the given lanes whose triangles have no area.
+/// Returns a mask of those of the given lanes whose triangles are degenerate.
 fn degenerate(corners: &[[[f64; 8]; 3]; 3], lanes: u32) -> u32 {
     let corner = |k: usize, lane: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
     let triangle = |lane: usize| TriangleOf([0, 1, 2].map(|k| corner(k, lane)));

@@ -37,7 +37,7 @@ pub const SAVED_SCENE_MAGIC: [u8; 8] = *b"\x89ITSC\r\n\x1a";
 
 const VERSION: u32 = 1;
 
-// The kinds of sections, each followed by the size of its records.
+// The section kinds. The size of each kind's records follows it.
 
 /// The section that records the scalar type of each mesh.
 const MESHES: u32 = 1;
@@ -131,7 +131,7 @@ impl Write for Written<'_> {
     }
 }
 
-/// Copies the bytes of a chunk that belong to the header. The chunk begins at offset `at`.
+/// Copies the part of a chunk that belongs to the header. The chunk begins at offset `at`.
 fn keep(header: &mut [u8; HEADER], at: u64, bytes: &[u8]) {
     if at < HEADER as u64 {
         let rest = &mut header[at as usize..];
@@ -162,7 +162,7 @@ fn read_record(bytes: &[u8]) -> InstanceRecord {
 pub(crate) struct SceneFront {
     pub(crate) instances: Vec<InstanceRecord>,
     pub(crate) free: Vec<u32>,
-    /// For each mesh, whether its coordinates are in f64.
+    /// Whether each mesh has f64 coordinates.
     pub(crate) meshes: Vec<bool>,
 }
 
@@ -276,7 +276,7 @@ impl Input for Taken<'_> {
     }
 }
 
-/// The sections read so far.
+/// The sections that have been read so far.
 #[derive(Default)]
 struct Sections {
     meshes: Option<Vec<u32>>,

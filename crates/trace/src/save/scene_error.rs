@@ -5,18 +5,18 @@ use std::{fmt, io};
 use super::error::LoadError;
 use crate::util::memory::NoMemory;
 
-/// The reason why a saved scene could not be loaded. The message fits on one line.
+/// The reason that a saved scene could not be loaded. The message fits on one line.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum SceneLoadError {
-    /// The input does not begin like a saved scene.
+    /// The input does not start with the magic number of a saved scene.
     NotSaved,
     /// The input was written by a later version of this crate.
     Newer {
-        /// The feature that this version does not know.
+        /// The feature that this version does not support.
         what: String,
     },
-    /// The input ends too early.
+    /// The input is truncated.
     CutOff,
     /// The contents have changed since they were written.
     Damaged {
@@ -27,7 +27,7 @@ pub enum SceneLoadError {
     Mesh {
         /// The position of the mesh in the file, counted from 0.
         index: usize,
-        /// The reason.
+        /// The error from loading the mesh.
         error: LoadError,
     },
     /// Memory ran out.

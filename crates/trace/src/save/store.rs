@@ -14,7 +14,7 @@ use crate::util::memory::{NoMemory, room, zeros};
 use crate::util::stop;
 use crate::util::threads;
 
-/// A byte buffer that returns an error if it cannot grow.
+/// A byte buffer that returns an error if it cannot grow because memory runs out.
 pub(crate) struct Bytes(pub(crate) Vec<u8>);
 
 impl Write for Bytes {
@@ -43,8 +43,8 @@ pub(super) struct Section<'a> {
 impl Section<'_> {
     /// Serializes a block of the section.
     fn block(&self, block: usize) -> Result<Box<[u8]>, NoMemory> {
-        // Sections are never entirely in memory. Each block is generated twice: once for its
-        // checksum and once for the output.
+        // Sections are never kept in memory as a whole, so each block is generated twice: once for
+        // its checksum and once for the output.
         let records = block * BLOCK..self.count.min((block + 1) * BLOCK);
         let mut bytes = zeros(records.len() * self.record)?;
         for (i, to) in records.zip(bytes.chunks_exact_mut(self.record)) {
@@ -117,7 +117,7 @@ pub(super) fn write_with(
 /// Returns the table entries of all sections, and the offset at which the last section ends.
 pub(super) fn entries_of(sections: &[Section<'_>]) -> Result<(Vec<Entry>, usize), NoMemory> {
     // The table comes first and the output cannot seek, so all checksums must be known before
-    // anything is written.
+    // writing starts.
     let mut end = HEADER + sections.len() * ENTRY;
     let mut entries = Vec::new();
     for section in sections {

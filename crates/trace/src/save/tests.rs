@@ -1,4 +1,5 @@
-//! Tests that saved hierarchies load unchanged, and that damaged ones are rejected or still sound.
+//! Tests that saved hierarchies load unchanged, and that damaged ones are rejected or still load as
+//! sound hierarchies.
 
 use intertri::{Mode, Ray, Triangle};
 
@@ -7,7 +8,7 @@ use super::seal;
 use crate::util::test_numbers::random;
 use crate::{Bvh, LoadError};
 
-/// Returns random triangles. Some are needles, some coincide, some have no area, and some are not
+/// Returns random triangles. Some are needles, some coincide, some are degenerate, and some are not
 /// finite.
 fn soup(count: usize) -> Vec<Triangle> {
     let mut number = random();
@@ -73,7 +74,7 @@ fn geometries_and_masks_are_saved() {
         }
     }
 
-    // Claim one triangle too many in a geometry.
+    // Claim that a geometry has one triangle too many.
     let mut bytes = Bvh::from_meshes(&[&soup[..9], &soup[9..99]]).unwrap().to_bytes();
     let last = bytes.len() - 16;
     bytes[last] += 1;
@@ -110,8 +111,8 @@ fn the_same_bytes_everywhere() {
     }
 }
 
-/// The checksum of a saved soup of 5000 triangles. It changes if the builder or the format changes;
-/// in the latter case, increment the version.
+/// The checksum of a saved soup of 5000 triangles. It changes if the builder or the format changes.
+/// If the format changes, increment the version.
 const GOLDEN: u64 = 491_421_215_413_427_236;
 
 #[test]
@@ -154,8 +155,8 @@ fn every_cut_and_every_damage_is_told() {
     assert!(Bvh::<f32>::from_bytes(&damaged).is_ok());
 }
 
-/// Changes one word of a saved hierarchy at a time and recomputes all checksums. Loading must
-/// return an error or a sound hierarchy.
+/// Changes one word of a saved hierarchy at a time and recomputes all checksums. Loading the result
+/// must return an error or a sound hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let triangles = soup(120);
@@ -213,11 +214,11 @@ fn other_versions_are_told() {
     );
 }
 
-/// A count in a header must not determine the size of an allocation.
+/// A count in a header must not determine how much memory is allocated.
 #[test]
 fn promises_need_no_memory() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
-    // Set the size of the leaf section as if it held two billion leaves.
+    // Claim that the leaf section holds two billion leaves.
     let mut long = bytes.clone();
     let (nodes, leaves, left_out) = (HEADER, HEADER + ENTRY, HEADER + 2 * ENTRY);
     let size = 320 * ((1_u64 << 31) - 8);

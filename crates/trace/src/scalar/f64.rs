@@ -46,14 +46,15 @@ fn keep(
     triangles: &[Triangle64],
     kept: &mut Vec<EightTriangles>,
 ) -> Result<(), NoMemory> {
-    // Freshly zeroed memory has untouched pages, so the threads below are the first to touch them.
+    // Pages of freshly zeroed memory are untouched, so the threads below are the first to touch
+    // them.
     kept.truncate(tree.leaves.len());
     if kept.is_empty() {
         *kept = zeros(tree.leaves.len())?.into_vec();
     }
     kept.try_reserve(tree.leaves.len() - kept.len())?;
     kept.resize(tree.leaves.len(), Zeroable::zeroed());
-    // Lanes without a triangle may contain anything.
+    // The contents of lanes without a triangle do not matter.
     let some = |i: u32| triangles.get(i as usize).copied().unwrap_or(Zeroable::zeroed());
     threads::write(kept, 1 << 7, |i| tree.leaves[i].indices.map(some));
     Ok(())
@@ -88,7 +89,7 @@ impl Backend for f64 {
         ray: &Ray64,
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A {
-        // A single ray does not need a buffer, because its copy fits on the stack.
+        // A single ray needs no buffer, because its copy fits on the stack.
         let copied = CopiedRays::new(tree, originals, mode, (from_ref(ray), 0..1));
         trace(&copied.filter(), &originals.frame.ray(ray))
     }
@@ -157,12 +158,12 @@ impl Backend for f64 {
         originals: &mut Originals64,
         triangles: &[Triangle64],
     ) -> Result<Refit, RefitError> {
-        // The copies get the frame that a new build would choose, which fits the moved triangles.
+        // The copies use the frame that a new build would choose, which fits the moved triangles.
         let copies = Copies::new(triangles);
         let (refit, frame) = (tree.refit(&copies)?, copies.frame);
         originals.frame = frame;
-        // The tree has been refitted, but the originals have not been replaced. An empty tree is
-        // correct; an inconsistent one would not be.
+        // The tree has been refitted, but the originals have not been replaced. Clear the tree,
+        // because an empty tree is correct, but an inconsistent one is not.
         if let Err(NoMemory) = keep(tree, triangles, &mut originals.leaves) {
             tree.clear();
             return Err(RefitError::OutOfMemory);
@@ -180,7 +181,7 @@ impl Backend for f64 {
     }
 }
 
-/// The number of points to sample when estimating where most points are.
+/// The number of points sampled to estimate where most points are.
 const SAMPLE: usize = 1000;
 
 /// Returns the frame around all finite triangles.
@@ -188,7 +189,7 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for triangle in triangles {
         let corners = triangle.0.as_flattened();
-        // Zero times a NaN or infinity is NaN, and a sum with NaN stays NaN.
+        // Zero times NaN or infinity is NaN, and a sum that includes NaN is NaN.
         if corners.iter().map(|x| x * 0.0).sum::<f64>() == 0.0 {
             for (i, &x) in corners.iter().enumerate() {
                 (lo[i % 3], hi[i % 3]) = (lo[i % 3].min(x), hi[i % 3].max(x));
@@ -241,8 +242,8 @@ impl Triangles for Copies<'_> {
         let [lo, hi] = bounds.map(|[x, y, z]| [x, y, z, 0.0]);
         // The frame rounds the bounds outward to the next f32, so no margin is needed.
         let bounds = Aabb { lo, hi };
-        // A triangle whose f64 normal rounds to zero may still have a tiny area, which integer
-        // arithmetic detects.
+        // A triangle whose f64 normal rounds to zero may still have a tiny nonzero area, which
+        // integer arithmetic detects.
         if triangle.normal() == [0.0; 3] && !exact::has_area(triangle) {
             return HitBounds::Degenerate(bounds);
         }
@@ -271,8 +272,8 @@ impl Triangles for Copies<'_> {
 }
 
 impl Copies<'_> {
-    /// Copies the triangles in the lanes of `present`. Only those in the lanes of `live` can be
-    /// hit. All other lanes repeat the first present triangle.
+    /// Copies the triangles in the lanes of `present`. Of these, only the triangles in the lanes of
+    /// `live` can be hit. All other lanes repeat the first present triangle.
     fn copied(&self, indices: &[u32; BLOCK], present: u32, live: u32) -> TriangleBlock<8> {
         let Some(first) = lanes_of(present).next() else { return TriangleBlock::of_copies(&[]) };
         let mut corners = [[[0.0; BLOCK]; 3]; 3];
@@ -306,13 +307,13 @@ impl WithSimd for CopyBlock<'_> {
 }
 
 thread_local! {
-    /// The f32 copies of several rays, whose memory is kept between calls.
+    /// The f32 copies of several rays; the memory is kept between calls.
     static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
     /// Memory for the coefficients of triangles, which are recomputed for each bundle.
     static SCRATCH: RefCell<Vec<[HitCoefficients; 8]>> = const { RefCell::new(Vec::new()) };
 }
 
-/// The rays whose copies are traced through a tree, with the originals for the resolver.
+/// The rays whose f32 copies are traced through a tree, and the original rays for the resolver.
 #[derive(Debug)]
 struct CopiedRays<'a> {
     tree: &'a Tree,
@@ -358,8 +359,8 @@ impl Originals for CopiedRays<'_> {
 
     fn t(&self, ray: RayId, slot: LeafSlot) -> f64 {
         let (ray, triangle) = self.pair(ray, slot);
-        // If a ray is very long or very short, the traversal's copy is scaled, and t must be scaled
-        // with it.
+        // The traversal's copy of a very long or very short ray is scaled, so t must be scaled as
+        // well.
         exact::t_times(ray, triangle, self.originals.frame.exponent(ray))
     }
 

@@ -1,5 +1,5 @@
-//! An f64 mesh for closest-point queries. Its boxes are those of the f32 copies, while f64 lanes
-//! and exact arithmetic use the original triangles.
+//! An f64 mesh for closest-point queries. Its boxes enclose the f32 copies, while f64 lanes and
+//! exact arithmetic use the original triangles.
 
 use intertri::internal::LocalFrame;
 use intertri::simd::{Lanes, Simd, Vec3};
@@ -10,7 +10,7 @@ use crate::save::EightTriangles;
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 
-/// Coordinates up to this size do not overflow in f64 lanes: `2^400`.
+/// Coordinates with magnitudes up to this (`2^400`) do not overflow in f64 lanes.
 const FAR_OUT: f64 = f64::from_bits((1023 + 400) << 52);
 
 /// A mesh in f64, and the tree over its f32 copies.
@@ -34,8 +34,8 @@ impl Mesh for Mesh64<'_> {
         let frame = self.frame;
         let (room, scale) = (frame.corner_room(), frame.scale());
         let [from, to] = frame.around_point(point);
-        // Corners are rebuilt from rounded edges, so they are less accurate than the leaf's box;
-        // `room` covers the difference.
+        // Corners are reconstructed from rounded edges, so they are less accurate than the leaf's
+        // box; `room` covers the difference.
         let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
         // Beyond 2^400, f64 lanes could overflow. A NaN coordinate makes the bounds computed in
         // lanes inconclusive.

@@ -43,7 +43,7 @@ pub trait Backend: Scalar {
     /// coordinates.
     type Originals: Clone + Debug + Send + Sync;
 
-    /// The number of rays to copy at a time, few enough that the copies stay in the cache.
+    /// The number of rays to copy per step, small enough that the copies stay in the cache.
     const PIECE: usize;
 
     /// Builds the tree and the data stored with it.
@@ -77,8 +77,8 @@ pub trait Backend: Scalar {
     /// Returns the original triangle in a slot of the tree's leaves.
     fn triangle(tree: &Tree, originals: &Self::Originals, slot: LeafSlot) -> TriangleOf<Self>;
 
-    /// Returns the original corners of the triangles in a leaf. Lanes without a triangle are
-    /// arbitrary.
+    /// Returns the original corners of the triangles in a leaf. The values in lanes without a
+    /// triangle are arbitrary.
     fn leaf_corners<L: Simd>(
         tree: &Tree,
         originals: &Self::Originals,

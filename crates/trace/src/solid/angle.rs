@@ -1,4 +1,4 @@
-//! Computes the solid angle of a boundary, which is added to the crossings of a ray.
+//! Computes the solid angle of a boundary, which winding numbers add to the crossings of a ray.
 //!
 //! ```text
 //!                 d                 Ω(-d, a, b) = 2 arg Z,
@@ -57,9 +57,9 @@ impl Sum {
         (self.angle + self.lost) / TAU
     }
 
-    /// Adds the angles of a loop. The angle of each edge is the argument of a complex number. The
-    /// argument of their product is the sum of the angles up to whole turns, which are counted
-    /// separately.
+    /// Adds the angles of a loop. The angle of each edge is the argument of a complex number. Up to
+    /// whole turns, which are counted separately, the argument of the product of these numbers is
+    /// the sum of the angles.
     #[inline]
     fn add_loop<S: Scalar>(&mut self, axes: &Axes, point: [S; 3], corners: &[[S; 3]]) {
         let (mut re, mut im, mut turns) = (1.0_f64, 0.0_f64, 0.0);
@@ -74,7 +74,7 @@ impl Sum {
             }
             let (a, b) = (re * x - im * y, re * y + im * x);
             let size = a.abs() + b.abs();
-            // An edge has no angle as seen from one of its own ends.
+            // Seen from one of its own ends, an edge has no angle.
             if size == 0.0 {
                 continue;
             }
@@ -103,8 +103,8 @@ fn edge_number(a: &SeenCorner, b: &SeenCorner) -> (f64, f64, bool) {
     (re, im, re < 0.0 && im.abs() <= SIDE * room)
 }
 
-/// Corrects an angle close to half a turn. The ray then passes so close to the edge that its side
-/// is determined exactly.
+/// Corrects an angle close to half a turn. The ray then passes so close to the edge that the side
+/// on which it passes is determined exactly.
 #[cold]
 #[inline(never)]
 fn settled<S: Scalar>(point: [S; 3], edge: [[S; 3]; 2], angle: f64) -> f64 {

@@ -1,5 +1,5 @@
-//! The boundary of a mesh: loops of the edges that triangles traverse more often in one direction
-//! than the other.
+//! The boundary of a mesh: loops formed by the edges that triangles traverse more often in one
+//! direction than in the other.
 //!
 //! ```text
 //!   ┌──▶──┬──▶──┐        Each triangle traverses its edges in order. Edges that neighbours traverse in
@@ -15,7 +15,7 @@ use super::seen_corner::Axes;
 use crate::util::memory::{NoMemory, filled, room};
 use crate::util::stop;
 
-/// The loops of a boundary, concatenated. Each loop repeats its first corner at its end.
+/// The loops of a boundary, concatenated. Each loop ends with a copy of its first corner.
 #[derive(Clone, Debug)]
 pub(super) struct Boundary<S> {
     corners: Vec<[S; 3]>,
@@ -48,7 +48,8 @@ impl<S: Scalar> Boundary<S> {
     /// Builds loops from sorted arcs. Each corner must have equally many incoming and outgoing
     /// arcs.
     fn of_arcs(arcs: &[(Corner<S>, Corner<S>)]) -> Result<Self, NoMemory> {
-        // For each corner, the number of its outgoing arcs already used, stored at its first arc.
+        // For each corner, the number of outgoing arcs already used, stored at the corner's first
+        // arc.
         let mut used = filled(arcs.len(), 0)?;
         let (mut corners, mut ends) = (room(2 * arcs.len())?, room(arcs.len())?);
         let mut first = 0;
@@ -66,8 +67,8 @@ impl<S: Scalar> Boundary<S> {
                     if to == from {
                         break;
                     }
-                    // Each corner has as many outgoing arcs as incoming ones, so there is always an
-                    // arc to continue with.
+                    // Each corner has as many outgoing arcs as incoming ones, so an unused arc is
+                    // always available here.
                     at = arcs.partition_point(|arc| arc.0 < to);
                 }
                 ends.push(corners.len());
@@ -115,8 +116,8 @@ mod tests {
         let flat = [Triangle([a, b, c]), Triangle([c, b, a])];
         assert_eq!((edges(&flat), edges(&flat[..1])), (0, 3));
 
-        // Split an edge in half on one side. A triangle without area closes the gap between the
-        // halves and the whole edge.
+        // Split an edge in half on one side only. A degenerate triangle closes the gap between the
+        // two halves and the whole edge.
         let halves = [Triangle([a, b, c]), Triangle([d, c, b]), Triangle([c, d, a])];
         assert_eq!(edges(&halves), 3);
         assert_eq!(edges(&[&halves[..], &[Triangle([b, a, d])]].concat()), 0);
@@ -130,8 +131,8 @@ mod tests {
         assert_eq!(edges(&[flat[0], TriangleOf([a, b, [f32::NAN; 3]])]), 3);
     }
 
-    /// Checks that loops traverse each open edge in the direction in which more triangles traverse
-    /// it, once for each excess triangle.
+    /// Checks that the loops traverse each open edge in the direction in which more triangles
+    /// traverse it, as many times as the difference.
     #[test]
     fn loops_are_all_that_is_open() {
         let at = |i: usize| [(i * 7 % 5) as f32, (i * 3 % 4) as f32, (i % 3) as f32];

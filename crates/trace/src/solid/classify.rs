@@ -13,14 +13,14 @@ use crate::walk::beam::order;
 use crate::walk::single::{SingleRay, TraversalScratch, is_held};
 use crate::walk::{BatchOutput, one_ray};
 
-/// The direction in which crossings are counted. Every direction gives the same result, but rays in
-/// an unusual direction rarely hit edges exactly.
+/// The direction in which crossings are counted. All directions give the same result, but rays in
+/// an irregular direction rarely hit edges exactly.
 pub const WINDING_DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
-/// The number of points to sort at a time.
+/// The number of points to sort at once.
 const SLAB: usize = 1 << 21;
 
-/// The number of rays to generate at a time.
+/// The number of rays to generate at once.
 const PIECE: usize = 1 << 12;
 
 /// The prefetch distance, in points.
@@ -30,8 +30,8 @@ const AHEAD: usize = 16;
 pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment {
     let (tree, originals) = (&bvh.tree, &bvh.originals);
     let seen = S::point(originals, point);
-    // A point on the surface has no side: counting crossings from there would depend on the
-    // direction.
+    // A point on the surface is neither inside nor outside, and counting crossings from it would
+    // depend on the direction.
     if is_held(tree, seen, |slot| is_on(&bvh.triangle_in(slot), point)) {
         return Containment::Surface;
     }
@@ -63,7 +63,7 @@ fn classify_slab<S: BvhScalar, A: Copy + Default + Send>(
     answers: &mut [A],
     answer: &(impl Fn(&[RayOf<S>], &mut [Containment], &mut [A]) + Sync),
 ) {
-    // The memory for the order of the points and for their results grows with the number of points.
+    // The order of the points and their results take memory proportional to the number of points.
     let is_done = try_classify_slab(bvh, points, answers, answer).is_ok();
     if is_done {
         return;
@@ -114,7 +114,8 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Default + Send>(
 fn gather<S: BvhScalar>(points: &[[S; 3]], numbers: &[u32], rays: &mut Vec<RayOf<S>>) {
     rays.clear();
     let ray = |(i, &number): (usize, &u32)| {
-        // In this order, points are scattered in memory, so each access would be a cache miss.
+        // In sorted order, successive points are scattered in memory, so each access would be a
+        // cache miss.
         if let Some(&later) = numbers.get(i + AHEAD) {
             prefetch(&points[later as usize..][..1]);
         }

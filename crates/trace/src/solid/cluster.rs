@@ -1,5 +1,5 @@
-//! Divides the loops of a boundary into small ones and builds a tree of bounding spheres over them,
-//! so that the contribution of distant parts can be bounded as a whole.
+//! Divides the loops of a boundary into small loops and builds a tree of bounding spheres over
+//! them, so that the contribution of a distant part can be bounded as a whole.
 //!
 //! ```text
 //!    ·──▶──·──▶──·            ·──▶──·──▶──·
@@ -24,8 +24,8 @@ const PIECE: usize = 8;
 /// A factor that covers the relative rounding errors of a radius and an area.
 const ROOM: f64 = 1.0 + 1.0e-9;
 
-/// The range of sizes for which clusters are used. Outside it, edges are summed one by one. The
-/// fourth power of a size in this range is far from overflow and underflow.
+/// The range of sizes for which clusters are used. Outside this range, edges are summed one by one.
+/// Within it, fourth powers of sizes are far from overflow and underflow.
 const SIZES: [f64; 2] = [1e-60, 1e60];
 
 /// A bounding sphere around one or more loops.
@@ -35,9 +35,10 @@ pub(super) struct Cluster {
     pub(super) middle: [f64; 3],
     /// The squared radius of the sphere.
     pub(super) radius: f64,
-    /// The area of the triangles from the first corner of each loop to its edges, divided by 4π.
+    /// The total area of the triangles that connect the first corner of each loop to the loop's
+    /// edges, divided by 4π.
     pub(super) area: f64,
-    /// The index of the next cluster after this one and its descendants.
+    /// The index of the next cluster that is not a descendant of this one.
     pub(super) next: usize,
     /// The range of the loop's corners, if the cluster is a single loop.
     pub(super) corners: Option<[usize; 2]>,
@@ -48,15 +49,15 @@ pub(super) struct Cluster {
 pub(super) struct Clusters {
     pub(super) clusters: Vec<Cluster>,
     pub(super) corners: Vec<[f64; 3]>,
-    /// A power of two that scales sizes so that the largest is near 1.
+    /// A power of two that scales sizes so that the largest size is near 1.
     pub(super) scale: f64,
 }
 
 impl Clusters {
     pub(super) const NONE: Self = Self { clusters: Vec::new(), corners: Vec::new(), scale: 1.0 };
 
-    /// Builds the clusters of the given loops, each of which repeats its first corner at its end.
-    /// Returns no clusters if the size is extreme; in that case, no whole turns are certain.
+    /// Builds the clusters of the given loops, each of which ends with a copy of its first corner.
+    /// Returns no clusters if the size is extreme; whole turns are then never certain.
     pub(super) fn of<'a, S: Scalar>(
         loops: impl Iterator<Item = &'a [[S; 3]]> + Clone,
     ) -> Result<Self, NoMemory> {
@@ -72,8 +73,8 @@ impl Clusters {
         Ok(tree)
     }
 
-    /// Adds the cluster of the given pieces and its descendants. `least` is added to radii to cover
-    /// rounding.
+    /// Adds a cluster for the given pieces, along with its descendants. Radii are increased by
+    /// `least` to cover rounding.
     fn add(&mut self, pieces: &mut [[usize; 2]], least: f64) {
         stop::heed();
         let corners = |piece: &[usize; 2]| self.corners[piece[0]..piece[1]].iter().copied();
@@ -107,7 +108,7 @@ type Pieces = (Vec<[f64; 3]>, Vec<[usize; 2]>);
 fn pieces<'a, S: Scalar>(
     loops: impl Iterator<Item = &'a [[S; 3]]> + Clone,
 ) -> Result<Pieces, NoMemory> {
-    // Each level has an eighth as many pieces as the level below, with ten corners per piece.
+    // Each level has an eighth as many pieces as the level below, and each piece has ten corners.
     let mut corners: Vec<[f64; 3]> = room(loops.clone().map(|all| 2 * all.len() + 8).sum())?;
     let mut pieces = room(loops.clone().map(|all| all.len() / 7 + 8).sum())?;
     let mut chords: Vec<[f64; 3]> = room(loops.clone().map(<[_]>::len).max().unwrap_or(0))?;
@@ -168,8 +169,8 @@ impl Bounds {
     }
 }
 
-/// Returns an upper bound on twice the area of the triangles from the first corner of a loop to its
-/// edges.
+/// Returns an upper bound on twice the total area of the triangles that connect the first corner of
+/// a loop to the loop's edges.
 fn fan(mut corners: impl Iterator<Item = [f64; 3]>, least: f64) -> f64 {
     let Some(first) = corners.next() else { return 0.0 };
     let (mut from, mut area) = ([0.0; 3], 0.0);
@@ -201,7 +202,7 @@ mod tests {
 
     use super::{Cluster, Clusters, apart, size};
 
-    /// Returns a convex planar loop with many edges, which repeats its first corner at its end.
+    /// Returns a convex planar loop with many edges. Its last corner repeats the first.
     fn circle(count: usize) -> Vec<[f64; 3]> {
         let corner = |i: usize| {
             let angle = (i % count) as f64 / count as f64 * TAU;
@@ -231,7 +232,8 @@ mod tests {
         size(sum)
     }
 
-    /// Chords cancel, so together the small loops traverse each edge as often as the boundary does.
+    /// Checks that the chords cancel, so that the small loops together traverse each edge as often
+    /// as the boundary does.
     #[test]
     fn small_loops_are_the_boundary() {
         for count in [3, 8, 16, 17, 18, 129, 130, 1000] {
@@ -256,8 +258,8 @@ mod tests {
         }
     }
 
-    /// Each sphere contains its loops, and the area stored with the sphere is never less than that
-    /// of the loops. For a convex planar loop, the stored area is tight.
+    /// Checks that each sphere contains its loops, and that the area stored with it is never less
+    /// than the area of the loops. For a convex planar loop, the stored area is tight.
     #[test]
     fn balls_and_areas_are_bounds() {
         for count in [3, 17, 200, 1000] {
@@ -274,7 +276,7 @@ mod tests {
                     "{count}: {area} for {enclosed}"
                 );
             }
-            // Even a triangle without area gets a margin for the rounding of its corners.
+            // Even a degenerate triangle gets a margin for the rounding of its corners.
             let x = 1.0 / count as f64;
             let line = clusters(&[vec![[x; 3], [x + 1.0; 3], [x; 3]]]);
             assert!(line.clusters[0].area > 0.0 && line.clusters[0].radius > 0.75);

@@ -9,7 +9,7 @@ use crate::nearest::ClosestPoint;
 use crate::scalar::BvhScalar;
 use crate::util::memory::filled;
 
-/// The number of points to process at a time, so that temporary memory stays small.
+/// The number of points to process at once, small enough to keep temporary memory small.
 const SLAB: usize = 1 << 16;
 
 impl<S: BvhScalar> Solid<S> {

@@ -1,5 +1,5 @@
-//! The edges of a mesh, identified by the coordinates of their ends, and how often triangles
-//! traverse each of them in either direction.
+//! The edges of a mesh, identified by the coordinates of their ends, and the number of times that
+//! triangles traverse each edge in either direction.
 
 use intertri::internal::Bits;
 use intertri::{Scalar, TriangleOf};
@@ -11,7 +11,8 @@ use crate::util::stop;
 pub(super) type Corner<S> = [<S as Bits>::Key; 3];
 
 /// An edge from its lower to its higher end, whether its triangle traverses it in that direction,
-/// and its number: three times the triangle's index plus the corner at which the edge starts.
+/// and the edge's number: three times the triangle's index plus the corner at which the edge
+/// starts.
 type DirectedEdge<S> = (Corner<S>, Corner<S>, bool, usize);
 
 /// The edges of all triangles, with equal edges adjacent.
@@ -34,8 +35,8 @@ impl<S: Scalar> Edges<S> {
         let directed = finite.flat_map(edges).filter(|(from, to, _)| from != to);
         all.extend(directed.map(|(from, to, i)| {
             stop::heed();
-            // Put the ends in a fixed order, so that both directions of an edge sort next to each
-            // other.
+            // Put the ends in a fixed order, so that both directions of an edge are sorted next to
+            // each other.
             if from < to { (from, to, true, i) } else { (to, from, false, i) }
         }));
         all.sort_unstable_by(|a, b| {
@@ -69,7 +70,7 @@ impl<S: Scalar> SharedEdge<'_, S> {
     }
 
     /// Returns the start and end of the edge in the direction in which more triangles traverse it,
-    /// and how many more do.
+    /// and the difference between the two counts.
     pub(super) fn excess(&self) -> (Corner<S>, Corner<S>, usize) {
         let (&(lo, hi, ..), [up, down]) = (&self.0[0], self.counts());
         let (from, to) = if up > down { (lo, hi) } else { (hi, lo) };

@@ -1,4 +1,4 @@
-//! Classifies the points of a grid, using one ray per column.
+//! Classifies the points of a grid, tracing one ray per column.
 //!
 //! ```text
 //!        z ▲  ·    ·    ·          One ray runs up each column. The winding number is 0 at the top, and
@@ -20,7 +20,7 @@ use crate::util::threads;
 /// The number of columns whose rays are traced together.
 const SLAB: usize = 1 << 14;
 
-/// The number of columns that a thread fills at a time.
+/// The number of columns that a thread fills per task.
 const PIECE: usize = 1 << 6;
 
 impl<S: BvhScalar> Solid<S> {
@@ -28,9 +28,9 @@ impl<S: BvhScalar> Solid<S> {
     /// coordinates along each axis. The index of the result for the point `[x[i], y[j], z[k]]` is
     /// `(i * y.len() + j) * z.len() + k`.
     ///
-    /// If the coordinates are ascending and the mesh is closed, this traces only one ray per column
-    /// of points along z, which takes a fraction of the time of
-    /// [`classify_batch`](Solid::classify_batch). Otherwise, points are classified one by one.
+    /// If the coordinates are ascending and the mesh is closed, this method traces only one ray per
+    /// column of points along z, which takes a fraction of the time of
+    /// [`classify_batch`](Solid::classify_batch). Otherwise, it classifies the points one by one.
     ///
     /// ```
     /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -112,8 +112,8 @@ impl<S: BvhScalar> Solid<S> {
         let (mut above, mut containment) = (crossings, Containment::Outside);
         for (z, to) in z.iter().zip(all).rev() {
             let height = Into::<f64>::into(*z) - bottom;
-            // Both heights are rounded once, so a crossing that is higher after rounding really is
-            // higher.
+            // Both heights are rounded once, so a crossing that is higher after rounding is also
+            // higher in exact arithmetic.
             while let Some((last, rest)) = above.split_last().filter(|(c, _)| c.hit.t > height) {
                 containment = containment.crossed(last.leaves);
                 above = rest;

@@ -19,27 +19,27 @@ use crate::util::lane_ops::lanes_of;
 use crate::util::memory::NoMemory;
 use crate::util::{stop, threads};
 
-/// The number of leaves that a thread processes at a time.
+/// The number of leaves that a thread processes per task.
 const LEAVES: usize = 1 << 7;
 
-/// With M the largest side of a triangle's box and N the largest component of its normal, the error
-/// in the height of its plane is less than this value times `M³ / N`; see
-/// `docs/numerics/winding.md`, section 7.
+/// A factor in the error bound of a plane: if M is the longest side of a triangle's box and N the
+/// largest component of its normal, the error in the plane's height is less than this value times
+/// `M³ / N`; see `docs/numerics/winding.md`, section 7.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// If N is less than `ROUNDING` times M², the whole triangle is within this value times M of the
-/// line through its longest edge.
+/// If N is less than `ROUNDING` times M², no point of the triangle is farther than this value times
+/// M from the line through its longest edge.
 const WIDTH: f64 = 8.0 * ROUNDING;
 
-/// For boxes outside this range of sizes, all points are tested, because products of three sides
-/// may underflow or overflow.
+/// For boxes outside this range of sizes, all points are tested, because products of three side
+/// lengths may underflow or overflow.
 const SIZES: [f64; 2] = [1e-90, 1e90];
 
 /// The ascending coordinates along each axis.
 type Axes<'a, S> = [&'a [S]; 3];
 
-/// Returns the indices of the points on triangles. A point on several triangles may occur several
-/// times.
+/// Returns the indices of the points that lie on triangles. If several triangles contain a point,
+/// its index may occur several times.
 pub(super) fn points_on_triangles<S: BvhScalar>(
     bvh: &Bvh<S>,
     axes: Axes<'_, S>,
@@ -70,7 +70,7 @@ pub(super) fn points_on_triangles<S: BvhScalar>(
     Ok(all)
 }
 
-/// Adds the points on a triangle.
+/// Adds the indices of the points that lie on a triangle.
 fn add_points<S: Scalar>(
     triangle: &TriangleOf<S>,
     axes: Axes<'_, S>,
@@ -136,7 +136,7 @@ fn add_points<S: Scalar>(
     Ok(())
 }
 
-/// Describes where the points of a triangle can be: near a plane or near a line.
+/// Describes where the grid points that lie on a triangle can be: near a plane or near a line.
 struct Shape {
     /// A corner of the triangle.
     origin: [f64; 3],
@@ -158,7 +158,7 @@ impl Shape {
             let sizes = v.map(f64::abs);
             (0..3).max_by(|&i, &j| sizes[i].total_cmp(&sizes[j])).unwrap_or(0)
         };
-        // Find the largest side of the box and the edge that spans it.
+        // Find the longest side of the box and the edge that spans it.
         let side = |i: usize| edges[i][largest(edges[i])].abs();
         let longest = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
         let size = side(longest);
@@ -190,7 +190,7 @@ mod tests {
     use crate::util::test_numbers::random;
 
     /// Tests triangles of all widths, down to needles as thin as a rounding error, against grids
-    /// through points on and next to them.
+    /// that pass through points on them and next to them.
     #[test]
     fn all_points_on_needles_are_found() {
         let mut random = random();
@@ -200,7 +200,7 @@ mod tests {
             let mut point = || [0; 3].map(|_| (number() * 64.0).round() / 8.0 - 4.0);
             let (a, b) = (point(), point());
             let mut c = [0, 1, 2].map(|k| 0.5 * a[k] + 0.5 * b[k]);
-            // Make the triangle as thin as one unit in the last place, or wider.
+            // Make the triangle one ulp wide, or wider.
             let steps = if round % 2 == 0 { 1 } else { 1 << (round % 50) };
             c[round % 3] = f64::from_bits(c[round % 3].to_bits() + steps);
             let triangle = TriangleOf([a, b, c]);

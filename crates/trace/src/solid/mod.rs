@@ -32,7 +32,7 @@ use edges::{Edges, is_finite};
 pub use orient::Orientation;
 pub use report::{DefectiveEdge, DuplicateTriangle, MeshReport};
 
-/// A mesh and its hierarchy, with tests for inside and outside.
+/// A mesh and its hierarchy, with tests for whether points are inside the mesh.
 ///
 /// Use [`Solid::new`] for a closed mesh, in which triangles traverse every edge equally often in
 /// both directions. The distinction between inside and outside is then exact. The mesh may have
@@ -68,7 +68,7 @@ impl<S: BvhScalar> Solid<S> {
     }
 
     /// Checks whether triangles meet the requirements of [`Solid::new`], without building a
-    /// hierarchy.
+    /// hierarchy over them.
     ///
     /// # Errors
     /// Returns an error if the mesh is open or not finite, or if memory runs out.
@@ -96,7 +96,7 @@ impl<S: BvhScalar> Solid<S> {
         }
     }
 
-    /// Reports why triangles do not form a closed mesh, and which of them are duplicates.
+    /// Reports any reasons why triangles do not form a closed mesh, and any duplicate triangles.
     ///
     /// # Errors
     /// Returns an error if memory runs out.
@@ -120,8 +120,8 @@ impl<S: BvhScalar> Solid<S> {
         Self { bvh: Arc::new(bvh), boundary: Boundary::none() }
     }
 
-    /// Returns the hierarchy over the mesh. If a solid from [`Solid::with_boundary`] shares it,
-    /// this makes a copy.
+    /// Returns the hierarchy over the mesh. If other solids share it, such as one from
+    /// [`Solid::with_boundary`], this method makes a copy.
     pub fn into_bvh(self) -> Bvh<S> {
         Arc::unwrap_or_clone(self.bvh)
     }
@@ -162,7 +162,7 @@ impl<S: BvhScalar> Solid<S> {
         });
     }
 
-    /// Returns, for each point, whether it is inside or on the surface.
+    /// Returns, for each point, whether it is inside the mesh or on its surface.
     pub fn contains_batch(&self, points: &[[S; 3]]) -> Vec<bool> {
         let mut contains = vec![false; points.len()];
         self.contains_batch_into(points, &mut contains);
@@ -183,7 +183,7 @@ impl<S: BvhScalar> Solid<S> {
     }
 }
 
-/// The reason why a mesh is not a solid.
+/// The reason that a mesh is not a solid.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SolidError<S = f32> {
@@ -192,7 +192,7 @@ pub enum SolidError<S = f32> {
     Open(Box<MeshReport<S>>),
     /// A corner is not finite.
     NotFinite {
-        /// The triangle with that corner.
+        /// The triangle that has the non-finite corner.
         triangle: usize,
     },
     /// The hierarchy could not be built, or memory ran out while checking the mesh.

@@ -39,7 +39,7 @@ impl<S: BvhScalar> Solid<S> {
     /// Finds the triangles of a mesh to flip, by swapping two corners, so that each connected piece
     /// is oriented consistently and its corners run counter-clockwise as seen from outside. Each
     /// piece is considered separately, so the wall of a cavity is also turned outward. If a piece
-    /// has no volume, the orientation that flips fewer triangles is chosen.
+    /// has no volume, the orientation that requires fewer flips is chosen.
     ///
     /// Triangles that are not finite are ignored.
     ///
@@ -102,7 +102,7 @@ fn orient<S: Scalar>(triangles: &[TriangleOf<S>]) -> Result<Orientation, NoMemor
     Ok(orientation)
 }
 
-/// A connected piece, oriented like its first triangle.
+/// A connected piece; its orientation follows its first triangle.
 #[derive(Clone, Copy)]
 struct Piece {
     lo: [f64; 3],
@@ -183,7 +183,7 @@ impl Sets {
         let (mut i, mut is_turned) = (triangle, false);
         while self.to[i].0 != i {
             let (next, turned) = self.to[i];
-            // Path halving shortens later lookups.
+            // Path halving shortens future lookups.
             let (after, more) = self.to[next];
             self.to[i] = (after, turned != more);
             is_turned ^= turned != more;
@@ -254,8 +254,8 @@ mod tests {
         }
     }
 
-    /// A band that is joined with a half twist is one-sided. It is left unchanged, while other
-    /// pieces are still oriented.
+    /// Tests a band whose ends are joined with a half twist, which makes it one-sided. The band
+    /// must stay unchanged, while other pieces are still oriented.
     #[test]
     fn a_twisted_band_has_one_side() {
         for (twist, one_sided) in [(false, 0), (true, 1)] {
@@ -280,8 +280,8 @@ mod tests {
         }
     }
 
-    /// Pieces end at edges with more than two triangles. Also tests flat pieces and extreme
-    /// coordinates.
+    /// Checks that pieces end at edges with more than two triangles. Also tests flat pieces and
+    /// extreme coordinates.
     #[test]
     fn any_triangles_have_pieces() {
         let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

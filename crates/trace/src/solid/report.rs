@@ -1,4 +1,4 @@
-//! Reports the defective edges and triangles of a mesh that should be closed.
+//! Reports defective edges and duplicate triangles of a mesh that should be closed.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::util::stop;
 /// A defective edge of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DefectiveEdge<S> {
-    /// The first triangle with this edge.
+    /// The first triangle that contains the edge.
     pub triangle: usize,
     /// The corner of that triangle at which the edge starts. The edge ends at the next corner.
     pub corner: usize,
@@ -22,9 +22,9 @@ pub struct DefectiveEdge<S> {
 /// A triangle with the same corners as an earlier triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct DuplicateTriangle {
-    /// The triangle.
+    /// The index of the duplicate triangle.
     pub triangle: usize,
-    /// The earlier triangle.
+    /// The index of the earlier triangle.
     pub of: usize,
 }
 
@@ -51,13 +51,13 @@ pub struct MeshReport<S = f32> {
     pub open: Vec<DefectiveEdge<S>>,
     /// Edges that two triangles traverse in the same direction, so that one of the two is flipped.
     pub turned: Vec<DefectiveEdge<S>>,
-    /// Edges of three or more triangles that are traversed more often in one direction than in the
-    /// other.
+    /// Edges that three or more triangles share and that are traversed more often in one direction
+    /// than in the other.
     pub uneven: Vec<DefectiveEdge<S>>,
-    /// Triangles with the same corners as an earlier one, in the same orientation.
+    /// Triangles that have the same corners as an earlier triangle, in the same orientation.
     pub doubled: Vec<DuplicateTriangle>,
-    /// Triangles with the same corners as an earlier one, in the opposite orientation. The two
-    /// cancel.
+    /// Triangles that have the same corners as an earlier triangle, in the opposite orientation.
+    /// Two such triangles cancel.
     pub opposed: Vec<DuplicateTriangle>,
 }
 
@@ -105,8 +105,8 @@ fn repeated<S: Scalar>(
     let key = |(i, triangle): (usize, &TriangleOf<S>)| -> Key<S> {
         let [mut a, mut b, mut c] = triangle.0.map(corner::<S>);
         let mut is_odd = false;
-        // Sort three corners in two passes and track the parity of the swaps. If two triangles have
-        // the same corners but different parity, one is a flipped copy of the other.
+        // Sort the three corners in two passes and track whether the number of swaps is odd. If two
+        // triangles have the same corners but differ in parity, one is a flipped copy of the other.
         for _ in 0..2 {
             if b < a {
                 (a, b, is_odd) = (b, a, !is_odd);
@@ -225,8 +225,8 @@ mod tests {
             "; 1 triangle repeats another the same way round: triangle 4, which repeats 0"
         ));
 
-        // Each edge has the direction of its first triangle, and edges are in the order of
-        // triangles.
+        // Each edge has its direction in the first triangle that contains it, and edges are sorted
+        // by triangle.
         let edges = |list: &[DefectiveEdge<f32>]| {
             list.iter().map(|edge| (edge.triangle, edge.corner, edge.ends)).collect::<Vec<_>>()
         };
@@ -235,7 +235,8 @@ mod tests {
         assert_eq!(edges(&turned.turned), [(0, 2, [X, O]), (1, 1, [O, Z]), (1, 2, [Z, X])]);
         assert_eq!(edges(&doubled.uneven), [(0, 0, [O, Y]), (0, 1, [Y, X]), (0, 2, [X, O])]);
 
-        // A face and its flipped copy cancel. The mesh is closed, but this is worth reporting.
+        // A face and its flipped copy cancel. The mesh is therefore closed, but the pair is worth
+        // reporting.
         let opposed = report(&[&CORNER[..], &[[X, Y, O], [O, Y, X]]].concat());
         assert!(opposed.is_closed());
         let of = |list: &[DuplicateTriangle]| {

@@ -1,13 +1,13 @@
 //! The position of a corner relative to a point, split into components along the rays that count
-//! crossings and perpendicular to them.
+//! crossings and components perpendicular to them.
 
 use intertri::Scalar;
 use intertri::internal::exact::moment;
 
 use super::classify::WINDING_DIR;
 
-/// If the squared ratio of a corner's distance from the ray to its distance along the ray is below
-/// this, the corner is computed exactly.
+/// If the square of the ratio of a corner's distance from the ray to its distance along the ray is
+/// below this, the corner's position is computed exactly.
 const NEAR_RAY: f64 = 1.0 / (1_u64 << 60) as f64;
 
 /// The range of magnitudes whose products neither overflow nor underflow.
@@ -27,7 +27,7 @@ pub(super) struct Axes(pub(super) [[f64; 3]; 3]);
 pub(super) struct SeenCorner {
     /// The components perpendicular to the ray.
     pub(super) across: [f64; 2],
-    /// The difference between the distance from the point and the position along the ray.
+    /// The distance from the point minus the component along the ray.
     pub(super) excess: f64,
     /// The distance from the point.
     pub(super) size: f64,
@@ -41,7 +41,7 @@ impl Axes {
         Self([d, e, cross(d, e)])
     }
 
-    /// Computes the corner relative to a point.
+    /// Computes the position of a corner relative to a point.
     #[inline(always)]
     pub(super) fn seen<S: Scalar>(&self, point: [S; 3], corner: [S; 3]) -> SeenCorner {
         let [p, c] = [point, corner].map(|v| v.map(Into::<f64>::into));
@@ -72,8 +72,8 @@ impl Axes {
     }
 }
 
-/// Returns a vector in the direction of `c - p`, scaled so that its products stay in range; 0 if
-/// the two are equal.
+/// Returns a vector in the direction of `c - p`, scaled so that its products stay in range, or 0 if
+/// `c` and `p` are equal.
 #[cold]
 fn scaled(c: [f64; 3], p: [f64; 3]) -> [f64; 3] {
     let small = [0, 1, 2].map(|k| c[k] - p[k]);

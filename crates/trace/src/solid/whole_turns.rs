@@ -1,5 +1,5 @@
-//! Computes how many whole turns a boundary adds to the crossings of rays, for eight points at a
-//! time.
+//! Computes how many whole turns a boundary adds to the crossings of rays, for eight points at
+//! once.
 //!
 //! ```text
 //!   cluster  ──► far from all eight points, and all rays miss the sphere: a bound
@@ -16,18 +16,18 @@ use intertri::{RayOf, Scalar};
 use super::boundary::Boundary;
 use crate::util::lane_ops::lanes_of;
 
-/// The number of points to process at a time.
+/// The number of points to process at once.
 pub(super) const POINTS: usize = 8;
 
-/// A cluster is far if it covers a smaller fraction of all directions than this. Later values are
-/// tried if earlier ones leave points undecided.
+/// A cluster counts as far if it covers a smaller fraction of all directions than this. If one
+/// value leaves points undecided, the next one is tried.
 const FAR: [f64; 3] = [1.0 / 64.0, 1.0 / 4096.0, 0.0];
 
 /// If the squared distance of an edge's complex number from the negative axis is below this
 /// fraction of the product of its ends' squared distances, the side must be determined exactly.
 const NEAR_AXIS: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// If a corner's squared distance is at least this, the products of a loop cannot underflow.
+/// If every corner's squared distance is at least this, the products of a loop cannot underflow.
 const NEAR_CORNER: f64 = 1.0 / (1_u64 << 32) as f64;
 
 /// An upper bound on the rounding error of an edge's solid angle, divided by 4π.
@@ -47,7 +47,7 @@ pub(super) fn whole_turns<S: Scalar>(
     let some = asked.trailing_zeros() as usize;
     let mut points = [[0.0; POINTS]; 3];
     for i in 0..POINTS {
-        // Unused lanes get the point of a used lane.
+        // Unused lanes repeat the point of a used lane.
         let ray = &rays[if asked >> i & 1 == 1 { i } else { some }];
         for (row, x) in points.iter_mut().zip(ray.origin) {
             row[i] = x.into();
@@ -104,8 +104,8 @@ impl<S: Scalar> WholeTurns<'_, S> {
             // Compute a lower bound on the product of the distances from the sphere's centre and
             // from its surface.
             let gap = away * splat(0.875) - (radius + radius);
-            // The cluster covers at most this quotient of all directions. The quotient is needed
-            // only if it is small.
+            // The cluster covers at most this fraction of all directions. The quotient matters only
+            // if it is small.
             let (num, den) = (splat(cluster.area) * away, gap * gap);
             let is_far = passes_by & gap.gt(splat(0.0)) & num.lt(splat(far) * den);
             if is_far.bits() == (1 << POINTS) - 1 {
@@ -130,8 +130,8 @@ struct Product<L: Simd> {
     re: L::F64x8,
     im: L::F64x8,
     turns: L::F64x8,
-    /// The smallest squared distance of an edge's number from the negative axis, minus the limit
-    /// set by [`NEAR_AXIS`].
+    /// The smallest squared distance of an edge's complex number from the negative axis, minus the
+    /// limit set by [`NEAR_AXIS`].
     beside: L::F64x8,
     /// The smallest squared distance of a corner from each point.
     corner: L::F64x8,
@@ -186,8 +186,8 @@ impl<L: Simd> Product<L> {
             self.multiply(x, y);
             from = to;
         }
-        // Normalize here: the products of a single loop stay in range. Infinite products become
-        // NaN.
+        // It is enough to normalize here, because the products of a single loop stay in range.
+        // Infinite products become NaN.
         let inverse = L::F64x8::splat(1.0) / (self.re.abs() + self.im.abs());
         self.re = self.re * inverse;
         self.im = self.im * inverse;
@@ -206,7 +206,7 @@ impl<L: Simd> Product<L> {
     }
 
     /// Returns a mask of the points at which the product's argument is certainly not half a turn,
-    /// even if it is off by a fraction `off` of a whole turn.
+    /// even with an error of `off` whole turns.
     #[inline(always)]
     fn is_certain(&self, off: L::F64x8) -> <L::F64x8 as Lanes>::Mask {
         let splat = L::F64x8::splat;
@@ -227,7 +227,7 @@ mod tests {
     use crate::solid::classify::WINDING_DIR;
     use crate::util::test_numbers::random;
 
-    /// Runs only the first pass.
+    /// Runs the first pass only.
     struct First<'a>(WholeTurns<'a, f64>);
     impl WithSimd for First<'_> {
         type Output = ([f64; POINTS], u32);
@@ -241,7 +241,7 @@ mod tests {
         }
     }
 
-    /// Returns triangle fans of the given size side by side, with `count` edges each.
+    /// Returns triangle fans of the given size, side by side, each with `count` edges.
     fn fans(count: usize, fans: usize, size: f64) -> Vec<Triangle64> {
         let fan = |k: usize| {
             let corner = move |i: usize| {
@@ -255,8 +255,8 @@ mod tests {
         (0..fans).flat_map(fan).collect()
     }
 
-    /// Returns, depending on `i`, a random point around the fans, next to an edge or corner, with a
-    /// ray that passes close to an edge, or with a sum close to one half.
+    /// Returns a random point whose kind depends on `i`: anywhere around the fans, next to an edge
+    /// or corner, on a ray that passes close to an edge, or with a sum close to one half.
     fn point(
         fans: &[Triangle64],
         boundary: &Boundary<f64>,
@@ -287,8 +287,8 @@ mod tests {
         }
     }
 
-    /// Whole turns reported as certain agree with the sum over all edges, at every level and for
-    /// every size.
+    /// Checks that whole turns reported as certain agree with the sum over all edges, at every
+    /// level and for every size.
     #[test]
     fn certain_turns_are_those_of_the_sum() {
         let mut numbers = random();
@@ -327,15 +327,15 @@ mod tests {
                 }
             }
         }
-        // Nothing is certain at extreme sizes. For points next to edges or with a sum near one
+        // At extreme sizes, nothing is certain. For points next to edges or with a sum near one
         // half, many results are uncertain, and some become certain only in a later pass.
         let [open, sure] = counts;
         assert!(open > 1000 && sure > open && first[1] < sure - 20, "{first:?} {counts:?}");
     }
 
     /// Checks that the whole turns that are certain after all passes agree with the sum over all
-    /// edges, at every level. Returns how many are certain. Ignores points whose sum is within
-    /// rounding error of one half.
+    /// edges, at every level. Returns the number of certain results. Ignores points whose sum is
+    /// within rounding error of one half.
     fn count_certain(boundary: &Boundary<f64>, points: [[f64; 3]; POINTS]) -> usize {
         let by_axis = [0, 1, 2].map(|k| points.map(|point| point[k]));
         let sums = points.map(|point| turns(boundary, point));
@@ -354,8 +354,8 @@ mod tests {
         certain
     }
 
-    /// Returns a sphere around the origin, made of small triangles with gaps between them, so that
-    /// each triangle is a loop.
+    /// Returns a sphere around the origin that consists of small triangles with gaps between them,
+    /// so that each triangle is a loop of its own.
     fn shards(size: f64) -> Vec<Triangle64> {
         let mut all: Vec<[[f64; 3]; 3]> = Vec::new();
         for i in 0..8 {
@@ -384,8 +384,8 @@ mod tests {
         all.into_iter().map(shard).collect()
     }
 
-    /// Many distant loops each add little but together add almost a whole turn, so their cluster
-    /// must not count as far, even if squares of their areas overflow or underflow.
+    /// Tests many distant loops that each add little but together add almost a whole turn. Their
+    /// cluster must not count as far, even if squares of their areas overflow or underflow.
     #[test]
     fn many_distant_loops_are_not_far() {
         let mut random = random();
@@ -402,8 +402,8 @@ mod tests {
         }
     }
 
-    /// A distant ray through the tip of a triangle may pass the triangle's centre at the distance
-    /// of the tip itself, up to a rounding error that exceeds the margin of the radius.
+    /// Tests distant rays: a ray through the tip of a triangle may pass the triangle's centre at
+    /// the same distance as the tip, up to a rounding error that exceeds the margin of the radius.
     #[test]
     fn rays_through_the_tip_of_a_distant_loop() {
         let mut numbers = random();
@@ -420,7 +420,7 @@ mod tests {
             let away = 4.0 * 1e6_f64.powf(random());
             let point = [0, 1, 2]
                 .map(|k| tip[k] + share * (center[k] - tip[k]) - away * f64::from(WINDING_DIR[k]));
-            // Use the same point eight times, because a cluster is visited unless it is far from
+            // Use the same point eight times, because a cluster is skipped only if it is far from
             // all points.
             count_certain(&boundary, [point; POINTS]);
         }
@@ -437,7 +437,7 @@ mod tests {
             let boundary = Boundary::of(&[TriangleOf([[0.0; 3], a, b])]).unwrap();
             let size = 2.0_f64.powi(-545 + i % 20);
             let points = [0; POINTS].map(|_| {
-                // Slightly above the triangle, where the sum is close to one half.
+                // Choose points slightly above the triangle, where the sum is close to one half.
                 let [x, y, height] = [random(), random(), 0.5_f64.powf(8.0 * random())];
                 [0, 1, 2].map(|k| size * (x * a[k] + y * b[k] + height * (random() - 0.5)))
             });

@@ -15,7 +15,7 @@ use crate::util::lane_ops::lanes_of;
 
 impl<S: BvhScalar> Solid<S> {
     /// Creates a solid from any mesh. The mesh may be open or have holes, and faces may be flipped,
-    /// duplicated, or without area. A point is inside if its winding number, rounded to an integer,
+    /// duplicated, or degenerate. A point is inside if its winding number, rounded to an integer,
     /// is not 0. For a closed mesh, results are the same as with [`Solid::new`].
     ///
     /// Triangles that are not finite are ignored.
@@ -42,8 +42,8 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { boundary, ..Self::assume_closed(triangles)? })
     }
 
-    /// Returns this solid as [`Solid::from_soup`] would create it: the result shares the hierarchy
-    /// but takes open edges into account.
+    /// Returns a solid like the one that [`Solid::from_soup`] would create: it shares this solid's
+    /// hierarchy but takes open edges into account.
     ///
     /// # Errors
     /// Returns an error if memory runs out.
@@ -97,7 +97,7 @@ impl<S: BvhScalar> Solid<S> {
         numbers
     }
 
-    /// Like [`Solid::winding_number_batch`], but writes the numbers to a slice.
+    /// Like [`Solid::winding_number_batch`], but writes the winding numbers to a slice.
     ///
     /// # Panics
     /// Panics if the slices differ in length.
@@ -129,8 +129,8 @@ impl<S: BvhScalar> Solid<S> {
         all[0]
     }
 
-    /// Adds the boundary to containments that were computed from crossings alone, for the points
-    /// where the rays start.
+    /// Adds the contribution of the boundary to containments that were computed from crossings
+    /// alone, for the points where the rays start.
     pub(super) fn count_boundary(&self, rays: &[RayOf<S>], crossed: &mut [Containment]) {
         if self.boundary.edges() == 0 {
             return;

@@ -6,8 +6,8 @@
 use bytemuck::Zeroable;
 use intertri::Triangle;
 
-/// The closed box `lo <= p <= hi`. It is exact: the minimum and maximum of the points it was made
-/// from.
+/// The closed box `lo <= p <= hi`. Its corners are exactly the minimum and maximum of the points
+/// that it was built from.
 #[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Aabb {
@@ -16,21 +16,22 @@ pub(crate) struct Aabb {
 }
 
 impl Aabb {
-    /// The empty box. Joining it with another box yields the other box.
+    /// The empty box. The union of this box and another is the other box.
     pub(crate) const EMPTY: Self = Self { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] };
 
     /// Returns the box of a triangle, or `None` if a corner is not finite; such a triangle is never
     /// hit.
     pub(crate) fn of(triangle: &Triangle) -> Option<Self> {
         let [a, b, c] = triangle.0.map(|p| [p[0], p[1], p[2], 0.0]);
-        // Zero times a NaN or infinity is NaN, and a sum with NaN stays NaN.
+        // Zero times NaN or infinity is NaN, and a sum that includes NaN is NaN.
         let sum: f32 = triangle.0.iter().flatten().map(|x| x * 0.0).sum();
         (sum == 0.0).then(|| Self { lo: min(min(a, b), c), hi: max(max(a, b), c) })
     }
 
     /// Returns the box padded by `by` on every side.
     pub(crate) fn padded(self, by: f32) -> Self {
-        // The sum and the padding are both rounded; moving one ulp outward covers that.
+        // The padding and the sum are both rounded. Moving each of them outward by one ulp covers
+        // the errors.
         let by = by.next_up();
         Self { lo: self.lo.map(|x| (x - by).next_down()), hi: self.hi.map(|x| (x + by).next_up()) }
     }
@@ -40,7 +41,7 @@ impl Aabb {
         self.lo.iter().chain(&self.hi).all(|x| x.is_finite())
     }
 
-    /// Returns the box with any side at ±2^-149 moved outward to the smallest normal number.
+    /// Returns the box, with any side at ±2^-149 moved outward to the smallest normal number.
     #[inline(always)]
     pub(crate) fn without_least_sides(&self) -> Self {
         let outward = |x: f32, to: f32| if x.abs() == f32::from_bits(1) { to } else { x };
@@ -74,8 +75,8 @@ impl Aabb {
     }
 
     /// Returns a power of two that scales the longest side to about 1, so that no area overflows or
-    /// underflows, whatever the scene's unit. Coordinates do not overflow either, unless the box is
-    /// small relative to its position.
+    /// underflows, whatever the scene's unit of length. Coordinates do not overflow either, unless
+    /// the box is small relative to its distance from the coordinate origin.
     pub(crate) fn scale(&self) -> f32 {
         let side = |k: usize| self.hi[k] as f64 - self.lo[k] as f64;
         let away =
@@ -87,7 +88,7 @@ impl Aabb {
 
 // `min` and `max` use comparisons instead of `f32::min` and `f32::max`: a comparison takes one
 // instruction, and NaN does not occur. If two values are equal (zeros of either sign), the later
-// one wins, which keeps the operation associative.
+// value wins, which keeps the operation associative.
 #[inline(always)]
 fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })

@@ -5,7 +5,8 @@ use super::node::{EMPTY, Node};
 use crate::util::memory::NoMemory;
 use crate::util::threads;
 
-/// The number of nodes to sum sequentially, so that the sum is the same for any number of threads.
+/// The number of nodes whose costs are summed sequentially, so that the result is the same for any
+/// number of threads.
 const BLOCK: usize = 1 << 10;
 
 impl Tree {
@@ -24,20 +25,20 @@ impl Tree {
     }
 }
 
-/// Returns the sum of the half surface areas of a node's children, and the half surface area of the
-/// box around all of them. The second area is never 0.
+/// Returns the sum of the half surface areas of a node's children, and half the surface area of the
+/// box around all of them. The second value is never 0.
 fn areas(node: &Node) -> [f64; 2] {
     let (mut lo, mut hi, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
     let half_area = |lo: &[f64; 3], hi: &[f64; 3]| {
         let [x, y, z] = [0, 1, 2].map(|k| hi[k] - lo[k]);
-        // Add a tiny area, so that a flat root causes no division by 0.
+        // Add a tiny area, so that a flat root does not cause a division by 0.
         x * (y + z) + y * z + 1e-300
     };
     for slot in (0..8).filter(|&slot| node.children()[slot] != EMPTY) {
         let side = |upper| [0, 1, 2].map(|axis| f64::from(node.sides(axis, upper)[slot]));
         let (child_lo, child_hi) = (side(false), side(true));
-        // After a refit, a child may contain nothing that can be hit. Its box is then inverted and
-        // has no area.
+        // A refit can leave a child in which nothing can be hit. The child's box is then inverted
+        // and contributes no area.
         if child_lo[0] <= child_hi[0] {
             sum += half_area(&child_lo, &child_hi);
             lo = [0, 1, 2].map(|k| lo[k].min(child_lo[k]));

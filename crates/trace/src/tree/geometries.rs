@@ -11,7 +11,7 @@ use intertri::{Hit, Hit32, TriangleId};
 
 use crate::util::memory::{NoMemory, copied, room};
 
-/// The triangle of a hit, in 8 bytes.
+/// The triangle of a hit: its index and its geometry, in 8 bytes.
 ///
 /// ```
 /// use intertri_trace::MeshTriangle;
@@ -37,7 +37,7 @@ impl MeshTriangle {
     }
 }
 
-/// A result that identifies its triangle by position among all triangles until it is renamed.
+/// A result that identifies a triangle by its position in all meshes until `rename` is called.
 pub(crate) trait NamesTriangle {
     /// Returns the fields for the triangle's index and geometry.
     fn name_mut(&mut self) -> (&mut u32, &mut u32);
@@ -90,8 +90,8 @@ impl Geometries {
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 
-    /// Returns the number of triangles and the mask of each geometry, where `all` is the total
-    /// number of triangles.
+    /// Returns the number of triangles and the mask of each geometry, given the total number of
+    /// triangles.
     pub(crate) fn counts_and_masks(&self, all: usize) -> impl Iterator<Item = (u32, u32)> {
         let ends = self.firsts.iter().skip(1).copied().chain([all as u32]);
         let firsts = self.firsts.iter().copied().chain(self.firsts.is_empty().then_some(0));
@@ -99,7 +99,7 @@ impl Geometries {
         counts.zip(self.masks.iter().copied())
     }
 
-    /// Returns whether this is a single mesh that every mask selects.
+    /// Returns whether there is only a single mesh, which every mask selects.
     pub(crate) fn is_plain(&self) -> bool {
         !self.are_told() && self.masks == [u32::MAX]
     }
@@ -133,7 +133,7 @@ impl Geometries {
         Ok(Self { firsts, of, masks, common: *common })
     }
 
-    /// Returns whether hits must be renamed because there are several meshes.
+    /// Returns whether hits must be renamed, which is the case if there are several meshes.
     #[inline(always)]
     fn are_told(&self) -> bool {
         !self.of.is_empty()
@@ -154,7 +154,7 @@ impl Geometries {
     /// Returns the position of a triangle among all triangles, if it exists.
     pub(crate) fn position(&self, name: MeshTriangle, all: usize) -> Option<TriangleId> {
         let MeshTriangle { triangle, geometry } = name;
-        // Sum the counts up to the geometry; `Err` ends the loop with the result.
+        // Sum the counts of the geometries before this one; `Err` ends the loop with the result.
         let (first, _) = self
             .counts_and_masks(all)
             .try_fold((0, 0), |(first, at), (count, _)| {
@@ -172,8 +172,8 @@ impl Geometries {
         self.masks[geometry as usize]
     }
 
-    /// Returns whether every geometry is known to share a bit with a mask. Even if the result is
-    /// `false`, every geometry may share a bit with the mask.
+    /// Returns whether every geometry is known to share a bit with a mask. The result may be
+    /// `false` even if every geometry shares a bit with it.
     #[inline(always)]
     pub(crate) fn all_have(&self, mask: u32) -> bool {
         self.common & mask != 0

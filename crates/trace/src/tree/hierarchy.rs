@@ -10,7 +10,7 @@ use super::node::{EMPTY, LEAF, NONE, Node};
 use super::{Aabb, Margin};
 use crate::util::memory::{NoMemory, copied, room};
 
-/// Up to eight triangles in six cache lines.
+/// A leaf: up to eight triangles in six cache lines.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf {
@@ -24,13 +24,13 @@ const _: () = assert!(size_of::<Leaf>() == 384);
 /// A tree of nodes and leaves over triangles, or over f32 copies of f64 triangles.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// The nodes, with the root first. If a child is a leaf, the node stores its index in `leaves`.
+    /// The nodes, with the root first. A child that is a leaf is stored as its index in `leaves`.
     /// The nodes over the leaves from `boxed` on come last.
     pub(crate) nodes: Vec<Node>,
     /// The triangles in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
     /// For each leaf, a mask of the triangles without area. Rays ignore these triangles, but
-    /// closest-point queries consider them. Empty if all triangles have an area.
+    /// closest-point queries consider them. Empty if no triangle is degenerate.
     pub(crate) degenerate: Vec<u8>,
     /// The number of leaves in the main tree, which come first. The other leaves contain needles,
     /// whose reference hits may be arbitrarily far outside them, and triangles that were not finite
@@ -43,12 +43,12 @@ pub struct Tree {
     /// The maximum distance outside a triangle's box at which the reference may hit it, not
     /// counting a part that is proportional to the ray's origin.
     pub(crate) lean: f32,
-    /// A stack size that suffices for every traversal.
+    /// A stack size that is large enough for every traversal.
     pub(crate) stack: usize,
     pub(crate) triangles: usize,
     /// The geometries of the triangles.
     pub(crate) geometries: Geometries,
-    /// The cost of the tree as it was built, if it has been refitted.
+    /// The cost of the tree as it was built; known only after a refit.
     pub(crate) cost_as_built: Option<f64>,
 }
 
@@ -71,7 +71,7 @@ impl Tree {
             let indices = self.leaves[..self.boxed].iter().flat_map(|leaf| leaf.indices);
             indices.filter(|&index| index != NONE)
         };
-        // Nearly always, all triangles are in the tree and no table is needed.
+        // In nearly all hierarchies, every triangle is in the tree and no table is needed.
         if in_tree().count() == self.triangles {
             return Ok(Vec::new());
         }
@@ -90,7 +90,7 @@ impl Tree {
         self.leaves[leaf].block.live() | degenerate
     }
 
-    /// Records which lanes of each leaf have no area.
+    /// Records which lanes of each leaf hold degenerate triangles.
     pub(crate) fn note_degenerate(&mut self, bounds: &[LeafBounds]) -> Result<(), NoMemory> {
         self.degenerate = Vec::new();
         if bounds.iter().any(|leaf| leaf.degenerate != 0) {
@@ -109,7 +109,7 @@ impl Tree {
         )
     }
 
-    /// Returns the index of the first leaf that is tested against every ray. If all hits are on
+    /// Returns the index of the first leaf that is tested against every ray. If all hits lie on
     /// their triangles, no leaf is tested against every ray, and traversal starts at both roots.
     #[inline(always)]
     pub(crate) fn first_unboxed(&self, resolver: Resolver<'_>) -> usize {
@@ -130,13 +130,13 @@ impl Tree {
         // Compute the number of nodes on each level, from the bottom up.
         let mut levels = Vec::new();
         let mut width = boxes.len();
-        // Continue up to a single root. Even a lone leaf gets a node above it.
+        // Continue up to a single root. Even a single leaf gets a node above it.
         while width > usize::from(!levels.is_empty()) {
             width = width.div_ceil(8);
             levels.push(width);
         }
 
-        // Go from the last node to the root, so that nodes come after their parents.
+        // Place the last node first and the root last, so that nodes come after their parents.
         let first = self.nodes.len();
         let mut next = first + levels.iter().sum::<usize>();
         self.nodes.try_reserve(next - first)?;
@@ -169,7 +169,7 @@ impl Tree {
         &self.nodes[..self.nodes.len().min(self.thin_root as usize)]
     }
 
-    /// Returns the stack size for a tree with `depth` nodes on its longest path.
+    /// Returns the stack size for a tree whose longest path has `depth` nodes.
     pub(crate) fn stack_for(depth: usize) -> usize {
         8 * depth + 8
     }

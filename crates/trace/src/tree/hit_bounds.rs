@@ -1,6 +1,6 @@
-//! Computes the box in which a triangle can be hit. The reference may also hit the thinnest
-//! triangles outside this box. A triangle without area is never hit, but the tree contains it for
-//! closest-point queries.
+//! Computes the box that contains the exact hits of a triangle. On the thinnest triangles, the
+//! reference may also accept hits outside this box. A triangle without area is never hit, but the
+//! tree contains it for closest-point queries.
 //!
 //! The reference computes the normal in f64, with an error relative to the product of two edge
 //! lengths. The thinner the triangle, the more its computed normal may lean, and the farther
@@ -12,13 +12,14 @@ use intertri::internal::exact::has_area;
 
 use super::aabb::Aabb;
 
-/// The box in which a triangle can be hit.
+/// The box that contains the exact hits of a triangle, and how far outside it the reference may
+/// accept hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HitBounds {
     /// The triangle is not finite and is never hit.
     Nowhere,
-    /// The triangle has no area and is never hit. For closest-point queries, it is a segment or
-    /// point in this box.
+    /// The triangle has no area and is never hit. In closest-point queries, it counts as a segment
+    /// or point in this box.
     Degenerate(Aabb),
     /// The triangle is hit inside its box or, by the reference, up to `lean` outside it.
     Box { bounds: Aabb, lean: f32 },
@@ -27,14 +28,14 @@ pub(crate) enum HitBounds {
     Thin(Aabb),
 }
 
-/// Up to this thinness (2^25), the margin is small enough to widen all boxes of the tree.
+/// Up to this thinness (2^25), the margin is small enough to be added to all boxes of the tree.
 const THIN: f64 = (1_u64 << 25) as f64;
 
 /// Beyond this thinness (2^44), there is no bound on where the reference accepts a point.
 const NEEDLE: f64 = (1_u64 << 44) as f64;
 
-/// The distance outside a triangle with thinness 1 and longest edge 1 at which a point may be
-/// accepted: 64 · 2^-53.
+/// The distance outside a triangle with thinness 1 and longest edge 1 at which the reference may
+/// accept a point: 64 · 2^-53.
 const LEAN: f64 = 1.0 / (1_u64 << 47) as f64;
 
 /// Computes the [`HitBounds`] of a triangle.
@@ -52,8 +53,8 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
         h4[0] * h5[1] - h4[1] * h5[0],
     ];
     let square = dot(h4, h4).max(dot(h5, h5)).max(dot(h6, h6));
-    // h²/|n|, at least 1.15. The computed normal leans in proportion to this (hierarchy.md, section
-    // 1).
+    // The thinness is h²/|n|, which is at least 1.15. The computed normal leans in proportion to it
+    // (hierarchy.md, section 1).
     let thinness = square / dot(n, n).sqrt();
 
     if n == [0.0; 3] {
@@ -68,8 +69,8 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     } else {
         let lean = ((LEAN * thinness * square.sqrt()) as f32).next_up();
         let padded = bounds.padded(lean);
-        // At query time, `Margin` adds a small lean to every box. A large lean would widen all
-        // boxes, so pad only this triangle.
+        // At query time, `Margin` adds a small lean to every box. Adding a large lean would widen
+        // all boxes, so pad only this triangle's box instead.
         if thinness <= THIN {
             HitBounds::Box { bounds, lean }
         } else if thinness <= NEEDLE && padded.is_finite() {

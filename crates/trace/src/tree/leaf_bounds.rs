@@ -1,4 +1,4 @@
-//! Computes the boxes in which the triangles of a leaf can be hit, eight triangles at once.
+//! Computes the hit bounds of a leaf's triangles, eight triangles at once.
 //!
 //! Nearly all triangles are plain: finite, and far from being needles. Their hit bounds are the
 //! bounding boxes of their corners, which f32 lanes can compute. [`hit_bounds`] handles the
@@ -14,8 +14,8 @@ use crate::util::lane_ops::{lanes_of, smallest_of_eight};
 use crate::util::memory::{NoMemory, room};
 
 /// A triangle is plain if the length of its normal certainly exceeds this fraction (2^-8) of the
-/// squared length of its longest edge, in 1-norms. Its thinness is then below `2^12`, so that it
-/// does not need padding, because the error of f32 is at most `2^-19`.
+/// squared length of its longest edge, in 1-norms. Its thinness is then below `2^12`, and because
+/// the error of f32 is at most `2^-19`, its box needs no padding.
 const PLAIN: f32 = 1.0 / 256.0;
 
 /// The distance outside a plain triangle's box at which the reference may hit the triangle, divided
@@ -23,13 +23,13 @@ const PLAIN: f32 = 1.0 / 256.0;
 /// [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
-/// f32 lanes decide only for squared edge lengths in `2^-90..2^100`.
+/// f32 lanes handle only squared edge lengths in `2^-90..2^100`.
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
 
-/// The boxes in which up to eight triangles can be hit.
+/// The combined hit bounds of up to eight triangles.
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct LeafBounds {
-    /// The box around all triangles that have a box, with or without area.
+    /// The union of the boxes of all triangles that have one, whether degenerate or not.
     pub bounds: Aabb,
     /// The maximum distance outside its box at which the reference may hit a triangle in `boxed`.
     pub lean: f32,
@@ -63,10 +63,10 @@ impl WithSimd for LaneBounds<'_> {
         let [c1, c2, c3] = self.corners;
         let [a, b, c] = [Vec3::<S::F32x8>::load(c1), Vec3::load(c2), Vec3::load(c3)];
 
-        // If the sum of magnitudes is finite, there is no NaN or infinity.
+        // A finite sum of magnitudes rules out NaN and infinity.
         let finite = (a.norm1() + b.norm1() + c.norm1()).lt(S::F32x8::splat(f32::INFINITY));
-        // Use 1-norms instead of lengths: they do not need a square root and differ by a small
-        // constant factor at most.
+        // Use 1-norms instead of lengths: they need no square root and differ from lengths by at
+        // most a small constant factor.
         let (h4, h5) = (b - a, c - a);
         let longest = h4.norm1().max(h5.norm1());
         let square = longest * longest;
@@ -88,7 +88,7 @@ impl WithSimd for LaneBounds<'_> {
             bounds.hi[axis] = -smallest_of_eight::<S>(hi);
         }
         // Compute the thinness times the longest edge, as in `hit_bounds`, but with 1-norms and a
-        // constant that accounts for them.
+        // constant that accounts for the difference.
         let lean = (square / normal) * longest * S::F32x8::splat(LEAN);
         let lean = -smallest_of_eight::<S>(Lanes::select(taken, -lean, S::F32x8::splat(0.0)));
         let mut leaf = LeafBounds { bounds, lean, boxed, ..LeafBounds::NONE };
@@ -100,7 +100,7 @@ impl WithSimd for LaneBounds<'_> {
     }
 }
 
-/// Returns the largest margin of the given leaves.
+/// Returns the largest lean of the given leaves.
 pub(crate) fn lean_of(leaves: &[LeafBounds]) -> f32 {
     leaves.iter().fold(0.0, |lean, leaf| lean.max(leaf.lean))
 }
@@ -113,11 +113,11 @@ pub(crate) fn boxes_of(leaves: &[LeafBounds]) -> Result<Vec<Aabb>, NoMemory> {
 }
 
 impl LeafBounds {
-    /// The bounds of no triangles.
+    /// The bounds if there are no triangles.
     pub(crate) const NONE: Self =
         Self { bounds: Aabb::EMPTY, lean: 0.0, boxed: 0, degenerate: 0, thin: 0 };
 
-    /// Returns a mask of the triangles that can be hit in or near their boxes or have no area.
+    /// Returns a mask of the triangles that can be hit in or near their boxes or that have no area.
     pub(crate) fn present(&self) -> u32 {
         self.boxed | self.degenerate
     }
@@ -168,13 +168,13 @@ mod tests {
 
     use super::*;
 
-    /// Puts values of every kind into every coordinate and compares the bounds with those computed
-    /// one triangle at a time.
+    /// Puts values of every kind into every coordinate and compares the bounds with those that are
+    /// computed one triangle at a time.
     #[test]
     fn lanes_have_the_bounds_of_their_triangles() {
         let (m, tiny) = (f32::MAX, f32::MIN_POSITIVE);
         let wild = [f32::NAN, f32::INFINITY, m, -m, 0.0, -0.0, 1e-45, -tiny, 1e-20, -1e15, 1.0];
-        // The widths of needles. For the thinnest ones, no box bounds the hits.
+        // Use these widths for needles. For the thinnest needles, no box bounds the hits.
         let thin = [1e-3, 1e-7, 1e-9, 3e-13, 1e-14, 1e-18];
         let plain = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
         let (mut seen, mut needles) = ([0; 4], 0);

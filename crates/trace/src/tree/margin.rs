@@ -1,12 +1,12 @@
 //! The margin by which traversal widens boxes.
 //!
 //! Boxes are purely geometric: each contains its triangles, and the rounding errors of traversal
-//! are relative to the ray's coordinates. Only the reference, which rounds, may accept hits outside
-//! a triangle. `docs/numerics/hierarchy.md`, section 1, has the bound.
+//! are relative to the ray's coordinates. Only the reference may accept hits outside a triangle,
+//! because of rounding. `docs/numerics/hierarchy.md`, section 1, has the bound.
 
 /// The distance outside a triangle at which the reference may accept hits, as a fraction of the
-/// largest coordinate of the origin and of the scene: 2^-46. It excludes the part that depends on
-/// the triangle's shape.
+/// largest coordinate of the ray's origin and of the scene: 2^-46. The part of the distance that
+/// depends on the triangle's shape is not included.
 const BESIDE: f32 = 1.0 / (1_u64 << 46) as f32;
 
 /// The padding of a tree's boxes.
@@ -14,18 +14,18 @@ const BESIDE: f32 = 1.0 / (1_u64 << 46) as f32;
 pub(crate) struct Margin {
     /// The largest coordinate magnitude of any triangle.
     pub(crate) reach: f32,
-    /// The padding of boxes for every ray.
+    /// The padding that boxes receive for every ray.
     pub(crate) lean: f32,
     /// The additional padding, as a fraction of the origin's largest coordinate.
     pub(crate) beside: f32,
 }
 
 impl Margin {
-    /// Creates the margin for a tree whose coordinates range over ±`reach`. If hits may be up to
-    /// some distance outside boxes, `lean` is that distance.
+    /// Creates the margin for a tree whose coordinates range over ±`reach`. If hits may lie outside
+    /// boxes, `lean` is the maximum distance.
     #[inline(always)]
     pub(crate) fn new(reach: f32, lean: Option<f32>) -> Self {
-        // Exact hits are on their triangles, so boxes do not need a margin.
+        // Exact hits lie on their triangles, so boxes need no margin.
         let (lean, beside) = lean.map_or((0.0, 0.0), |lean| (lean + BESIDE * reach, BESIDE));
         Self { reach, lean, beside }
     }
@@ -44,9 +44,9 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// Tests rays that start in the plane of a box's side and immediately leave it outward. The
-    /// reference accepts hits outside an edge that runs along this side, but the rays' coordinates
-    /// along this axis are too small to widen the box enough.
+    /// Tests rays that start in the plane of a box's side and immediately leave the box. The
+    /// reference accepts hits outside an edge that lies along this side, but the rays' coordinates
+    /// along the axis of the side are too small to widen the box enough.
     #[test]
     fn hits_beside_a_box_are_found() {
         let (mut random, mode) = (random(), Mode::certified());
@@ -56,7 +56,7 @@ mod tests {
             let away = (10.0 * random()).exp2();
             let off = away * (-48.0 - 8.0 * random()).exp2();
             let (long, height) = (0.3 + random(), random() - 0.5);
-            // Let rays leave along each of the three axes.
+            // Test rays that leave along each of the three axes.
             let turned = |[x, y, z]: [f32; 3]| {
                 let mut point = [x, y, z];
                 point.rotate_right(i % 3);

@@ -1,4 +1,4 @@
-//! The hierarchy's data: nodes of eight boxes and leaves of eight triangles.
+//! The data of the hierarchy: nodes with eight boxes and leaves with eight triangles.
 
 mod aabb;
 mod cost;

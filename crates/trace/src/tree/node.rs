@@ -4,10 +4,10 @@ use bytemuck::Zeroable;
 
 use super::aabb::Aabb;
 
-/// Marks a missing child.
+/// The index that marks a missing child.
 pub(crate) const EMPTY: u32 = u32::MAX;
 
-/// Marks a child that is a block of triangles. The other bits are the block's index.
+/// The bit that marks a child as a block of triangles. The other bits are the block's index.
 pub(crate) const LEAF: u32 = 1 << 31;
 
 /// The maximum number of leaves. More leaves would need over 170 GB of memory.
@@ -16,7 +16,7 @@ pub(crate) const MOST_LEAVES: usize = 1 << 29;
 /// The number of triangles in a block.
 pub(crate) const BLOCK: usize = 8;
 
-/// Marks an empty lane of a block.
+/// The index that marks an empty lane of a block.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Eight children in structure-of-arrays layout: four cache lines, of which a slab test reads
@@ -42,8 +42,8 @@ const CHILDREN: usize = 6;
 impl Node {
     /// A node without children.
     pub(crate) const NO_CHILDREN: Self = {
-        // An inverted infinite box: every ray leaves it before entering it, so empty slots do not
-        // need a separate test.
+        // The box is infinite and inverted: every ray leaves it before entering it, so empty slots
+        // need no separate test.
         let (lo, hi) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
         let empty = [f32::from_bits(EMPTY); 8];
         Self { rows: [lo, lo, lo, hi, hi, hi, empty, empty] }
@@ -56,7 +56,7 @@ impl Node {
         &self.rows[(axis + if upper { UPPER } else { 0 }) % 8]
     }
 
-    /// Returns the children by slot.
+    /// Returns the children, indexed by slot.
     #[inline(always)]
     pub(crate) fn children(&self) -> &[u32; 8] {
         bytemuck::cast_ref(&self.rows[CHILDREN])
@@ -65,8 +65,8 @@ impl Node {
     /// Returns the child in a slot, or [`EMPTY`] for the slot after the last.
     #[inline(always)]
     pub(crate) fn child_or_none(&self, slot: u8) -> u32 {
-        // The row after the children is `EMPTY`, so slot 8, which means none, yields no child
-        // without a branch.
+        // The row after the children is `EMPTY`. Slot 8, which means that no slot is selected,
+        // therefore yields no child, without a branch.
         self.rows.as_flattened()[8 * CHILDREN..][usize::from(slot % 16)].to_bits()
     }
 
@@ -80,7 +80,7 @@ impl Node {
         Self { rows }
     }
 
-    /// Like [`Node::children`], but as floats for use in lanes.
+    /// Like [`Node::children`], but returns floats for use in lanes.
     #[inline(always)]
     pub(crate) fn child_lanes(&self) -> &[f32; 8] {
         &self.rows[CHILDREN]
@@ -91,7 +91,7 @@ impl Node {
         bytemuck::cast_mut(&mut self.rows[CHILDREN])
     }
 
-    /// Puts a child into a slot. Sides at ±2^-149 are moved to the smallest normal number, because
+    /// Puts a child into a slot. Sides at ±2^-149 are moved outward to the smallest normal number:
     /// multiplying a subnormal number can take a CPU hundreds of cycles, and in f64 scenes every
     /// corner at the centre would have such sides.
     pub(crate) fn set(&mut self, slot: usize, bounds: &Aabb, child: u32) {

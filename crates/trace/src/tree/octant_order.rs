@@ -1,14 +1,14 @@
 //! Lookup tables for the order in which rays of an octant visit the children of a node, which is
 //! roughly front to back.
 
-/// Returns the slots in a mask, ordered from last to first for rays of an octant: one slot per
-/// byte, starting with the lowest byte.
+/// Returns the slots in a mask in reverse visiting order for rays of an octant: one slot per byte,
+/// starting with the lowest byte.
 #[inline(always)]
 pub(crate) fn far_to_near(mask: u32, octant: usize) -> u64 {
     FAR_TO_NEAR[octant % 8][mask as usize % 256]
 }
 
-/// Returns the first slot in a mask for rays of an octant, or 8 if the mask is empty.
+/// Returns the slot in a mask that rays of an octant visit first, or 8 if the mask is empty.
 #[inline(always)]
 pub(crate) fn first_slot(mask: u32, octant: usize) -> u8 {
     FIRST[octant % 8][mask as usize % 256]
@@ -21,7 +21,7 @@ static FIRST: [[u8; 256]; 8] = {
     while at < 8 * 256 {
         let (octant, mask) = (at / 256, at % 256);
         let mut i = 8;
-        // Go from the last slot to the first, so that the frontmost slot is written last.
+        // Go from the last slot to the first, so that the slot visited first is written last.
         while i > 0 {
             i -= 1;
             if mask >> (i ^ octant) & 1 != 0 {
@@ -33,8 +33,8 @@ static FIRST: [[u8; 256]; 8] = {
     all
 };
 
-/// For each octant and mask, the slots in the mask from last to first: one slot per byte, starting
-/// with the lowest byte.
+/// For each octant and mask, the slots in the mask in reverse visiting order: one slot per byte,
+/// starting with the lowest byte.
 static FAR_TO_NEAR: [[u64; 256]; 8] = {
     let mut all = [[0; 256]; 8];
     let mut at = 0;

@@ -28,7 +28,7 @@ pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
     lanes.store(&mut n);
     let mut four = [0.0; 4];
     for i in 0..4 {
-        // Add in a fixed order, so that the sum is the same at every level.
+        // Add in a fixed order, so that every level computes the same sum.
         four[i] = (n[i] + n[4 + i]) + (n[8 + i] + n[12 + i]);
     }
     (four[0] + four[1]) + (four[2] + four[3])
@@ -37,8 +37,8 @@ pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
 /// Returns the smallest of eight lanes.
 #[inline(always)]
 pub(crate) fn smallest_of_eight<S: Simd>(lanes: S::F32x8) -> f32 {
-    // Exchange halves, then pairs, then neighbours. After three steps, every lane holds the
-    // minimum.
+    // Combine each lane with its counterpart in the other half, then in the other pair of its half,
+    // then with its neighbour. After these three steps, every lane holds the minimum.
     let lanes = lanes.min(S::permute(lanes, 0x03_02_01_00_07_06_05_04));
     let lanes = lanes.min(S::permute(lanes, 0x05_04_07_06_01_00_03_02));
     let mut numbers = [0.0; 8];

@@ -13,7 +13,7 @@ impl From<TryReserveError> for NoMemory {
     }
 }
 
-/// The error returned if memory runs out for the hits found.
+/// The error returned if there is not enough memory for the hits found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfMemory;
 
@@ -54,7 +54,7 @@ pub(crate) fn copied<T: Clone>(all: &[T]) -> Result<Vec<T>, NoMemory> {
     Ok(vector)
 }
 
-/// Returns a slice of zeros, in pages that the system zeroes only when they are first touched.
+/// Returns a slice of zeros whose pages the system zeroes only when they are first touched.
 pub(crate) fn zeros<T: bytemuck::Zeroable>(count: usize) -> Result<Box<[T]>, NoMemory> {
     // `vec![0; n]` would abort if memory ran out.
     bytemuck::allocation::try_zeroed_slice_box(count).map_err(|()| NoMemory)

@@ -1,4 +1,4 @@
-//! Exponential backoff for optimizations that may not pay off.
+//! Exponential backoff for optimizations that do not always pay off.
 
 /// Decides when to try an optimization again. The wait doubles with each consecutive failure.
 #[derive(Clone, Copy, Debug)]
@@ -9,8 +9,8 @@ pub(crate) struct Patience {
 }
 
 impl Patience {
-    /// Creates a backoff that waits `bounds[0]` turns after the first failure, and never more than
-    /// `bounds[1]`.
+    /// Creates a backoff that waits `bounds[0]` turns after the first failure and at most
+    /// `bounds[1]` turns after later ones.
     pub(crate) fn new(bounds: [usize; 2]) -> Self {
         Self { wait: 0, next: bounds[0], bounds }
     }
@@ -40,7 +40,7 @@ impl Patience {
 mod tests {
     use super::Patience;
 
-    /// Counts the turns to wait.
+    /// Counts the turns until the next attempt.
     fn turns(mut patience: Patience) -> usize {
         let mut turns = 0;
         while patience.is_waiting() {

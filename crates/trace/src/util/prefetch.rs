@@ -5,13 +5,13 @@
 //!   cache lines          | | | | |      | | |       |  |  |
 //! ```
 //!
-//! A core can have only one or two dozen cache misses in flight. Prefetching a bundle's 512 cache
-//! lines at once would stall it, but prefetching a line now and then costs almost nothing.
+//! A core can have only one or two dozen cache misses in flight. Prefetching all 512 cache lines of
+//! a bundle at once would stall it, but prefetching a line now and then costs almost nothing.
 
 use intertri::Ray;
 use intertri::internal::prefetch_early;
 
-/// The part of the upcoming rays' memory that has not been prefetched yet.
+/// The part of the upcoming rays' memory that is still to be prefetched.
 pub(crate) struct Prefetch<'a> {
     memory: &'a [u8],
     /// The number of cache lines to prefetch per cache line of f32 rays.
@@ -19,7 +19,8 @@ pub(crate) struct Prefetch<'a> {
 }
 
 impl<'a> Prefetch<'a> {
-    /// Prepares to prefetch the memory of the next `rays` rays, or fewer.
+    /// Prepares to prefetch the memory of the next `rays` rays, or of all remaining rays if there
+    /// are fewer.
     pub(crate) fn of(memory: &'a [u8], rays: usize) -> Self {
         Self { memory, times: memory.len().div_ceil((rays * size_of::<Ray>()).max(1)) }
     }
@@ -28,7 +29,7 @@ impl<'a> Prefetch<'a> {
     #[inline(always)]
     pub(crate) fn lines(&mut self, lines: usize) {
         for _ in 0..lines * self.times {
-            // Prefetch one cache line. A partial line at the end is not worth prefetching.
+            // Prefetch a whole cache line. A partial line at the end is not worth prefetching.
             if let Some((line, rest)) = self.memory.split_at_checked(64) {
                 prefetch_early(line);
                 self.memory = rest;

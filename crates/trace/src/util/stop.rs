@@ -1,5 +1,5 @@
-//! Lets a caller stop work at any time: the work checks a token occasionally, and unwinds if it
-//! should stop.
+//! Lets a caller stop work at any time: the work occasionally checks a token, and unwinds if the
+//! token requests a stop.
 //!
 //! ```text
 //!   StopToken::run ──► work ──► in_parallel, join ──► the token is passed to other threads
@@ -27,12 +27,12 @@ const EVERY: u32 = 32;
 #[derive(Debug)]
 pub struct Stopped;
 
-/// A token that can stop the work that runs under it. A token without a function never stops it.
+/// A token that can stop the work that runs under it. A token without a function stops nothing.
 #[derive(Clone, Default)]
 pub struct StopToken(Option<ShouldStop>);
 
 impl StopToken {
-    /// Creates a token that stops work as soon as a function returns true. Any worker thread may
+    /// Creates a token that stops work as soon as `should_stop` returns true. Any worker thread may
     /// call the function, about ten thousand times per second.
     pub fn new(should_stop: Arc<dyn Fn() -> bool + Send + Sync>) -> Self {
         Self(Some(should_stop))
@@ -86,8 +86,8 @@ mod tests {
     use super::*;
     use crate::util::threads;
 
-    /// Returns how many pieces are completed under a token that stops work the `stop_after`-th time
-    /// it is checked, and whether the work was stopped.
+    /// Returns the number of pieces completed under a token that stops work the `stop_after`-th
+    /// time it is checked, and whether the work was stopped.
     fn pieces_done(stop_after: usize, pieces: usize) -> (usize, bool) {
         let (asked, done) = (Arc::new(AtomicUsize::new(0)), AtomicUsize::new(0));
         let should_stop = move || asked.fetch_add(1, Ordering::Relaxed) >= stop_after;

@@ -1,6 +1,6 @@
-//! Random numbers for tests, the same on every run.
+//! Random numbers for tests; every run uses the same ones.
 
-/// Returns a generator of numbers in `0..1`.
+/// Returns a generator of random numbers in `0..1`.
 pub(crate) fn random() -> impl FnMut() -> f32 {
     let mut state = 1_u32;
     move || {

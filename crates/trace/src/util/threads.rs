@@ -1,6 +1,6 @@
 //! Runs work on all threads, or on the calling thread if the `parallel` feature is disabled.
 //!
-//! One function distributes all work in pieces, so that this code is compiled only once:
+//! A single function distributes all work in pieces, so this code is compiled only once:
 //!
 //! ```text
 //!   each, extend, write, update, fill, all ──► pieces ──► in_parallel ──► rayon
@@ -17,11 +17,12 @@ use super::stop;
 use super::stop::StopToken;
 use crate::util::memory::{NoMemory, zeros};
 
-/// The number of pieces per thread, large enough that all threads finish at about the same time.
+/// The number of pieces per thread, chosen large enough for all threads to finish at about the same
+/// time.
 const PIECES: usize = 8;
 
 std::thread_local! {
-    /// Whether this thread does all work alone.
+    /// Whether this thread does all work by itself, without the pool.
     static IS_ALONE: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -33,8 +34,7 @@ pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
             IS_ALONE.set(self.0);
         }
     }
-    // The guard restores the flag when dropped, so that a panic does not change the thread
-    // permanently.
+    // The guard restores the flag when dropped, so that the change does not outlast a panic.
     let _before = Before(IS_ALONE.replace(true));
     work()
 }
@@ -62,7 +62,7 @@ fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
 
 /// Calls a function for each piece and its index, using all threads.
 pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usize, P) + Sync) {
-    // Each piece is taken once, by the first thread that reaches it.
+    // The first thread that reaches a piece takes it out, so each piece is processed once.
     let all: Vec<Mutex<Option<P>>> = pieces.map(|piece| Mutex::new(Some(piece))).collect();
     in_parallel(all.len(), &|i| {
         let piece = all[i].lock().ok().and_then(|mut piece| piece.take());
@@ -83,8 +83,8 @@ pub(crate) fn each<T: Zeroable + Send>(
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, NoMemory> {
     let mut all = zeros(count)?.into_vec();
-    // Compute at least 512 results sequentially, so that the cost of scheduling a piece is small in
-    // comparison.
+    // Compute at least 512 results per piece, so that the cost of scheduling a piece is
+    // comparatively small.
     write(&mut all, 1 << 9, of);
     Ok(all)
 }
@@ -97,7 +97,7 @@ pub(crate) fn extend<T: Zeroable + Clone + Send>(
     least: usize,
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<(), NoMemory> {
-    // Reserve first and fail here, because `resize` would abort the program.
+    // Reserve memory first, so that a failure is reported; `resize` would abort the program.
     all.try_reserve(count)?;
     let done = all.len();
     all.resize(done + count, T::zeroed());
@@ -152,7 +152,7 @@ pub(crate) fn fill<E: Send>(
 pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool {
     let all = AtomicBool::new(true);
     pieces(of.chunks(piece_of(of.len(), 1 << 9)), |_, of| {
-        // After one piece has failed, the other pieces need not be checked.
+        // Once a piece has failed, the remaining pieces need no check.
         if all.load(Ordering::Relaxed) && !of.iter().all(&holds) {
             all.store(false, Ordering::Relaxed);
         }

@@ -1,5 +1,4 @@
-//! Lists of pairs of a ray and a triangle that the ray hits, in the order in which the hits are
-//! found.
+//! Lists of ray-triangle pairs, one pair per hit, in the order in which the hits are found.
 
 use std::collections::BinaryHeap;
 
@@ -9,12 +8,12 @@ use intertri::{Hit, LeafSlot, RayId};
 #[derive(Default)]
 pub struct HitPairs {
     pub(crate) pairs: Vec<(RayId, LeafSlot)>,
-    /// The hits of the first pairs, if known. A miss stands for a hit that has not been computed
-    /// yet.
+    /// The hits of the first pairs, as far as they are known. A miss stands for a hit that has not
+    /// been computed yet.
     pub(crate) hits: Vec<Hit>,
-    /// The number of nearest hits to keep per ray; all are kept without a limit.
+    /// The number of nearest hits to keep per ray, or `None` to keep all hits.
     pub(crate) limit: Option<usize>,
-    /// Whether memory ran out for a pair, in which case the results are invalid.
+    /// Whether memory ran out while adding a pair, in which case the results are invalid.
     pub(crate) is_full: bool,
 }
 
@@ -62,18 +61,19 @@ impl HitPairs {
         &mut self.hits[last]
     }
 
-    /// Extends the hits to the number of pairs, with misses for hits that are not known yet.
+    /// Extends `hits` to the length of `pairs`, adding misses for hits that are not known yet.
     #[inline(always)]
     pub(crate) fn level(&mut self) {
         self.hits.resize(self.pairs.len(), Hit::MISS);
     }
 }
 
-/// The nearest hits of a ray so far, up to the limit, each given by the largest t it can have. Once
-/// the limit is reached, hits beyond the largest of these t do not count.
+/// The nearest hits of a ray so far, up to the limit, each represented by the largest t that it can
+/// have. Once the limit is reached, hits beyond the largest of these values do not count.
 #[derive(Default)]
 pub(crate) struct NearestFew {
-    /// The bits of each t. The bits of positive f32 values sort in the same order as the values.
+    /// The bit pattern of each t. The bit patterns of positive f32 values sort in the same order as
+    /// the values.
     t_hi: BinaryHeap<u32>,
 }
 
@@ -89,10 +89,10 @@ impl NearestFew {
             self.t_hi.try_reserve(1).ok()?;
             self.t_hi.push(t_hi.to_bits());
         } else if let Some(mut last) = self.t_hi.peek_mut() {
-            // The heap's top is the largest t kept; replace it if this hit is nearer.
+            // The top of the heap is the largest t kept; replace it if the new hit is nearer.
             *last = (*last).min(t_hi.to_bits());
         }
-        // As long as there are not enough hits, any t up to the far end counts.
+        // Until there are enough hits, any t up to the far end counts.
         let last = self.t_hi.peek().filter(|_| self.t_hi.len() == most);
         Some(last.map_or(far, |&last| f32::from_bits(last).min(far)))
     }

@@ -1,6 +1,6 @@
-//! One traversal in five forms: single rays (`single`), streams of incoherent rays (`stream`),
-//! packets of coherent rays (`packet`), bundles of rays that share an origin (`bundle`), and beams
-//! of parallel rays (`beam`).
+//! Five forms of traversal: single rays (`single`), streams of incoherent rays (`stream`), packets
+//! of coherent rays (`packet`), bundles of rays that share an origin (`bundle`), and beams of
+//! parallel rays (`beam`).
 
 pub(crate) mod beam;
 pub(crate) mod bundle;

@@ -1,5 +1,5 @@
-//! Queries for a single ray. They are not generic, so they are compiled once, in this crate, and
-//! not again in every crate that calls them.
+//! Queries for a single ray. They are not generic, so they are compiled once, in this crate,
+//! instead of in every crate that calls them.
 
 use intertri::internal::exact::Side;
 use intertri::{ClosestHit, Crossing, Filter, Hit, LeafSlot, Ray, RayId};
@@ -26,7 +26,7 @@ pub(crate) fn closest_triangle(single: SingleRay<'_>) -> Option<MeshTriangle> {
 
 /// Returns whether the ray hits anything.
 pub(crate) fn any(single: SingleRay<'_>) -> bool {
-    // Traversal ends at the first certain hit, wherever it is along the ray.
+    // Traversal ends at the first certain hit, wherever on the ray the hit is.
     search::<true>(single).is_hit()
 }
 
@@ -39,16 +39,16 @@ pub(crate) fn all(single: SingleRay<'_>) -> Vec<Hit> {
     hits
 }
 
-/// Returns all hits with their sides, sorted by t, then by index. These are the crossings if the
-/// filter uses `Rule::Once`.
+/// Returns all hits and the sides on which the ray hits, sorted by t, then by index. With
+/// `Rule::Once`, these are the crossings.
 pub(crate) fn crossings(single: SingleRay<'_>) -> Vec<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
     let hits = in_order(single).into_iter();
     hits.map(|(hit, slot)| crossing(tree, filter, ray, hit, slot)).collect()
 }
 
-/// Returns the closest hit with its side. This is the next crossing if the filter uses
-/// `Rule::Once`.
+/// Returns the closest hit and the side on which the ray hits. With `Rule::Once`, this is the next
+/// crossing.
 pub(crate) fn next_crossing(single: SingleRay<'_>) -> Option<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
     // Under `Rule::Once`, every hit is a crossing, so the closest hit is the next crossing.
@@ -64,7 +64,7 @@ pub(crate) fn winding(single: SingleRay<'_>) -> Containment {
     let slots = filter.level().run(All(single)).into_iter();
     let leaves = slots.map(|slot| leaves(tree, filter, ray, slot));
     // Leaving counts as 1 and entering as -1. The sum is the winding number of the origin, whatever
-    // the direction.
+    // the direction of the ray.
     leaves.fold(Containment::Outside, Containment::crossed)
 }
 
@@ -84,8 +84,8 @@ fn in_order(single: SingleRay<'_>) -> Vec<(Hit, LeafSlot)> {
         (resolver.hit_attributes(ray, &triangle, index, (id, slot)), slot)
     };
     let mut hits: Vec<_> = filter.level().run(All(single)).into_iter().map(hit).collect();
-    // Sort by the exact t if the rounded ones are equal, then by index. This is a total order, so
-    // an unstable sort suffices.
+    // Sort by exact t where the rounded values are equal, then by index. This is a total order, so
+    // an unstable sort is enough.
     hits.sort_unstable_by(|(a, one), (b, other)| {
         let [at, bt] = [one, other].map(|slot| tree.triangle_in(*slot));
         resolver.first((ray, id), (a, &at, *one), (b, &bt, *other))
@@ -99,7 +99,7 @@ fn crossing(tree: &Tree, filter: &Filter<'_>, ray: &Ray, mut hit: Hit, slot: Lea
     Crossing { hit, leaves: leaves(tree, filter, ray, slot) }
 }
 
-/// Returns whether a ray runs in the direction of the normal of a triangle that it crosses.
+/// Returns whether a ray points in the direction of the normal of a triangle that it crosses.
 fn leaves(tree: &Tree, filter: &Filter<'_>, ray: &Ray, slot: LeafSlot) -> bool {
     // A crossing is a hit under `Rule::Once`, so D is not 0 and its sign determines the side.
     let side = filter.resolver().facing(ray, &tree.triangle_in(slot), (RayId(0), slot));

@@ -8,14 +8,14 @@ use super::HitPairs;
 use crate::containment::Containment;
 use crate::tree::{MeshTriangle, Tree};
 
-/// A slice of results, one per ray, or a list of hits.
+/// The results of tracing rays: a slice with one result per ray, or a list of hits.
 pub enum BatchOutput<'a> {
     /// The closest hits.
     Hits(&'a mut [Hit]),
     /// The closest hits in f32.
     Hits32(&'a mut [Hit32]),
-    /// The triangles of the closest hits, given by their positions among all triangles until they
-    /// are renamed.
+    /// The triangles of the closest hits. Until they are renamed, they are identified by their
+    /// positions among the triangles of all meshes.
     Triangles(&'a mut [MeshTriangle]),
     /// Whether rays hit anything.
     Any(&'a mut [bool]),
@@ -28,13 +28,13 @@ pub enum BatchOutput<'a> {
 }
 
 impl BatchOutput<'_> {
-    /// Returns whether any hit suffices.
+    /// Returns whether any hit is enough, instead of the closest hit or all hits.
     #[inline(always)]
     pub(crate) fn any(&self) -> bool {
         matches!(self, Self::Any(_))
     }
 
-    /// Returns whether all hits are needed, not only the closest or any.
+    /// Returns whether all hits are needed, rather than the closest hit or any hit.
     #[inline(always)]
     pub(crate) fn every(&self) -> bool {
         matches!(self, Self::Pairs(_) | Self::Crossings(_) | Self::Containments(_))
@@ -89,8 +89,8 @@ impl BatchOutput<'_> {
             Self::Triangles(triangles) => {
                 let position =
                     closest.triangle().map_or(TriangleId::NONE, |(position, _)| position);
-                // For now, store the position among all triangles. At the end, `rename` converts it
-                // to a geometry and an index.
+                // For now, store the position among the triangles of all meshes. `rename` later
+                // converts it to a geometry and an index.
                 triangles[ray] = MeshTriangle { triangle: position.0, geometry: 0 };
             }
             Self::Any(any) => any[ray] = closest.is_hit(),
@@ -99,7 +99,7 @@ impl BatchOutput<'_> {
         true
     }
 
-    /// Replaces the positions of triangles among all triangles with their geometries and indices.
+    /// Replaces the overall positions of triangles with their geometries and indices.
     pub(crate) fn rename(self, tree: &Tree) {
         match self {
             Self::Hits(hits) => tree.geometries.rename(hits),

@@ -12,13 +12,13 @@ use super::tube::Across;
 use crate::util::memory::{NoMemory, zeros};
 use crate::util::threads;
 
-/// The approximate number of points in a row of a strip.
+/// The approximate number of points in each row of a strip.
 const ROW: usize = 2;
 
-/// The minimum number of points that a thread processes at a time.
+/// The minimum number of points that a thread processes per task.
 const LEAST: usize = 1 << 12;
 
-/// Returns the indices of the points in an order in which lines through successive points are close
+/// Returns the indices of the points, ordered so that lines through successive points are close
 /// together.
 pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     points: &[[P; 3]],
@@ -29,7 +29,7 @@ pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     threads::write(&mut cells, LEAST, |i| strips.cell(points[i]));
 
     // Count the points in each cell and turn the counts into start offsets. Placing the points then
-    // advances them to end offsets.
+    // advances the start offsets to end offsets.
     let mut ends = zeros::<u32>(strips.cells())?;
     for &cell in &cells {
         ends[cell as usize] += 1;
@@ -52,7 +52,7 @@ struct Strips {
     across: Across,
     lo: [f64; 2],
     scale: [f64; 2],
-    /// The index of the last strip and the index of the last row.
+    /// The index of the last strip, and the index of the last row in a strip.
     last: [u32; 2],
 }
 
@@ -71,8 +71,8 @@ impl Strips {
             }
         }
         let [width, height] = [0, 1].map(|k| (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
-        // Points may be so far apart that a width is infinite and the ratio NaN. In that case, use
-        // the maximum.
+        // If points are extremely far apart, a width may be infinite and the ratio NaN. In that
+        // case, use the maximum.
         let some = |count: f64, most: f64| count.ceil().min(most).max(1.0);
         let count = points.len() as f64;
         let strips = some((count / 16.0 * (width / height)).sqrt(), 4096.0);
@@ -89,11 +89,10 @@ impl Strips {
     #[inline(always)]
     fn cell<P: Copy + Into<f64>>(&self, point: [P; 3]) -> u32 {
         let at = self.across.place(point.map(Into::into));
-        // A NaN counts as 0.
+        // NaN is converted to 0.
         let cell = |k: usize| (((at[k] - self.lo[k]) * self.scale[k]) as u32).min(self.last[k]);
         let (strip, row) = (cell(0), cell(1));
-        // Go up one strip and down the next, so that neighbours in the order are neighbours in the
-        // plane.
+        // Go up one strip and down the next, so that successive points are neighbours in the plane.
         let row = if strip % 2 == 0 { row } else { self.last[1] - row };
         strip * (self.last[1] + 1) + row
     }
@@ -104,8 +103,8 @@ mod tests {
     use super::order;
     use crate::util::test_numbers::random;
 
-    /// Every point occurs exactly once, and successive points are close in the plane perpendicular
-    /// to the direction, even with extreme points in the input.
+    /// Checks that every point occurs exactly once, and that successive points are close in the
+    /// plane perpendicular to the direction, even if the input contains extreme points.
     #[test]
     fn neighbours_are_close_across_the_direction() {
         let mut random = random();
@@ -131,8 +130,7 @@ mod tests {
         assert!(near > 39_900, "{near}");
     }
 
-    /// Tests small numbers of points that coincide or are too far apart for their distance to be
-    /// finite.
+    /// Tests small numbers of points that coincide or whose distances are too large to be finite.
     #[test]
     fn any_points_have_an_order() {
         for count in [0, 1, 2, 17] {

@@ -1,4 +1,4 @@
-//! Tests that beams return the correct result for each ray and do not skip rays that suit them.
+//! Tests that beams return the correct result for each ray and trace the rays that suit them.
 
 use intertri::simd::Level;
 use intertri::{Counts, Mode, RayOf, Triangle, TriangleOf};
@@ -10,7 +10,8 @@ use crate::scalar::BvhScalar;
 use crate::solid::classify;
 use crate::util::test_numbers::random;
 
-/// Returns closed shapes around the points of a grid: octahedra, with each face divided into nine.
+/// Returns closed shapes around the points of a grid: octahedra, each of whose faces is divided
+/// into nine.
 fn balls() -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for i in 0..512 {
@@ -35,7 +36,7 @@ fn balls() -> Vec<Triangle> {
     triangles
 }
 
-/// Returns random points among the shapes, corners of triangles, and points next to corners.
+/// Returns random points among the shapes, corners of triangles, and points next to these corners.
 fn points(triangles: &[Triangle], count: usize) -> Vec<[f32; 3]> {
     let mut random = random();
     let mut points: Vec<[f32; 3]> =
@@ -60,7 +61,7 @@ fn left<S: BvhScalar>(triangles: &[TriangleOf<S>], points: &[[S; 3]]) -> usize {
     DIRS.map(|dir| left_of(&bvh, points, &expected, dir)).iter().sum()
 }
 
-/// Like [`left`], but for one direction and given results.
+/// Like [`left`], but for a single direction and given results.
 fn left_of<S: BvhScalar>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
@@ -91,9 +92,9 @@ fn left_of<S: BvhScalar>(
     left
 }
 
-/// Returns points far back on the lines through corners and edges of triangles near the origin.
-/// Rays from such distant points have the least accurate positions, but all decisions must still be
-/// right.
+/// Returns points far back on the lines through corners and edges of triangles near the coordinate
+/// origin. Rays from such distant points have the least accurate positions, but all decisions must
+/// still be correct.
 fn far_back(triangles: &[Triangle], dir: [f32; 3], count: usize) -> Vec<[f32; 3]> {
     let mut random = random();
     let back = |i: usize| {
@@ -120,8 +121,8 @@ fn beams_give_each_ray_its_own_answer() {
     assert_eq!(left(&triangles, &points), 0);
 }
 
-/// Most rays are left untraced if they are far apart or have different directions. The results of
-/// the other rays must be correct.
+/// Tests that most rays are left untraced if they are far apart or have different directions, and
+/// that the results of the other rays are correct.
 #[test]
 fn beams_leave_what_is_too_much_work() {
     let triangles = balls();
@@ -130,8 +131,8 @@ fn beams_leave_what_is_too_much_work() {
     assert!(left(&triangles, &points) > 3 * levels * points.len() / 2);
 }
 
-/// Traces rays from distant origins. With a thirtieth of the margin for such origins, some hits
-/// would be missed.
+/// Traces rays from distant origins. With only a thirtieth of the margin for such origins, some
+/// hits would be missed.
 #[test]
 fn rays_from_far_out_miss_nothing() {
     let triangles = balls();

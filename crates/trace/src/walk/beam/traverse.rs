@@ -1,4 +1,4 @@
-//! Traverses the hierarchy with one beam at a time.
+//! Traverses the hierarchy with beams, one after another.
 
 use intertri::internal::AlongAxis;
 use intertri::simd::{Simd, WithSimd};
@@ -11,7 +11,7 @@ use crate::tree::Tree;
 use crate::util::stop;
 use crate::walk::single::{SlabLanes, TraversalScratch, Walk, octant};
 
-/// After a beam that took too much work, skip this many beams.
+/// The number of beams to skip after a beam that took too much work.
 const PATIENCE: usize = 32;
 
 /// Classifies the origins of rays. Rays with the same direction are traced as beams.

@@ -17,14 +17,14 @@ use crate::walk::single::Slabs;
 /// The number of rays in a beam.
 pub(super) const RAYS: usize = 16;
 
-/// The error of points on the plane, as a fraction of the origins' coordinates: 8u.
+/// The error of points on the plane, as a fraction of the coordinates of the origins: 8u.
 const OFF: f32 = 1.0 / (1 << 21) as f32;
 
-/// The maximum sum of an origin's coordinate magnitudes: 2^100.
+/// The maximum sum of the magnitudes of an origin's coordinates: 2^100.
 const FAR_OUT: f32 = f32::from_bits((127 + 100) << 23);
 
-/// A plane through 0, perpendicular to a coordinate axis, onto which points are projected along a
-/// direction.
+/// A plane through the coordinate origin, perpendicular to a coordinate axis, onto which points are
+/// projected along a direction.
 #[derive(Clone, Copy)]
 pub(super) struct Across {
     /// The axis of the direction's largest component, followed by the other two axes.
@@ -60,7 +60,7 @@ pub(super) struct Tube<S: Simd> {
     /// A ray along the tube, from the centre of the lines' intersections with the plane.
     pub(super) axis: Ray,
     pub(super) slabs: Slabs,
-    /// The maximum distance of a line from the axis, along each coordinate.
+    /// The maximum distance of a line from the tube's axis, measured along each coordinate.
     pub(super) reach: [f32; 3],
     /// The position of each ray's line relative to the axis.
     pub(super) beside: Vec3<S::F32x16>,
@@ -69,8 +69,8 @@ pub(super) struct Tube<S: Simd> {
 }
 
 impl<S: Simd> Tube<S> {
-    /// Creates the tube of rays with the same direction, `t_min` 0, and no far end. Returns `None`
-    /// for other rays or if an origin is too far out.
+    /// Creates the tube of rays that share a direction, have `t_min` 0, and have no far end.
+    /// Returns `None` for other rays or if an origin is too far away.
     #[inline(always)]
     pub(super) fn new(packet: &RayPacket<RAYS>, margin: &Margin) -> Option<Self> {
         let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));
@@ -104,7 +104,7 @@ impl<S: Simd> Tube<S> {
             (at - splat(middle[axis])).store(&mut beside[axis]);
         }
 
-        // Measured from the plane, the tube starts where the first ray does.
+        // As measured from the plane, the tube starts where the first ray starts.
         let start = smallest::<S>(from * splat(1.0 / dir[along]));
         let axis = Ray::new(middle, dir).between(start - start.abs() * OFF, f32::INFINITY);
         let slabs = Slabs::around::<S>([lo, hi], dir, start, margin)?;
@@ -120,8 +120,8 @@ mod tests {
     use intertri::simd::{Lanes, Level, Simd, WithSimd};
     use intertri::{Ray, RayPacket};
 
-    /// Computes the errors of the lines' positions, in multiples of an origin's rounding error: the
-    /// sum along both axes, and the largest along a single axis.
+    /// Computes the errors of the lines' positions, as multiples of the rounding error of an
+    /// origin: the sum along both axes, and the largest error along a single axis.
     struct Off<'a>(&'a [Ray], Margin);
     impl WithSimd for Off<'_> {
         type Output = [f64; 2];
@@ -151,15 +151,15 @@ mod tests {
         }
     }
 
-    /// The errors are at most 6 and 4 times the rounding error of an origin. The first exceeds half
-    /// of what the filter allows: `AWAY = 7u` in `exact.md`.
+    /// Checks that the errors are at most 6 and 4 times the rounding error of an origin. The first
+    /// error exceeds half of what the filter allows: `AWAY = 7u` in `exact.md`.
     #[test]
     fn places_on_the_plane_are_known_so_well() {
         let margin = Margin::new(1.0, None);
         let (mut random, mut most) = (random(), [0.0_f64; 2]);
         for _ in 0..100_000 {
             // Choose directions for which the error is proportional to a single coordinate, and
-            // mostly values with a relatively large unit in the last place.
+            // mostly coordinates with a relatively large ulp.
             let dir = [0.9999 - 1e-3 * random(), 0.9999 - 1e-3 * random(), 1.0];
             let ray = |_| {
                 let origin = [1e-3 * random(), 1e-3 * random(), 1.0 + 1e-2 * random()];

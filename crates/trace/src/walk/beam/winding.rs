@@ -1,4 +1,4 @@
-//! Computes the containment of the origins of a beam's rays by counting crossings at the leaves.
+//! Computes the containment of the origins of a beam's rays by counting crossings in the leaves.
 
 use intertri::internal::exact::Side;
 use intertri::internal::{AlongAxis, Axis};
@@ -11,28 +11,28 @@ use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 use crate::walk::single::Visit;
 
-/// If a beam takes more work than this, tracing its rays one by one is faster. Work is measured in
-/// triangles that the tube reaches.
+/// If a beam takes more work than this, tracing its rays one by one is faster. Work is measured as
+/// the number of triangles that the tube reaches.
 const BUDGET: usize = 256;
 
-/// The fixed amount of work per leaf.
+/// The fixed amount of work for visiting a leaf.
 const LEAF: usize = 4;
 
-/// A beam while it is being traced.
+/// The state of a beam that is being traced.
 pub(super) struct Winding<'a, 'b, S: Simd> {
     tree: &'a Tree,
     filter: Filter<'a>,
-    /// The rays, and the id of the first.
+    /// The rays, and the ID of the first ray.
     rays: (&'b [Ray], RayId),
     packet: PreparedPacket<'b, S, RAYS>,
     axis: Axis,
     beside: Vec3<S::F32x16>,
     along: &'b mut AlongAxis,
-    /// The rays whose origins have not been found to be on a triangle.
+    /// A mask of the rays whose origins have not been found to be on a triangle.
     live: u32,
-    /// For each ray, the sum of the signed crossings of which the filter is certain.
+    /// For each ray, the sum of the signed crossings that the filter considers certain.
     sure: S::F32x16,
-    /// The containment of each origin, according to the crossings that the resolver decided.
+    /// The containment of each origin, based on the crossings that the resolver decided.
     settled: [Containment; RAYS],
     work: usize,
     counts: &'b mut Counts,

@@ -8,13 +8,13 @@ use super::frustum::Frustum;
 use crate::tree::{LEAF, Tree, far_to_near};
 use crate::util::stop;
 
-/// The nodes and leaves still to be visited, each with its depth. The nearest is on top.
+/// The nodes and leaves still to be visited, each with its depth. The nearest one is on top.
 pub(super) type Pending = Vec<(u32, f32)>;
 
 /// The bounds of the current rays.
 pub(super) struct Culling<'a> {
     pub(super) frustum: Frustum,
-    /// A plane before which all rays end, if one is known.
+    /// A plane in front of which all rays end, if one is known.
     pub(super) end_plane: Option<&'a EndPlane>,
     /// Whether hits shorten the rest of the traversal, as in closest-hit queries.
     pub(super) closest: bool,
@@ -45,7 +45,7 @@ impl Culling<'_> {
     fn next_leaf<S: Simd>(&self, tree: &Tree, stack: &mut Pending, far: f32) -> Option<u32> {
         loop {
             let (child, near) = stack.pop()?;
-            // The entry was pushed when rays still reached farther.
+            // When this entry was pushed, rays still reached farther.
             if near > far {
                 continue;
             }
@@ -60,8 +60,8 @@ impl Culling<'_> {
             let mut order = far_to_near(met, self.frustum.octant).to_le_bytes();
             if self.closest && met.count_ones() > 1 {
                 let mut middles = [0.0; 8];
-                // Store twice the depth of each box's centre. For a wide frustum, sorting by this
-                // depth is better than the octant's order.
+                // Store twice the depth of each box's centre. For a wide frustum, sorting by these
+                // depths is better than using the octant's order.
                 (near + self.frustum.far::<S::F32x8>(node)).store(&mut middles);
                 by_middle(&mut order[..met.count_ones() as usize], &middles);
             }
@@ -86,7 +86,7 @@ fn by_middle(slots: &mut [u8], middles: &[f32; 8]) {
     let middle = |slot: u8| middles[usize::from(slot % 8)];
     for i in 1..slots.len() {
         let (slot, mut to) = (slots[i], i);
-        // There are at most eight slots, almost in order.
+        // There are at most eight slots, and they are almost sorted.
         while to > 0 && middle(slots[to - 1]) < middle(slot) {
             slots[to] = slots[to - 1];
             to -= 1;

@@ -1,4 +1,4 @@
-//! Decides whether triangles are so small compared with the packets of a bundle that tracing rays
+//! Decides whether triangles are so small, compared with the packets of a bundle, that tracing rays
 //! one by one is faster.
 //!
 //! ```text
@@ -9,7 +9,7 @@
 //!          W
 //! ```
 //!
-//! The size of the triangles in a bundle's first leaves shows whether it is worth continuing,
+//! The size of the triangles in a bundle's first leaves shows whether continuing is worthwhile,
 //! before much work is done.
 
 use intertri::internal::Outlines;
@@ -18,15 +18,15 @@ use intertri::simd::{Lanes, Mask, Simd};
 use super::projection::Projection;
 use crate::util::lane_ops::total;
 
-/// If a packet reaches more triangles than this, assuming that triangles cover the projection once,
+/// If triangles that cover the projection once would make a packet reach more triangles than this,
 /// tracing its rays one by one is faster.
 const TOO_MANY: f32 = 56.0;
 
 /// The corresponding limit for closest-hit queries.
 const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
 
-/// Returns the packets that would reach too many triangles if all triangles had the average size of
-/// the triangles in these leaves.
+/// Returns a mask of the packets that would reach too many triangles if all triangles had the
+/// average size of the triangles in these leaves.
 #[inline(always)]
 pub(crate) fn too_dense<S: Simd>(
     projection: &Projection<S>,
@@ -34,7 +34,7 @@ pub(crate) fn too_dense<S: Simd>(
     closest: bool,
 ) -> u64 {
     // Compute the average size of the triangles. If a triangle extends to infinity, the average is
-    // infinite and does not count as small.
+    // infinite, so the triangles do not count as small.
     let (mut sum, mut triangles) = ([0.0; 2], 0);
     for outlines in leaves {
         let ([widths, heights], live) = outlines.sizes::<S::F32x16>();
@@ -44,7 +44,7 @@ pub(crate) fn too_dense<S: Simd>(
     let [w, h] = [sum[0] / triangles as f32, sum[1] / triangles as f32];
     let too_many = if closest { TOO_MANY_FOR_CLOSEST } else { TOO_MANY };
 
-    // Estimate how many triangles a packet reaches, on average over its group.
+    // Estimate how many triangles a packet reaches, averaged over its group.
     let mut packets = 0;
     for (number, (lo, hi)) in projection.rectangles().enumerate() {
         let used = projection.used.saturating_sub(16 * number).min(16);
@@ -91,8 +91,8 @@ mod tests {
 
     #[test]
     fn groups_are_left_where_triangles_are_small_beside_packets() {
-        // Use sheets of squares of a given size, and four groups of rays. The rays of the first two
-        // groups are closer together than the rays of the other two.
+        // Use sheets of squares of a given size, and four groups of rays. Rays are closer together
+        // in the first two groups than in the other two.
         let sheet = |size: f32| {
             let count = (8.0 / size) as usize;
             let at = |x: usize, y: usize| [x as f32 * size - 4.0, y as f32 * size - 4.0, 0.0];
@@ -123,8 +123,8 @@ mod tests {
         }
     }
 
-    /// If rays toward the same points are in the order of tiles, they are traced as a bundle. In
-    /// random order, where no packet is narrower than the bundle, they are left to a stream.
+    /// Tests that rays toward the same points are traced as a bundle if they are sorted by tile. In
+    /// random order, no packet is narrower than the bundle, so they are left to a stream.
     #[test]
     fn bundles_in_random_order_are_not_split() {
         let at = |i: usize| [(i % 64) as f32 / 8.0 - 4.0, (i / 64) as f32 / 8.0 - 4.0];
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// Returns the number of packets that a bundle leaves untraced, and its work.
+    /// Returns the number of packets that a bundle leaves untraced, and the amount of work.
     struct Work<'a>(&'a Bvh, &'a [Ray]);
 
     impl WithSimd for Work<'_> {

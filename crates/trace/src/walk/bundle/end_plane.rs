@@ -1,5 +1,5 @@
-//! The end plane: all rays of a bundle end before it, so they cannot hit anything in boxes beyond
-//! it.
+//! The end plane of a bundle: all rays end in front of it, so they cannot hit anything in boxes
+//! beyond it.
 //!
 //! ```text
 //!         ╱ │ │      Rays from a light to a table end at the table, so the floor below is beyond
@@ -23,13 +23,13 @@ const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
 /// A bound on the ratio of a ray's length to its depth, including the rounding of inverse depths.
 const LEAN: f32 = 1.25;
 
-/// The slopes are fitted to the rays of at most this many packets.
+/// The maximum number of packets to whose rays the slopes are fitted.
 const SAMPLE: usize = 16;
 
-/// The maximum coefficient of a form: 2^40.
+/// The maximum magnitude of a form's coefficient: 2^40.
 const LARGEST: f32 = (1_u64 << 40) as f32;
 
-/// A plane before which all rays end.
+/// A plane in front of which all rays end.
 pub(crate) struct EndPlane {
     /// All rays end before the signed distance along this plane's normal exceeds 1.
     plane: CullingPlane,
@@ -43,7 +43,7 @@ impl EndPlane {
         let (form, least) = form(projection);
         let plane = CullingPlane::new(normal(frame, form), frame, margin);
 
-        // Hits are closer than the farthest end of a ray, and inside the scene.
+        // Hits are inside the scene and no farther away than the farthest end of a ray.
         let away = frame.origin().iter().fold(0.0, |m: f32, x| m.max(x.abs()));
         let distance = (LEAN / least).min(away + margin.reach);
         Self { plane: plane.for_places_within(distance) }
@@ -69,7 +69,8 @@ fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
 fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let splat = S::F32x16::splat;
     // Start with the slopes of a least-squares fit and lower the form until it is below the inverse
-    // end of every ray. Every plane lowered in this way is correct; a good fit culls more.
+    // end depth of every ray. Any plane lowered in this way is correct; a good fit culls more
+    // boxes.
     let [along_x, along_y] = slopes(projection);
     let (mut least, mut ends) = (splat(f32::INFINITY), splat(f32::INFINITY));
     for packet in 0..projection.used {
@@ -82,7 +83,7 @@ fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let (least, ends) = (smallest::<S>(least), smallest::<S>(ends));
     let size = least.abs() + along_x.abs() + along_y.abs();
     let is_known = size < LARGEST;
-    // A form of 0 is at infinite depth and culls nothing.
+    // A form of 0 corresponds to infinite depth and culls nothing.
     let form = if is_known { [least - ROUNDING * size, along_x, along_y] } else { [0.0; 3] };
     (form, ends)
 }
@@ -112,7 +113,7 @@ fn slopes<S: Simd>(projection: &Projection<S>) -> [f32; 2] {
     let (xx, xy, yy) = (total(xx) - x * x / n, total(xy) - x * y / n, total(yy) - y * y / n);
     let (xs, ys) = (total(xs) - x * s / n, total(ys) - y * s / n);
 
-    // Collinear points determine no slope across their line.
+    // Collinear points determine no slope perpendicular to their line.
     let size = xx * yy - xy * xy;
     if size > 1e-3 * xx * yy {
         [(xs * yy - ys * xy) / size, (ys * xx - xs * xy) / size]
@@ -175,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_form_is_below_all_ends_and_not_far() {
-        // Rays end at the plane or up to 0.7 % before it.
+        // Rays end at the plane or up to 0.7 % in front of it.
         let off = |i: usize| (i * 13 % 8) as f32 * 1e-3;
         let mut rays: Vec<Ray> = (0..1024).map(|i| to_wall(i, off(i))).collect();
         // A ray whose interval is empty is dead and may end elsewhere.

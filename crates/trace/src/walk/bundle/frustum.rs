@@ -21,10 +21,10 @@ use super::end_plane::EndPlane;
 use super::plane::CullingPlane;
 use crate::tree::{Margin, Node};
 
-/// The distance by which the sides are outside every ray, as a slope: 2^-18.
+/// The slope by which the side planes are tilted away from every ray: 2^-18.
 const MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
-/// Four planes around rays from one origin, and the axis along which the rays run.
+/// Four planes around rays from one origin, and the main axis of the rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
     sides: [CullingPlane; 4],
@@ -54,8 +54,8 @@ impl Frustum {
         Self { sides, axis: CullingPlane::new(depth, frame, margin), octant }
     }
 
-    /// Returns a mask of a node's boxes that a ray may reach before the depth `far` and, if known,
-    /// before the rays end. Also returns the depth at which each box begins.
+    /// Returns a mask of a node's boxes that a ray may reach before the depth `far` and, if an end
+    /// plane is known, before the rays end. Also returns the depth at which each box begins.
     #[inline(always)]
     pub(crate) fn meet<F: Lanes<Scalar = f32>>(
         &self,
@@ -69,7 +69,7 @@ impl Frustum {
             met = met & ends.may_meet::<F>(node);
         }
         for side in &self.sides {
-            // Test the innermost corner: if this corner is outside, the whole box is outside.
+            // Test the innermost corner: if it is outside, so is the whole box.
             met = met & side.of_boxes::<F>(node, false).ge(F::splat(-side.pad));
         }
         (met.bits(), near)
@@ -94,7 +94,7 @@ mod tests {
     use crate::walk::bundle::projection::Projection;
     use crate::walk::bundle::rays::BundleRays;
 
-    /// Finds the first ray whose point at t = 1 is lost, that is, outside the rays' frustum or
+    /// Finds the first ray whose point at t = 1 is lost because it is outside the rays' frustum or
     /// beyond its own depth.
     struct Lost<'a>(&'a [Ray]);
 
@@ -114,7 +114,7 @@ mod tests {
                 let [x, y, z] = [0, 1, 2].map(|k| o[k] + d[k]);
                 let mut node = Node::NO_CHILDREN;
                 node.set(5, &Aabb { lo: [x, y, z, 0.0], hi: [x, y, z, 0.0] }, 0);
-                // Compute the largest depth at which a hit still counts, as for bundles.
+                // Compute the largest depth at which a hit still counts, as bundles do.
                 let far = (0..3).map(|k| f64::from(depth[k]) * f64::from(d[k])).sum::<f64>() as f32;
                 let far = far + far * (1.0 / (1 << 18) as f32);
                 !projection.is_outlier(number)
@@ -124,14 +124,14 @@ mod tests {
         }
     }
 
-    /// Uses points that have no rounding error: integers times a power of two.
+    /// Tests points that have no rounding error: integers multiplied by a power of two.
     #[test]
     fn a_frustum_holds_the_points_of_its_rays() {
         let mut random = random();
         let levels: Vec<Level> = Level::all().collect();
         for i in 0..40_000 {
-            // The points are either close to the origin, compared with its coordinates, or far from
-            // it.
+            // Relative to the magnitude of the origin's coordinates, place the points either close
+            // to the origin or far from it.
             let [away, long] = [22.0, 21.0].map(|most| (most * random()).exp2());
             let mut whole = |size: f32| (size * (2.0 * random() - 1.0)).round();
             let [origin, middle] = [away, long].map(|size| [(); 3].map(|()| whole(size)));

@@ -1,13 +1,13 @@
-//! Processes several leaves at once for the rays of a bundle: lists which packets are tested
-//! against which triangles.
+//! Processes several leaves at once for the rays of a bundle: lists the packets to test and the
+//! triangles to test them against.
 //!
 //! ```text
 //!   blocks ─► outlines ──► triangles in a group's window ──► packets that reach them ──► tests
 //!     8      4 (one per two)     up to 64 per group                 up to 16 each         one list
 //! ```
 //!
-//! Each arrow is one loop over all leaves, because a branch per block or triangle would be
-//! mispredicted.
+//! Each arrow is one loop over all leaves, because the CPU would often mispredict a branch per
+//! block or triangle.
 
 use intertri::internal::{Outline, Outlines};
 use intertri::simd::{Lanes, Simd};
@@ -20,10 +20,10 @@ use crate::util::prefetch::Prefetch;
 /// The maximum number of leaves to process at once.
 pub(crate) const AT_ONCE: usize = 8;
 
-/// The maximum number of triangles.
+/// The maximum number of triangles to process at once.
 const TRIANGLES: usize = 8 * AT_ONCE;
 
-/// The maximum number of pairs of a triangle and a group.
+/// The maximum number of pairs, each of a triangle and a group.
 const PAIRS: usize = GROUPS * TRIANGLES;
 
 /// The maximum number of tests.
@@ -33,20 +33,19 @@ const TESTS: usize = 16 * PAIRS;
 #[derive(Clone, Copy)]
 pub(crate) struct PacketTest {
     pub(crate) packet: usize,
-    /// The index of the pair of the triangle and the packet's group, among the pairs of the listed
-    /// leaves.
+    /// The index of the pair that consists of the triangle and the packet's group.
     pub(crate) number: usize,
 }
 
 /// The numbers of pairs and tests that have been listed.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct ListedTests {
-    /// The number of pairs of a triangle and a group, by group.
+    /// For each group, the number of pairs of a triangle and this group.
     pub(crate) pairs: [usize; GROUPS],
     pub(crate) tests: usize,
 }
 
-/// Several leaves and the tests for them.
+/// Several leaves, and the tests to run on their triangles.
 pub(crate) struct Leaves {
     /// The indices of the leaves.
     pub(crate) blocks: [u32; AT_ONCE],
@@ -54,9 +53,9 @@ pub(crate) struct Leaves {
     outlines: [Outlines; AT_ONCE / 2],
     /// For each pair of a triangle and a group, the triangle's position among all blocks.
     places: [u8; PAIRS],
-    /// For each test, the packet. A write of eight entries may extend beyond the last test.
+    /// The packet of each test. A write of eight entries may extend beyond the last test.
     packets: [u8; TESTS + 8],
-    /// For each test, the index of the pair, with the same spare entries.
+    /// The pair index of each test, with the same number of spare entries.
     numbers: [u8; TESTS + 8],
 }
 
@@ -146,7 +145,7 @@ impl Leaves {
         &self.outlines[..used.div_ceil(2)]
     }
 
-    /// Returns the i-th test.
+    /// Returns the test at index i.
     #[inline(always)]
     pub(crate) fn test(&self, i: usize) -> PacketTest {
         let i = i % TESTS;
@@ -163,7 +162,7 @@ impl Leaves {
     /// Moves a test to index i, which must be at or before its current index.
     #[inline(always)]
     pub(crate) fn put(&mut self, i: usize, PacketTest { packet, number }: PacketTest) {
-        // Avoid a bounds check, which would separate the loads of a test from their use.
+        // Avoid a bounds check, which would come between the loads of a test and their uses.
         let i = i % TESTS;
         (self.packets[i], self.numbers[i]) = (packet as u8, number as u8);
     }

@@ -5,10 +5,10 @@ use intertri::simd::Lanes;
 
 use super::principal_axis::Spread;
 
-/// The maximum coordinate of an origin: 2^30.
+/// The maximum magnitude of an origin's coordinate: 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
-/// The maximum coordinate of the scene, so that no distance from a plane overflows: 2^80.
+/// The maximum magnitude of a scene coordinate, so that no distance from a plane overflows: 2^80.
 const LARGEST_REACH: f32 = (1_u128 << 80) as f32;
 
 /// Creates a frame that looks along `sum`. One of its axes follows the direction in which the rays
@@ -35,13 +35,13 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     Some(Frame::new(origin, depth, across[0], across[1]))
 }
 
-/// Returns two orthogonal axes perpendicular to `depth`, the first as parallel to `step` as
-/// possible.
+/// Returns two orthogonal axes perpendicular to `depth`. The first is as close as possible to the
+/// direction of `step`.
 fn across(depth: [f32; 3], step: [f32; 3]) -> Option<[[f32; 3]; 2]> {
     let along = dot(step, depth);
     let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
-        // If the step is almost parallel to the depth, the remainder is small and its direction is
-        // mostly rounding error.
+        // If the step is almost parallel to the depth axis, the remainder is small and its
+        // direction is mostly rounding error.
         .filter(|right| dot(*right, depth).abs() < 1e-6)
         .or_else(|| unit(cross(depth, [1.0, 0.0, 0.0])))
         .or_else(|| unit(cross(depth, [0.0, 1.0, 0.0])))?;
@@ -56,7 +56,7 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Returns the normalized vector, or `None` if its length is almost zero or not finite.
+/// Returns the normalized vector, or `None` if the vector's length is almost zero or not finite.
 fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let square = dot(v, v);
     let sane = square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX;

@@ -1,7 +1,7 @@
 //! Bundles of coherent rays: up to 1024 rays that share an origin or end at one point, traced
 //! together.
 //!
-//! Rays are projected onto a frame ([`projection`]), so intersection tests work like those of a
+//! Rays are projected onto a frame ([`projection`]), so intersection tests resemble those of a
 //! rasterizer. Nodes are culled against the frustum around all rays ([`culling`]), and triangles
 //! against windows ([`leaf_tests`]).
 

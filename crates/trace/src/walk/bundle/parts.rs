@@ -1,16 +1,15 @@
-//! Splitting of bundles: a bundle that takes too much work is split into parts, which may be split
-//! again.
+//! Splits a bundle that takes too much work into parts, which may be split again.
 
 use super::projection::{GROUPS, PACKETS};
 
-/// The widths of parts in packets. A bundle that takes too much work is split into parts of the
-/// second width, and each of these parts into parts of the third.
+/// The widths of parts, in packets. A bundle that takes too much work is split into parts of the
+/// second width, and each of these into parts of the third width.
 pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 
 /// A part is split once it has taken this many packet tests per ray.
 const SPLIT: usize = 8;
 
-/// One of the smallest parts is given up after this much work per ray, because its rays have too
+/// After this much work per ray, one of the smallest parts is given up, because its rays have too
 /// little in common. For any-hit queries, the limit is a quarter of this value, since single-ray
 /// traversal also finds a hit sooner.
 const PATIENCE: usize = 32;
@@ -23,8 +22,8 @@ pub(super) fn budget(level: usize, any: bool) -> usize {
     a_ray * 16 * WIDTHS[level]
 }
 
-/// The waiting parts of a bundle, smaller ones first. The capacity covers all parts of the smaller
-/// widths.
+/// The waiting parts of a bundle, the smaller ones first. The capacity is enough for all parts of
+/// the smaller widths.
 #[derive(Default)]
 pub(super) struct Waiting {
     parts: [(u64, usize); 2 * (WIDTHS.len() - 1) * GROUPS],
@@ -32,10 +31,10 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
-    /// Splits a part into smaller parts and adds these to the waiting parts.
+    /// Splits a part into smaller parts and adds them to the waiting parts.
     pub(super) fn add(&mut self, part: u64, level: usize) {
         let width = WIDTHS[level];
-        // Add them in reverse, because the part added last is taken first.
+        // Add the parts in reverse order, because the part added last is taken first.
         for first in (0..PACKETS).step_by(width).rev() {
             let smaller = part & (u64::MAX >> (PACKETS - width)) << first;
             if smaller != 0 {
@@ -45,7 +44,7 @@ impl Waiting {
         }
     }
 
-    /// Returns the next part with live packets: a mask of these packets, and the part's level.
+    /// Returns the next part that has live packets: a mask of these packets, and the part's level.
     pub(super) fn next(&mut self, alive: u64) -> Option<(u64, usize)> {
         loop {
             self.len = self.len.checked_sub(1)?;

@@ -5,7 +5,7 @@ use intertri::simd::Lanes;
 
 use crate::tree::{Margin, Node};
 
-/// The padding of a plane, relative to the largest coordinate of the origin: 10u. Other rounding
+/// The padding of a plane, as a fraction of the origin's largest coordinate: 10u. Other rounding
 /// errors are proportional to the distance, and callers account for them.
 const PAD: f32 = 10.0 / (1 << 24) as f32;
 
@@ -32,8 +32,8 @@ impl CullingPlane {
         }
     }
 
-    /// Adds a margin for comparing distances with 1. It covers the rounding errors for points that
-    /// are at most `distance` from the origin along each axis.
+    /// Adds a margin for comparing distances with 1. The margin covers the rounding errors for
+    /// points that are at most `distance` away from the origin along each axis.
     pub(crate) fn for_places_within(self, distance: f32) -> Self {
         let pad = self.pad + PAD * (distance * size(self.normal) + 1.0);
         Self { pad, ..self }
@@ -44,8 +44,8 @@ impl CullingPlane {
     #[inline(always)]
     pub(crate) fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
-        // The signs of the normal determine which corner is lowest or highest along it. The choice
-        // is the same for all eight boxes.
+        // The signs of the normal determine which corner is lowest or highest along it; they are
+        // the same for all eight boxes.
         let x = node.sides(0, (normal[0] > 0.0) != low);
         let y = node.sides(1, (normal[1] > 0.0) != low);
         let z = node.sides(2, (normal[2] > 0.0) != low);

@@ -1,4 +1,4 @@
-//! The principal axis: the direction in which the rays of a bundle spread most.
+//! Finds the principal axis of a bundle, which is the direction in which its rays spread most.
 //!
 //! ```text
 //!   ┌──────────┐
@@ -35,8 +35,8 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     pub(crate) fn add(&mut self, dirs: [F; 3]) {
         let mut off = dirs;
         for k in 0..3 {
-            // Subtract one of the directions, because a small spread would be lost in sums of
-            // squares of large numbers.
+            // Subtract one of the directions, because a small spread would be lost in sums of large
+            // squares.
             off[k] = dirs[k] - F::splat(self.about[k]);
             self.sum[k] = self.sum[k] + off[k];
         }
@@ -68,8 +68,8 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
             }
         }
 
-        // There is no axis to find if the spread is almost aligned with `right` and `up`, or not
-        // finite.
+        // No axis is needed if the spread is almost aligned with `right` or `up`, and none can be
+        // found if it is not finite.
         if 16.0 * xy * xy <= xx * yy || !(xx + yy).is_finite() {
             return None;
         }
@@ -98,7 +98,7 @@ mod tests {
         let line =
             |x: f32, y: f32| (0..9).map(|i| [i as f32 * x, i as f32 * y, 5.0]).collect::<Vec<_>>();
 
-        // The slope is 2, regardless of where the rays are and how long they are.
+        // The slope is 2, whatever the position and length of the directions.
         let [x, y, z] = axis(&line(0.1, 0.2)).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-4 * y.abs() && z == 0.0, "{x} {y} {z}");
         let far: Vec<_> =
@@ -106,7 +106,7 @@ mod tests {
         let [x, y, z] = axis(&far).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-2 * y.abs() && z == 0.0, "{x} {y} {z}");
 
-        // The spread is already parallel to an axis, or equal in both directions.
+        // The spread is already parallel to an axis, or it is the same in all directions.
         assert_eq!(axis(&line(0.1, 0.0)), None);
         assert_eq!(axis(&line(0.0, 0.3)), None);
         assert_eq!(

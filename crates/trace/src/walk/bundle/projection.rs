@@ -1,4 +1,4 @@
-//! The rays of a bundle in lanes, projected onto a frame.
+//! The rays of a bundle, stored in lanes and projected onto a frame.
 //!
 //! ```text
 //!   four rays in memory      four registers      sixteen rays per packet,
@@ -23,21 +23,21 @@ use crate::util::prefetch::Prefetch;
 /// The maximum number of rays in a bundle.
 pub(crate) const RAYS: usize = 1024;
 
-/// The maximum number of packets in a bundle, of sixteen rays each.
+/// The maximum number of packets in a bundle. A packet has sixteen rays.
 pub(crate) const PACKETS: usize = RAYS / 16;
 
-/// The maximum number of groups in a bundle, of sixteen packets each. A triangle is tested against
-/// all windows of a group at once.
+/// The maximum number of groups in a bundle. A group has sixteen packets, and a triangle is tested
+/// against all their windows at once.
 pub(crate) const GROUPS: usize = PACKETS / 16;
 
-/// The frame is chosen based on a sample of at most this many rays.
+/// The maximum number of rays to sample when choosing the frame.
 const SAMPLE: usize = 64;
 
-/// At most one ray in this many may be an outlier of a bundle.
+/// At most one in this many rays of a bundle may be an outlier.
 const OUTLIERS: usize = 2;
 
-/// If a triangle is larger than this fraction of a group's window along x or y, its edges are also
-/// tested against the windows of packets.
+/// If a triangle exceeds this fraction of a group's window along x or y, its edges are also tested
+/// against the windows of packets.
 const LARGE: f32 = 0.5;
 
 /// Returns the origin and `t_min` of a ray, or its direction and `t_max`.
@@ -47,8 +47,9 @@ fn half(ray: &Ray, half: usize) -> &[f32; 4] {
     &halves[half]
 }
 
-/// The rays of a bundle in lanes, as points of a projection, and what they have hit so far. It is
-/// reused for many bundles, because creating it takes longer than tracing some bundles.
+/// The rays of a bundle in lanes, as points of a projection, along with what they have hit so far.
+/// A projection is reused for many bundles, because creating it takes longer than tracing some
+/// bundles.
 pub(crate) struct Projection<S: Simd> {
     pub(crate) frame: Frame,
     pub(crate) points: [Points<S::F32x16>; PACKETS],
@@ -63,13 +64,14 @@ pub(crate) struct Projection<S: Simd> {
     pub(crate) ranges: Ranges<S::F32x16>,
     /// Bit i of `live[p]` is set if ray `16 p + i` is still searching for a hit.
     pub(crate) live: [u32; PACKETS],
-    /// Bit i of `outliers[p]` is set if ray `16 p + i` misses the projection and is not traced
-    /// here.
+    /// Bit i of `outliers[p]` is set if ray `16 p + i` misses the projection and must be traced
+    /// elsewhere.
     outliers: [u32; PACKETS],
     pub(crate) has_outliers: bool,
 }
 
-/// The smallest and largest x and y of each packet, by group: sixteen per cache line.
+/// The smallest and largest x and y of each packet, grouped so that sixteen packets share a cache
+/// line.
 #[repr(C, align(64))]
 struct Rows {
     lo: [[[f32; 16]; 2]; GROUPS],
@@ -129,8 +131,8 @@ impl<S: Simd> Projection<S> {
     }
 
     /// Projects rays and marks all of them as live, while prefetching some of the next rays.
-    /// Returns the window around them, or `None` if too many rays diverge, or if values are too
-    /// large or too small.
+    /// Returns the window around the projected rays, or `None` if too many rays diverge or values
+    /// are too large or too small.
     #[inline(always)]
     pub(crate) fn project(
         &mut self,
@@ -178,7 +180,7 @@ impl<S: Simd> Projection<S> {
             // Nothing has been hit yet.
             let given = (1 << (count - 16 * packet).min(16)) - 1;
             let asked = sixteen_bits::<S>(given) & on_screen;
-            // The comparisons are false if either end is NaN, which leaves the lane dead.
+            // The comparisons are false if either end is NaN, so the lane is then dead.
             let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
             self.live[packet] = live.bits();
             starts = starts_by.starts_in(&starts, &met, [near, sure.unwrap_or(near)], live);
@@ -188,12 +190,12 @@ impl<S: Simd> Projection<S> {
                 if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
         }
         self.has_outliers = outliers > 0;
-        // If many rays do not fit the projection, a narrower bundle may work.
+        // If many rays miss the projection, a narrower bundle may work.
         if outliers > count / OUTLIERS {
             return None;
         }
-        // Round down to get a lower bound on z, which is used to convert a threshold to an inverse
-        // depth.
+        // Round down to get a lower bound on z. The bound is used to convert a threshold to an
+        // inverse depth.
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
 
@@ -202,7 +204,7 @@ impl<S: Simd> Projection<S> {
         }
         let (lo, hi) = self.ask(self.all());
 
-        // Reversed rays may miss the origin, and so may the f64 originals of copies.
+        // Reversed rays and the f64 originals of copies may miss the origin.
         let off = match &reversal {
             Some(reversal) => reversal.off()?,
             None => 0.0,
@@ -224,8 +226,8 @@ impl<S: Simd> Projection<S> {
         let on_screen = met.on_screen();
         let outliers = !on_screen.bits() & 0xffff;
         if outliers != 0 {
-            // Outliers take the point of another ray, so that they do not widen the window of their
-            // packet.
+            // Give outliers the point of another ray, so that they do not widen their packet's
+            // window.
             met = instead::<S>(met, on_screen);
         }
         self.outliers[packet] = outliers;
@@ -238,14 +240,14 @@ impl<S: Simd> Projection<S> {
         (met, on_screen)
     }
 
-    /// Returns the bounding rectangles of packets, by group: the smallest x and y of each, and the
-    /// largest.
+    /// Returns the bounding rectangles of packets, by group: the smallest x and y of each packet,
+    /// and the largest.
     pub(crate) fn rectangles(&self) -> impl Iterator<Item = (&[[f32; 16]; 2], &[[f32; 16]; 2])> {
         self.rows.lo.iter().zip(&self.rows.hi)
     }
 
-    /// Returns whether the rays of some packets are in random order, so that the rectangle of each
-    /// packet is about as large as the rectangle around all of them.
+    /// Returns whether the rays of some packets are in random order, in which case the rectangle of
+    /// each packet is about as large as the rectangle around all of them.
     pub(crate) fn is_scattered(&self, packets: u64) -> bool {
         let area = |lo: [f32; 2], hi: [f32; 2]| (hi[0] - lo[0]) * (hi[1] - lo[1]);
         let (mut sum, mut lo, mut hi) = (0.0, [f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
@@ -340,14 +342,14 @@ pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32
 /// The smallest and the largest x and y.
 pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
 
-/// Returns the same window sixteen times, to test triangles in lanes.
+/// Returns sixteen copies of a window, for testing triangles in lanes.
 #[inline(always)]
 fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x16> {
     let splat = S::F32x16::splat;
     Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
 }
 
-/// Returns sixteen values, replaced with `none` where the bit is not set.
+/// Returns sixteen values, with `none` in place of each value whose bit is not set.
 #[inline(always)]
 fn chosen<S: Simd>(bits: u32, numbers: &[f32; 16], none: f32) -> S::F32x16 {
     S::F32x16::select(sixteen_bits::<S>(bits), Lanes::load(numbers), S::F32x16::splat(none))
@@ -358,13 +360,13 @@ fn sixteen_bits<S: Simd>(bits: u32) -> <S::F32x16 as Lanes>::Mask {
     Mask::from_bits(bits)
 }
 
-/// Creates a frame in the mean direction of a sample of the rays.
+/// Creates a frame that looks in the mean direction of a sample of the rays.
 #[inline(always)]
 fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
     let all = rays.rays;
     let [first, second] = [all[0].dir, all[1].dir];
-    // A sample suffices to estimate the centre and spread: any frame is correct, and a good one is
-    // faster.
+    // A sample is enough to estimate the centre and spread: any frame gives correct results, and a
+    // good frame only makes tracing faster.
     let (apart, mut sum) = (all.len().div_ceil(SAMPLE), [S::F32x16::splat(0.0); 3]);
     let mut spread = Spread::about(first);
     for begin in (0..all.len()).step_by(16 * apart) {
@@ -385,8 +387,8 @@ fn side_by_side<S: Simd>(rays: &[Ray; 16]) -> [[S::F32x16; 4]; 2] {
     [S::columns(|i| half(&rays[i], 0)), S::columns(|i| half(&rays[i], 1))]
 }
 
-/// Replaces points that miss the projection with the first point that does not, or with the centre
-/// of the projection if all points miss it.
+/// Replaces each point that misses the projection with the first point that does not, or with the
+/// centre of the projection if all points miss it.
 #[inline(always)]
 fn instead<S: Simd>(
     mut met: Points<S::F32x16>,
@@ -409,7 +411,7 @@ fn extremes<S: Simd>(x: S::F32x16, y: S::F32x16) -> [f32; 4] {
     let ([a, b, c, d], [e, f, g, h]) = (fours::<S>(x), fours::<S>(y));
     let (left, right) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
     let (down, up) = (e.min(f).min(g.min(h)), e.max(f).max(g.max(h)));
-    // Combine four reductions into one: with flipped signs, all are minima.
+    // Combine four reductions into one: with the signs flipped, all four are minima.
     let [a, b, c, d] = S::transpose([left, down, -right, -up]);
     let mut least = [0.0; 4];
     a.min(b).min(c.min(d)).store(&mut least);

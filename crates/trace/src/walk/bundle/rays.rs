@@ -8,11 +8,11 @@ use super::reversed_shadow::CommonEnd;
 #[derive(Clone, Copy)]
 pub(crate) struct BundleRays<'a> {
     pub(crate) rays: &'a [Ray],
-    /// The id of the first ray.
+    /// The ID of the first ray.
     pub(crate) first: RayId,
     /// The rays that follow in the batch.
     pub(crate) next: &'a [Ray],
-    /// The point at which the rays end, if they are traced backward from there.
+    /// The common end of the rays, if they are traced backward from there.
     pub(crate) reversed: Option<CommonEnd>,
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
     other[..3] == [0; 3]
 }
 
-/// Returns the components of a ray as bits.
+/// Returns the bit patterns of a ray's components.
 #[inline(always)]
 fn bits(ray: &Ray) -> &[u32; 8] {
     bytemuck::cast_ref(ray)

@@ -1,5 +1,5 @@
 //! Converts the results of tracing a bundle to the requested form: whether rays hit anything, which
-//! triangles they hit, or all details of the hits.
+//! triangles they hit, or complete hits.
 
 use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
 use intertri::simd::Simd;
@@ -9,14 +9,15 @@ use crate::tree::{MeshTriangle, Tree};
 use crate::walk::BatchOutput;
 use crate::walk::HitPairs;
 
-/// Marks a ray without a hit.
+/// The value that marks a ray without a hit.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// Prefetch the memory of a hit this many hits before writing it: it is rarely in the cache, and
-/// the CPU can buffer the stores of at most a few dozen hits.
+/// The prefetch distance, in hits. The memory for a hit is rarely in the cache, and the CPU can
+/// buffer the stores of a few dozen hits at most.
 const AHEAD: usize = 40;
 
-/// If fewer rays than this hit a triangle, precomputing the values they share is not worth it.
+/// If fewer rays than this hit a triangle, precomputing the values that they share is not
+/// worthwhile.
 const SHARED: u32 = 3;
 
 /// The rays of a packet that hit a triangle.
@@ -35,8 +36,8 @@ pub(crate) struct Results {
     pub(super) seen: Vec<LeafSlot>,
     /// For each ray, the index in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(super) found: Vec<u32>,
-    /// For all-hits queries: triangles, each with a packet and the rays of the packet that hit the
-    /// triangle. `seen` then contains only triangles that are hit.
+    /// Triangles, each with a packet and a mask of the packet's rays that hit it. Used only for
+    /// all-hits queries; `seen` then contains only triangles that are hit.
     pub(super) every: Vec<PacketHits>,
     /// For each entry of `seen`, its triangle's index or its position in `hit`, plus one entry for
     /// rays without a hit.
@@ -44,7 +45,7 @@ pub(crate) struct Results {
     /// The slots of the triangles that are hit.
     hit: Vec<LeafSlot>,
     coefficients: Vec<[HitCoefficients; 8]>,
-    /// For f64 hierarchies: rays, each with the position of the triangle that it hits.
+    /// Rays, each with the position of the triangle that it hits. Used only for f64 hierarchies.
     pairs: Vec<(u32, u32)>,
     exact: Vec<[exact::HitCoefficients; 8]>,
     exact32: Vec<[exact::HitCoefficients32; 8]>,
@@ -52,7 +53,7 @@ pub(crate) struct Results {
     hits64: Vec<Hit>,
 }
 
-/// A hit in the form in which a batch writes it.
+/// A hit in the format in which a batch stores it.
 trait HitRecord: Copy {
     const MISS: Self;
 
@@ -92,7 +93,7 @@ impl Results {
     }
 
     /// Lists all hits of the last bundle, except for packets that were left untraced. `first` is
-    /// the id of the first ray.
+    /// the ID of the first ray.
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
@@ -127,7 +128,7 @@ impl Results {
                 originals.shared_origin_hits(rays, &self.seen, &known, hits);
                 self.pairs = known;
             }
-            // For these hits, t, u, and v are computed later.
+            // The t, u, and v of these hits are computed later.
             _ => {
                 self.each_hit(left, pairs, |pairs, ray, number| {
                     pairs.push(RayId(first.0 + ray as u32), self.seen[number]);
@@ -151,7 +152,8 @@ impl Results {
         let coefficients = coefficients::<S, C, Hit>(tree, slots, rays[0].origin, eights);
         pairs.level();
         self.each_hit(left, pairs, |pairs, ray, number| {
-            // Build the hit in place: copying it right after writing it would stall the CPU.
+            // Build the hit in place, because copying it right after writing it would stall the
+            // CPU.
             let ids = (RayId(first.0 + ray as u32), slots[number]);
             let hit = pairs.push_hit(ids.0, ids.1);
             if !coefficients[number].hit_in::<S>(rays[ray].dir, hit) {
@@ -277,8 +279,8 @@ impl Results {
         }
     }
 
-    /// Writes the triangle that each ray hits, or none. Triangles are given by their positions
-    /// among all triangles.
+    /// Writes which triangle each ray hits, if any. A triangle is given by its position among the
+    /// triangles of all meshes.
     #[inline(always)]
     fn triangles(&mut self, tree: &Tree, triangles: &mut [MeshTriangle]) {
         // Avoid a branch, which would be mispredicted: the last entry stands for no triangle.

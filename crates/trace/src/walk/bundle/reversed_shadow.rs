@@ -7,39 +7,40 @@
 //!   o ────────►            o ◄────────
 //! ```
 //!
-//! Each ray misses L by a rounding error. All bounds are widened accordingly, as derived in
-//! `docs/numerics/projection.md`, section 6. Whether a ray hits anything then agrees with the
+//! Because of rounding, each ray misses L slightly. All bounds are widened accordingly, as derived
+//! in `docs/numerics/projection.md`, section 6. Whether a ray hits anything then agrees with the
 //! reference. The position of the hit is not computed.
 
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};
 
-/// A ray that misses the point by more than this fraction of the point's distance does not count as
-/// ending there: 2^-20.
+/// A ray does not count as ending at the point if it misses the point by more than this fraction of
+/// the point's distance: 2^-20.
 const APART: f32 = 1.0 / (1 << 20) as f32;
 
-/// The contribution of rounding to the distance by which a ray misses, as a fraction of the ray's
-/// length: 4u. For a copy, it is 8u.
+/// The part of a ray's miss distance that is due to rounding, as a fraction of the ray's length:
+/// 4u. For a copy, it is 8u.
 const ROUNDING: f32 = 4.0 / (1 << 24) as f32;
 
-/// The maximum distance by which the interval of a copy extends beyond that of the original, as a
-/// fraction of the whole: 4u.
+/// The maximum amount by which the interval of a copy extends beyond that of the original ray, as a
+/// fraction of the t at which the ray reaches the point: 4u.
 const ENDS: f32 = 4.0 / (1 << 24) as f32;
 
-/// The interval of a copy must begin no later than this, as a fraction of the whole, so that
-/// rounding its start hardly changes the rest (f64.md, section 6).
+/// The interval of a copy must begin no later than this fraction of the t at which the ray reaches
+/// the point, so that rounding its start hardly changes the rest (f64.md, section 6).
 const BEGINS: f32 = 1.0 / 8.0;
 
-/// The limits for the length of a ray and the coordinates of its ends: 2^-30 and 2^30.
+/// A bound on the length of a ray and on the coordinates of its ends (2^30). The length must also
+/// exceed the inverse of this bound.
 const LARGEST: f32 = (1 << 30) as f32;
 
 /// The point at which rays end.
 #[derive(Clone, Copy)]
 pub(crate) struct CommonEnd {
     pub(crate) point: [f32; 3],
-    /// Whether rays reach the point at their far ends; otherwise, they reach it at t = 1.
+    /// Whether rays reach the point at their far ends instead of at t = 1.
     at_far: bool,
-    /// Hits with a t up to this value do not count.
+    /// The largest t at which hits do not count.
     threshold: f32,
 }
 
@@ -53,8 +54,8 @@ impl CommonEnd {
             let tau = |ray: &Ray| if at_far { ray.t_max } else { 1.0 };
             let end = |ray: &Ray| [0, 1, 2].map(|k| ray.origin[k] + tau(ray) * ray.dir[k]);
             let point = end(first);
-            // Three rays suffice for an estimate; `off` later measures how far every ray misses the
-            // point.
+            // Three rays are enough for an estimate; `off` later measures the distance by which
+            // every ray misses the point.
             let ends_there = |ray: &Ray| {
                 let (apart, way) = (apart(end(ray), point), apart(ray.origin, point));
                 ray.t_max <= tau(ray) && apart <= APART * (largest(point) + way)
@@ -80,14 +81,14 @@ fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
 /// A mask of all sixteen lanes.
 const ALL: u32 = 0xffff;
 
-/// The reversal of rays, sixteen at a time.
+/// Reverses rays, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
     /// The largest distance from the point to the origin of a ray, along each axis.
     way: [F; 3],
     /// The largest distance by which the end of a ray misses the point, along each axis.
     off: [F; 3],
-    /// The sum of the distances by which rays miss the point, which preserves NaN.
+    /// The sum of the distances by which rays miss the point. Unlike a maximum, it preserves NaN.
     sum: F,
     shortest: F,
     sane: F::Mask,
@@ -111,7 +112,8 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         let ([.., t_min], [x, y, z, t_max]) = (origin, dir);
         let tau = if at_far { t_max } else { F::splat(1.0) };
 
-        // Measure how far rays miss the point. A sum preserves NaN, which a maximum may lose.
+        // Measure the distance by which rays miss the point. A sum preserves NaN, which a maximum
+        // may lose.
         for k in 0..3 {
             let way = origin[k] - F::splat(point[k]);
             let off = dir[k].mul_add(tau, way).abs();

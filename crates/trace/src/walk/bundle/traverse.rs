@@ -27,7 +27,7 @@ use crate::tree::{EMPTY, Tree};
 use crate::util::prefetch::Prefetch;
 
 /// Traces bundles with a given goal: the closest hit of each ray or, if `any` is set, any hit.
-/// Reversed rays require `any`.
+/// Reversed rays must be traced with `any`.
 #[derive(Clone, Copy)]
 pub(crate) struct Bundle<'a> {
     pub(crate) tree: &'a Tree,
@@ -46,9 +46,9 @@ pub(crate) enum Outcome {
     TooWide,
     /// The rays were traced in packets. Bit p of `left` is set if packet p was left untraced.
     InPackets { left: u64 },
-    /// The rays were traced as a bundle. Bit p of `left` is set if the rays of packet p are left to
-    /// be traced one by one because that is less work. `work` counts packet tests and comparable
-    /// work.
+    /// The rays were traced as a bundle. Bit p of `left` is set if the rays of packet p were left
+    /// untraced because tracing them one by one is less work. `work` counts packet tests and
+    /// comparable work.
     Traced { left: u64, work: usize },
 }
 
@@ -63,7 +63,7 @@ pub(crate) struct Scratch {
 }
 
 impl Bundle<'_> {
-    /// Traces several rays. The resolver decides where the filter cannot.
+    /// Traces several rays. The resolver decides the cases that the filter cannot.
     #[inline(always)]
     pub(crate) fn trace<S: Simd>(
         self,
@@ -93,7 +93,7 @@ impl Bundle<'_> {
                 stack.push((root, f32::NEG_INFINITY));
             }
         }
-        // Bundles that miss the whole scene end here, before anything is set up for them.
+        // Bundles that miss the whole scene end here, before any setup.
         let count = culling.next_leaves::<S>(tree, stack, f32::INFINITY, &mut leaves.blocks);
         if count == 0 && unboxed == tree.leaves.len() {
             results.found.resize(rays.rays.len(), NOTHING);
@@ -124,7 +124,7 @@ impl Bundle<'_> {
     }
 }
 
-/// A bundle while it is being traced.
+/// The state of a bundle that is being traced.
 struct Tracing<'a, S: Simd, T, I> {
     bundle: Bundle<'a>,
     settle: Settle<'a, T, I>,
@@ -132,7 +132,7 @@ struct Tracing<'a, S: Simd, T, I> {
     prefetch: Prefetch<'a>,
     seen: &'a mut Vec<LeafSlot>,
     every: &'a mut Vec<PacketHits>,
-    /// The number of packet tests, including comparable work.
+    /// The amount of work so far: the number of packet tests and comparable operations.
     work: usize,
     /// Whether the density of triangles is known from the first leaves.
     density_known: bool,
@@ -140,7 +140,8 @@ struct Tracing<'a, S: Simd, T, I> {
 
 impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S, T, I> {
     /// Traces all rays, splitting them into parts if they take too much work together. The first
-    /// `count` leaves are already listed. Returns the packets that are left untraced, and the work.
+    /// `count` leaves are already listed. Returns a mask of the packets left untraced, and the
+    /// amount of work.
     #[inline(always)]
     fn parts(
         &mut self,
@@ -161,8 +162,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             work += std::mem::take(&mut self.work);
 
             // If a part takes too much work, continue with smaller parts from the current position.
-            // If one of the smallest parts still takes too much, or if smaller parts would be no
-            // narrower, leave the rays to a stream.
+            // If one of the smallest parts still takes too much work, or if smaller parts would be
+            // no narrower, leave the rays to a stream.
             if rest && !stack.is_empty() {
                 match split.get_mut(level) {
                     Some(split) if !self.projection.is_scattered(part) => {
@@ -173,7 +174,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 }
             }
 
-            // Take the next part with live rays, with a frustum of its own.
+            // Take the next part that has live rays, and give it a frustum of its own.
             let Some(next) = waiting.next(self.alive()) else { return (left, work) };
             (part, level) = next;
             self.ask(part, culling);
@@ -200,9 +201,9 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         leaves.blocks = first;
     }
 
-    /// Visits the leaves that a part reaches, front to back, unless that takes too much work.
-    /// Returns the packets for which there are too many triangles, and whether leaves are left to
-    /// visit.
+    /// Visits the leaves that a part reaches, front to back, until that takes too much work.
+    /// Returns a mask of the packets that would reach too many triangles, and whether any leaves
+    /// remain.
     #[inline(always)]
     fn part(
         &mut self,
@@ -224,7 +225,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 return (dense, true);
             }
 
-            // The first leaves show for which packets there will be too many triangles.
+            // The first leaves show which packets will reach too many triangles.
             if !std::mem::replace(&mut self.density_known, true) && count == AT_ONCE {
                 let outlines = leaves.outlines(count);
                 dense = too_dense(self.projection, outlines, culling.closest) & part;
@@ -251,7 +252,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     }
 
     /// Tests the triangles of several leaves, each against the packets whose windows it reaches.
-    /// Returns whether the far end of a packet changed.
+    /// Returns whether the far end of any packet changed.
     #[inline(always)]
     fn visit(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
         let Self { bundle, ref settle, ref mut projection, ref mut prefetch, ref mut seen, .. } =
@@ -271,7 +272,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             return false;
         }
 
-        // Rays that end in front of a surface pass close to most of the triangles that they miss,
+        // Rays that end just before a surface pass close to most of the triangles that they miss,
         // so precheck all tests first, without a branch.
         if any {
             let mut left = 0;
@@ -306,8 +307,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         update::<S>(projection, changed, any)
     }
 
-    /// Lists all hits found by the tests of several leaves, whose triangles are in `seen` from
-    /// `first` on. Only triangles that are hit stay in `seen`.
+    /// Lists all hits found by the tests of several leaves. The triangles of these leaves start at
+    /// `first` in `seen`; those that are not hit are removed.
     #[inline(always)]
     fn visit_every(
         &mut self,
@@ -316,8 +317,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         counts: &mut Counts,
     ) {
         let Self { settle, projection, seen, every, .. } = self;
-        // Tests are in the order of their pairs, so entries that are kept are written before the
-        // positions still to be read.
+        // Tests are sorted by pair, so each entry that is kept is written to a position that has
+        // already been read.
         let (mut stay, mut last) = (first, usize::MAX);
         for i in 0..tests {
             let PacketTest { packet, number } = leaves.test(i);
@@ -342,7 +343,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         seen.truncate(stay);
     }
 
-    /// Returns a mask of the packets with a ray that is still searching for a hit.
+    /// Returns a mask of the packets with at least one ray that is still searching for a hit.
     fn alive(&self) -> u64 {
         let is_alive = |packet: usize| u64::from(self.projection.live[packet] != 0) << packet;
         (0..self.projection.used).map(is_alive).sum()
@@ -358,11 +359,11 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     }
 }
 
-/// Updates packets that hit something. In any-hit queries, their rays are done. Returns whether a
+/// Updates packets after hits. In any-hit queries, rays with a hit are finished. Returns whether a
 /// far end came nearer.
 #[inline(always)]
 fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) -> bool {
-    // The far end of a packet does not move as long as one of its rays has no hit.
+    // The far end of a packet stays in place as long as one of its rays has no hit.
     let mut known = false;
     while changed != 0 {
         let packet = changed.trailing_zeros() as usize % PACKETS;

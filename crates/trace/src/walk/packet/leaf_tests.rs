@@ -10,17 +10,17 @@ use crate::selection::closest_in_leaf;
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 
-/// A packet's rays in search of their closest hits or, with `ANY`, of any hits.
+/// The rays of a packet, which search for their closest hits or, with `ANY`, for any hits.
 pub(super) struct LeafTests<'a, 'b, S: Simd, const ANY: bool> {
     tree: &'a Tree,
     filter: Filter<'a>,
-    /// The rays, and the id of the first.
+    /// The rays, and the ID of the first ray.
     rays: (&'b [Ray], RayId),
     packet: PreparedPacket<'b, S, RAYS>,
-    /// The rays that are still searching for a hit.
+    /// A mask of the rays that are still searching for a hit.
     live: u32,
     pub(super) closest: ClosestHits<S::F32x16, RAYS>,
-    /// With `ANY`, the rays that hit something.
+    /// With `ANY`, a mask of the rays that hit something.
     pub(super) hit: u32,
     counts: &'b mut Counts,
 }
@@ -40,7 +40,7 @@ impl<S: Simd, const ANY: bool> VisitTogether<S::F32x16> for LeafTests<'_, '_, S,
     #[inline(always)]
     fn visit(&mut self, leaf: usize, reaching: <S::F32x16 as Lanes>::Mask) {
         let (reaching, triangles) = (reaching.bits(), self.tree.leaves[leaf].block.live());
-        // Fill the lanes with either the triangles or the rays, whichever are more numerous.
+        // Fill the lanes with the triangles or the rays, whichever are more numerous.
         if reaching.count_ones() < triangles.count_ones() {
             for lane in lanes_of(reaching) {
                 self.test_ray(leaf, lane);
@@ -65,7 +65,7 @@ impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
         Self { tree, filter, rays, packet, live: 0, closest, hit: 0, counts }
     }
 
-    /// Starts with the given rays.
+    /// Starts a search with the given rays.
     #[inline(always)]
     pub(super) fn begin(&mut self, rays: u32) {
         self.live = rays;
@@ -110,7 +110,7 @@ impl<'a, 'b, S: Simd, const ANY: bool> LeafTests<'a, 'b, S, ANY> {
         }
     }
 
-    /// Returns which undecided rays hit the triangle in a slot.
+    /// Returns a mask of the undecided rays that hit the triangle in a slot.
     #[cold]
     #[inline(never)]
     fn settle(&self, undecided: u32, slot: LeafSlot) -> u32 {

@@ -1,5 +1,5 @@
-//! Packets: sixteen coherent rays at a time, whatever their origins. Examples are parallel rays,
-//! shadow rays toward the sun or a light, and the rays of a moving scanner.
+//! Packets: sixteen coherent rays traced together, whatever their origins. Examples are parallel
+//! rays, shadow rays toward the sun or a light, and the rays of a moving scanner.
 //!
 //! ```text
 //!   sixteen rays ──► each box of a node, for all rays ──► each triangle of a leaf, for rays that reach it
@@ -25,19 +25,20 @@ use crate::walk::stream::Retired;
 use leaf_tests::LeafTests;
 pub(crate) use traverse::{Boxes, PacketStack, RAYS, VisitTogether};
 
-/// Along each axis, directions may differ from the first by at most this fraction of the first
-/// direction's largest component. Otherwise, rays diverge too soon.
+/// The maximum difference between a ray's direction and the first ray's direction along each axis,
+/// as a fraction of the first direction's largest component. Rays that differ more diverge too
+/// soon.
 const SPREAD: f64 = 0.25;
 
-/// If fewer rays than this visit a node or leaf together, on average, tracing them as a stream is
+/// If, on average, fewer rays than this visit a node or leaf together, tracing them as a stream is
 /// faster.
 const TOGETHER: usize = 6;
 
-/// When the rays of a packet diverge, this many of the following packets are skipped. The count
-/// starts at the first value and doubles with each further failure, up to the second.
+/// After the rays of a packet diverge, this many packets are skipped. The count starts at the first
+/// value and doubles with each further failure, up to the second value.
 const PATIENCE: [usize; 2] = [4, 1024];
 
-/// Traces packets to find closest hits or whether rays hit anything.
+/// Traces packets to find closest hits, or to find out whether rays hit anything.
 pub(crate) struct Packets<'a> {
     tree: &'a Tree,
     filter: Filter<'a>,
@@ -56,8 +57,8 @@ impl<'a> Packets<'a> {
         Self { tree, filter, margin, is_used, stack, patience: Patience::new(PATIENCE) }
     }
 
-    /// Traces up to 1024 rays, except for packets that are not coherent. `first` is the index of
-    /// the first ray in its chunk.
+    /// Traces up to 1024 rays, except those in packets that are not coherent. `first` is the index
+    /// of the first ray in its chunk.
     #[inline(always)]
     pub(crate) fn trace<S: Simd>(
         &mut self,
@@ -103,7 +104,7 @@ impl<'a> Packets<'a> {
             return false;
         }
         let packet = RayPacket::new(rays);
-        // Rays without an interval hit nothing. If a ray has extreme values, the packet is not
+        // Rays with an empty interval hit nothing. If a ray has extreme values, the packet is not
         // traced.
         let t_min = S::F32x16::load(&packet.t_min);
         let live = packet.live() & t_min.lt(S::F32x16::load(&packet.t_max)).bits();
@@ -146,7 +147,7 @@ impl<'a> Packets<'a> {
 pub(crate) fn negative<S: Simd>(dir: &[[f32; RAYS]; 3]) -> [u32; 3] {
     let mut negative = [0; 3];
     for (bits, axis) in negative.iter_mut().zip(dir) {
-        // `negative` is arbitrary for zeros, so transfer the component's sign to a one.
+        // For zeros, `negative` is arbitrary, so transfer the component's sign to 1 instead.
         let sign = S::F32x16::splat(1.0).flip(Lanes::load(axis));
         *bits = sign.negative().bits();
     }
@@ -173,8 +174,8 @@ pub(crate) fn octants(negative: [u32; 3], mut rays: u32) -> impl Iterator<Item =
     })
 }
 
-/// Returns whether at least two rays can hit anything, and whether all rays that can hit anything
-/// have similar directions.
+/// Returns whether at least two rays can hit anything and all rays that can do so have similar
+/// directions.
 pub(crate) fn is_coherent<S: Scalar + Into<f64>>(rays: &[RayOf<S>]) -> bool {
     let mut live = rays.iter().filter(|ray| ray.t_min.into() < ray.t_max.into());
     let Some(first) = live.next() else { return false };

@@ -1,5 +1,5 @@
-//! Tests that packets test no more pairs than their rays need. `tests/orders.rs` tests their
-//! results with rays in every order.
+//! Tests that packets test no more ray-triangle pairs than their rays need. `tests/orders.rs` tests
+//! the results of packets with rays in every order.
 
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Counts, Hit32, Mode, Ray, Triangle};
@@ -9,8 +9,8 @@ use crate::Bvh;
 use crate::walk::BatchOutput;
 use crate::walk::bundle::Outcome;
 
-/// Traces a packet. Returns its hits, if it was traced, and the number of ray-triangle pairs that
-/// it tested.
+/// Traces a packet. Returns the hits, or `None` if the packet was not traced, and the number of
+/// ray-triangle pairs tested.
 struct Trace<'a>(&'a Bvh, &'a [Ray]);
 
 impl WithSimd for Trace<'_> {
@@ -27,8 +27,8 @@ impl WithSimd for Trace<'_> {
     }
 }
 
-/// Traces a row of rays toward each of two distant groups of eight triangles. No ray may visit the
-/// other group's leaf.
+/// Traces one row of rays toward each of two distant groups of eight triangles. No ray may visit
+/// the leaf of the other row's group.
 #[test]
 fn rays_visit_only_the_boxes_that_they_meet() {
     let place = |i: usize| (i % 8) as f32 + 100.0 * (i / 8) as f32;
@@ -44,13 +44,13 @@ fn rays_visit_only_the_boxes_that_they_meet() {
         for (i, hit) in hits.expect("the rays are coherent").iter().enumerate() {
             assert_eq!(hit.triangle, i as u32, "{}", level.name());
         }
-        // Each group of eight rays is tested against eight triangles.
+        // Each row of eight rays is tested against eight triangles.
         assert_eq!(tests, 128, "{}", level.name());
     }
 }
 
-/// Mixes rays with empty intervals and NaN, infinite, or huge values into coherent rays. Their
-/// lanes must not visit anything, not even the empty slots of a node.
+/// Mixes coherent rays with rays that have empty intervals or NaN, infinite, or huge values. The
+/// lanes of the latter must not visit anything, not even the empty slots of a node.
 #[test]
 fn rays_without_an_interval_do_not_disturb_the_others() {
     let (inf, nan) = (f32::INFINITY, f32::NAN);
@@ -91,8 +91,8 @@ fn rays_without_an_interval_do_not_disturb_the_others() {
     assert!(traced > 100, "{traced}");
 }
 
-/// A direction may have a zero component with either sign, for example after the direction was
-/// negated.
+/// Tests directions with a zero component of either sign. A component of -0 arises, for example, if
+/// a direction is negated.
 #[test]
 fn zeros_with_a_sign_miss_nothing() {
     let wall = Triangle::new([-1.0, -1.0, 0.0], [9.0, -1.0, 0.0], [-1.0, 9.0, 0.0]);

@@ -9,12 +9,13 @@ use crate::walk::single::SlabLanes;
 /// The number of rays in a packet.
 pub(crate) const RAYS: usize = 16;
 
-/// The t at which each ray enters a box; NaN for rays that miss it, so that no comparison holds.
+/// The t at which each ray enters a box; NaN for rays that miss it, so that all comparisons are
+/// false.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Nears([f32; RAYS]);
 
-/// The nodes and leaves that any of the rays still has to visit.
+/// The nodes and leaves that at least one ray still has to visit.
 #[derive(Debug, Default)]
 pub(crate) struct PacketStack {
     nears: Vec<Nears>,
@@ -25,7 +26,7 @@ pub(crate) struct PacketStack {
 #[derive(Clone, Copy)]
 pub(crate) struct Boxes<'a> {
     pub(crate) nodes: &'a [Node],
-    /// The roots, or [`EMPTY`]. The last one is visited first.
+    /// The roots, or [`EMPTY`] where there is none. The last root is visited first.
     pub(crate) roots: [u32; 2],
     /// The stack size required by the depth of the tree.
     pub(crate) stack: usize,
@@ -43,8 +44,8 @@ impl<'a> Boxes<'a> {
 
 /// Defines what a packet does at leaves.
 pub(crate) trait VisitTogether<F: Lanes<Scalar = f32>> {
-    /// Returns the t beyond which hits of each ray no longer count; NaN for rays that are done, so
-    /// that no comparison holds.
+    /// Returns, for each ray, the t beyond which hits no longer count; NaN for finished rays, so
+    /// that all comparisons are false.
     fn far(&self) -> F;
     /// Tests a leaf against the rays that reach it.
     fn visit(&mut self, leaf: usize, reaching: F::Mask);
@@ -54,7 +55,8 @@ pub(crate) trait VisitTogether<F: Lanes<Scalar = f32>> {
 
 impl PacketStack {
     /// Visits the leaves that any ray of an octant reaches, roughly front to back. Returns the
-    /// number of nodes and leaves visited, and the total number of rays that visited them.
+    /// number of nodes and leaves visited, and the sum over these of the number of rays visiting
+    /// each.
     #[inline(always)]
     pub(crate) fn traverse<S: Simd>(
         &mut self,
@@ -100,10 +102,10 @@ impl PacketStack {
                     t_min,
                     far,
                 );
-                // Rays that do not reach the node may seem to meet any box, even that of an empty
+                // Rays that do not reach the node may appear to hit any box, even that of an empty
                 // slot, because their values may be NaN or infinite.
                 let met = met & reaching;
-                // Avoid a branch: whether any ray meets a box is hard to predict.
+                // Avoid a branch, because it is hard to predict whether any ray hits a box.
                 S::F32x16::select(met, near, none).store(&mut nears[top].0);
                 children[top] = node.children()[slot];
                 top += usize::from(met.any());

@@ -1,4 +1,4 @@
-//! Child prediction: guesses that a ray visits the same child of a node as the last ray did.
+//! Child prediction: guesses that a ray visits the same child of a node as the previous ray did.
 //!
 //! ```text
 //!   node ──► its eight boxes are tested ──► the nearest box hit           about 40 cycles per node
@@ -6,18 +6,18 @@
 //!                                        later, past a predicted branch, whether it was right.
 //! ```
 //!
-//! A guess never decides anything: the child returned is always the one that the box tests chose.
-//! Ray streams do not need guesses, because other rays are tested while one waits.
+//! A guess never affects the result: the child returned is always the one that the box tests chose.
+//! Ray streams need no guesses, because other rays are tested while one ray waits.
 
 /// The number of guesses kept. Nodes whose indices are equal modulo this number share an entry.
 const NODES: usize = 1024;
 
-/// Guesses for one hierarchy at a time.
+/// The guesses, which belong to one hierarchy at a time.
 #[derive(Debug)]
 pub(crate) struct ChildPredictor {
-    /// For each node, the child that the last ray visited, stored twice: one copy is compared, and
-    /// the other is returned. The compiler must not know that they are equal, or it would return
-    /// the value that was compared.
+    /// For each node, two copies of the child that the last ray visited. One copy is compared, and
+    /// the other is returned. If the compiler knew that they are equal, it would return the value
+    /// that was compared.
     last: [[u32; 2]; NODES],
 }
 
@@ -47,8 +47,8 @@ impl ChildPredictor {
 mod tests {
     use super::{ChildPredictor, NODES};
 
-    /// Guesses must not change the result, whether right or wrong, and whether they were made for
-    /// the same node or for one that shares its entry.
+    /// Guesses must not change the result, whether they are right or wrong, and whether they were
+    /// made for the same node or for one that shares its entry.
     #[test]
     fn what_is_given_is_what_was_asked_for() {
         let mut predictor = ChildPredictor::default();

@@ -5,8 +5,8 @@ use intertri::LeafSlot;
 use crate::tree::{EMPTY, LEAF, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// Returns whether a point is on a triangle. Only triangles whose boxes contain the point are
-/// tested.
+/// Returns whether a point lies on a triangle. Tests only triangles in leaves whose boxes contain
+/// the point.
 pub(crate) fn is_held(tree: &Tree, point: [f32; 3], is_on: impl Fn(LeafSlot) -> bool) -> bool {
     let leaf = |i: usize| {
         let mut lanes = lanes_of(tree.leaves[i].block.live());
@@ -18,8 +18,8 @@ pub(crate) fn is_held(tree: &Tree, point: [f32; 3], is_on: impl Fn(LeafSlot) -> 
     while let Some(node) = stack.pop() {
         let Some(node) = tree.nodes.get(node as usize) else { continue };
         for (slot, &child) in node.children().iter().enumerate() {
-            // Boxes are closed on both sides, because a point on a side of a box may be on a
-            // triangle inside it.
+            // Boxes include their sides, because a point on a side may lie on a triangle in the
+            // box.
             let holds = |axis: usize| {
                 let (lo, hi) = (node.sides(axis, false)[slot], node.sides(axis, true)[slot]);
                 lo <= point[axis] && point[axis] <= hi

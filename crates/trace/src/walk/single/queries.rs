@@ -14,12 +14,13 @@ use crate::tree::Tree;
 /// A single ray and the data needed to trace it.
 pub(crate) struct SingleRay<'a> {
     pub(crate) tree: &'a Tree,
-    /// The filter, by reference because it is larger than the parts that traversal reads.
+    /// The filter. It is passed by reference because it is larger than the parts that traversal
+    /// reads.
     pub(crate) filter: &'a Filter<'a>,
     pub(crate) ray: &'a Ray,
     /// The ray's index in its query.
     pub(crate) id: RayId,
-    /// Selects which triangles to consider.
+    /// The filter that selects which triangles to consider.
     pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) scratch: &'a mut TraversalScratch,
 }
@@ -76,8 +77,8 @@ impl<S: Simd, const ANY: bool> Visit for VisitClosest<'_, S, ANY> {
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Self { tree, filter, ray, selection, closest, counts, .. } = self;
         closest_in_leaf::<S>(selection, tree, filter, ray, leaf, closest, counts);
-        // In an any-hit query, any hit ends the traversal. Otherwise, nothing beyond the best hit
-        // matters.
+        // In an any-hit query, the first hit ends the traversal. Otherwise, nothing beyond the best
+        // hit matters.
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }
 }

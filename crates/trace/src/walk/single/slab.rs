@@ -7,10 +7,9 @@
 //! ```
 //!
 //! A node costs one multiply-add per plane, because everything that depends only on the ray is
-//! precomputed. The rounding error is either proportional to the origin, which `pad` covers, or
-//! proportional to t, which r and R cover. Other triangles of the scene have no effect, so a large
-//! ground plane or a stray triangle does not widen other boxes. `docs/numerics/hierarchy.md` has
-//! the proof.
+//! precomputed. The rounding error is proportional either to the origin, which `pad` covers, or to
+//! t, which r and R cover. Other triangles of the scene have no effect, so a large ground plane or
+//! a stray triangle does not widen other boxes. `docs/numerics/hierarchy.md` has the proof.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask, Simd};
@@ -24,31 +23,31 @@ const U: f32 = f32::EPSILON / 2.0;
 /// The padding along an axis, as a fraction of the origin's coordinate.
 const PAD: f32 = 5.0 * U;
 
-/// Near planes are moved nearer by this factor.
+/// The factor that moves near planes nearer.
 const NEARER: f32 = 1.0 - 6.0 * U;
 
-/// Far planes are moved farther by this factor.
+/// The factor that moves far planes farther away.
 const FARTHER: f32 = 1.0 + 6.0 * U;
 
 /// The relative error of a computed negative t.
 const BEFORE: f32 = 12.0 * U;
 
-/// The magnitude of a direction component is raised to at least this fraction of the largest
+/// The magnitude of each direction component is raised to at least this fraction of the largest
 /// component: 2^-65.
 const STEEPEST: f32 = power_of_two(-65);
 
-/// The magnitude of a direction component is also raised to at least this fraction (2^-120) of the
-/// origin's largest coordinate and of the margin, and to at least this value itself, so that
-/// products with an inverse direction do not overflow.
+/// The magnitude of each direction component is also raised to at least this value (2^-120), and to
+/// at least this fraction of the origin's largest coordinate and of the margin, so that products
+/// with an inverse direction do not overflow.
 const LEAST: f32 = power_of_two(-120);
 
 /// A bound on the effect of underflow: 2^-120.
 const TINY: f32 = power_of_two(-120);
 
-/// Coordinates and direction lengths up to this value do not need scaling: 2^50.
+/// Coordinates and direction lengths up to this value need no scaling: 2^50.
 const PLAIN: f32 = power_of_two(50);
 
-/// The maximum coordinate: 2^124.
+/// The maximum magnitude of a coordinate: 2^124.
 const LARGEST: f32 = power_of_two(124);
 
 /// Returns `2^e`, which must be a normal number.
@@ -92,7 +91,7 @@ pub(crate) struct Slabs {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PackedSlabs([[f32; 3]; 4]);
 
-/// Parallel lines from which slabs are made.
+/// Parallel lines from which [`Slabs`] are computed.
 struct Lines {
     /// The box in which the lines start.
     from: [[f32; 3]; 2],
@@ -103,7 +102,7 @@ struct Lines {
     away: f32,
     /// The minimum magnitude of a direction component.
     least: f32,
-    /// The t at which the lines start, at most 0.
+    /// The t at which the lines start, which is at most 0.
     start: f32,
 }
 
@@ -134,9 +133,9 @@ impl Slabs {
         Some(Self::of::<S>(&Lines { from, dir, length, away, least, start }, margin))
     }
 
-    /// Prepares a ray of any length by scaling its direction to a length of about 1. Its t is then
-    /// unrelated to the ray's own. Returns `None` if coordinates are near the limits of f32, where
-    /// only a plain loop is safe.
+    /// Prepares a ray of any length by scaling its direction to a length of about 1. The scaled
+    /// ray's t is then unrelated to the original t. Returns `None` if coordinates are near the
+    /// limits of f32, where only a plain loop is safe.
     #[cold]
     #[inline(never)]
     pub(crate) fn scaled<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
@@ -190,7 +189,7 @@ impl Slabs {
     }
 }
 
-/// The amounts by which a ray's slabs are widened, apart from the amounts that depend on its
+/// The amounts by which a ray's slabs are widened, not including the amounts that depend on its
 /// coordinates along an axis.
 struct Room<F> {
     /// The minimum magnitude of a direction component.
@@ -202,8 +201,8 @@ struct Room<F> {
 }
 
 /// Computes the factors and constants of slabs in lanes, for lines that start between two
-/// coordinates along an axis. The lanes are the axes of one ray, or one axis of several rays.
-/// `last` is a t beyond which nothing is hit.
+/// coordinates along an axis. The lanes are the axes of one ray, or one axis of several rays. No
+/// hit has a t beyond `last`.
 #[inline(always)]
 fn planes<F: Lanes<Scalar = f32>>(
     [lo, hi]: [F; 2],
@@ -283,8 +282,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         let is_plain =
             length.lt(splat(PLAIN)) & splat(1.0 / PLAIN).lt(length) & most.lt(splat(PLAIN));
 
-        // This code does not use `map`, which is not always inlined and would then be compiled
-        // without the level's instructions.
+        // Avoid `map`: it is not always inlined and would then be compiled without the level's
+        // instructions.
         let last = splat(2.0) * most / length;
         let x = planes(
             [from.x; 2],
@@ -317,7 +316,7 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         (slabs, is_plain)
     }
 
-    /// Returns a mask of a node's boxes that the ray meets within `t_min..=t_max`, and a lower
+    /// Returns a mask of a node's boxes that the ray intersects within `t_min..=t_max`, and a lower
     /// bound on the t at which each box begins. No box with a hit in that interval is missed.
     #[inline(always)]
     pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (F::Mask, F) {
@@ -329,8 +328,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         )
     }
 
-    /// Like [`SlabLanes::meet`], but for boxes given by their lower and upper sides along each
-    /// axis, with an interval in each lane.
+    /// Like [`SlabLanes::meet`], but takes boxes as their lower and upper sides along each axis,
+    /// with a separate interval in each lane.
     #[inline(always)]
     pub(crate) fn meet_sides(
         &self,
@@ -359,7 +358,7 @@ mod tests {
     use crate::tree::{Aabb, Margin, Node};
     use crate::util::test_numbers::random;
 
-    /// Tests whether a ray meets a box up to the first t, and whether it meets the box from the
+    /// Tests whether a ray intersects a box up to the first t, and whether it does so from the
     /// second t on.
     struct Meets<'a>(&'a Ray, Aabb, [f32; 2]);
 
@@ -404,15 +403,15 @@ mod tests {
         }
     }
 
-    /// The padding and the factors cover rounding errors. A fifth of `PAD` would not, nor would a
-    /// third of the difference of `NEARER` and `FARTHER` from 1.
+    /// Checks that the padding and the factors cover rounding errors. A fifth of `PAD` would not be
+    /// enough, nor would a third of the difference between `NEARER` or `FARTHER` and 1.
     #[test]
     fn no_plane_is_met_too_late_or_left_too_early() {
         let mut random = random();
         for i in 0..300_000 {
             let [origin, dir, plane] = origin_direction_plane(&mut random);
-            // Compute the f32 values just below and above the exact t. Products of two f32 are
-            // exact in f64, and so is the distance.
+            // Compute the f32 values just below and above the exact t. The product of two f32
+            // values is exact in f64, and so is the distance.
             let way = f64::from(plane) - f64::from(origin);
             let reached = |t: f32| f64::from(t) * f64::from(dir);
             let near = (way / f64::from(dir)) as f32;
