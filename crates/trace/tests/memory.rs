@@ -12,8 +12,8 @@ use intertri_trace::internal::on_this_thread;
 use intertri_trace::intertri::{Hit, Ray, Ray64, Triangle, Triangle64};
 use intertri_trace::{Bvh, ClosestPoint, Containment, Media, Solid};
 
-/// Allocations of at least this many bytes can fail. Smaller allocations always succeed, among them
-/// each thread's scratch memory, which has a fixed size.
+/// Allocations of at least this many bytes can fail. Smaller allocations always succeed. They
+/// include each thread's scratch memory, whose size is fixed.
 const LEAST: usize = 1 << 19;
 
 /// The system allocator, with a switch that makes one of a thread's allocations fail.
@@ -64,9 +64,9 @@ unsafe impl GlobalAlloc for Failing {
 #[global_allocator]
 static ALLOCATOR: Failing = Failing;
 
-/// Repeats a call, failing its first allocation, then its second, and so on, until no allocation is
-/// left to fail. Returns the number of allocations that were made to fail. `call` must return true
-/// if the result is correct, and false if it is an error.
+/// Repeats a call, failing its first allocation, then its second, and so on, until the call makes
+/// no more allocations that could fail. Returns the number of allocations that were made to fail.
+/// `call` must return true if the result is correct, and false if it is an error.
 fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     for allocation in 0.. {
         // If the program aborts, this line is the last one printed.
@@ -83,8 +83,8 @@ fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     unreachable!("a call never stops allocating memory")
 }
 
-/// Returns a closed, bumpy ball of `rings` rings. Triangles at its poles are needles or have no
-/// area.
+/// Returns a closed, bumpy ball of `rings` rings. The triangles at its poles are needles or have
+/// zero area.
 fn ball(rings: usize) -> Vec<Triangle64> {
     let point = |i: usize, j: usize| {
         let (a, b) = (i as f64 / rings as f64, (j % (2 * rings)) as f64 / rings as f64);
@@ -108,8 +108,8 @@ fn in_f32(triangles: &[Triangle64]) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle(t.0.map(|corner| corner.map(|x| x as f32)))).collect()
 }
 
-/// Checks the calls that allocate much memory: each must return either an error or the same result
-/// as with enough memory.
+/// Checks the calls that allocate a lot of memory: each must return either an error or the same
+/// result as when no allocation fails.
 macro_rules! calls {
     ($scalar:ty, $ray:ident, $triangles:expr) => {{
         let triangles = $triangles;

@@ -13,7 +13,7 @@ fn number(i: usize, k: usize) -> f32 {
     (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
 }
 
-/// Returns a scene of two meshes, each a cloud of triangles, one behind the other.
+/// Returns a scene of two meshes, one behind the other. Each mesh is a cloud of triangles.
 fn scene() -> &'static Bvh {
     static SCENE: OnceLock<Bvh> = OnceLock::new();
     SCENE.get_or_init(|| {
@@ -203,7 +203,7 @@ fn columns_and_tiles_get_what_each_ray_gets_alone() {
     check("tiles", &tiles);
 }
 
-/// A batch is split into chunks, and each chunk must get the skip lists of its own rays.
+/// A batch is split into chunks, and each chunk must use the skip lists of its own rays.
 #[test]
 fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     let (bvh, mut passed) = (scene(), 0);
@@ -225,7 +225,7 @@ fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     assert!(passed > 1000, "{passed}");
 }
 
-/// Shuffles a list, the same way on every run.
+/// Shuffles a list in a way that is the same on every run.
 fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
     for i in (1..all.len()).rev() {
         let share = 0.5 + 0.5 * number(i, 7);
