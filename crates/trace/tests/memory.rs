@@ -1,6 +1,6 @@
-//! Tests that the program never aborts when memory runs out. Calls that can return an error must do
-//! so, and all other calls must still return correct results. Each call is repeated, and a
-//! different allocation fails each time.
+//! Tests that the library never aborts the process when memory runs out. Calls that can return an
+//! error must do so, and all other calls must still return correct results. Each call is repeated,
+//! and a different allocation fails each time.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -281,7 +281,7 @@ macro_rules! calls {
     }};
 }
 
-/// Runs a part of the check in which no allocation is made to fail.
+/// Runs part of the check without making any allocation fail.
 fn without_failing<T>(work: impl FnOnce() -> T) -> T {
     let left = LEFT.replace(-1);
     let made = work();
@@ -307,5 +307,5 @@ fn no_allocation_that_fails_aborts() {
         (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let last: Vec<&str> = told.lines().filter(|line| line.contains("allocation")).collect();
     assert!(output.status.success(), "{:?}\n{error}", last.last());
-    assert!(last.len() > 100, "{} allocations failed", last.len());
+    assert!(last.len() > 100, "only {} allocations failed", last.len());
 }

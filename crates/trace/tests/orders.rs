@@ -47,7 +47,7 @@ fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
     (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
 }
 
-/// Returns the expected closest hit in f32. In exact modes, its t, u, and v are the true values,
+/// Returns the expected closest hit in f32. In exact modes, its t, u, and v are the exact values,
 /// rounded once to f32; in other modes, they are those of the f64 hit, rounded to f32.
 fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hit>) -> Hit32 {
     let Some(hit) = hit else { return Hit32::MISS };
@@ -146,8 +146,8 @@ fn rows_of_every_width_get_what_each_ray_gets_alone() {
         let rays: Vec<Ray> = (0..count).map(|i| whole[at(i)]).collect();
         let (hits, any) = (bvh.closest_batch(&rays), bvh.any_batch(&rays));
         for i in 0..count {
-            assert_eq!(hits[i], alone[at(i)], "ray {i} of rows of {width}");
-            assert_eq!(any[i], alone[at(i)].is_hit(), "ray {i} of rows of {width}");
+            assert_eq!(hits[i], alone[at(i)], "ray {i}, rows of {width} pixels");
+            assert_eq!(any[i], alone[at(i)].is_hit(), "ray {i}, rows of {width} pixels");
         }
     }
 }

@@ -117,7 +117,7 @@ pub extern "C" fn fan_picture(method: usize) -> u32 {
 }
 
 /// Loads a model from the input buffer, which holds a file name of `name_len` bytes followed by the
-/// file. Returns the number of triangles. On error, outputs the message and returns 0.
+/// file's contents. Returns the number of triangles. On error, outputs the message and returns 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_load(name_len: usize) -> u32 {
     let mut state = state();

@@ -43,9 +43,9 @@ pub struct Fan {
 }
 
 impl Fan {
-    /// Reads a fan from numbers, in this order: the number of pixels per side, the width of a
-    /// pixel, the shift of the image's centre (2), the offset from the origin (3), the right, up,
-    /// and forward directions (9), the distance of the eye, the number of corners around the
+    /// Reads a fan from a list of numbers, in this order: the number of pixels per side, the width
+    /// of a pixel, the shift of the image's centre (2), the offset from the origin (3), the right,
+    /// up, and forward directions (9), the distance of the eye, the number of corners around the
     /// vertex, the vertex (3), and the corners (3 each). Returns `None` if the numbers do not
     /// describe a fan.
     ///

@@ -70,10 +70,10 @@ impl Model {
         self.original.is_empty()
     }
 
-    /// Sets the view from numbers, in this order: the width and height in pixels, the width of a
-    /// pixel at distance 1, the shift of the image's centre (2), the model's offset in units of its
-    /// radius (3), the right, up, and forward directions (9), and the distance of the eye in units
-    /// of the radius. Returns false if the numbers do not describe a view.
+    /// Sets the view from a list of numbers, in this order: the width and height in pixels, the
+    /// width of a pixel at distance 1, the shift of the image's centre (2), the model's offset in
+    /// units of its radius (3), the right, up, and forward directions (9), and the distance of the
+    /// eye in units of the radius. Returns false if the numbers do not describe a view.
     pub fn look(&mut self, numbers: &[f64]) -> bool {
         self.try_look(numbers).is_some()
     }

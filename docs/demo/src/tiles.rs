@@ -11,8 +11,8 @@ use crate::input::double;
 /// The number of pixels along the side of a tile. A packet holds the rays of one row of a tile.
 pub(crate) const SIDE: usize = 8;
 
-/// A view. The direction through a pixel is `forward + x right + y up`, with the x and y of
-/// [`View::at`].
+/// A camera view. The direction through a pixel is `forward + x right + y up`, where [`View::at`]
+/// returns x and y.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     pub(crate) size: [usize; 2],

@@ -100,7 +100,7 @@ fn bits(hit: &SceneHit) -> (InstanceId, [u64; 3], u32, u32) {
 }
 
 /// Returns a random ray near a scene. Some rays are aimed at a corner, an edge, or an interior
-/// point of a triangle, some run along an edge or a wall, and the rest are arbitrary.
+/// point of a triangle, some lie along an edge or in a wall, and the rest are arbitrary.
 fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     let Triangle64([a, b, c]) = numbers.one_of(triangles);
     let Triangle64([d, ..]) = numbers.one_of(triangles);
@@ -294,7 +294,7 @@ fn answers_are_those_of_the_flattened_scene() {
         hits += check(&mut pair, &mut numbers, each, &format!("round {round}, moved"));
         done += 2 * each;
     }
-    assert!(hits * 3 > done, "{hits} of {done}");
+    assert!(hits * 3 > done, "only {hits} of {done} rays hit");
 }
 
 /// Tests that results are the same at every SIMD level and agree with a plain loop over the

@@ -152,7 +152,8 @@ fn flat_triangles_are_no_surface() {
         let mut pair = Pair::new();
         pair.add(&mesh, placement);
         let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat(u32::MAX));
-        // Points in the box around the line, both on the line and beside it.
+        // These points are in the box around the line; some are on the line, and some are beside
+        // it.
         let points = [[0.5; 3], [2.0; 3], [0.5, 2.0, 1.5], [1.0, 0.5, 2.5], [3.0; 3]];
         let points = points.map(|p| placed(&placement, p));
         compare_points(&snapshot, &flat, &points, "a line");

@@ -24,7 +24,7 @@ impl Numbers {
         (self.bits() % end as u64) as usize
     }
 
-    /// Returns a number in -1..1.
+    /// Returns a pseudo-random number in -1..1.
     pub(crate) fn number(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
@@ -60,7 +60,7 @@ pub(crate) fn globe(rings: usize) -> Vec<Triangle64> {
     halves.collect()
 }
 
-/// Returns an axis-aligned cube with `cells`×`cells` squares on each side.
+/// Returns an axis-aligned cube with `cells`×`cells` squares on each face.
 pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     let mut all = Vec::new();
     for side in 0..6 {
@@ -79,7 +79,7 @@ pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     all
 }
 
-/// Returns random triangles of various shapes and sizes. Some have no area, and some have a NaN
+/// Returns random triangles of various shapes and sizes. Some have zero area, and some have a NaN
 /// coordinate.
 pub(crate) fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     let triangle = |numbers: &mut Numbers| {

@@ -1,4 +1,5 @@
-//! The nodes and leaves that a ray still has to visit, pushed and popped eight at a time.
+//! A stack of the nodes and leaves that a ray still has to visit. A push writes eight entries at
+//! once, and a pop compares eight.
 //!
 //! ```text
 //!          bottom            entries                 top
@@ -6,8 +7,8 @@
 //!   t     -∞ -∞ … -∞ -∞ -∞ │ where each box begins  │ · · ·
 //! ```
 //!
-//! A node's boxes are pushed far to near by a single lane permutation. Boxes that begin beyond the
-//! best hit are dropped by a single lane comparison.
+//! A single lane permutation pushes a node's boxes from far to near. A single lane comparison drops
+//! the boxes that begin beyond the best hit.
 
 use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
@@ -161,8 +162,8 @@ impl Entries<'_> {
         }
     }
 
-    /// Like [`Entries::pop`], but for a ray that waits for the result: reading one entry at a time
-    /// does not have to wait for recent writes to reach memory.
+    /// Like [`Entries::pop`], but with lower latency, for a traversal that has to wait for the
+    /// result: reading one entry at a time does not have to wait for recent writes to reach memory.
     #[inline(always)]
     pub(crate) fn pop_at_once(&self, top: &mut u32, far: f32) -> u32 {
         loop {

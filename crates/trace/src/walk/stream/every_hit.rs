@@ -1,4 +1,4 @@
-//! Collects every hit of the rays of a stream, leaf by leaf. The result is a list of hit pairs, the
+//! Collects every hit of a stream's rays, leaf by leaf. The result is a list of hit pairs, the
 //! number of crossings of each ray, or the winding number around each ray's origin.
 
 use intertri::internal::BlockHits;
