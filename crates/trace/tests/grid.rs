@@ -7,7 +7,7 @@ use intertri_trace::{BvhScalar, Containment, Solid};
 type Mesh = Vec<[[f64; 3]; 3]>;
 
 /// Returns a prism over a convex polygon in the xy-plane. If `is_cracked` is true, the upper edges
-/// are split, and needles, some without area, fill the gaps.
+/// are split, and the gaps are filled with needles, some of which have zero area.
 fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh {
     let at = |i: usize, z: f64| [corners[i][0], corners[i][1], z];
     let count = corners.len();
@@ -48,7 +48,7 @@ fn globe(rings: usize, centre: f64) -> Mesh {
     halves.collect()
 }
 
-/// Returns the mesh with the three coordinates of each corner rotated by `by` places.
+/// Returns the mesh with the three coordinates of each corner cyclically shifted by `by` places.
 fn rolled(mesh: &Mesh, by: usize) -> Mesh {
     mesh.iter().map(|t| t.map(|p| [0, 1, 2].map(|k| p[(k + by) % 3]))).collect()
 }
@@ -73,9 +73,9 @@ fn check<S: BvhScalar>(solid: &Solid<S>, axes: [&[S]; 3]) -> [usize; 3] {
     counts
 }
 
-/// Checks a mesh, moved by `offset`, on four grids: with steps of 1/2, with steps of 1/3, with
-/// decreasing steps, and with coordinates of corners and slightly larger values. Returns the total
-/// numbers of points inside, outside, and on the surface.
+/// Checks a mesh, moved by `offset`, on four grids: one with steps of 1/2, one with steps of 1/3,
+/// one with decreasing steps, and one whose coordinates are those of the corners and slightly
+/// larger values. Returns the total numbers of points inside, outside, and on the surface.
 fn check_all<S: BvhScalar>(mesh: &Mesh, offset: [f64; 3]) -> [usize; 3] {
     let corner = |p: [f64; 3]| [0, 1, 2].map(|k| S::nearest(p[k] + offset[k]));
     let triangles: Vec<TriangleOf<S>> = mesh.iter().map(|t| TriangleOf(t.map(corner))).collect();

@@ -1,6 +1,6 @@
-//! Tests that the program never aborts when memory runs out. Calls that can return an error must do
-//! so, and all other calls must still return correct results. Each call is repeated, and a
-//! different allocation fails each time.
+//! Tests that the library never aborts the process when memory runs out. Calls that can return an
+//! error must do so, and all other calls must still return correct results. Each call is repeated,
+//! and a different allocation fails each time.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -12,8 +12,8 @@ use intertri_trace::internal::on_this_thread;
 use intertri_trace::intertri::{Hit, Ray, Ray64, Triangle, Triangle64};
 use intertri_trace::{Bvh, ClosestPoint, Containment, Media, Solid};
 
-/// Allocations of at least this many bytes can fail. Smaller allocations always succeed, among them
-/// each thread's scratch memory, which has a fixed size.
+/// Allocations of at least this many bytes can fail. Smaller allocations always succeed. They
+/// include each thread's scratch memory, whose size is fixed.
 const LEAST: usize = 1 << 19;
 
 /// The system allocator, with a switch that makes one of a thread's allocations fail.
@@ -64,9 +64,9 @@ unsafe impl GlobalAlloc for Failing {
 #[global_allocator]
 static ALLOCATOR: Failing = Failing;
 
-/// Repeats a call, failing its first allocation, then its second, and so on, until no allocation is
-/// left to fail. Returns the number of allocations that were made to fail. `call` must return true
-/// if the result is correct, and false if it is an error.
+/// Repeats a call, failing its first allocation, then its second, and so on, until the call makes
+/// no more allocations that could fail. Returns the number of allocations that were made to fail.
+/// `call` must return true if the result is correct, and false if it is an error.
 fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     for allocation in 0.. {
         // If the program aborts, this line is the last one printed.
@@ -83,8 +83,8 @@ fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     unreachable!("a call never stops allocating memory")
 }
 
-/// Returns a closed, bumpy ball of `rings` rings. Triangles at its poles are needles or have no
-/// area.
+/// Returns a closed, bumpy ball of `rings` rings. The triangles at its poles are needles or have
+/// zero area.
 fn ball(rings: usize) -> Vec<Triangle64> {
     let point = |i: usize, j: usize| {
         let (a, b) = (i as f64 / rings as f64, (j % (2 * rings)) as f64 / rings as f64);
@@ -108,8 +108,8 @@ fn in_f32(triangles: &[Triangle64]) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle(t.0.map(|corner| corner.map(|x| x as f32)))).collect()
 }
 
-/// Checks the calls that allocate much memory: each must return either an error or the same result
-/// as with enough memory.
+/// Checks the calls that allocate a lot of memory: each must return either an error or the same
+/// result as when no allocation fails.
 macro_rules! calls {
     ($scalar:ty, $ray:ident, $triangles:expr) => {{
         let triangles = $triangles;
@@ -281,7 +281,7 @@ macro_rules! calls {
     }};
 }
 
-/// Runs a part of the check in which no allocation is made to fail.
+/// Runs part of the check without making any allocation fail.
 fn without_failing<T>(work: impl FnOnce() -> T) -> T {
     let left = LEFT.replace(-1);
     let made = work();
@@ -307,5 +307,5 @@ fn no_allocation_that_fails_aborts() {
         (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let last: Vec<&str> = told.lines().filter(|line| line.contains("allocation")).collect();
     assert!(output.status.success(), "{:?}\n{error}", last.last());
-    assert!(last.len() > 100, "{} allocations failed", last.len());
+    assert!(last.len() > 100, "only {} allocations failed", last.len());
 }

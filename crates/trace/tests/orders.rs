@@ -13,7 +13,7 @@ fn number(i: usize, k: usize) -> f32 {
     (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
 }
 
-/// Returns a scene of two meshes, each a cloud of triangles, one behind the other.
+/// Returns a scene of two meshes, one behind the other. Each mesh is a cloud of triangles.
 fn scene() -> &'static Bvh {
     static SCENE: OnceLock<Bvh> = OnceLock::new();
     SCENE.get_or_init(|| {
@@ -47,7 +47,7 @@ fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
     (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
 }
 
-/// Returns the expected closest hit in f32. In exact modes, its t, u, and v are the true values,
+/// Returns the expected closest hit in f32. In exact modes, its t, u, and v are the exact values,
 /// rounded once to f32; in other modes, they are those of the f64 hit, rounded to f32.
 fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hit>) -> Hit32 {
     let Some(hit) = hit else { return Hit32::MISS };
@@ -146,8 +146,8 @@ fn rows_of_every_width_get_what_each_ray_gets_alone() {
         let rays: Vec<Ray> = (0..count).map(|i| whole[at(i)]).collect();
         let (hits, any) = (bvh.closest_batch(&rays), bvh.any_batch(&rays));
         for i in 0..count {
-            assert_eq!(hits[i], alone[at(i)], "ray {i} of rows of {width}");
-            assert_eq!(any[i], alone[at(i)].is_hit(), "ray {i} of rows of {width}");
+            assert_eq!(hits[i], alone[at(i)], "ray {i}, rows of {width} pixels");
+            assert_eq!(any[i], alone[at(i)].is_hit(), "ray {i}, rows of {width} pixels");
         }
     }
 }
@@ -203,7 +203,7 @@ fn columns_and_tiles_get_what_each_ray_gets_alone() {
     check("tiles", &tiles);
 }
 
-/// A batch is split into chunks, and each chunk must get the skip lists of its own rays.
+/// A batch is split into chunks, and each chunk must use the skip lists of its own rays.
 #[test]
 fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     let (bvh, mut passed) = (scene(), 0);
@@ -225,7 +225,7 @@ fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     assert!(passed > 1000, "{passed}");
 }
 
-/// Shuffles a list, the same way on every run.
+/// Shuffles a list in a way that is the same on every run.
 fn shuffled<T>(mut all: Vec<T>) -> Vec<T> {
     for i in (1..all.len()).rev() {
         let share = 0.5 + 0.5 * number(i, 7);

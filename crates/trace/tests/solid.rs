@@ -1,5 +1,5 @@
 //! Tests that classifying a batch of points returns the same results as classifying each point
-//! alone. The points are inside, outside, on, and near the surface.
+//! alone. The points are inside and outside the mesh, on its surface, and close to the surface.
 
 use intertri::Triangle;
 use intertri_trace::{Bvh, Containment, Solid};

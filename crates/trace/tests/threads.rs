@@ -19,8 +19,7 @@ fn many_rays_at_once_get_what_each_gets_alone() {
             Triangle([corner(3), corner(6), corner(4)])
         })
         .collect();
-    // Incoherent rays, which are traced as streams, and the rays of an image, which are traced in
-    // bundles.
+    // Trace incoherent rays, which form streams, and the rays of an image, which form bundles.
     let mut rays: Vec<Ray> = (0..10_000)
         .map(|i| {
             let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|k| number(i + 77_777, k));

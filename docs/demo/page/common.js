@@ -80,7 +80,7 @@ function navigate(canvas, { turn, magnify }) {
   });
 }
 
-/** Returns a function that requests a redraw. `draw` runs at most once per frame, and `rest` after a pause in the requests. */
+/** Returns a function that requests a redraw: `draw` runs at most once per frame, `rest` after a pause in requests. */
 function scheduler(draw, rest) {
   let asked = false, timer = 0;
   return () => {
@@ -97,7 +97,7 @@ function scheduler(draw, rest) {
   };
 }
 
-/** Returns a function that runs a list of jobs, a few in each frame. If it is called again, it drops the old list. */
+/** Returns a function that runs a list of jobs, a few in each frame. Calling it again drops the old list. */
 function pieces() {
   let current = 0;
   return (jobs) => {

@@ -9,7 +9,7 @@ async function unpack(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** Compiles the module with SIMD or, if the browser lacks SIMD or the address ends in `#plain`, the one without. */
+/** Compiles the module with SIMD, or the one without if the browser lacks SIMD or the address ends in `#plain`. */
 async function chooseModule() {
   const modules = JSON.parse(document.getElementById("modules").textContent);
   if (!location.hash.includes("plain")) {
@@ -29,7 +29,7 @@ class Engine {
     return engine;
   }
 
-  /** Creates a new instance of the module: at the start, and whenever a trap has made the old one unusable. */
+  /** Creates an instance of the module, at the start and whenever a trap has made the previous one unusable. */
   async restart() {
     this.wasm = (await WebAssembly.instantiate(this.module)).exports;
     this.wasm.method_names();

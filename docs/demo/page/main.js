@@ -1,6 +1,6 @@
 // ---- The golden results, and the start of the page ----
 
-/** The state of the page, which its tests read. */
+/** The state of the page, exposed for the tests. */
 const page = window.intertri = { ready: false };
 
 /** Computes the golden results and shows their hashes. */

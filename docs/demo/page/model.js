@@ -34,7 +34,7 @@ function modelView(engine) {
     context.drawImage(small, 0, 0, WIDTH, HEIGHT);
   }
 
-  /** Traces the whole image and shows it. Setting the view can rebuild the hierarchy; that time is not included in the rate. */
+  /** Traces the whole image and shows it. The rate excludes setting the view, which can rebuild the hierarchy. */
   function trace(by) {
     if (!engine.look(numbers(by))) return;
     looked = by;

@@ -96,8 +96,8 @@ pub extern "C" fn method_names() {
     state().output = names.into_bytes();
 }
 
-/// Sets the fan from the numbers in the input buffer. Returns 1 if they describe a fan, otherwise
-/// 0.
+/// Sets the fan from the numbers in the input buffer. Returns 1 if they describe a valid fan, and 0
+/// otherwise.
 #[unsafe(no_mangle)]
 pub extern "C" fn fan_set() -> u32 {
     let mut state = state();
@@ -117,7 +117,7 @@ pub extern "C" fn fan_picture(method: usize) -> u32 {
 }
 
 /// Loads a model from the input buffer, which holds a file name of `name_len` bytes followed by the
-/// file. Returns the number of triangles. On error, outputs the message and returns 0.
+/// file's contents. Returns the number of triangles. On error, outputs the message and returns 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_load(name_len: usize) -> u32 {
     let mut state = state();
@@ -134,7 +134,7 @@ pub extern "C" fn model_built_in() -> u32 {
 }
 
 /// Sets the view of the model from the numbers in the input buffer. Returns 1 if they describe a
-/// view, otherwise 0.
+/// valid view, and 0 otherwise.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_look() -> u32 {
     let mut state = state();

@@ -21,7 +21,7 @@ pub enum Class {
     Right,
     /// The method misses, but `exact` hits.
     Leak,
-    /// The method hits the right triangles and additional ones.
+    /// The method hits the same triangles as `exact`, and at least one more.
     Double,
     /// The hits differ in any other way.
     Wrong,
@@ -43,13 +43,13 @@ pub struct Fan {
 }
 
 impl Fan {
-    /// Reads a fan from numbers, in this order: the number of pixels per side, the width of a
-    /// pixel, the shift of the image's centre (2), the offset from the origin (3), the right, up,
-    /// and forward directions (9), the distance of the eye, the number of corners around the
+    /// Reads a fan from a list of numbers, in this order: the number of pixels per side, the width
+    /// of a pixel, the shift of the image's centre (2), the offset from the origin (3), the right,
+    /// up, and forward directions (9), the distance of the eye, the number of corners around the
     /// vertex, the vertex (3), and the corners (3 each). Returns `None` if the numbers do not
     /// describe a fan.
     ///
-    /// This function uses only `+ - * /`, so the rays have the same bits on every platform.
+    /// This function uses only `+ - * /`, so it returns the same bits on every platform.
     pub fn new(numbers: &[f64]) -> Option<Self> {
         let mut numbers = Numbers::new(numbers);
         let size = numbers.count(MAX_SIZE)?;
@@ -113,8 +113,8 @@ impl Fan {
     }
 
     /// Returns the number of pixels in each class for a method, and one byte for each pixel. The
-    /// low four bits are the class, and the bits above them are the index of the first triangle
-    /// that `exact` hits.
+    /// low four bits hold the class, and the high bits hold the index of the first triangle that
+    /// `exact` hits.
     ///
     /// # Panics
     /// Panics if the method does not exist.
@@ -168,8 +168,7 @@ fn transposed(bits: u64) -> u64 {
     swap(x, 28, 0x0000_0000_f0f0_f0f0)
 }
 
-/// Classifies a pixel where a method hits the triangles `hit` and `exact` hits the triangles
-/// `truth`.
+/// Classifies a pixel, given the sets of triangles that the method and `exact` hit.
 fn classify(hit: u8, truth: u8) -> Class {
     match (hit, truth) {
         (0, 0) => Class::Background,

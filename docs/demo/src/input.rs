@@ -1,4 +1,4 @@
-//! Reads and converts the numbers that the page sends.
+//! Reads and converts the input numbers that the page sends.
 
 /// Reads f64 numbers one at a time, in order.
 #[derive(Clone, Debug)]

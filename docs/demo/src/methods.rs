@@ -23,8 +23,8 @@ pub(crate) trait Sink {
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
     pub(crate) triangles: &'a [Triangle],
-    /// Whether to report only closest hits, with t, or all hits, without t. Even if only closest
-    /// hits are requested, a method can report all hits, in the order of the triangles.
+    /// Whether to report only closest hits, with t, rather than all hits, without t. Even if only
+    /// closest hits are requested, a method may report all hits, in the order of the triangles.
     pub(crate) closest: bool,
 }
 
@@ -60,8 +60,8 @@ macro_rules! mode {
     };
 }
 
-/// All methods, in the order in which the page shows them. The last one is `exact`, with which the
-/// others are compared.
+/// All methods, in the order in which the page shows them. The last one is `exact`, against which
+/// the others are compared.
 pub static METHODS: [Method; 8] = [
     published!("Möller–Trumbore f32", MollerTrumbore { epsilon: 0.0 }, false),
     published!("Baldwin–Weber f32", BaldwinWeber, false),

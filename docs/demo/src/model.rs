@@ -28,7 +28,7 @@ pub struct Model {
     look: Option<Look>,
 }
 
-/// A view, the hit at each pixel and, once they are needed, the triangles of each tile.
+/// A view, the hit at each pixel, and the triangles of each tile, which are listed on first use.
 struct Look {
     view: View,
     hits: Vec<Hit>,
@@ -70,10 +70,10 @@ impl Model {
         self.original.is_empty()
     }
 
-    /// Sets the view from numbers, in this order: the width and height in pixels, the width of a
-    /// pixel at distance 1, the shift of the image's centre (2), the model's offset in units of its
-    /// radius (3), the right, up, and forward directions (9), and the distance of the eye in units
-    /// of the radius. Returns false if the numbers do not describe a view.
+    /// Sets the view from a list of numbers, in this order: the width and height in pixels, the
+    /// width of a pixel at distance 1, the shift of the image's centre (2), the model's offset in
+    /// units of its radius (3), the right, up, and forward directions (9), and the distance of the
+    /// eye in units of the radius. Returns false if the numbers do not describe a view.
     pub fn look(&mut self, numbers: &[f64]) -> bool {
         self.try_look(numbers).is_some()
     }
@@ -102,7 +102,7 @@ impl Model {
     }
 
     /// Traces rows of the image with `exact`. Returns one byte for each pixel: 0 for a miss, and 1
-    /// to 255 for a hit, depending on how directly the triangle faces the ray.
+    /// to 255 for a hit, where a larger value means that the triangle faces the ray more directly.
     pub fn trace(&mut self, rows: std::ops::Range<usize>) -> Vec<u8> {
         let Some(look) = &mut self.look else { return vec![] };
         let [width, height] = look.view.size;

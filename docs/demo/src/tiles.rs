@@ -1,5 +1,5 @@
-//! Lists the triangles that may be visible in each tile of an image; a tile is a square of pixels.
-//! Every triangle of a model is projected onto the image, with a margin.
+//! Divides an image into square tiles and lists the triangles that may be visible in each tile. To
+//! find them, every triangle of the model is projected onto the image and enlarged by a margin.
 //!
 //! The published methods have no hierarchy. With these lists, they find the same hits as a loop
 //! over all triangles.
@@ -8,11 +8,11 @@ use intertri::Triangle;
 
 use crate::input::double;
 
-/// The number of pixels along the side of a tile. A packet has the rays of one row of a tile.
+/// The number of pixels along the side of a tile. A packet holds the rays of one row of a tile.
 pub(crate) const SIDE: usize = 8;
 
-/// A view. The direction through a pixel is `forward + x right + y up`, with the x and y of
-/// [`View::at`].
+/// A camera view. The direction through a pixel is `forward + x right + y up`, where [`View::at`]
+/// returns x and y.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     pub(crate) size: [usize; 2],
@@ -74,7 +74,7 @@ pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
         if seen.iter().all(Option::is_none) {
             continue;
         }
-        // Casts saturate, so a number that is out of range becomes the nearest integer in range.
+        // Casts saturate, so an out-of-range value becomes the nearest integer in range.
         let first = |k: usize| ((low[k] - margin).max(0.0) / SIDE as f64) as usize;
         let end = |k: usize, n: usize| {
             let last = (high[k] + margin) / SIDE as f64;
@@ -89,7 +89,7 @@ pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
     tiles
 }
 
-/// Returns the centre and radius of a sphere around all corners.
+/// Returns the centre and radius of a sphere that contains all corners.
 pub(crate) fn ball(triangles: &[Triangle]) -> ([f64; 3], f64) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for corner in triangles.iter().flat_map(|triangle| triangle.0) {

@@ -1,4 +1,4 @@
-// Generates a small model, a torus, in every format that the page reads.
+// Generates a small torus in every model format that the page reads.
 
 function torus(around = 24, across = 12) {
   const vertices = [], faces = [];

@@ -62,7 +62,7 @@ test("around a vertex, exact is right and other methods are not, in both modules
   assert.equal(engines.simd.fan([64]), false);
 });
 
-test("a model is the same in every format", () => {
+test("a model gives the same results in every format", () => {
   const seen = new Set();
   for (const [, engine] of both) {
     for (const [name, bytes] of Object.entries(MODELS)) {

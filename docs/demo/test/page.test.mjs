@@ -50,7 +50,7 @@ function native(...args) {
 }
 const shownCounts = (page) => page.$$eval("#methods tbody tr", (rows) =>
   rows.map((row) => [...row.querySelectorAll("td.n")].slice(0, 3).map((td) => Number(td.textContent.replaceAll(",", "")))));
-/** Drops a file with the given name and content on the image of the model. */
+/** Drops a file with the given name and content onto the model view. */
 async function drop(page, name, bytes) {
   await page.evaluate(([name, text]) => {
     const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));

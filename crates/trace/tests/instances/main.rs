@@ -18,7 +18,7 @@ use intertri_trace::{
 };
 use scenes::{KINDS, Matrix, Mesh, Numbers, ONE, add, matrix, meshes, placed, placement};
 
-/// A scene, and the meshes, matrices, and masks from which the flattened scene is built.
+/// A scene, together with the meshes, matrices, and masks from which the flattened scene is built.
 struct Pair {
     scene: Scene,
     placed: BTreeMap<InstanceId, (Mesh, Matrix, u32)>,
@@ -100,7 +100,7 @@ fn bits(hit: &SceneHit) -> (InstanceId, [u64; 3], u32, u32) {
 }
 
 /// Returns a random ray near a scene. Some rays are aimed at a corner, an edge, or an interior
-/// point of a triangle, some run along an edge or a wall, and the rest are arbitrary.
+/// point of a triangle, some lie along an edge or in a wall, and the rest are arbitrary.
 fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     let Triangle64([a, b, c]) = numbers.one_of(triangles);
     let Triangle64([d, ..]) = numbers.one_of(triangles);
@@ -130,8 +130,8 @@ fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
         _ => Ray64::new(away, numbers.point()),
     };
     match numbers.below(6) {
-        // Rays that are aimed at a point reach it at t = 1. This is the excluded far end of the
-        // first interval and the near end of the second.
+        // Rays that are aimed at a point reach it at t = 1. That is the far end of the first
+        // interval, which is excluded, and the near end of the second.
         0 => ray.between(0.0, 1.0),
         1 => ray.between(1.0, f64::INFINITY),
         2 => ray.between(numbers.number(), 2.0 * numbers.number()),
@@ -174,7 +174,7 @@ fn coherent(numbers: &mut Numbers, triangles: &[Triangle64], rays: &mut Vec<Ray6
     let length = first.dir.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let spread = length * numbers.one_of(&[1e-9, 1e-3, 0.02, 0.2]);
     let kind = numbers.below(3);
-    // If `flat` is below 3, the component of every direction along that axis is +0 or -0.
+    // If `flat` is below 3, it is an axis along which every direction has the component +0 or -0.
     let (flat, zero) = (numbers.below(9), numbers.one_of(&[0.0, -0.0]));
     for i in 0..64 {
         let off = if i == 0 { [0.0; 3] } else { numbers.point().map(|x| x * 0.5 * spread) };
@@ -294,10 +294,11 @@ fn answers_are_those_of_the_flattened_scene() {
         hits += check(&mut pair, &mut numbers, each, &format!("round {round}, moved"));
         done += 2 * each;
     }
-    assert!(hits * 3 > done, "{hits} of {done}");
+    assert!(hits * 3 > done, "only {hits} of {done} rays hit");
 }
 
-/// Results are the same at every SIMD level and agree with a plain loop over the triangles.
+/// Tests that results are the same at every SIMD level and agree with a plain loop over the
+/// triangles.
 #[test]
 fn answers_do_not_depend_on_the_level() {
     let mut numbers = Numbers(2);

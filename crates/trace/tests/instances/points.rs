@@ -84,7 +84,7 @@ fn needles_are_near_points_and_surfaces() {
             let found = snapshot.closest_point(a, f64::INFINITY).unwrap();
             assert_eq!((found.instance, found.closest.distance), (id, 0.0), "{index}");
             assert_eq!(snapshot.classify(b), flat.solid.classify(b), "{index}");
-            // Trace a ray to the needle from above, and another one from the side.
+            // Trace one ray toward the needle from above and another from the side.
             let bvh = flat.solid.bvh();
             for ray in [
                 Ray64::new(add(b, [0.0, 0.0, 1.0], 3.0), [0.0, 0.0, -1.0]),
@@ -98,8 +98,8 @@ fn needles_are_near_points_and_surfaces() {
     }
 }
 
-/// A triangle whose corners are collinear in the mesh may have an area in world space, because the
-/// transformed corners are rounded.
+/// A triangle whose corners are collinear in the mesh may have a nonzero area in world space,
+/// because the transformed corners are rounded.
 #[test]
 fn triangles_get_an_area_by_rounding() {
     let mut numbers = Numbers(4);
@@ -134,8 +134,8 @@ fn triangles_get_an_area_by_rounding() {
     assert!(surfaces > 100, "{surfaces} {hits}");
 }
 
-/// Triangles without area have no surface and no inside, even if they are degenerate only in world
-/// space.
+/// No point is on or inside a triangle without area, even if the triangle is degenerate only in
+/// world space.
 #[test]
 fn flat_triangles_are_no_surface() {
     let line = [[0.0; 3], [1.0, 1.0, 1.0], [3.0, 3.0, 3.0]];
@@ -152,7 +152,8 @@ fn flat_triangles_are_no_surface() {
         let mut pair = Pair::new();
         pair.add(&mesh, placement);
         let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat(u32::MAX));
-        // Points in the box around the line, both on the line and beside it.
+        // These points are in the box around the line; some are on the line, and some are beside
+        // it.
         let points = [[0.5; 3], [2.0; 3], [0.5, 2.0, 1.5], [1.0, 0.5, 2.5], [3.0; 3]];
         let points = points.map(|p| placed(&placement, p));
         compare_points(&snapshot, &flat, &points, "a line");

@@ -1,5 +1,5 @@
-//! Tests that loading a saved scene restores it unchanged, and that loading damaged bytes results
-//! in a one-line error or a sound scene.
+//! Tests that loading a saved scene restores it unchanged, and that loading damaged bytes either
+//! fails with a one-line error or yields a sound scene.
 
 use std::sync::Arc;
 
@@ -34,8 +34,8 @@ fn scenes_come_back_the_same() {
         let ids: Vec<InstanceId> = (0..20)
             .map(|i| pair.add(&meshes[i % meshes.len()], placement(&mut numbers, kind)))
             .collect();
-        // Remove all instances of one mesh and one instance of another mesh. This frees the numbers
-        // of the removed instances.
+        // Remove all instances of one mesh and one instance of another. Their instance numbers
+        // become free.
         for &id in [&ids[2], &ids[10], &ids[18]].into_iter().chain([&ids[7]]) {
             pair.remove(id);
         }
@@ -104,7 +104,7 @@ fn the_format_is_the_specified_one() {
     assert_eq!((bvh.len(), bvh.geometries()), (3, 2));
 }
 
-/// The length and the checksum of the saved scene that `small` makes.
+/// The length and checksum of the scene from `small` when it is saved.
 const FORMAT: (usize, u64) = (2888, 15_097_455_072_652_631_154);
 
 #[test]
@@ -126,7 +126,7 @@ fn every_cut_and_every_damage_is_an_error() {
             refused(&bytes, &format!("bit {bit} of byte {place}"));
         }
     }
-    // Bytes after the end are an error, except in a stream.
+    // Trailing bytes are an error, except in a stream.
     let longer = [&good[..], b"x"].concat();
     assert!(matches!(Scene::from_bytes(&longer), Err(SceneLoadError::Damaged { .. })));
     assert!(Scene::read_from(&longer[..]).is_ok());
@@ -154,7 +154,7 @@ fn meshes_cannot_be_exchanged() {
     assert_eq!(error, "the saved scene is damaged: its meshes do not belong together");
 }
 
-/// If a word is changed and the checksums are updated to match, loading results in an error or a
+/// If a word is changed and the checksums are updated to match, loading must either fail or yield a
 /// sound scene.
 #[test]
 fn no_word_makes_an_answer_wrong() {
@@ -206,7 +206,7 @@ fn no_word_makes_an_answer_wrong() {
         }
     }
     assert!(loaded > 100, "{loaded}");
-    // Sections that claim to have more records than the file has bytes must be rejected.
+    // Sections that claim to contain more records than the file has bytes must be rejected.
     let mut bytes = good;
     for entry in 0..sections {
         let at = HEADER + entry * ENTRY + 16;

@@ -8,7 +8,7 @@ use intertri_trace::{Bvh, SceneMesh};
 
 pub(crate) type Matrix = [f64; 12];
 
-/// A pseudo-random number generator (`SplitMix64`), seeded with its field.
+/// A pseudo-random number generator (`SplitMix64`). The field is its state, initially the seed.
 pub(crate) struct Numbers(pub(crate) u64);
 
 impl Numbers {
@@ -24,7 +24,7 @@ impl Numbers {
         (self.bits() % end as u64) as usize
     }
 
-    /// Returns a number in -1..1.
+    /// Returns a pseudo-random number in -1..1.
     pub(crate) fn number(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
@@ -60,7 +60,7 @@ pub(crate) fn globe(rings: usize) -> Vec<Triangle64> {
     halves.collect()
 }
 
-/// Returns an axis-aligned cube with `cells`×`cells` squares on each side.
+/// Returns an axis-aligned cube with `cells`×`cells` squares on each face.
 pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     let mut all = Vec::new();
     for side in 0..6 {
@@ -79,7 +79,7 @@ pub(crate) fn cube(cells: i32) -> Vec<Triangle64> {
     all
 }
 
-/// Returns random triangles of various shapes and sizes. Some have no area, and some have a NaN
+/// Returns random triangles of various shapes and sizes. Some have zero area, and some have a NaN
 /// coordinate.
 pub(crate) fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     let triangle = |numbers: &mut Numbers| {
@@ -187,15 +187,15 @@ pub(crate) fn matrix(a: [[f64; 3]; 3], diagonal: [f64; 3], at: [f64; 3]) -> Matr
 
 pub(crate) const ONE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// The number of kinds of placement that [`placement`] can return. The kinds differ in scale,
-/// shape, and position.
+/// The number of placement kinds that [`placement`] supports. They differ in scale, shape, and
+/// position.
 pub(crate) const KINDS: usize = 14;
 
 pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
     let near = numbers.point().map(|x| 3.0 * x);
     let turned = rotation(numbers);
     match kind {
-        // On a grid, so that walls of different instances coincide.
+        // Positions are rounded to a grid, so that walls of different instances coincide.
         0 => matrix(ONE, [1.0; 3], near.map(f64::round)),
         1 => matrix(turned, [1.0; 3], near),
         2 => {
@@ -210,8 +210,8 @@ pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
             let sheared = [numbers.point(), numbers.point(), numbers.point()];
             matrix(sheared, [2.0; 3], near)
         }
-        // Tiny and far away: rounding moves the corners by a noticeable fraction of the mesh's
-        // size.
+        // The mesh is tiny and far away, so rounding moves its corners by a noticeable fraction of
+        // its size.
         5 => matrix(turned, [1e-6; 3], add([1e7, -1e7, 3e6], near, 1e-6)),
         6 => matrix(turned, [1e6; 3], near.map(|x| 1e6 * x)),
         // Matrices with condition numbers up to 1e12.
@@ -231,7 +231,7 @@ pub(crate) fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
         }
         9 => matrix(turned, [1.0; 3], add([1e7, 2e7, -3e7], near, 1.0)),
         10 => matrix(turned, [1e-3, 1e-3, 1e-3], add([1e12, 0.0, 1e12], near, 1e-3)),
-        // Coordinates too extreme for the SIMD lanes to decide; some corners overflow.
+        // These coordinates are too extreme for the SIMD lanes to handle; some corners overflow.
         11 => matrix(turned, [1e-150; 3], near.map(|x| 1e-150 * x)),
         12 => matrix(turned, [numbers.one_of(&[1e120, 1e301, 1e308]); 3], near.map(|x| 1e120 * x)),
         _ => {

@@ -1,4 +1,5 @@
-//! The nodes and leaves that a ray still has to visit, pushed and popped eight at a time.
+//! A stack of the nodes and leaves that a ray still has to visit. A push writes eight entries at
+//! once, and a pop compares eight.
 //!
 //! ```text
 //!          bottom            entries                 top
@@ -6,8 +7,8 @@
 //!   t     -∞ -∞ … -∞ -∞ -∞ │ where each box begins  │ · · ·
 //! ```
 //!
-//! A node's boxes are pushed far to near by a single lane permutation. Boxes that begin beyond the
-//! best hit are dropped by a single lane comparison.
+//! A single lane permutation pushes a node's boxes from far to near. A single lane comparison drops
+//! the boxes that begin beyond the best hit.
 
 use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
@@ -17,18 +18,18 @@ use intertri::simd::{Lanes, Mask, Simd};
 use super::child_predictor::ChildPredictor;
 use crate::tree::{Node, Tree, far_to_near, first_slot};
 
-/// The entry at the bottom of a stack, which means that nothing is left to visit.
+/// Marks the bottom of a stack. A ray that pops this entry has nothing left to visit.
 pub(crate) const BOTTOM: u32 = u32::MAX;
 
-/// The number of entries at the bottom, which is also the number that one pop compares.
+/// The number of bottom entries, and the number of entries that a pop compares at once.
 const LOOK: usize = 8;
 
 /// The stacks of one or several rays.
 #[derive(Debug, Default)]
 pub(crate) struct Stack {
-    /// The children on each ray's stack, as bits.
+    /// The children on each ray's stack, stored as the bit patterns of f32 values.
     child: Vec<f32>,
-    /// The t at which the box of each child begins.
+    /// The t at which the ray enters the box of each child.
     t: Vec<f32>,
     /// The capacity per ray.
     each: usize,
@@ -46,7 +47,7 @@ thread_local! {
     static LAST: Cell<Option<Box<TraversalScratch>>> = const { Cell::new(None) };
 }
 
-/// The thread's scratch, lent to a query. The thread has none until the query ends.
+/// A thread's scratch memory, lent to a query and returned when the query ends.
 pub(crate) struct LentScratch(Option<Box<TraversalScratch>>);
 
 impl TraversalScratch {
@@ -60,10 +61,10 @@ impl TraversalScratch {
         self.stack.each >= Stack::room(size)
     }
 
-    /// Lends the thread's scratch for single rays in a hierarchy.
+    /// Lends this thread's scratch memory to a query for single rays in a hierarchy.
     pub(crate) fn lend(tree: &Tree) -> LentScratch {
         let last = LAST.try_with(Cell::take).ok().flatten();
-        // Drop a stack that was made for a shallower tree and is too small.
+        // Drop a stack that was allocated for a shallower tree and is too small for this one.
         let fits = last.filter(|last| last.fits(tree.stack));
         LentScratch(Some(fits.unwrap_or_else(|| Self::new(tree.stack))))
     }
@@ -142,15 +143,15 @@ pub(crate) struct Entries<'a> {
 }
 
 impl Entries<'_> {
-    /// Pops the topmost entry that begins before `far` from the stack whose top is `top`.
+    /// Pops the topmost entry whose box begins before `far` from the stack whose top is `top`.
     #[inline(always)]
     pub(crate) fn pop<S: Simd>(&self, top: &mut u32, far: f32) -> u32 {
         let mut at = *top as usize;
         loop {
             let near = S::F32x8::load(&self.t[at - LOOK..]).le(S::F32x8::splat(far)).bits();
             // There is one bit for each of the eight entries below `top`, with the topmost in the
-            // highest bit, so the leading zeros count the entries that begin too late. The bit
-            // below them limits the count to eight.
+            // highest bit, so the leading zeros count the entries whose boxes begin beyond `far`.
+            // The bit below them limits the count to eight.
             let beyond = (near << 24 | 1 << 23).leading_zeros();
             at -= beyond as usize;
             if near != 0 {
@@ -161,8 +162,8 @@ impl Entries<'_> {
         }
     }
 
-    /// Like [`Entries::pop`], but for a ray that waits for the result: reading one entry at a time
-    /// does not have to wait for recent writes to reach memory.
+    /// Like [`Entries::pop`], but with lower latency, for a traversal that has to wait for the
+    /// result: reading one entry at a time does not have to wait for recent writes to reach memory.
     #[inline(always)]
     pub(crate) fn pop_at_once(&self, top: &mut u32, far: f32) -> u32 {
         loop {
@@ -173,16 +174,17 @@ impl Entries<'_> {
         }
     }
 
-    /// Pops the topmost entry, for stacks from which nothing is dropped.
+    /// Pops the topmost entry, wherever its box begins.
     #[inline(always)]
     pub(crate) fn pop_last(&self, top: &mut u32) -> u32 {
         *top -= 1;
         self.child[*top as usize].to_bits()
     }
 
-    /// Pushes the boxes of a node that a ray meets onto its stack, except for the first, whose
-    /// child is returned, or [`BOTTOM`] if no box is met. `near` is the t at which each box begins.
-    /// Boxes are pushed in the order of the ray's octant, which is usually near to far.
+    /// Pushes the children of a node whose boxes the ray hits onto its stack, except for the first
+    /// child, which is returned. Returns [`BOTTOM`] if the ray hits no box. `near` is the t at
+    /// which each box begins. Children are pushed in the order of the ray's octant, which is
+    /// usually near to far.
     #[inline(always)]
     pub(crate) fn push<S: Simd>(
         &mut self,
@@ -208,8 +210,8 @@ impl Entries<'_> {
         *top += 1;
     }
 
-    /// Like [`Entries::push`], but without t, for use with [`Entries::pop_last`]. At least one box
-    /// must be met.
+    /// Like [`Entries::push`], but stores no t, for use with [`Entries::pop_last`]. The ray must
+    /// hit at least one box.
     #[inline(always)]
     pub(crate) fn push_children<S: Simd>(
         &mut self,
@@ -225,8 +227,8 @@ impl Entries<'_> {
         node.child_or_none(first_slot(met, octant))
     }
 
-    /// Like [`Entries::push`], but returns the nearest child and orders the others by octant. At
-    /// least one box must be met.
+    /// Like [`Entries::push`], but returns the nearest child and orders the others by octant. The
+    /// ray must hit at least one box.
     #[inline(always)]
     pub(crate) fn push_nearest_first<S: Simd>(
         &mut self,
@@ -245,7 +247,7 @@ impl Entries<'_> {
         node.children()[nearest]
     }
 
-    /// Writes a node's children and the t of their boxes in a given order.
+    /// Writes a node's children and the t at which their boxes begin, in a given order.
     #[inline(always)]
     fn put<S: Simd>(&mut self, top: u32, node: &Node, order: u64, near: S::F32x8) {
         let top = top as usize;
@@ -320,7 +322,8 @@ mod tests {
                         found.push(stack.pop_at_once(&mut top, f32::INFINITY));
                     }
 
-                    // Without t, all children are in the octant's order.
+                    // `push_children` does not sort by t, so all children are in the octant's
+                    // order.
                     let mut by_octant = vec![stack.push_children::<S>(&mut 8, &node, octant, met)];
                     let mut top = 7 + bits.count_ones();
                     by_octant.extend((0..bits.count_ones()).map(|_| stack.pop_last(&mut top)));

@@ -24,8 +24,8 @@ const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
 /// Visits the leaves whose triangles a ray may hit, roughly front to back. If `closest` is true,
 /// the nearest box of each node is visited first, so that fewer leaves are visited before the hit
-/// is found. Otherwise, the visitor must not move the far end nearer, because no entries are
-/// dropped from the stack.
+/// is found. Otherwise, the visitor must not move the far end nearer, because every entry of the
+/// stack is visited.
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
     tree: &Tree,
@@ -35,7 +35,8 @@ pub(super) fn traverse<S: Simd>(
     visitor: &mut impl Visit,
 ) {
     // A ray with a non-finite origin or direction hits nothing, and neither does a ray with an
-    // empty interval. A ray is eight floats, so a single comparison covers them all.
+    // empty interval. A ray consists of eight floats, so a single vector comparison covers them
+    // all.
     let numbers = S::F32x8::load(bytemuck::cast_ref::<Ray, [f32; 8]>(ray));
     let finite = numbers.abs().le(S::F32x8::splat(f32::MAX)).bits();
     let can_hit = finite & ORIGIN_AND_DIR == ORIGIN_AND_DIR && ray.t_min < ray.t_max;
@@ -71,9 +72,9 @@ pub(crate) struct Walk<'a> {
     pub(crate) nodes: &'a [Node],
     /// The number of leaves.
     pub(crate) leaves: usize,
-    /// The index of the first leaf that is visited regardless of its box, as are all later leaves.
+    /// Leaves from this index on are visited regardless of their boxes.
     pub(crate) unboxed: usize,
-    /// The root of a second tree, or [`EMPTY`].
+    /// The root of the second tree, or [`EMPTY`] if there is none.
     pub(crate) thin_root: u32,
     pub(crate) octant: usize,
     /// The near end of the ray's interval.
@@ -139,7 +140,8 @@ impl Walk<'_> {
                         }
                     }
                     if next & LEAF != 0 {
-                        // After the leaf, the next node comes from the stack.
+                        // After this leaf, the traversal continues with the next entry of the
+                        // stack.
                         break (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
                     }
 
@@ -154,8 +156,8 @@ impl Walk<'_> {
                     let first = if closest {
                         stack.push_nearest_first::<S>(&mut top, node, octant, met, near)
                     } else if bits.is_power_of_two() {
-                        // Often, only one box is hit. Closest-hit queries avoid this branch,
-                        // because it is too hard to predict for them.
+                        // Often, the ray hits only one box, so nothing is pushed. Closest-hit
+                        // queries avoid this branch, because they would often mispredict it.
                         node.child_or_none(bits.trailing_zeros() as u8)
                     } else {
                         stack.push_children::<S>(&mut top, node, octant, met)

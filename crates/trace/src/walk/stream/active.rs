@@ -23,14 +23,14 @@ pub(super) struct RayState {
 
 const _: () = assert!(size_of::<RayState>() == 64);
 
-/// The values of a ray that are needed only at leaves.
+/// The part of a ray's state that is needed only at leaves.
 #[derive(Clone, Copy)]
 pub(super) struct AtLeaves {
     pub(super) ray: PreparedRay,
     pub(super) closest: ClosestHit,
 }
 
-/// A set of slots whose rays take the same kind of step next, with one bit per slot.
+/// A set of slots, with one bit per slot. The rays in these slots take the same kind of step next.
 #[derive(Clone, Copy)]
 pub(super) struct Set(pub(super) u64);
 
@@ -46,8 +46,8 @@ impl Set {
     /// Adds a slot if `put` is true.
     #[inline(always)]
     pub(super) fn put(&mut self, place: usize, put: bool) {
-        // Avoid a branch, which would often be mispredicted: whether a slot is added is practically
-        // random.
+        // Do not branch on `put`: its value is practically random, so the branch would often be
+        // mispredicted.
         self.0 |= u64::from(put) << (place % ACTIVE);
     }
 

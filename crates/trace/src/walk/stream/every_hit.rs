@@ -1,4 +1,4 @@
-//! Collects every hit of the rays of a stream, leaf by leaf. The result is a list of hit pairs, the
+//! Collects every hit of a stream's rays, leaf by leaf. The result is a list of hit pairs, the
 //! number of crossings of each ray, or the winding number around each ray's origin.
 
 use intertri::internal::BlockHits;
@@ -76,8 +76,8 @@ impl HitCollector<'_> {
             let Some(t) = self.filter.resolver().hit(self.ray, &triangle, ids) else { continue };
             pairs.push(self.id, slot);
             if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
-                // Round up to get an upper bound on t: the far end must not cut off this hit
-                // itself.
+                // Round up to get an upper bound on t, so that the new far end does not exclude
+                // this hit itself.
                 match few.add((t as f32).next_up(), most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
@@ -93,8 +93,8 @@ impl HitCollector<'_> {
     fn shorten(&mut self, hits: &BlockHits, pairs: &mut HitPairs) -> bool {
         if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
             for lane in lanes_of(hits.sure) {
-                // Use the largest t that this hit can have, because only hits that are certainly
-                // behind all kept hits may be cut off.
+                // Use the upper bound on this hit's t: the new far end may exclude only hits that
+                // are certainly behind all kept hits.
                 match few.add(hits.t_hi[lane % 8], most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
@@ -110,7 +110,7 @@ impl HitCollector<'_> {
     fn crossings(&self, hits: &BlockHits, leaf: usize, crossings: &mut Crossings) {
         for lane in lanes_of(hits.sure) {
             // If a ray passes strictly inside all edges, a hit is always a crossing, and the filter
-            // knows its side (exact.md, section 9).
+            // has already determined its side (exact.md, section 9).
             crossings.add(hits.leaves >> lane & 1 != 0);
         }
         for lane in lanes_of(hits.undecided) {
@@ -121,8 +121,8 @@ impl HitCollector<'_> {
     }
 
     /// Updates the winding number around the ray's origin. Returns whether the origin is on a
-    /// triangle. If the origin is on a triangle, the filter leaves this pair undecided: the
-    /// numerator of t is 0, and no edge value proves a miss.
+    /// triangle. In that case, the filter leaves the pair undecided: the numerator of t is 0, and
+    /// no edge value proves a miss.
     #[inline(always)]
     fn winding(&self, hits: &BlockHits, leaf: usize, containment: &mut Containment) -> bool {
         for lane in lanes_of(hits.sure) {
@@ -131,8 +131,8 @@ impl HitCollector<'_> {
         for lane in lanes_of(hits.undecided) {
             let at = LeafSlot((8 * leaf + lane) as u32);
             if self.starts_on(at) {
-                // A point on the surface is neither inside nor outside, whatever was counted
-                // before.
+                // A point on the surface is neither inside nor outside, regardless of the crossings
+                // counted so far.
                 *containment = Containment::Surface;
             } else if let Some(side) = self.crossed(at) {
                 *containment = containment.crossed(side == Side::Leaves);
@@ -141,7 +141,8 @@ impl HitCollector<'_> {
         *containment == Containment::Surface
     }
 
-    /// Returns the side from which the ray crosses the triangle in a slot, if it does.
+    /// Returns the side from which the ray crosses the triangle in a slot, or `None` if it does not
+    /// cross the triangle.
     #[inline(always)]
     fn crossed(&self, slot: LeafSlot) -> Option<Side> {
         let triangle = self.tree.triangle_in(slot);

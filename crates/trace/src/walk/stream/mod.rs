@@ -3,7 +3,7 @@
 //!
 //! Each round first handles all rays that are at a leaf, then all rays that are at a node.
 //! Barringer and Akenine-Möller, *Dynamic Ray Stream Traversal* (2014), also advance many rays
-//! together, but sort the rays at each node; here, each ray has its own stack.
+//! together, but sort them at each node. Here, each ray has its own stack instead.
 
 mod active;
 mod every_hit;

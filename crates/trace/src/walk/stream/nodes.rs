@@ -8,8 +8,8 @@ use super::active::{ACTIVE, RayState, Set};
 use crate::tree::{LEAF, Tree};
 use crate::walk::single::{BOTTOM, SlabLanes, Stack};
 
-/// Visits the current node of each ray in `at`. The directions of all these rays must be in the
-/// octant `octant`. Returns the rays that are now at an inner node, and the rays that hit no child.
+/// Visits the current node of each ray in `at`. The directions of these rays must all be in
+/// `octant`. Returns the rays that are now at an inner node, and the rays that hit no child.
 #[inline(always)]
 pub(super) fn visit_nodes(
     level: Level,
@@ -64,8 +64,8 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
     }
 }
 
-/// Prefetches the nodes or leaves that the rays in `at` visit next. `things` contains all nodes or
-/// all leaves.
+/// Prefetches the nodes or leaves that the rays in `at` visit next. `things` is the array of all
+/// nodes or of all leaves.
 #[inline(always)]
 pub(super) fn prefetch_next<T>(things: &[T], states: &[RayState; ACTIVE], at: Set) {
     for place in at.places() {

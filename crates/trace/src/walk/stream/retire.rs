@@ -32,7 +32,7 @@ impl<'a> Retired<'a> {
         closest: &ClosestHit,
         output: &mut BatchOutput<'_>,
     ) {
-        // Outputs without t, u, and v do not need further work.
+        // If the output does not store t, u, and v, the hit is complete.
         if output.write(id.0 as usize, closest) {
             return;
         }
@@ -42,8 +42,8 @@ impl<'a> Retired<'a> {
             self.ids[self.len] = (id, slot);
             self.resolver.prefetch((id, slot));
             self.len += 1;
-            // Eight pairs fill all lanes; computing t, u, and v for each pair alone would leave
-            // most lanes idle.
+            // Wait until eight pairs fill all lanes: computing t, u, and v for one pair at a time
+            // would leave most lanes idle.
             if self.len == 8 {
                 self.flush::<S>(output);
             }

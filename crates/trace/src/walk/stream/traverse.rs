@@ -47,7 +47,7 @@ pub(crate) struct Stream<'a, 'b> {
     pub(crate) rays: &'a [Ray],
     pub(crate) ids: &'a [RayId],
     pub(crate) output: &'a mut BatchOutput<'b>,
-    /// The masks, skip lists, and predicates that determine which triangles may be hit.
+    /// The masks, skip lists, and predicates that determine which triangles count as hits.
     pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) counts: &'a mut Counts,
 }
@@ -158,8 +158,8 @@ impl Active<'_, '_> {
                 visit_nodes(filter.level(), octant, tree, states, stacks, nodes);
             let at_leaf = nodes.without(at_node, met_nothing);
 
-            // Rays that hit no child pop from their stacks, and so do rays that have tested a leaf
-            // and are not done.
+            // Rays that hit no child, and rays that have tested a leaf but are not done, pop their
+            // next entries from their stacks.
             let popping = met_nothing.union(leaves.without(free, Set::EMPTY));
             let (popped_node, done) = self.pop::<S>(popping);
             free = free.union(done);
@@ -269,7 +269,7 @@ impl Active<'_, '_> {
         done
     }
 
-    /// Like `visit_leaves`, but collects every hit.
+    /// Like `visit_leaves`, but collects all hits.
     #[inline(always)]
     fn visit_every<S: Simd>(&mut self, leaves: Set) -> Set {
         let Self { tree, filter, rays, selection, states, at_leaves, few, output, counts, .. } =
@@ -332,8 +332,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// Compares a stream with single rays, for random rays and for a few that a stream cannot
-    /// handle.
+    /// Compares the results of a stream with those of single-ray queries, for random rays and for a
+    /// few rays that a stream cannot handle.
     #[test]
     fn in_a_stream_each_ray_gets_its_own_answer() {
         let mut random = random();
@@ -357,7 +357,7 @@ mod tests {
         rays[22].dir = [1e-40, 0.0, -1e-40];
         rays[23].dir = [0.0, -0.0, -1.0];
 
-        // Once one triangle has no box, every ray is traced alone.
+        // If a triangle has no box, every ray is traced alone.
         for huge in [false, true] {
             if huge {
                 triangles.push(Triangle([[3e38; 3], [-3e38, 0.0, 3e38], [0.0, 3e38, -3e38]]));
