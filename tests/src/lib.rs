@@ -1,4 +1,4 @@
-//! Shared code of the differential tests, which compute the result of each query in every possible
+//! Code shared by the differential tests, which compute the result of each query in every available
 //! way and compare the results.
 //!
 //! For each ray and triangle, the expected result comes from the scalar f64 reference or, in the
@@ -22,7 +22,7 @@ pub use solid::is_on;
 use truth::Truth;
 pub use truth::reference_ray;
 
-/// Runs the Rust examples in the README and in two other pages as doctests.
+/// Runs the Rust examples in the README and two other pages as doctests.
 #[cfg(doctest)]
 mod pages {
     #[doc = include_str!("../../docs/embed.md")]
@@ -68,7 +68,7 @@ pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
     Ok(truths[0].hits())
 }
 
-/// Returns the same mode at another level.
+/// Returns the same mode at another SIMD level.
 fn at((mode, name, truth): TrueMode<'_>, level: Level) -> TrueMode<'_> {
     (mode.at(level), name, truth)
 }
@@ -261,7 +261,7 @@ where
     }
 }
 
-/// Checks that the live lanes are as expected, and that no other lane is a hit.
+/// Checks that the live lanes have the expected results and that no other lane reports a hit.
 fn same<const N: usize>(
     hits: &PacketHits<N>,
     live: usize,
@@ -337,7 +337,7 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), 
     Err(format!("(triangle, t) is {got:?}, expected {want:?}"))
 }
 
-/// Returns all fields of a hit as bits; its weights may be NaN.
+/// Returns all fields of a hit as bits, because its weights may be NaN.
 pub(crate) fn bits(hit: Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
