@@ -1,4 +1,5 @@
-//! Replays every scene in the `fixtures` folder: scenes that once failed, or could easily fail.
+//! Replays every scene in the `fixtures` folder: scenes that have failed before or that are likely
+//! to fail.
 //!
 //! If a test fails, you can save the scene that it prints as a file in this folder. Add a comment
 //! line that explains the scene.

@@ -133,7 +133,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             assert_eq!(counts[k].signed, i64::from(winding), "{name} {ray:?}");
             assert!(winding == 0 || any[k], "{name} {ray:?} leaks");
             assert_eq!(any[k], hits[k].is_hit(), "{name} {ray:?}");
-            // Compare the triangle and every bit with the plain loop's.
+            // Compare the triangle and every bit of the hit with the plain loop's hit.
             if k % 61 == i % 61 {
                 let bits = |hit: Hit| (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits));
                 let want = exact.closest(triangles, ray).unwrap_or(Hit::MISS);
