@@ -253,7 +253,7 @@ struct Format {
     digits: u32,
     /// The binary exponent of the smallest positive number.
     last: i64,
-    /// The exponent of the smallest power of two that is too large.
+    /// The exponent of the smallest power of two that is too large for the format.
     top: i64,
 }
 
@@ -359,7 +359,7 @@ fn once_moved<S: Scalar>(
     if weights.iter().any(|weight| *weight < IBig::ZERO) || moved.t.num <= IBig::ZERO {
         return None;
     }
-    // After the move, nothing lies on an edge.
+    // Once the direction has been moved, the line no longer meets an edge.
     assert!(weights.iter().all(|weight| *weight > IBig::ZERO));
     Some(moved.leaves)
 }

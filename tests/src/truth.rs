@@ -10,7 +10,7 @@ use crate::scene::Scene;
 /// The expected results for all rays and triangles of a scene, computed by a plain loop.
 pub(crate) struct Truth {
     plain: Plain,
-    /// For each ray and triangle, t, or NaN for a miss.
+    /// The value of t for each ray and triangle, or NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
     /// The results for each ray, computed once and compared with the results of every query.
     pub(crate) answers: Vec<Answers>,
@@ -22,8 +22,8 @@ pub(crate) struct Answers {
     pub(crate) closest: Option<(usize, f64)>,
     /// The weights of the second and third corners at the closest hit.
     pub(crate) weights: Option<(f64, f64)>,
-    /// Every hit as the triangle's index and the bits of t, sorted by t (exact t in the exact
-    /// modes), then by index.
+    /// Every hit, as the triangle's index and the bits of t, sorted by t (by exact t in the exact
+    /// modes) and then by index.
     pub(crate) all: Vec<(usize, u64)>,
 }
 

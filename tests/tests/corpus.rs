@@ -23,7 +23,7 @@ fn replay(name: &str, entry: Entry) {
         println!("{}", path.display());
         entry(&std::fs::read(&path).unwrap());
     }
-    // Also try an empty input, and inputs longer than what any entry point reads.
+    // Also try an empty input, and inputs longer than any entry point reads.
     entry(&[]);
     for byte in [0, 1, 0x7f, 0x80, 0xff] {
         entry(&[byte; 1000]);

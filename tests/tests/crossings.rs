@@ -148,7 +148,7 @@ fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec
     };
     let ends = [0, 1, 2].map(|k| [end(k, f64::min), end(k, f64::max)]);
     let mut origin = || {
-        // Use a grid of the mesh's size, so that many differences are exact.
+        // Use a grid that covers the mesh, so that many differences are exact.
         ends.map(|[low, high]| S::nearest(low + (rng.unit() * 64.0).round() / 48.0 * (high - low)))
     };
     let origins: Vec<[S; 3]> = (0..6)

@@ -20,7 +20,7 @@ fn every_fixture_agrees_with_the_reference() {
         .filter(|path| path.extension().is_some_and(|end| end == "txt"))
         .collect();
     paths.sort();
-    assert!(paths.len() >= 5, "the fixtures are gone: {paths:?}");
+    assert!(paths.len() >= 5, "fixtures are missing: {paths:?}");
 
     let levels: Vec<Level> = Level::all().collect();
     for path in paths {

@@ -109,8 +109,8 @@ fn several_meshes_in_f64() {
 
 const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
 
-/// The error must name the first invalid index, its triangle, and its mesh, unless that is the
-/// first one.
+/// The error must name the first invalid index and its triangle, as well as the mesh if it is not
+/// the first one.
 #[test]
 fn a_bad_index_is_named() {
     let bad = |indices: &[[u32; 3]]| Bvh::from_indexed(&SQUARE, indices).unwrap_err();

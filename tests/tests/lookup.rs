@@ -113,7 +113,8 @@ fn a_refit_that_fails_loses_no_triangle() {
     check("after", &bvh, &[&triangles]);
 }
 
-/// Several threads look up triangles at the same time, including the very first lookup.
+/// Several threads must be able to look up triangles at the same time, even if there was no earlier
+/// lookup.
 #[test]
 fn many_threads_look_up_at_once() {
     let triangles = mixed::<f32>(5000, &mut Rng::new(3));

@@ -48,7 +48,7 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
     assert!(left > 50_000 && moved > left / 20, "{left}, {moved} moved");
 }
 
-/// Returns the point of a triangle at the weights given by a hit.
+/// Returns the point of a triangle that a hit's weights describe.
 fn point(hit: &Hit, triangle: &Triangle) -> [f64; 3] {
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     [0, 1, 2].map(|k| (0..3).map(|i| weights[i] * f64::from(triangle.0[i][k])).sum())

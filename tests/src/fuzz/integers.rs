@@ -93,8 +93,8 @@ pub fn fans(bytes: &[u8]) {
         let expected = *winding.get_or_insert(count.signed);
         assert_eq!(count.signed, expected, "{origin:?} {dir:?} {count:?}\n{corners:?}");
 
-        // The closest hit must be the scalar reference's, which compares t as ratios, and the
-        // number of hits must equal the number of crossings.
+        // The closest hit must equal that of the scalar reference, which compares values of t as
+        // ratios, and the number of hits must equal the number of crossings.
         let (mut best, mut all) = (intertri::fixed::Best::default(), 0);
         for (triangle, index) in triangles.iter().zip(0..) {
             if let Some(crossing) = scalar::crossing(&ray, triangle) {

@@ -80,7 +80,7 @@ fn geometries_are_saved_and_moved() {
     assert_eq!(loaded.geometries(), 3);
     bvh.refit(&soup).unwrap();
     assert_same(&bvh, &loaded, &rays, "refitted");
-    assert!(bvh.to_bytes() != loaded.to_bytes(), "the cost as built is known now");
+    assert!(bvh.to_bytes() != loaded.to_bytes(), "a refit records the cost as built");
 }
 
 #[test]

@@ -140,8 +140,8 @@ fn all_meshes(fine: u32, effort: Effort) -> usize {
     rays
 }
 
-/// Returns points below faces, at a depth of about a hundredth of the mesh's size, where the
-/// winding number is 1 all around.
+/// Returns points below faces, at a depth of about a hundredth of the mesh's size. The points
+/// around them also have winding number 1.
 fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
     let grid = Grid::around(mesh.iter().flatten().copied(), Bits::FINE).unwrap();
     let snapped: Vec<_> =
@@ -180,7 +180,7 @@ fn a_ray_from_inside_of_a_closed_mesh_crosses_once() {
 }
 
 #[test]
-#[ignore = "a minute: more than five million rays"]
+#[ignore = "takes a minute: more than five million rays"]
 fn a_ray_from_inside_of_a_closed_mesh_crosses_once_for_long() {
     let rays = all_meshes(3, Effort { every: 1, random: 240_000, points: 4 });
     assert!(rays > 5_000_000, "{rays}");

@@ -25,7 +25,7 @@ impl Scene {
         Self { solids: (0..=rng.below(6)).map(|_| solid(rng)).collect() }
     }
 
-    /// Returns the scene as [`Media`] in either scalar, moved by an offset.
+    /// Returns the scene as [`Media`] over either scalar type, moved by an offset.
     fn media<S: BvhScalar>(&self, offset: Point) -> Media<S> {
         let triangle = |corners: [Point; 3], is_turned: bool| {
             let [a, b, c] = corners.map(|corner| number(corner, offset));
@@ -92,8 +92,8 @@ fn number<S: Scalar>(point: Point, offset: Point) -> [S; 3] {
     [0, 1, 2].map(|k| S::nearest((point[k] + offset[k]) as f64))
 }
 
-/// Checks all queries of media for several rays. Returns the number of crossings, of rays that
-/// start inside, and of crossings between two media.
+/// Checks all queries of media for several rays. Returns the numbers of crossings, of rays that
+/// start inside a solid, and of crossings between two media.
 fn check<S: BvhScalar>(
     scene: &Scene,
     offset: Point,
