@@ -143,7 +143,7 @@ where
         let hits = filter.hits_in(&rays, &closest, find);
         let packets = std::array::from_fn(|lane| {
             let (TriangleId(index), _) = closest.lane(lane).triangle()?;
-            assert!(hits.bits >> lane & 1 == 1, "a hit without its bit");
+            assert!(hits.bits >> lane & 1 == 1, "the bit of a hit lane is not set");
             Some((index as usize, hits.t[lane]))
         });
 
@@ -268,16 +268,16 @@ fn same<const N: usize>(
     want: impl Fn(usize) -> f64,
 ) -> Result<(), (usize, String)> {
     if hits.bits >> live != 0 {
-        return Err((0, format!("a dead lane is a hit: {:b} of {live}", hits.bits)));
+        return Err((0, format!("a dead lane reports a hit: {:b} of {live}", hits.bits)));
     }
     for lane in 0..live {
         let (want, hit) = (want(lane), hits.bits >> lane & 1 != 0);
         if hit == want.is_nan() {
-            return Err((lane, format!("lane {lane} hit {hit}, the true t is {want:e}")));
+            return Err((lane, format!("lane {lane}: hit is {hit}, expected t is {want:e}")));
         }
         if hit && hits.t[lane].to_bits() != want.to_bits() {
             let got = hits.t[lane];
-            return Err((lane, format!("lane {lane} t {got:e}, the true one is {want:e}")));
+            return Err((lane, format!("lane {lane}: t is {got:e}, expected {want:e}")));
         }
     }
     Ok(())

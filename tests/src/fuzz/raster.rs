@@ -44,7 +44,10 @@ pub fn clip(bytes: &[u8]) {
     let usable = corners.iter().all(in_range);
     assert!(usable || outline.is_empty(), "{corners:?}");
     if usable {
-        assert!(seen == 0 || !outline.is_empty(), "an edge is seen, but no facet: {corners:?}");
+        assert!(
+            seen == 0 || !outline.is_empty(),
+            "an edge is visible, but the facet is empty: {corners:?}"
+        );
         if corners.iter().all(|p| outcode(p.boundaries()) == 0) {
             assert_eq!(outline, corners);
         }

@@ -18,7 +18,7 @@ fn model(name: &str) -> Option<Vec<[[f32; 3]; 3]>> {
     );
     let path = folder.join(name);
     if !path.exists() {
-        println!("no {}: not tested", path.display());
+        println!("{} does not exist: not tested", path.display());
         return None;
     }
     let mesh = intertri_scene::load(&path).unwrap();
@@ -97,7 +97,7 @@ fn on_grids(
         assert!(bits.q() >= b + 2);
         let grid = Grid::around(mesh.iter().flatten().copied(), bits).unwrap();
         let snapped: Vec<_> = mesh.iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
-        assert!(is_closed(&snapped), "{name} is closed");
+        assert!(is_closed(&snapped), "{name} is not closed");
         let flat = snapped.iter().filter(|&&t| is_degenerate(t)).count();
 
         // On a coarse grid, snapping moves the surface, possibly onto a point or past it. For all
@@ -136,7 +136,7 @@ fn all_meshes(fine: u32, effort: Effort) -> usize {
             rays += on_grids(name, &mesh, &inside_of(&mesh, points), &bits, fewer);
         }
     }
-    println!("{rays} rays, each crossing once");
+    println!("{rays} rays, each with a signed count of 1");
     rays
 }
 
