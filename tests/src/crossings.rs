@@ -108,8 +108,8 @@ impl Pairs<'_> {
     }
 }
 
-/// Compares the crossings that were found with the scalar reference's. Each crossing must be
-/// reported exactly once; `twice` is set if one was reported again.
+/// Compares the crossings that a kernel found with the scalar reference's. Each crossing must be
+/// reported exactly once; `twice` is set if the kernel reported one more than once.
 fn same(
     found: &[Option<Crossing>],
     answers: &[Option<Crossing>],

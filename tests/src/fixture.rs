@@ -8,13 +8,14 @@
 //! ray 0x00000000,...                               eight f32: origin, t_min, dir, t_max
 //! ```
 //!
-//! Numbers are written as bits, because decimals cannot represent the bits of a NaN.
+//! Numbers are written as hexadecimal bit patterns, because decimals cannot represent the bits of a
+//! NaN.
 
 use intertri::{Ray, Triangle};
 
 use crate::Scene;
 
-/// Writes a scene as text without losing a bit, so that you can keep it as a fixture.
+/// Writes a scene as text, preserving every bit, so that you can keep it as a fixture.
 pub fn as_source(scene: &Scene) -> String {
     let bits = |x: &f32| format!("{:#010x}", x.to_bits());
     let list = |xs: Vec<String>| xs.join(",");

@@ -1,5 +1,5 @@
 //! Compares the hierarchy with a plain loop, down to the bits of t: closest hits, any hits and all
-//! hits, ray by ray and in batches.
+//! hits, one ray at a time and in batches.
 
 use crate::scene::Scene;
 use crate::truth::Truth;

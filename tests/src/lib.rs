@@ -1,4 +1,4 @@
-//! Shared code of the differential tests, which compute the result of each query in every possible
+//! Code shared by the differential tests, which compute the result of each query in every available
 //! way and compare the results.
 //!
 //! For each ray and triangle, the expected result comes from the scalar f64 reference or, in the
@@ -22,7 +22,7 @@ pub use solid::is_on;
 use truth::Truth;
 pub use truth::reference_ray;
 
-/// Runs the Rust examples in the README and in two other pages as doctests.
+/// Runs the Rust examples in the README and two other pages as doctests.
 #[cfg(doctest)]
 mod pages {
     #[doc = include_str!("../../docs/embed.md")]
@@ -68,7 +68,7 @@ pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
     Ok(truths[0].hits())
 }
 
-/// Returns the same mode at another level.
+/// Returns the same mode at another SIMD level.
 fn at((mode, name, truth): TrueMode<'_>, level: Level) -> TrueMode<'_> {
     (mode.at(level), name, truth)
 }
@@ -143,7 +143,7 @@ where
         let hits = filter.hits_in(&rays, &closest, find);
         let packets = std::array::from_fn(|lane| {
             let (TriangleId(index), _) = closest.lane(lane).triangle()?;
-            assert!(hits.bits >> lane & 1 == 1, "a hit without its bit");
+            assert!(hits.bits >> lane & 1 == 1, "the bit of a hit lane is not set");
             Some((index as usize, hits.t[lane]))
         });
 
@@ -261,23 +261,23 @@ where
     }
 }
 
-/// Checks that the live lanes are as expected, and that no other lane is a hit.
+/// Checks that the live lanes have the expected results and that no other lane reports a hit.
 fn same<const N: usize>(
     hits: &PacketHits<N>,
     live: usize,
     want: impl Fn(usize) -> f64,
 ) -> Result<(), (usize, String)> {
     if hits.bits >> live != 0 {
-        return Err((0, format!("a dead lane is a hit: {:b} of {live}", hits.bits)));
+        return Err((0, format!("a dead lane reports a hit: {:b} of {live}", hits.bits)));
     }
     for lane in 0..live {
         let (want, hit) = (want(lane), hits.bits >> lane & 1 != 0);
         if hit == want.is_nan() {
-            return Err((lane, format!("lane {lane} hit {hit}, the true t is {want:e}")));
+            return Err((lane, format!("lane {lane}: hit is {hit}, expected t is {want:e}")));
         }
         if hit && hits.t[lane].to_bits() != want.to_bits() {
             let got = hits.t[lane];
-            return Err((lane, format!("lane {lane} t {got:e}, the true one is {want:e}")));
+            return Err((lane, format!("lane {lane}: t is {got:e}, expected {want:e}")));
         }
     }
     Ok(())
@@ -337,7 +337,7 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), 
     Err(format!("(triangle, t) is {got:?}, expected {want:?}"))
 }
 
-/// Returns all fields of a hit as bits; its weights may be NaN.
+/// Returns all fields of a hit as bits, because its weights may be NaN.
 pub(crate) fn bits(hit: Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]

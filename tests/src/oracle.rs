@@ -1,7 +1,7 @@
 //! Computes the exact result for a ray and a triangle in arbitrary-precision integers. The method
-//! differs from the kernel's: where the kernel uses three volumes, this module applies Cramer's
-//! rule to `c1 + u (c2 - c1) + v (c3 - c1)`, and where the kernel applies a tie rule, this module
-//! actually moves the direction.
+//! differs from the kernel's: the kernel computes three volumes, whereas this module applies
+//! Cramer's rule to `c1 + u (c2 - c1) + v (c3 - c1)`; and the kernel applies a tie rule, whereas
+//! this module actually moves the direction.
 
 use std::cmp::Ordering;
 
@@ -16,7 +16,7 @@ pub struct Truth {
     t: Ratio,
     u: Ratio,
     v: Ratio,
-    /// Whether the ray crosses the plane in the direction of the normal.
+    /// Whether the ray crosses the plane in the direction of the triangle's normal.
     leaves: bool,
 }
 
@@ -109,8 +109,8 @@ fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten().all(finite)
 }
 
-/// The edges of a triangle, a ray's origin relative to the first corner, and the normal, in
-/// integers.
+/// The edges of a triangle, a ray's origin relative to the first corner, and the triangle's normal,
+/// as integers.
 struct IntegerPair<I> {
     p: Vector<I>,
     q: Vector<I>,
@@ -119,7 +119,7 @@ struct IntegerPair<I> {
 }
 
 /// The solution by Cramer's rule: t, u and v, each multiplied by the determinant, and the
-/// determinant.
+/// determinant itself.
 struct Cramer<I> {
     t: I,
     u: I,
@@ -209,14 +209,14 @@ impl Truth {
 
     /// Returns whether t is within the ray's interval.
     pub fn is_within<S: Scalar>(&self, ray: &RayOf<S>) -> bool {
-        // Negative ends do not need a special case, because a hit also requires that t is positive.
+        // Negative ends need no special case, because a hit also requires a positive t.
         let (near, far): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
         let from = !near.is_finite() || self.t.cmp(near).is_ge();
         let to = !far.is_finite() || self.t.cmp(far).is_lt();
         near < far && from && to
     }
 
-    /// Compares t with that of another triangle on the same ray.
+    /// Compares t with the t of another triangle on the same ray.
     pub fn order(&self, other: &Self) -> Ordering {
         let (a, b) = (&self.t, &other.t);
         let low = a.exponent.min(b.exponent);
@@ -231,7 +231,7 @@ impl Truth {
         numbers.iter().all(|(exact, x)| exact.is_rounded(*x, &F64))
     }
 
-    /// Returns whether three f32 numbers are t, u and v, each rounded once.
+    /// Returns whether three f32 numbers are t, u and v, each correctly rounded.
     pub fn are_rounded_to_f32(&self, [t, u, v]: [f32; 3]) -> bool {
         let numbers = [(&self.t, t), (&self.u, u), (&self.v, v)];
         numbers.iter().all(|(exact, x)| exact.is_rounded(f64::from(*x), &F32))
@@ -251,9 +251,9 @@ impl Truth {
 /// A binary floating-point format.
 struct Format {
     digits: u32,
-    /// The exponent of the smallest positive number.
+    /// The binary exponent of the smallest positive number.
     last: i64,
-    /// The exponent of the smallest power of two that is too large.
+    /// The exponent of the smallest power of two that is too large for the format.
     top: i64,
 }
 
@@ -274,12 +274,12 @@ impl Ratio {
         left.cmp(&shifted(right, e - low))
     }
 
-    /// Returns whether `x` is the number of the format that is nearest to the ratio, or the even
-    /// one if two numbers are equally near.
+    /// Returns whether `x` is the number in this format that is nearest to the ratio. If two
+    /// numbers are equally near, `x` must be the even one.
     fn is_rounded(&self, x: f64, &Format { digits, last, top }: &Format) -> bool {
         let (m, e) = parts(x);
         // Ratios up to half of the smallest positive number round to zero. Ratios of at least the
-        // largest number plus half a unit in its last place round to infinity.
+        // largest number plus half an ulp of it round to infinity.
         if m == 0 {
             return self.cmp_parts(1, last - 1).is_le() && self.cmp_parts(-1, last - 1).is_ge();
         }
@@ -291,8 +291,8 @@ impl Ratio {
         if x.is_nan() {
             return false;
         }
-        // Compare the ratio with the midpoints between `x` and its neighbours: `inner` is toward 0,
-        // and `outer` away from 0. Below a power of two, the spacing is halved.
+        // Compare the ratio with the midpoints between `x` and its two neighbours: `inner` toward 0
+        // and `outer` away from 0. Below a power of two, the spacing is half as large.
         let length = i64::from(64 - m.abs().leading_zeros());
         let exponent = (e + length - i64::from(digits)).max(last);
         let (sign, size) = (m.signum(), m.abs() >> (exponent - e));
@@ -307,15 +307,15 @@ impl Ratio {
     }
 }
 
-/// The number of bits from one power of ε to the next in f32 scenes. It exceeds the difference in
+/// The distance in bits between successive powers of ε in f32 scenes. It exceeds the difference in
 /// length between any two terms.
 const STEP: usize = 600;
-/// The same as [`STEP`], for f64 scenes.
+/// The counterpart of [`STEP`] for f64 scenes.
 const STEP_64: usize = 6500;
 
 /// Returns how a ray crosses a triangle under the once rule: `Some(true)` in the direction of the
 /// normal, `Some(false)` against it, and `None` if the ray does not cross the triangle. The
-/// direction is moved by (ε, ε², ε³), where ε is so small that it only decides ties.
+/// direction is moved by (ε, ε², ε³), where ε is so small that it affects only ties.
 pub fn once<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -324,8 +324,8 @@ pub fn once<S: Scalar>(
     if !is_finite(ray, triangle) || ray.dir == [S::ZERO; 3] {
         return None;
     }
-    // If the line passes strictly inside or outside the triangle, moving the direction does not
-    // change the result.
+    // If the line passes strictly inside or strictly outside the triangle, moving the direction
+    // does not change the result.
     if let Some(truth) = truth {
         let weights = truth.weights();
         if weights.iter().any(|weight| *weight < IBig::ZERO) {
@@ -359,7 +359,7 @@ fn once_moved<S: Scalar>(
     if weights.iter().any(|weight| *weight < IBig::ZERO) || moved.t.num <= IBig::ZERO {
         return None;
     }
-    // After the move, nothing lies on an edge.
+    // Once the direction has been moved, the line no longer meets an edge.
     assert!(weights.iter().all(|weight| *weight > IBig::ZERO));
     Some(moved.leaves)
 }
@@ -387,7 +387,7 @@ trait Integer: Sized {
     fn plus(&self, other: &Self) -> Self;
     fn minus(&self, other: &Self) -> Self;
     fn times(&self, other: &Self) -> Self;
-    /// Returns the same number as an arbitrary-precision integer.
+    /// Returns this number as an arbitrary-precision integer.
     fn big(self) -> IBig;
 }
 
@@ -434,14 +434,14 @@ mod tests {
 
     use super::*;
 
-    /// Compares 128-bit with arbitrary-precision integers, and polynomials in ε with a direction
-    /// that is actually moved.
+    /// Compares 128-bit integers with arbitrary-precision integers, and polynomials in ε with
+    /// actually moving the direction.
     #[test]
     fn both_routes_agree() {
         let (mut rng, mut small, mut crossed) = (Rng::new(5), 0, 0);
         for i in 0..200_000 {
-            // The coordinates range from numbers with many trailing zeros to numbers whose results
-            // fill 128 bits.
+            // The coordinates range from numbers with many trailing zeros to numbers for which the
+            // results take up all 128 bits.
             let (size, scale) = (1 << (1 + i % 23), 2.0_f32.powi(i % 19));
             let mut number = || rng.within(size) as f32 * if rng.one_in(3) { scale } else { 1.0 };
             let mut vector = || [number(), number(), number()];

@@ -1,4 +1,4 @@
-//! Tests exactly whether a point of an integer grid is on a triangle.
+//! Tests exactly whether a point on an integer grid is on a triangle.
 
 /// Returns whether a point is on a triangle. The triangle may be degenerate, that is, a segment or
 /// a point.

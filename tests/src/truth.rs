@@ -1,5 +1,5 @@
-//! Computes the expected results for a scene, pair by pair, with the scalar f64 reference or with
-//! integer arithmetic alone.
+//! Computes the expected results for a scene, pair by pair, using either the scalar f64 reference
+//! or only integer arithmetic.
 
 use intertri::internal::exact::{self, Tier};
 use intertri::{Ray, Rule, Triangle};
@@ -10,7 +10,7 @@ use crate::scene::Scene;
 /// The expected results for all rays and triangles of a scene, computed by a plain loop.
 pub(crate) struct Truth {
     plain: Plain,
-    /// For each ray and triangle, t, or NaN for a miss.
+    /// The value of t for each ray and triangle, or NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
     /// The results for each ray, computed once and compared with the results of every query.
     pub(crate) answers: Vec<Answers>,
@@ -22,8 +22,8 @@ pub(crate) struct Answers {
     pub(crate) closest: Option<(usize, f64)>,
     /// The weights of the second and third corners at the closest hit.
     pub(crate) weights: Option<(f64, f64)>,
-    /// Every hit as the triangle's index and the bits of t, sorted by t (exact t in the exact
-    /// modes), then by index.
+    /// Every hit, as the triangle's index and the bits of t, sorted by t (by exact t in the exact
+    /// modes) and then by index.
     pub(crate) all: Vec<(usize, u64)>,
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct Answers {
 enum Plain {
     /// The document's scalar f64 reference.
     Reference(reference::Scene),
-    /// Integer arithmetic under a rule, without a filter or f64.
+    /// Integer arithmetic under the given rule, without a filter or any f64 arithmetic.
     Exact(Rule, Vec<Triangle>),
 }
 
@@ -53,8 +53,8 @@ impl Truth {
         Self::by(Plain::Exact(Rule::Closed, scene.triangles.clone()), scene)
     }
 
-    /// Computes the expected results with integers, under the once rule, which assigns each edge
-    /// and corner to one triangle.
+    /// Computes the expected results with integers, under the once rule, which assigns each point
+    /// on a shared edge or corner to one triangle.
     pub(crate) fn once(scene: &Scene) -> Self {
         Self::by(Plain::Exact(Rule::Once, scene.triangles.clone()), scene)
     }
@@ -69,7 +69,7 @@ impl Truth {
         Self { plain, t, answers }
     }
 
-    /// Returns the number of hits among all pairs.
+    /// Returns the number of pairs that hit.
     pub(crate) fn hits(&self) -> usize {
         self.t.iter().flatten().filter(|t| !t.is_nan()).count()
     }

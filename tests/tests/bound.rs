@@ -1,9 +1,9 @@
-//! Measures how much of each error bound of the `certified` mode is used. It compares the filter's
-//! values with exact arithmetic, for cases of every family and in a search that climbs toward the
-//! largest error.
+//! Measures how closely the errors of the `certified` mode approach their bounds. It compares the
+//! filter's values with exact arithmetic, for cases from every family and in a search that climbs
+//! toward the largest error.
 //!
-//! `docs/numerics/certified.md` derives the bounds. A share above 1 refutes the derivation. If a
-//! share stays small, the constant is larger than necessary.
+//! `docs/numerics/certified.md` derives the bounds. A share above 1 would refute the derivation. If
+//! a share stays small, the constant is larger than necessary.
 
 use dashu_ratio::Relaxed;
 use intertri::internal::Evidence;
@@ -39,7 +39,8 @@ fn float(x: &Relaxed) -> f64 {
     x.to_f64().value()
 }
 
-/// The share of each bound that an intersection test uses, or 0 if the bound does not apply.
+/// The share of each bound that an intersection test uses. A share is 0 if its bound does not
+/// apply.
 #[derive(Clone, Copy, Debug, Default)]
 struct Shares([f64; 14]);
 
@@ -52,7 +53,7 @@ struct Shares([f64; 14]);
 /// - *box*: how far the bounds of T and D allow the quotient T/D to be from its computed value,
 ///   relative to half of the enclosure;
 /// - *rho*: how thin the triangle and how grazing the ray of a decided case are, relative to the
-///   2^20.1 that the proof allows;
+///   limit of 2^20.1 that the proof assumes;
 /// - *sharp V, W* and *sharp U*: the errors of V, W and U relative to the bounds of the last
 ///   attempt;
 /// - *sharp T* and *sharp t*: the error of T relative to the bound of the last attempt, and the
@@ -117,8 +118,8 @@ fn off(hat: f32, exact: &Relaxed) -> f64 {
     float(&(real(hat) - exact)).abs()
 }
 
-/// Returns the error of a sum as a share of its bound. The rounding of the last addition cannot
-/// change the sign, so it does not count.
+/// Returns the error of a sum as a share of its bound. The rounding of the last addition is not
+/// counted, because it cannot change the sign.
 fn share(hat: f32, exact: &Relaxed, bound: f32) -> f64 {
     (off(hat, exact) - U * f64::from(hat.abs())).max(0.0) / f64::from(bound)
 }
@@ -141,8 +142,8 @@ impl Reference {
     }
 
     /// Returns the largest magnitude of a term whose sign the reference gets wrong, relative to the
-    /// term's bound. It shows how far from an edge the reference may still choose the wrong side.
-    /// The reference's three values are computed with the document's operations.
+    /// term's bound. This share shows how far from an edge the reference may still choose the wrong
+    /// side. The reference's three values are computed with the document's operations.
     fn noise(&self, exact: &Terms, sharp: [f32; 3]) -> f64 {
         let Self { tables, line, t } = self;
         let tri = &tables.trian[0];
@@ -163,9 +164,9 @@ impl Reference {
     }
 }
 
-/// Returns three shares: of the enclosure of t, as used by the reference's t; of the same
-/// enclosure, as used by the quotients within the bounds of D and T; and of the last attempt's
-/// enclosure, as used by the reference's t.
+/// Returns three shares: how much of the enclosure of t the reference's t uses, how much of it the
+/// quotients allowed by the bounds of D and T use, and how much of the last attempt's enclosure the
+/// reference's t uses.
 fn enclosure(seen: &Evidence, t: f64) -> [f64; 3] {
     let [lo, hi] = [seen.t_lo, seen.t_hi].map(f64::from);
     if !(hi.is_finite() && lo.is_finite()) {
@@ -181,7 +182,7 @@ fn enclosure(seen: &Evidence, t: f64) -> [f64; 3] {
     [enclosure, quotients, sharp_t]
 }
 
-/// Checks that an interval that barely contains the reference's t is not rejected.
+/// Checks that the filter does not reject an interval that barely contains the reference's t.
 fn interval_holds(case: &Case, t: f64, level: Level) {
     let near = t as f32;
     if t > 0.0 && near.is_finite() {
@@ -196,8 +197,8 @@ fn interval_holds(case: &Case, t: f64, level: Level) {
 }
 
 impl Shares {
-    /// Returns the shares that a test uses at one level, or `None` if an input is not finite or f32
-    /// overflows, because the filter decides nothing then.
+    /// Returns the shares that a test uses at one level, or `None` if an input is not finite or an
+    /// f32 operation overflows, because the filter then decides nothing.
     fn of(case: &Case, level: Level) -> Option<Self> {
         let Case { ray, triangle, threshold } = case;
         let seen = Evidence::of(ray, triangle, Threshold::new(*threshold).ok()?, level);
@@ -289,14 +290,15 @@ fn no_family_uses_more_than_the_bound() {
     }
 }
 
-/// Makes a case from fifteen numbers: the ray's origin and direction, and the triangle's corners.
+/// Makes a case from fifteen numbers: the ray's origin and direction, and the triangle's three
+/// corners.
 fn case(x: &[f32; 15]) -> Case {
     let p = |i: usize| [x[i], x[i + 1], x[i + 2]];
     Case { ray: Ray::new(p(0), p(3)), triangle: Triangle::new(p(6), p(9), p(12)), threshold: 0.0 }
 }
 
-/// Searches for a larger share from a starting point, changing one to three numbers at a time.
-/// Returns the largest share and its input.
+/// Searches for a larger share from a starting point, changing one to three numbers per step.
+/// Returns the largest share and the input that produces it.
 fn climb(
     rng: &mut Rng,
     level: Level,
@@ -337,8 +339,8 @@ fn climb(
 }
 
 /// Generates a starting point for a search. The two edges, the vector to the first corner and the
-/// direction are almost parallel to axes, so that every product is nearly the product of the
-/// lengths and every sum rounds.
+/// direction are each almost parallel to an axis, so that every product is nearly the product of
+/// the vectors' lengths, and every sum has to be rounded.
 fn start(rng: &mut Rng) -> [f32; 15] {
     let mut near_axis = || {
         let mut x = [0; 3].map(|_| rng.signed() * rng.log(1e-6, 1e-1));
@@ -353,8 +355,8 @@ fn start(rng: &mut Rng) -> [f32; 15] {
     std::array::from_fn(|i| all[i / 3][i % 3] as f32)
 }
 
-/// The results of earlier searches: the index of the column, the name of the constant that the case
-/// shows to be necessary, and the fifteen numbers of the case.
+/// The results of earlier searches. Each entry contains the index of the column, the name of the
+/// constant that the case proves necessary, and the fifteen numbers of the case.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "the literals are data")]
 const FOUND: [(usize, &str, [f32; 15]); 11] = [

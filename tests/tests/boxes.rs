@@ -1,9 +1,9 @@
-//! Tests how traversal widens boxes: in scenes of very different sizes, with distant origins, and
-//! with rays along the sides of boxes.
+//! Tests how traversal widens boxes: in scenes whose objects differ greatly in size, with distant
+//! origins, and with rays along the sides of boxes.
 //!
-//! If a box is too small by a few units in the last place, traversal loses hits. So every ray here
-//! is aimed at something that barely touches its box: a corner, an edge, a triangle in a face of
-//! its box, or a hit at the end of the ray.
+//! If a box is too small by a few ulps, traversal loses hits. Every ray here is therefore aimed at
+//! something that its box barely contains: a corner, an edge, a triangle in a face of the box, or a
+//! hit at the end of the ray.
 
 use intertri::simd::Level;
 use intertri::{Ray, Ray64, Triangle, Triangle64, TriangleOf};
@@ -18,8 +18,8 @@ fn sized(rng: &mut Rng, exponents: [i32; 2]) -> f32 {
     if rng.one_in(2) { size as f32 } else { -size as f32 }
 }
 
-/// Generates triangles of one size around a point, a third of them in a plane perpendicular to an
-/// axis.
+/// Generates triangles of one size around a point. A third of them lie in planes perpendicular to
+/// an axis.
 fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle> {
     let triangle = |_| {
         let mut point = || [0, 1, 2].map(|k| at[k] + size * (rng.unit() as f32 - 0.5));
@@ -34,8 +34,8 @@ fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle
     (0..count).map(triangle).collect()
 }
 
-/// Generates a point of a triangle: a corner, the midpoint of an edge, or a point inside. Most of
-/// these points are barely inside the triangle's box.
+/// Picks a point of a triangle: a corner, the midpoint of an edge, or a point inside. Most of these
+/// points are barely inside the triangle's box.
 fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     let middle = |p: &[f32; 3], q: &[f32; 3]| [0, 1, 2].map(|k| 0.5 * p[k] + 0.5 * q[k]);
     match rng.below(6) {
@@ -48,8 +48,8 @@ fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     }
 }
 
-/// Generates a ray toward a point of a triangle, from near or far, with a direction of any length.
-/// Some rays run along axes, and some end near the point.
+/// Generates a ray toward a point of a triangle. Its origin is near or far, and its direction can
+/// have any length. Some rays are parallel to axes, and some end near the point.
 fn toward(rng: &mut Rng, triangle: &Triangle, origins: [i32; 2]) -> Ray {
     let to = place(rng, triangle);
     let mut origin = [(); 3].map(|()| sized(rng, origins));
@@ -93,7 +93,7 @@ fn scene(rng: &mut Rng, sizes: [i32; 2], origins: [i32; 2]) -> (Vec<Triangle>, V
         let (count, size) = (1 + rng.below(60), sized(rng, sizes).abs());
         triangles.extend(cluster(rng, count, at, size));
     }
-    // Some rays share the origin of others, so that bundles form.
+    // Let some rays share the origin of others, so that they form bundles.
     let mut rays: Vec<Ray> = Vec::new();
     for _ in 0..80 {
         let triangle = rng.pick(&triangles);
@@ -107,7 +107,7 @@ fn scene(rng: &mut Rng, sizes: [i32; 2], origins: [i32; 2]) -> (Vec<Triangle>, V
     (triangles, rays)
 }
 
-/// Checks random scenes, alternating between all SIMD levels. Returns the number of hits.
+/// Checks random scenes, alternating between the SIMD levels. Returns the number of hits.
 fn scenes(seed: u64, count: usize, sizes: [i32; 2], origins: [i32; 2]) -> usize {
     let levels: Vec<Level> = Level::all().collect();
     let (mut rng, mut hits) = (Rng::new(seed), 0);
@@ -163,8 +163,8 @@ fn bundles_in_wide_scenes() {
     assert!(hits > 1000, "{hits}");
 }
 
-/// Tests needles of all degrees of thinness, with rays traced in packets and one by one. The
-/// thinnest needles have no normal in f64.
+/// Tests needles of varying thinness, with rays traced in packets and one by one. In f64, the
+/// normals of the thinnest needles are lost to rounding.
 #[test]
 fn needles_have_boxes() {
     let levels: Vec<Level> = Level::all().collect();
@@ -193,7 +193,7 @@ fn needles_have_boxes() {
     assert!(hits > 1500, "{hits}");
 }
 
-/// Tests wide scenes in f64, including scenes in which f32 loses all digits of the details.
+/// Tests wide scenes in f64, including scenes whose small details vanish in f32.
 #[test]
 fn wide_scenes_in_f64() {
     let mut rng = Rng::new(6);
@@ -244,7 +244,7 @@ fn origins_beyond_f32() {
             .iter()
             .map(|t| TriangleOf(t.0.map(|p| p.map(f64::from))))
             .collect();
-        // Along some axes the direction is 0 and the origin is near the centre. Along the others,
+        // Along some axes, the direction is 0 and the origin is near the centre. Along the others,
         // the line passes exactly through the centre, because the origin is a power of two times
         // the direction.
         let ray = |_| {

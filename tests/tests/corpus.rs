@@ -1,11 +1,11 @@
-//! Passes the fuzzers' seeds and findings to the entry points of the fuzz targets, without a
-//! fuzzer.
+//! Passes the fuzzers' seeds and past findings to the entry points of the fuzz targets, without
+//! running a fuzzer.
 
 use std::path::{Path, PathBuf};
 
 use intertri_tests::fuzz::{ENTRIES, Entry};
 
-/// Returns all files in a folder, or none if it does not exist.
+/// Returns all files in a folder, or an empty list if the folder does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -18,12 +18,12 @@ fn replay(name: &str, entry: Entry) {
     let seeds = files(&root.join("../fuzz/seeds").join(name));
     assert!(!seeds.is_empty(), "{name} has no seeds in fuzz/seeds");
     let found = files(&root.join("fixtures/found").join(name));
-    println!("{name}: {} seeds, {} found once", seeds.len(), found.len());
+    println!("{name}: {} seeds, {} past findings", seeds.len(), found.len());
     for path in seeds.into_iter().chain(found) {
         println!("{}", path.display());
         entry(&std::fs::read(&path).unwrap());
     }
-    // Also try an empty input, and more bytes than any entry point reads.
+    // Also try an empty input, and inputs longer than any entry point reads.
     entry(&[]);
     for byte in [0, 1, 0x7f, 0x80, 0xff] {
         entry(&[byte; 1000]);

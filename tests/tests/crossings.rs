@@ -1,9 +1,9 @@
-//! Tests crossings: each point of a mesh belongs to exactly one triangle, whichever query you use.
+//! Tests crossings: each point of a mesh belongs to exactly one triangle, regardless of the query.
 //!
 //! Slices in the `once` mode, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the
-//! batches must agree, bit for bit, for rays aimed at edges and corners of closed meshes. The
-//! signed crossings of every ray through a closed mesh add up to the winding number of the ray's
-//! origin.
+//! batches must return identical bits for rays aimed at edges and corners of closed meshes. The
+//! signed crossings of every ray through a closed mesh must add up to the winding number of the
+//! ray's origin.
 
 use intertri::simd::Level;
 use intertri::{Crossing, Crossings, Hit, Mode, RayOf, Scalar, SliceScalar, TriangleOf};
@@ -27,9 +27,9 @@ fn all_bits(crossings: &[Crossing]) -> Vec<([u64; 5], bool)> {
     crossings.iter().map(|crossing| (bits(&crossing.hit), crossing.leaves)).collect()
 }
 
-/// Returns the crossings of rays, found by a plain loop over a slice. These are the expected
-/// results in this file; the `exact` and `f64` modules compare them with rational arithmetic. All
-/// queries over the slice in the `once` mode must agree with them.
+/// Returns the crossings of rays, found by a plain loop over a slice. They are the expected results
+/// in this file; the `exact` and `f64` modules compare them with rational arithmetic. All queries
+/// over the slice in the `once` mode must agree with them.
 fn of_slice<S: SliceScalar>(
     triangles: &[TriangleOf<S>],
     rays: &[RayOf<S>],
@@ -77,7 +77,7 @@ fn check<S: SliceScalar + BvhScalar>(
         let next = query.next_crossing(ray);
         assert_eq!(all_bits(next.as_slice()), all_bits(first.as_slice_of_one()), "{}", at());
 
-        // Queries with the once rule must return the hits of the crossings.
+        // Queries under the once rule must return the hits of the crossings.
         assert!(once.all(ray).iter().map(bits).eq(want.iter().map(|c| bits(&c.hit))), "{}", at());
         assert_eq!(bits(&once.closest(ray).unwrap_or(Hit::MISS)), bits(&hit), "{}", at());
         assert_eq!(bits(&closest[i]), bits(&hit), "{}", at());
@@ -98,7 +98,7 @@ fn check<S: SliceScalar + BvhScalar>(
     }
 }
 
-/// Converts an optional crossing to a slice.
+/// Converts an optional crossing to a slice of at most one element.
 trait AsSliceOfOne {
     fn as_slice_of_one(&self) -> &[Crossing];
 }
@@ -109,9 +109,9 @@ impl AsSliceOfOne for Option<&Crossing> {
     }
 }
 
-/// Generates rays from one point toward corners, midpoints of edges and the insides of triangles,
-/// along axes, and in random directions. They hit corners and edges exactly if the scalar can
-/// represent the differences. All rays share an origin, so they form a bundle.
+/// Generates rays from one point toward corners, edge midpoints and the insides of triangles, along
+/// axes, and in random directions. Rays toward corners and edge midpoints hit them exactly if the
+/// scalar type can represent the differences. All rays share an origin, so they form a bundle.
 fn aimed<S: Scalar>(
     triangles: &[TriangleOf<S>],
     origin: [S; 3],
@@ -139,8 +139,8 @@ fn aimed<S: Scalar>(
     (0..count).map(&mut ray).filter(|ray| ray.dir != [S::ZERO; 3]).collect()
 }
 
-/// Generates rays around a mesh, from points that are not on it, grouped by their origin. The other
-/// rays of a group are compared with the group's first ray.
+/// Generates rays from points around a mesh, none of them on the mesh, grouped by origin. Tests
+/// compare the other rays of a group with the group's first ray.
 fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec<RayOf<S>>> {
     let corners = || triangles.iter().flat_map(|triangle| triangle.0);
     let end = |k: usize, most: fn(f64, f64) -> f64| {
@@ -148,7 +148,7 @@ fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec
     };
     let ends = [0, 1, 2].map(|k| [end(k, f64::min), end(k, f64::max)]);
     let mut origin = || {
-        // Use a grid of the mesh's size, so that many differences are exact.
+        // Use a grid that covers the mesh, so that many differences are exact.
         ends.map(|[low, high]| S::nearest(low + (rng.unit() * 64.0).round() / 48.0 * (high - low)))
     };
     let origins: Vec<[S; 3]> = (0..6)
@@ -158,8 +158,8 @@ fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec
     origins.into_iter().map(|origin| aimed(triangles, origin, 48, rng)).collect()
 }
 
-/// Checks that all rays from one point have the same sum of signed crossings, so that no crossing
-/// is lost or counted twice. Returns the sum.
+/// Checks that all rays from a point have the same sum of signed crossings. If a crossing were lost
+/// or counted twice, the sums would differ. Returns the sum.
 fn all_agree(what: &str, crossings: &[Vec<Crossing>]) -> i64 {
     let signed = |crossings: &Vec<Crossing>| {
         crossings.iter().map(|c| if c.leaves { 1 } else { -1 }).sum::<i64>()
@@ -200,7 +200,7 @@ fn closed_meshes_in_f64() {
     closed_meshes::<f64>(|p| p.map(f64::from), 2);
 }
 
-/// Moves the meshes to coordinates where f32 loses most of their digits, and to coordinates that
+/// Moves the meshes to coordinates at which f32 loses most of their digits, and to coordinates that
 /// use all digits of f64.
 #[test]
 fn closed_meshes_far_out_in_f64() {

@@ -1,5 +1,5 @@
-//! Tests the arithmetic of the `exact` mode: each tier is compared with rational arithmetic, and
-//! the theorems of `docs/numerics/exact.md` are checked on closed meshes.
+//! Tests the arithmetic of the `exact` mode: compares each tier with rational arithmetic, and
+//! checks the theorems of `docs/numerics/exact.md` on closed meshes.
 
 mod cases;
 mod meshes;

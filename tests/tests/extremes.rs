@@ -8,7 +8,7 @@ use intertri::{Mode, Ray, Triangle};
 use intertri_tests::{Scene, check_hierarchy, check_kernel};
 use intertri_trace::Bvh;
 
-/// Checks the kernel and the hierarchy against the reference. Returns the number of hits in the
+/// Compares the kernel and the hierarchy with the reference. Returns the number of hits in the
 /// scene.
 fn hits(triangles: Vec<Triangle>, rays: Vec<Ray>, threshold: f64) -> usize {
     let scene = Scene { triangles, rays, threshold };
@@ -18,14 +18,14 @@ fn hits(triangles: Vec<Triangle>, rays: Vec<Ray>, threshold: f64) -> usize {
     hits
 }
 
-/// Returns rays along z through the centres of the squares of a 4×4 board whose side is `s`.
+/// Returns rays along z through the centres of the squares of a 4×4 board with side length `s`.
 fn through_a_board(s: f32, from: f32, dir: f32) -> Vec<Ray> {
     let at = |i: i32| s * ((i as f32 + 0.5) / 4.0 - 0.5);
     let ray = |i| Ray::new([at(i % 4), at(i / 4), from], [0.0, 0.0, dir]);
     (0..16).map(ray).collect()
 }
 
-/// Returns the 32 triangles of a 4×4 board whose side is `s`, in the plane z = 0.
+/// Returns the 32 triangles of a 4×4 board with side length `s` in the plane z = 0.
 fn board(s: f32) -> Vec<Triangle> {
     let at = |i: i32| s * (i as f32 / 4.0 - 0.5);
     let square = |i: i32| {
@@ -43,8 +43,8 @@ fn every_size_of_scene_that_f32_has() {
         let s = 2.0_f32.powi(exponent);
         assert_eq!(hits(board(s), through_a_board(s, -s, s), 0.0), 32, "2^{exponent}");
     }
-    // Three eighths of `f32::MAX` is not an f32, so most rays miss the diagonals and hit only one
-    // of the two triangles.
+    // Three eighths of `f32::MAX` is not exactly an f32, so most rays miss the diagonals and hit
+    // only one of the two triangles.
     let max = f32::MAX;
     assert_eq!(hits(board(max), through_a_board(max, -max, max), 0.0), 22);
 }
@@ -84,7 +84,7 @@ fn the_grid_at_the_ends_of_f32() {
     let max = f32::MAX;
     for s in [f32::from_bits(1 << 12), 1.0, max] {
         let points = board(s).into_iter().flat_map(|t| t.0).chain([[0.0, 0.0, -s], [0.0, 0.0, s]]);
-        // A grid's step is at least 2^-149, and its side at most half of the range.
+        // The grid's step is at least 2^-149, and its side is at most half of the range of f32.
         match Grid::around(points, Bits::FINE) {
             Ok(grid) => {
                 let triangles: Vec<_> =

@@ -1,4 +1,4 @@
-//! Tests scenes in f64: the arithmetic of each tier, meshes, hierarchies, and coordinates at which
+//! Tests f64 scenes: the arithmetic of each tier, meshes, hierarchies, and coordinates at which
 //! other tracers lose hits.
 
 mod bound;

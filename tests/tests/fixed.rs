@@ -1,5 +1,5 @@
-//! Tests the `fixed` mode: against its scalar i128 reference, against rational arithmetic, on
-//! closed meshes, and by a golden hash.
+//! Tests the `fixed` mode by comparing it with its scalar i128 reference and with rational
+//! arithmetic, by tracing rays through closed meshes, and by a golden hash.
 
 use intertri::fixed::{Ray, Triangle};
 use intertri::simd::Level;
@@ -14,8 +14,8 @@ mod rationals;
 mod scalar;
 mod solids;
 
-/// A hierarchy over grid triangles, converted to f32. Its queries follow the once rule, and report
-/// t in the same unit as [`Fixed`].
+/// A hierarchy over grid triangles that were converted to f32. Its queries follow the once rule and
+/// report t in the same unit as [`Fixed`].
 ///
 /// [`Fixed`]: intertri::fixed::Fixed
 struct GridBvh(Bvh);
@@ -31,7 +31,7 @@ impl GridBvh {
     }
 }
 
-/// A query of a [`GridBvh`].
+/// A query over a [`GridBvh`].
 struct GridQuery<'a>(Query<'a>);
 
 impl GridQuery<'_> {
@@ -68,17 +68,17 @@ impl GridQuery<'_> {
     }
 }
 
-/// Converts rays to f32.
+/// Converts grid rays to f32.
 fn lines(rays: &[Ray]) -> Vec<Line> {
     rays.iter().map(|ray| *ray.to_f32()).collect()
 }
 
-/// Converts the t of a hit to multiples of the ray's direction as it was before snapping.
+/// Converts the t of a hit to multiples of the ray's direction before snapping.
 fn for_caller(ray: &Ray, hit: Hit) -> Hit {
     if hit.is_hit() { Hit { t: ray.t_of_caller(hit.t), ..hit } } else { hit }
 }
 
-/// A pseudorandom generator that yields the same numbers on every machine.
+/// A pseudorandom generator that produces the same numbers on every machine.
 struct Numbers(u64);
 
 impl Numbers {

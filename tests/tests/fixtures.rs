@@ -1,4 +1,5 @@
-//! Replays every scene in the `fixtures` folder: scenes that once failed, or could easily fail.
+//! Replays every scene in the `fixtures` folder: scenes that have failed before or that are likely
+//! to fail.
 //!
 //! If a test fails, you can save the scene that it prints as a file in this folder. Add a comment
 //! line that explains the scene.
@@ -19,7 +20,7 @@ fn every_fixture_agrees_with_the_reference() {
         .filter(|path| path.extension().is_some_and(|end| end == "txt"))
         .collect();
     paths.sort();
-    assert!(paths.len() >= 5, "the fixtures are gone: {paths:?}");
+    assert!(paths.len() >= 5, "fixtures are missing: {paths:?}");
 
     let levels: Vec<Level> = Level::all().collect();
     for path in paths {

@@ -1,4 +1,5 @@
-//! Compares the hierarchy with the reference's plain loop, for all families in scenes of all sizes.
+//! Compares the hierarchy with a plain loop over the reference, for all families and scenes of all
+//! sizes.
 
 use crate::common;
 use intertri::simd::Level;
@@ -41,8 +42,7 @@ fn every_family_in_many_scenes_of_all_sizes() {
     scenes(2000, 4);
 }
 
-/// Tests small numbers of triangles, including every number at which a block or a node becomes
-/// full.
+/// Tests small scenes, including every number of triangles at which a block or a node becomes full.
 #[test]
 fn small_scenes_of_every_size() {
     let levels: Vec<Level> = Level::all().collect();

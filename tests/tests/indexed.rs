@@ -1,5 +1,5 @@
-//! Tests indexed meshes. The hierarchy over an indexed mesh must equal the hierarchy over its
-//! triangles, and a bad index must be an error.
+//! Tests indexed meshes. The hierarchy over an indexed mesh must equal the hierarchy over the
+//! mesh's triangles, and an invalid index must be an error.
 
 use intertri::{Ray, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
@@ -12,8 +12,8 @@ struct Indexed<S> {
 }
 
 impl<S: Scalar> Indexed<S> {
-    /// Generates random vertices and triangles. Some triangles are not finite, or use one vertex
-    /// twice.
+    /// Generates random vertices and triangles. Some triangles are not finite or use the same
+    /// vertex twice.
     fn random(vertices: usize, triangles: usize, rng: &mut Rng) -> Self {
         let vertex = |i: usize, rng: &mut Rng| {
             let mut p = rng.cube().map(S::nearest);
@@ -109,7 +109,8 @@ fn several_meshes_in_f64() {
 
 const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
 
-/// The error must name the first bad index, its triangle, and its mesh if it is not the first.
+/// The error must name the first invalid index and its triangle, as well as the mesh if it is not
+/// the first one.
 #[test]
 fn a_bad_index_is_named() {
     let bad = |indices: &[[u32; 3]]| Bvh::from_indexed(&SQUARE, indices).unwrap_err();

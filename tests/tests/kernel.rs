@@ -5,8 +5,8 @@ use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_kernel};
 
-/// Tests scenes of every shape: one triangle and many rays, many triangles and one ray, and several
-/// of both, with every number of live lanes in the last packet, including none.
+/// Tests scenes of different shapes: one triangle and many rays, many triangles and one ray, and
+/// several of both, with every possible number of live lanes in the last packet, including none.
 fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
     let mut rng = Rng::new(seed);
     let (mut done, mut hits, mut least) = (0, 0, 0);

@@ -1,11 +1,11 @@
-//! Tests looking up the triangle and the normal of a hit, and spawning rays from the hit, with
+//! Tests looking up the triangle and the normal of a hit, and spawning rays from the hit: with
 //! several meshes, after refits, and with triangles that are not finite.
 
 use intertri::{Hit, Mode, Ray, RayOf, Scalar, SliceScalar, TriangleOf, spawn_ray, spawn_ray_to};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, BvhScalar};
 
-/// Generates small triangles, some of which have equal corners, have no area, or are not finite.
+/// Generates small triangles, some of which have equal corners, are degenerate, or are not finite.
 fn mixed<S: Scalar>(count: usize, rng: &mut Rng) -> Vec<TriangleOf<S>> {
     let mut triangle = |i: usize| {
         let at = rng.cube();
@@ -78,7 +78,7 @@ fn triangles_are_found_by_their_names<S: BvhScalar>() {
         let loaded = Bvh::<S>::from_bytes(&bvh.to_bytes()).unwrap();
         check(&format!("{what}, saved and loaded"), &loaded, &all);
 
-        // Refit several times. Each time, different triangles are not finite.
+        // Refit several times, each time with different triangles that are not finite.
         for turn in 0..4 {
             for mesh in &mut meshes {
                 *mesh = mixed(mesh.len(), &mut rng);
@@ -113,7 +113,8 @@ fn a_refit_that_fails_loses_no_triangle() {
     check("after", &bvh, &[&triangles]);
 }
 
-/// Several threads look up triangles at the same time, including the very first lookup.
+/// Several threads must be able to look up triangles at the same time, even if there was no earlier
+/// lookup.
 #[test]
 fn many_threads_look_up_at_once() {
     let triangles = mixed::<f32>(5000, &mut Rng::new(3));
@@ -177,7 +178,8 @@ fn spawned_rays_leave_their_triangle_in_f64() {
     spawned_rays_leave_their_triangle::<f64>();
 }
 
-/// A ray spawned from a miss or an unknown triangle must not hit anything, whatever its interval.
+/// A ray spawned from a miss or an unknown triangle must not hit anything, even if its interval is
+/// changed.
 fn rays_from_a_miss_stay_empty<S: BvhScalar>() {
     let wall = |z: f64| {
         let corners = [[-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]];
@@ -221,7 +223,7 @@ fn rays_from_a_miss_stay_empty_in_f64() {
     rays_from_a_miss_stay_empty::<f64>();
 }
 
-/// In the document's operations, comparisons with NaN are false, so rays with a NaN origin need a
+/// In the document's operations, comparisons with NaN are false, so rays whose origin is NaN need a
 /// separate test in every mode.
 #[test]
 fn rays_from_a_miss_are_empty_in_every_mode() {

@@ -1,5 +1,5 @@
-//! The differential tests, compiled as a single program, so that they are linked only once and run
-//! in parallel.
+//! The differential tests, compiled into a single program, so that they are linked only once and
+//! run in parallel.
 
 mod bound;
 mod boxes;

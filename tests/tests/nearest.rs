@@ -1,4 +1,4 @@
-//! Compares closest-point queries with a different method in rational arithmetic.
+//! Compares closest-point queries with a different method, computed in rational arithmetic.
 
 pub(crate) mod truth;
 
@@ -12,7 +12,7 @@ use intertri_trace::{Bvh, ClosestPoint};
 use truth::{is_rounded, is_within_one_ulp, truth};
 
 /// A generator of coordinates of many kinds: on small grids, arbitrary, close together, over the
-/// whole range, or subnormal.
+/// whole range of f32, or subnormal.
 struct Numbers {
     rng: Rng,
     kind: usize,
@@ -40,7 +40,7 @@ impl Numbers {
         [self.number(), self.number(), self.number()]
     }
 
-    /// Generates a triangle, which is sometimes a needle or has no area.
+    /// Generates a triangle, which is sometimes a needle or degenerate.
     fn triangle(&mut self) -> Triangle {
         let mut t = Triangle([self.point(), self.point(), self.point()]);
         if self.unit() < 0.25 {
@@ -70,16 +70,16 @@ impl Numbers {
     }
 }
 
-/// Changes a triangle so that it has no area: two or three equal corners, or three collinear
-/// corners in any order. The corners are exactly collinear if the coordinates have spare bits.
+/// Makes a triangle degenerate: two or three corners are equal, or the three corners are collinear
+/// in any order. They are exactly collinear if the coordinates have enough spare bits.
 pub(crate) fn flatten<S: Scalar>(corners: &mut [[S; 3]; 3], unit: f64) {
     let which = (unit * 12.0) as usize;
     let [i, j] = [[0, 1], [1, 2], [2, 0]][which % 3];
     match which / 3 {
         0 => corners[i] = corners[j],
         1 => *corners = [corners[which % 3]; 3],
-        // The third corner is at the midpoint of the others, or beyond one of them by the distance
-        // between them.
+        // The third corner is at the midpoint of the other two, or beyond one of them by the
+        // distance between them.
         shape => {
             let (a, b, k) = (corners[i], corners[j], 3 - i - j);
             let [a, b] = [a, b].map(|corner| corner.map(Into::<f64>::into));
@@ -100,7 +100,7 @@ fn every_tier_is_right_of_every_pair() {
         let (one, other) = (numbers.triangle(), numbers.triangle());
         let mut other = other;
         if i % 3 == 0 {
-            // The two triangles share an edge or a corner.
+            // Let the two triangles share an edge or a corner.
             other.0[0] = one.0[1];
             other.0[1] = if i % 2 == 0 { one.0[0] } else { other.0[1] };
         }
@@ -141,7 +141,7 @@ fn every_tier_is_right_of_every_pair() {
             bounds.most
         );
     }
-    let counts = format!("{pairs} pairs, {ties} ties, {flat} without an area");
+    let counts = format!("{pairs} pairs, {ties} ties, {flat} without area");
     assert!(pairs > 9000 && ties > 1000 && flat > 1500, "{counts}");
 }
 

@@ -1,4 +1,4 @@
-//! Measures how much of the projection's error bounds is used. It compares the forms and the
+//! Measures how closely errors approach the projection's bounds. It compares the forms and the
 //! inverse depth of triangles with values computed in f64, whose own error is a billionth of the
 //! bounds, and with the reference's t.
 
@@ -31,7 +31,7 @@ struct Case {
     triangle: Triangle,
     ray: Ray,
     axes: [[f32; 3]; 3],
-    /// The offset at which the ray passes the projection's origin.
+    /// The offset of the ray from the projection's origin.
     off: [f32; 3],
 }
 
@@ -50,7 +50,8 @@ fn axes(dir: V, rng: &mut Rng) -> Option<[[f32; 3]; 3]> {
     axes.iter().flatten().all(|x| x.is_finite()).then_some(axes)
 }
 
-/// Computes the forms, the error of the inverse depth, and the unit of the edges at one SIMD level.
+/// Computes the forms, the error bound of the inverse depth, and the unit of the edges at one SIMD
+/// level.
 struct Compute<'a>(&'a Case);
 
 impl WithSimd for Compute<'_> {
@@ -72,8 +73,8 @@ impl WithSimd for Compute<'_> {
     }
 }
 
-/// Returns the shares of the bounds that a case uses, for the edges and for the inverse depth, or
-/// `None` if the projection decides nothing.
+/// Returns how much of the bounds for the edges and for the inverse depth a case uses, or `None` if
+/// the projection decides nothing.
 fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     let (values, err, unit) = level.run(Compute(case))?;
     if values.iter().any(|x| !x.is_finite()) {
@@ -92,7 +93,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     let t = dot(n, a);
     let fu = sub(sub(n, fv), fw);
 
-    // The edges have the sign of T.
+    // The edges have the same sign as T.
     let unit = f64::from(unit) * t.signum();
     let edge = [fu, fv, fw]
         .iter()
@@ -100,7 +101,8 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
         .map(|(f, value)| (f64::from(value) - dot(*f, point) / unit).abs())
         .fold(0.0, f64::max);
 
-    // Use the reference's t if the reference computes one, and otherwise the t of the plane.
+    // Use the reference's t if it computes one, and otherwise the t at which the ray meets the
+    // plane.
     let scene = reference::Scene::from_triangles([triangle.0]);
     let line = reference::Ray::new(ray.origin, ray.dir);
     let mut hit = 0.0;
@@ -111,7 +113,8 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     Some([edge, (f64::from(values[3]) - s).abs() / f64::from(err)])
 }
 
-/// No family may exceed a bound, and a search must find inputs that use a fair share of each bound.
+/// No family may exceed a bound, and a search must find inputs that use a considerable share of
+/// each bound.
 #[test]
 fn the_bounds_hold_and_are_not_idle() {
     let levels: Vec<Level> = Level::all().collect();
@@ -171,7 +174,8 @@ fn the_bounds_hold_and_are_not_idle() {
     assert!(worst[0] > 0.08 && worst[1] > 0.1, "no input comes near the bounds: {worst:?}");
 }
 
-/// Computes whether a triangle's rectangle reaches a window of size zero at the ray's point.
+/// Computes whether a triangle's rectangle reaches a window of size zero at the projected point of
+/// the ray.
 struct Reached<'a>(&'a Case);
 
 impl WithSimd for Reached<'_> {
@@ -190,9 +194,9 @@ impl WithSimd for Reached<'_> {
     }
 }
 
-/// Tests rays that miss the origin by a small offset. For this offset, the bounds of the edges, of
-/// the depth, and of the rectangle have additional margins. A search looks for inputs that use most
-/// of each margin, to show that half of it would not be enough.
+/// Tests rays that miss the origin by a small offset. To allow for this offset, the bounds of the
+/// edges, of the depth, and of the rectangle have additional margins. A search looks for inputs
+/// that use most of each margin, to show that half the margin would not be enough.
 #[test]
 fn rays_that_pass_the_origin_have_room_and_not_much_more() {
     let mut worst = [0.0_f64; 2];

@@ -20,14 +20,14 @@ fn any_bits() -> BoxedStrategy<f32> {
     any::<u32>().prop_map(f32::from_bits).boxed()
 }
 
-/// Generates small integers, so that rays meet edges exactly, triangles coincide, and hits are at
-/// the ends of intervals.
+/// Generates small integers, so that rays often meet edges exactly, triangles coincide, and hits
+/// are at the ends of intervals.
 fn grid() -> BoxedStrategy<f32> {
     (-2..=2_i8).prop_map(f32::from).boxed()
 }
 
-/// Generates numbers between -2 and 2 with full mantissas, small integers, and occasionally
-/// arbitrary bits.
+/// Generates numbers between -2 and 2 with full mantissas, small integers, and occasionally numbers
+/// with arbitrary bit patterns.
 fn mixed() -> BoxedStrategy<f32> {
     prop_oneof![8 => -2.0..2.0_f32, 8 => grid(), 1 => any_bits()].boxed()
 }
@@ -53,7 +53,8 @@ fn scenes(x: &BoxedStrategy<f32>) -> impl Strategy<Value = Scene> + use<> {
     })
 }
 
-/// Checks 256 scenes, which are the same in every run and must have at least `hits_at_least` hits.
+/// Checks 256 scenes, which are the same in every run. Together they must have at least
+/// `hits_at_least` hits.
 fn hold(x: &BoxedStrategy<f32>, hits_at_least: usize) {
     let mut runner = TestRunner::new(Config {
         cases: 256,

@@ -1,5 +1,5 @@
 //! Traces many rays toward one point, such as a light, in scenes of all families, and compares the
-//! results with the reference's plain loop.
+//! results with a plain loop over the reference.
 
 use crate::common;
 use intertri::simd::Level;
@@ -16,8 +16,8 @@ fn mix(a: V, b: V, s: f64) -> V {
     [0, 1, 2].map(|k| a[k] + s * (b[k] - a[k]))
 }
 
-/// Generates rays that end at `light`, or miss it by up to `scatter` times their length. They start
-/// beyond corners and edges of triangles, just in front of them, or at random positions.
+/// Generates rays that end at `light` or miss it by up to `scatter` times their length. They start
+/// behind corners and edges of triangles, just in front of them, or at random positions.
 fn to_light(
     light: V,
     triangles: &[Triangle],
@@ -52,8 +52,8 @@ fn to_light(
         .collect()
 }
 
-/// Returns the triangles that are in nearly the same direction from the light as a randomly chosen
-/// triangle, so that rays form bundles.
+/// Returns the triangles that lie in nearly the same direction from the light as a randomly chosen
+/// triangle, so that rays from them form bundles.
 fn seen_together(light: V, triangles: &[Triangle], rng: &mut Rng) -> Vec<Triangle> {
     let toward = |triangle: &Triangle| {
         let way = [0, 1, 2].map(|k| f64::from(triangle.0[0][k]) - light[k]);
@@ -85,7 +85,7 @@ fn scenes(each: usize, seed: u64) {
             let seen = seen_together(light, &scene.triangles, &mut rng);
             scene.rays = to_light(light, &seen, scatter, &mut rng, count);
 
-            // Replace one ray by an unrelated one, and let another reach beyond the light.
+            // Replace one ray with an unrelated one, and let another extend beyond the light.
             if rng.one_in(5) {
                 scene.rays[rng.below(count)] = ray;
             }

@@ -1,4 +1,4 @@
-//! Compares queries with several meshes, masks, culled faces and skipped triangles with a plain
+//! Tests queries with several meshes, masks, culled faces and skipped triangles against a plain
 //! loop over the selected triangles.
 
 use crate::common;
@@ -33,12 +33,12 @@ impl<'a> Selection<'a> {
         bvh.query().mode(mode).mask(self.mask).faces(self.faces).skip(self.skip)
     }
 
-    /// Returns the same query, with its settings applied in another order.
+    /// Returns the same query, applying its settings in a different order.
     fn reordered(self, bvh: &'a Bvh, mode: Mode) -> Query<'a> {
         bvh.query().skip(self.skip).faces(self.faces).mask(self.mask).mode(mode)
     }
 
-    /// Returns the selection for a query of the i-th ray alone.
+    /// Returns the selection that applies when the i-th ray is queried alone.
     fn alone(self, i: usize) -> Self {
         Self { skip: self.skip.get(i..i + 1).unwrap_or(&[]), ..self }
     }
@@ -57,8 +57,7 @@ impl Meshes {
         Self { scene, first, bvh }
     }
 
-    /// Converts a hit whose index counts the triangles of all meshes to the ids that queries
-    /// report.
+    /// Converts a hit whose triangle index runs through all meshes to the ids that queries report.
     fn renamed(&self, hit: Hit) -> Hit {
         let (geometry, triangle) = match hit.triangle {
             Hit::NO_TRIANGLE => (0, Hit::NO_TRIANGLE),
@@ -68,8 +67,7 @@ impl Meshes {
         Hit { geometry, triangle, ..hit }
     }
 
-    /// Returns the triangles that are selected for a ray, as indices that count the triangles of
-    /// all meshes.
+    /// Returns the triangles that are selected for a ray, as indices that run through all meshes.
     fn counting(&self, selection: &Selection<'_>, number: usize, ray: &Ray) -> Vec<u32> {
         let skipped = selection.skip.get(number).copied().unwrap_or(&[]);
         let counts = |i: &u32| {
@@ -92,7 +90,7 @@ impl Meshes {
         self.renamed(Hit { triangle: counting[hit.triangle as usize], ..hit })
     }
 
-    /// Returns the selected triangles, given their indices.
+    /// Returns the selected triangles with the given indices.
     fn triangles(&self, counting: &[u32]) -> Vec<Triangle> {
         counting.iter().map(|&i| self.scene.triangles[i as usize]).collect()
     }
@@ -240,7 +238,7 @@ fn every_family_in_meshes_by_every_selection() {
 }
 
 /// Puts the same triangles into both meshes. If two hits have the same t, the lower geometry wins,
-/// then the lower triangle.
+/// and within a geometry the lower triangle.
 #[test]
 fn ties_go_by_the_position_in_the_whole() {
     let mut rng = Rng::new(40);

@@ -1,12 +1,13 @@
-//! Rays spawned on a triangle must never hit it, and must start where the documentation says.
+//! Tests that rays spawned on a triangle never hit it and start where the documentation says they
+//! do.
 
 use crate::common;
 use intertri::{Hit, Mode, Ray, Triangle, spawn_ray, spawn_ray_to};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
-/// Spawns rays from hits of every family, with directions of all kinds, many of them nearly in the
-/// triangle's plane.
+/// Spawns rays from hits of every family, with directions of all kinds, many of which are nearly in
+/// the triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(21));
@@ -30,7 +31,7 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
                     );
                     let at = point(&hit, &triangle);
                     moved += u32::from(!near(&triangle, at, &next, 0.51));
-                    // This limit only holds if the f64 normal is nearly right.
+                    // This limit only applies if the f64 normal is nearly correct.
                     let is_small = at.iter().chain(&dir.map(f64::from)).all(|x| x.abs() < 1e38);
                     if sure_normal(&triangle) && is_small {
                         assert!(
@@ -47,14 +48,14 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
     assert!(left > 50_000 && moved > left / 20, "{left}, {moved} moved");
 }
 
-/// Returns the point of a triangle at the weights of a hit.
+/// Returns the point of a triangle that a hit's weights describe.
 fn point(hit: &Hit, triangle: &Triangle) -> [f64; 3] {
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     [0, 1, 2].map(|k| (0..3).map(|i| weights[i] * f64::from(triangle.0[i][k])).sum())
 }
 
-/// Returns whether a ray starts within `units` units of a point. A unit is a unit in the last place
-/// of the point in f32, or the f64 rounding error of the triangle's coordinates if that is larger.
+/// Returns whether a ray starts within `units` units of a point. A unit is an f32 ulp of the point,
+/// or the f64 rounding error of the triangle's coordinates if that is larger.
 fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let last_place = largest(&at) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);
@@ -63,8 +64,8 @@ fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     (0..3).all(|k| (f64::from(next.origin[k]) - at[k]).abs() <= units * unit)
 }
 
-/// Returns whether the f64 normal is large enough that rounding cannot change its dominant axis or
-/// its sign.
+/// Returns whether the f64 normal is so long that rounding cannot change its dominant axis or its
+/// sign.
 fn sure_normal(triangle: &Triangle) -> bool {
     let [a, b, c] = triangle.0.map(|c| c.map(f64::from));
     let most = (0..3).fold(0.0_f64, |most, k| most.max((b[k] - a[k]).abs() * 3.0));
@@ -72,11 +73,12 @@ fn sure_normal(triangle: &Triangle) -> bool {
     triangle.normal().iter().any(|n| n.abs() > 1e-12 * most)
 }
 
-/// If there is no valid start, the ray must not hit anything, whatever interval you set later.
+/// If there is no valid starting point, the ray must not hit anything, even if you change its
+/// interval later.
 #[test]
 fn a_ray_without_a_start_stays_empty() {
-    // The coordinates are a few units in the last place below the largest number, so the midpoint
-    // of an edge rounds to a point behind the triangle, and a step outward is infinite.
+    // The coordinates are a few ulps below the largest f32, so the midpoint of an edge rounds to a
+    // point behind the triangle, and a step outward overflows to infinity.
     let corner = |v: [u32; 3]| v.map(|below| f32::from_bits(f32::MAX.to_bits() - below));
     let triangle = Triangle([corner([0, 0, 1]), corner([0, 1, 0]), corner([2, 0, 0])]);
     let hit = Hit { t: 1.0, u: 0.0, v: 0.5, triangle: 0, geometry: 0 };
@@ -95,7 +97,8 @@ fn a_ray_without_a_start_stays_empty() {
     assert!(!spawn_ray(&hit, &triangle, [-1.0, 0.1, -1.0]).origin[0].is_nan());
 }
 
-/// A ray to a target must end at the target, and must not hit the triangle that it starts on.
+/// A ray spawned toward a target must end at the target and must not hit the triangle on which it
+/// starts.
 #[test]
 fn a_ray_to_a_target_ends_there() {
     let (exact, mut rng) = (Mode::exact(), Rng::new(23));

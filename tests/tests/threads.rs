@@ -8,8 +8,8 @@ use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, ClosestPoint, CrossingLists, HitLists, Query, Solid};
 
-/// Compiles only if hierarchies can be shared between threads, and queries can be sent to another
-/// thread.
+/// Compiles only if hierarchies can be shared between threads and queries can be sent to other
+/// threads.
 #[test]
 fn types_can_be_sent_and_shared() {
     fn shared<T: Send + Sync + 'static>() {}
@@ -25,7 +25,7 @@ fn types_can_be_sent_and_shared() {
     sent::<Query<'_, f64>>();
 }
 
-/// Returns a mesh, and rays toward it: rays from random points, and a bundle from one point.
+/// Returns a mesh and rays toward it: some from random points, and a bundle from one point.
 fn scene() -> (Vec<Triangle>, Vec<Ray>) {
     let mut rng = Rng::new(1);
     let f32s = |v: [f64; 3]| v.map(|x| x as f32);
@@ -47,7 +47,7 @@ fn scene() -> (Vec<Triangle>, Vec<Ray>) {
     (triangles, rays)
 }
 
-/// Checks that all batches of a query return the same results as on one thread.
+/// Checks that all batches of a query return the same results as on a single thread.
 fn batches_agree(query: &Query<'_>, alone: &Query<'_>, rays: &[Ray]) {
     assert_eq!(query.closest_batch(rays), alone.closest_batch(rays));
     assert_eq!(query.any_batch(rays), alone.any_batch(rays));
@@ -71,7 +71,7 @@ fn answers_do_not_depend_on_threads() {
     for threads in [1, 2, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| batches_agree(&bvh.query(), &alone, &rays));
-        // A hierarchy that is built in the pool must also be the same.
+        // A hierarchy built in the pool must also be the same.
         let built = pool.install(|| Bvh::new(&triangles).unwrap());
         assert!(built.to_bytes() == bvh.to_bytes());
     }
@@ -85,7 +85,7 @@ fn answers_do_not_depend_on_threads() {
     assert!(found == want);
 }
 
-/// While every thread of the global pool is busy, a batch on the calling thread must complete, and
+/// While all threads of the global pool are busy, a batch on the calling thread must complete, and
 /// so must a batch in the caller's own pool. Neither may wait for the global pool.
 #[test]
 fn batches_run_where_they_are_told_to() {

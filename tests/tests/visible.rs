@@ -11,8 +11,8 @@ use crate::nearest::truth::truth;
 
 /// The scalar type of a test, f32 or f64.
 trait Float: BvhScalar + From<f32> {
-    /// An end of a segment counts as lying on every triangle that is within this distance of the
-    /// end, relative to the largest coordinate: 16 rounding units.
+    /// If a triangle is within this distance of a segment's end, relative to the largest
+    /// coordinate, the end counts as lying on the triangle. The distance is 16 rounding units.
     const REACH: f64;
     fn of(x: f64) -> Self;
 }
@@ -40,7 +40,7 @@ fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>
     truth(end, triangle).0 <= &reach * &reach
 }
 
-/// Returns whether a plain loop finds no triangle that hides one end of a segment from the other.
+/// Returns whether a plain loop finds no triangle that hides the ends of a segment from each other.
 fn sees<S: Float>([a, b]: &[[S; 3]; 2], triangles: &[TriangleOf<S>], skip: &[u32]) -> bool {
     let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
     let ray = RayOf::new(*a, dir).between(S::ZERO, S::ONE);
@@ -53,7 +53,7 @@ fn sees<S: Float>([a, b]: &[[S; 3]; 2], triangles: &[TriangleOf<S>], skip: &[u32
     !triangles.iter().enumerate().any(hides)
 }
 
-/// Random triangles, on a small grid or at arbitrary positions, and a generator of points on them,
+/// Random triangles, on a small grid or at arbitrary positions, with a generator of points on them,
 /// next to them, and away from them.
 struct Scene<S: Float> {
     rng: Rng,
@@ -75,8 +75,8 @@ impl<S: Float> Scene<S> {
         Self { rng, triangles, size: size * (1.0 + off) }
     }
 
-    /// Generates a point on a corner, an edge or a face of a triangle, up to rounding, or at a
-    /// small distance from the triangle.
+    /// Generates a point at a corner, on an edge or on the face of a triangle, up to rounding, or a
+    /// small distance away from the triangle.
     fn point(&mut self) -> [S; 3] {
         let triangle = self.triangles[(self.rng.unit() * 30.0) as usize];
         let (mut u, mut v) = (self.rng.unit(), self.rng.unit());
@@ -159,9 +159,9 @@ fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     triangles
 }
 
-/// Checks that if a face of a convex body faces the light, its inner points, corners and midpoints
-/// of edges are lit, and that the inner points of every other face are dark. A naive shadow ray
-/// reports many lit points as dark.
+/// Checks a convex body: if a face faces the light, its inner points, corners and edge midpoints
+/// must be lit, and the inner points of all other faces must be dark. A naive shadow ray reports
+/// many lit points as dark.
 fn lit_faces_are_lit<S: Float>() {
     let triangles = sphere::<S>(24);
     let bvh = Bvh::new(&triangles).unwrap();

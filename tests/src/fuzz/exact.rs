@@ -38,7 +38,7 @@ macro_rules! same {
 }
 
 /// The expected results for a ray: the triangles that it hits within its interval, sorted by t, and
-/// the crossings among these hits.
+/// which of these hits are crossings.
 struct Hits {
     closed: Vec<(usize, Truth)>,
     /// For each crossing, the triangle's index and whether the ray crosses it in the direction of
@@ -61,8 +61,8 @@ impl Hits {
     }
 }
 
-/// Checks each pair of a ray and a triangle at every tier: both rules, t, u, v, and the order of
-/// two hits.
+/// Checks each pair of a ray and a triangle at every tier, under both rules: whether it hits, its
+/// t, u and v, and the order of its hit relative to other hits.
 fn pairs(scene: &Scene) {
     for ray in &scene.rays {
         let mut met: Vec<(&Triangle, Truth)> = vec![];
@@ -105,7 +105,7 @@ fn tier_name(tier: Tier) -> String {
     format!("{tier:?}")
 }
 
-/// Returns whether a hit is on the expected triangle, and its t, u and v are the exact values
+/// Returns whether a hit is on the expected triangle and its t, u and v are the exact values, each
 /// rounded once.
 fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     match want {
@@ -114,8 +114,9 @@ fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     }
 }
 
-/// Checks plain loops and the hierarchy on a scene: closest hits, any hits, all hits and crossings,
-/// ray by ray and in batches, under the closed rule and the once rule.
+/// Compares a plain loop and the hierarchy with the expected results for a scene: closest hits, any
+/// hits, all hits and crossings, one ray at a time and in batches, under the closed rule and the
+/// once rule.
 fn queries(scene: &Scene) {
     let (triangles, rays) = (&scene.triangles[..], &scene.rays[..]);
     let truth: Vec<Hits> = rays.iter().map(|ray| Hits::of(ray, triangles)).collect();
@@ -224,7 +225,7 @@ fn fan(input: &mut Input<'_>) {
         same!(&scene, count.signed, i64::from(winding), format!("{ray:?}"));
         same!(&scene, any || winding == 0, true, format!("{ray:?} leaks"));
     }
-    // Compare the crossings of one of the rays with those computed in integers.
+    // Compare the crossings of one of the rays with those computed from integers.
     let crossing =
         |triangle| oracle::once(&rays[0], triangle, oracle::truth(&rays[0], triangle).as_ref());
     let sides = triangles.iter().filter_map(crossing).map(|leaves| if leaves { 1 } else { -1 });

@@ -9,8 +9,8 @@ use intertri_scene::{LoadError, Mesh, read};
 
 use super::input::Input;
 
-/// Reads the bytes as a model file, or makes a mesh from them, writes it and reads it back. The
-/// first byte selects the format or the round trip.
+/// Reads the bytes as a model file, or builds a mesh from them, writes it to files and reads them
+/// back. The first byte selects the format or this round trip.
 pub fn models(bytes: &[u8]) {
     let Some((&first, file)) = bytes.split_first() else { return };
     if first >= 0x80 {
@@ -33,8 +33,8 @@ pub fn models(bytes: &[u8]) {
     }
 }
 
-/// Reads a model. The mesh must be valid, and must not change when it is written and read again. An
-/// error message must be a single line.
+/// Reads a model. The mesh must be valid, and must be unchanged after it is written and read again.
+/// An error message must be a single line.
 fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     let result = read(Path::new(name), bytes);
     match &result {

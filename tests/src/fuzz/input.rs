@@ -1,11 +1,11 @@
-//! Generates scenes from the fuzzers' bytes. Most of the scenes are degenerate.
+//! Generates scenes from the bytes that a fuzzer provides. Most of the scenes are degenerate.
 
 use arbitrary::Unstructured;
 use intertri::{Ray, Triangle};
 
 use crate::Scene;
 
-/// A source of choices and numbers, read from bytes. All coordinates are of the same kind.
+/// A source of choices and coordinates, read from bytes. All coordinates are of the same kind.
 pub(super) struct Input<'a> {
     bytes: Unstructured<'a>,
     kind: Kind,
@@ -13,16 +13,16 @@ pub(super) struct Input<'a> {
 
 #[derive(Clone, Copy)]
 enum Kind {
-    /// Small integers times a scale, so that edges, corners and planes often coincide.
+    /// Small integers times a scale, so that many edges, corners and planes coincide.
     Grid(f32),
     /// Small integers times a scale, moved by a few ulps.
     Ulps(f32),
-    /// Arbitrary bits, including NaNs and subnormal numbers.
+    /// Arbitrary bit patterns, including NaNs and subnormal numbers.
     Bits,
 }
 
 impl<'a> Input<'a> {
-    /// Creates an input. The first bytes choose the kind of numbers.
+    /// Creates an input. The first bytes select the kind of coordinates.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let mut input = Self { bytes: Unstructured::new(bytes), kind: Kind::Bits };
         let kind = input.below(8);
@@ -41,7 +41,7 @@ impl<'a> Input<'a> {
         Self { bytes: Unstructured::new(bytes), kind: Kind::Grid(1.0) }
     }
 
-    /// Generates a scale: half of the time 1, otherwise a power of two or an arbitrary number.
+    /// Generates a scale: 1 half of the time, otherwise a power of two or an arbitrary number.
     fn scale(&mut self) -> f32 {
         match self.below(4) {
             0 | 1 => 1.0,
@@ -65,18 +65,18 @@ impl<'a> Input<'a> {
         of[self.below(of.len())]
     }
 
-    /// Generates an f32 with arbitrary bits.
+    /// Generates an f32 with an arbitrary bit pattern.
     fn bits(&mut self) -> f32 {
         f32::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// Generates an f64 with arbitrary bits.
+    /// Generates an f64 with an arbitrary bit pattern.
     pub(super) fn double(&mut self) -> f64 {
         f64::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// Generates a number of the chosen kind. With [`Kind::Ulps`], one number in sixteen has
-    /// arbitrary bits.
+    /// Generates a number of the selected kind. With [`Kind::Ulps`], one number in sixteen has an
+    /// arbitrary bit pattern.
     pub(super) fn number(&mut self) -> f32 {
         match self.kind {
             Kind::Grid(scale) => self.within(4) as f32 * scale,
@@ -88,7 +88,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Generates a point whose coordinates are numbers of the chosen kind.
+    /// Generates a point whose coordinates are numbers of the selected kind.
     pub(super) fn point(&mut self) -> [f32; 3] {
         [self.number(), self.number(), self.number()]
     }

@@ -13,8 +13,8 @@ use super::input::Input;
 /// A mesh, an instance of it, and the instance's matrix.
 type Instance<'a> = (&'a [Triangle], InstanceId, [f64; 12]);
 
-/// Builds one mesh in f32 and one in f64, places a few instances of them, and checks queries with
-/// rays toward the placed triangles.
+/// Builds one mesh in f32 and one in f64, places a few instances of them, and checks queries for
+/// rays aimed at the placed triangles.
 pub fn instances(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let meshes = [input.triangles(20), input.triangles(20)];
@@ -58,8 +58,8 @@ pub fn instances(bytes: &[u8]) {
     check(&mut input, &loaded.commit().expect("the scene is small enough").mask(0b01), &placed);
 }
 
-/// Generates a matrix whose elements are numbers of the input's kind or have arbitrary bits. It is
-/// often just a translation.
+/// Generates a matrix whose elements are numbers of the input's kind or have arbitrary bit
+/// patterns. Many of the matrices are plain translations.
 fn matrix(input: &mut Input<'_>) -> [f64; 12] {
     let mut matrix = [0.0; 12];
     let kind = input.below(4);
@@ -87,7 +87,7 @@ fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
     Triangle64(widened(triangle).0.map(at))
 }
 
-/// Compares every query with the plain loop, for several rays and points.
+/// Compares every query with a plain loop, for several rays and points.
 fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>]) {
     let (mut all, mut names) = (Vec::new(), Vec::new());
     for (triangles, id, matrix) in placed {

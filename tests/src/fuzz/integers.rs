@@ -1,5 +1,5 @@
-//! Checks the `fixed` mode against its scalar reference, and counts crossings of closed fans of
-//! triangles.
+//! Checks the `fixed` mode against its scalar reference, and checks the sums of crossings of closed
+//! fans of triangles.
 
 use std::array::from_fn;
 
@@ -8,8 +8,8 @@ use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks, scalar};
 use super::input::Input;
 use crate::{check_crossings, is_on};
 
-/// Checks eight rays and eight triangles with integers at the limits of the bit budgets, in every
-/// form of the kernel and at every SIMD level.
+/// Checks eight rays and eight triangles whose coordinates are integers at the limits of the bit
+/// budgets, in every form of the kernel and at every SIMD level.
 pub fn fixed(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let (b, q) = input.one_of(&[(20, 18), (19, 20), (17, 24), (16, 16), (3, 2), (1, 1)]);
@@ -78,8 +78,7 @@ pub fn fans(bytes: &[u8]) {
     if corners.iter().any(|&corners| is_on(origin, corners)) {
         return;
     }
-    // Aim at every corner and the midpoint of every edge, along the axes, and in arbitrary
-    // directions.
+    // Aim at every corner and every edge's midpoint, along the axes, and in arbitrary directions.
     let to = |p: [i32; 3]| [0, 1, 2].map(|i| p[i] - origin[i]);
     let mut dirs = vec![[1, 0, 0], [0, -1, 0], [0, 0, 1], point(&mut input)];
     for [a, b, _] in &corners {
@@ -94,8 +93,8 @@ pub fn fans(bytes: &[u8]) {
         let expected = *winding.get_or_insert(count.signed);
         assert_eq!(count.signed, expected, "{origin:?} {dir:?} {count:?}\n{corners:?}");
 
-        // The closest hit must be the scalar reference's, which compares t as ratios, and the
-        // number of hits must equal the number of crossings.
+        // The closest hit must equal that of the scalar reference, which compares values of t as
+        // ratios, and the number of hits must equal the number of crossings.
         let (mut best, mut all) = (intertri::fixed::Best::default(), 0);
         for (triangle, index) in triangles.iter().zip(0..) {
             if let Some(crossing) = scalar::crossing(&ray, triangle) {

@@ -26,7 +26,7 @@ pub use text::{numbers, rays};
 /// A function that accepts arbitrary bytes and panics if a result is wrong.
 pub type Entry = fn(&[u8]);
 
-/// All entry points with their names.
+/// All entry points, with their names.
 pub const ENTRIES: &[(&str, Entry)] = &[
     ("kernel", kernel),
     ("hierarchy", hierarchy),

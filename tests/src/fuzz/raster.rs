@@ -14,9 +14,9 @@ use intertri_scene::Camera;
 
 use super::input::Input;
 
-/// Checks clipping. An edge must be clipped as in the reference, and identically if its ends are
-/// swapped. A clipped facet must not depend on its orientation, must lie inside the clip volume,
-/// and must not be empty if part of one of its edges is visible.
+/// Checks clipping. An edge must be clipped as in the reference, and the result must not change if
+/// its ends are swapped. A clipped facet must not depend on its orientation, must lie inside the
+/// clip volume, and must not be empty if any part of its edges is visible.
 pub fn clip(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let any_double = input.below(4) == 0;
@@ -44,7 +44,10 @@ pub fn clip(bytes: &[u8]) {
     let usable = corners.iter().all(in_range);
     assert!(usable || outline.is_empty(), "{corners:?}");
     if usable {
-        assert!(seen == 0 || !outline.is_empty(), "an edge is seen, but no facet: {corners:?}");
+        assert!(
+            seen == 0 || !outline.is_empty(),
+            "an edge is visible, but the facet is empty: {corners:?}"
+        );
         if corners.iter().all(|p| outcode(p.boundaries()) == 0) {
             assert_eq!(outline, corners);
         }
@@ -56,7 +59,7 @@ pub fn clip(bytes: &[u8]) {
     }
 }
 
-/// Returns a bound on the rounding errors of points that are computed from `points`.
+/// Returns a bound on the rounding errors of points computed from `points`.
 fn rounding(points: &[Point4]) -> f64 {
     let all = points.iter().flat_map(|p| [p.x, p.y, p.z, p.w]);
     all.fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())) * 1e-12 + f64::MIN_POSITIVE
@@ -155,8 +158,8 @@ fn project((x, y, depth): Corner) -> Vector {
     Vector::new(f64::from(x) / 4.0, f64::from(y) / 4.0, -1.0 / f64::from(depth))
 }
 
-/// Draws each triangle on its own with the reference, and checks that each pixel shows one of the
-/// nearest triangles that cover the pixel.
+/// Draws each triangle separately with the reference, and checks that each pixel shows one of the
+/// nearest triangles that cover it.
 fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     let soup: Vec<Triangle> = outlines.iter().map(|o| Triangle(o.map(unproject))).collect();
     let drawn = triangles(view, &soup, 1e-9);
@@ -193,7 +196,7 @@ fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     }
 }
 
-/// Draws one triangle into its own image, with the reference.
+/// Draws one triangle into an image of its own, using the reference.
 fn drawn_alone(outline: &[Corner; 3]) -> z_buffer::ZBuffer {
     let mut picture = z_buffer::ZBuffer::new(SIDE as usize, SIDE as usize);
     picture.draw(0, &outline.map(project));
@@ -221,9 +224,9 @@ fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
     }
 }
 
-/// Compares images drawn by the z-buffer with traced images, and shadow volumes with shadow rays.
-/// Only the differences that `docs/raster.md` proves possible are allowed. The silhouettes must
-/// close the shadow volumes exactly.
+/// Compares images drawn by the z-buffer with ray-traced images, and shadow volumes with shadow
+/// rays. The results may differ only where `docs/raster.md` proves that they can. The silhouettes
+/// must close the shadow volumes exactly.
 pub fn shadows(bytes: &[u8]) {
     const SIZE: (u32, u32) = (20, 15);
     let mut input = Input::new(bytes);

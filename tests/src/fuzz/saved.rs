@@ -8,8 +8,8 @@ use intertri_trace::{Bvh, BvhScalar, LoadError, SAVED_MAGIC};
 use super::input::Input;
 
 /// Loads a hierarchy and checks it. The first byte selects the input: a file as it is, a file with
-/// repaired checksums, or the saved file of a scene of one or several meshes, with some words
-/// damaged and the checksums repaired. The highest bit selects f64.
+/// repaired checksums, or the saved hierarchy of a scene with one or several meshes, with some
+/// words damaged and the checksums repaired. The highest bit selects f64.
 pub fn saved(bytes: &[u8]) {
     let Some((&first, rest)) = bytes.split_first() else { return };
     match (first % 4, first >> 7) {
@@ -24,7 +24,7 @@ pub fn saved(bytes: &[u8]) {
     }
 }
 
-/// Loads a file as a hierarchy over f32 and as one over f64.
+/// Loads a file both as an f32 hierarchy and as an f64 hierarchy.
 fn loaded(file: &[u8], more: &[u8]) {
     let scalar = |found: &Result<(), LoadError>| matches!(found, Err(LoadError::Scalar { .. }));
     let (one, other) = (answers::<f32>(file, more), answers::<f64>(file, more));
@@ -47,7 +47,7 @@ fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
         Bvh::new(&triangles).unwrap()
     };
     if input.below(2) == 1 {
-        // Refit to rearranged triangles, for which no build would produce this tree.
+        // Refit to rearranged triangles, for which no build would create this tree.
         let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(&triangles)).collect();
         bvh.refit(&moved).unwrap();
     }
@@ -105,8 +105,8 @@ fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Checks that the hits on several meshes are among the hits on the same triangles in one mesh, in
-/// the same order. The ids differ, but each hit must identify the right triangle.
+/// Checks that the hits on several meshes are a subset of the hits on the same triangles in one
+/// mesh, in the same order. The ids differ, but each hit must identify the same triangle.
 fn names_are_sound<S: FuzzScalar>(several: &Bvh<S>, one: &Bvh<S>, rays: &[RayOf<S>]) {
     let mut names = Vec::new();
     for ray in rays {
@@ -164,7 +164,7 @@ impl FuzzScalar for f32 {
 
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>) {
         let mode = Mode::certified();
-        // The reference's weights may be NaN, so compare bits.
+        // The weights in the reference's results may be NaN, so compare bits.
         let bits = |bvh: &Bvh<Self>| {
             let number = |x: f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
             let hit = bvh.query().mode(mode).closest(ray);
@@ -174,7 +174,7 @@ impl FuzzScalar for f32 {
     }
 }
 
-/// Moves and scales f32 coordinates, so that the results use more of the digits of f64.
+/// Moves and scales f32 coordinates, so that the resulting coordinates use more digits of f64.
 impl FuzzScalar for f64 {
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>> {
         let triangles = input.triangles(at_most);

@@ -1,5 +1,4 @@
-//! Compares the kernel and the hierarchy with the reference, on scenes that are generated from
-//! bytes.
+//! Compares the kernel and the hierarchy with the reference, on scenes generated from bytes.
 
 use intertri::simd::Level;
 

@@ -1,25 +1,25 @@
-//! Fuzzes ray files, the command line's number parsers, and the numbers in the output.
+//! Fuzzes ray files, the command line's number parsers, and the formatting of output numbers.
 
 use intertri::Ray;
 use intertri_scene::{LoadError, MAX_PIXELS, Rays, RaysFormat};
 
 use super::input::Input;
 
-// The command-line program is not a library, so include its source file, which does not depend on
-// the rest of the program.
+// The command-line program is not a library, so include its source file directly. The file does not
+// depend on the rest of the program.
 #[path = "../../../crates/cli/src/io/numbers.rs"]
 mod numbers;
 
 /// Reads the bytes as a ray file in every format. The rays must not depend on the chunk size, and
-/// must not change when they are written and read again in each format. An error message must be a
-/// single line.
+/// must be unchanged after they are written and read again in each format. An error message must be
+/// a single line.
 pub fn rays(bytes: &[u8]) {
     let formats = [RaysFormat::Csv, RaysFormat::Raw, RaysFormat::Raw64].map(Some);
     for format in formats.into_iter().chain([None]) {
         let all = read(bytes, 1 << 30, None, format);
         assert_eq!(all, read(bytes, 1, None, format));
         assert_eq!(all, read(bytes, 7, None, format));
-        // If the file size is given, the result must be the same, or both reads must fail.
+        // Passing the file size must not change the rays that are read, or whether the read fails.
         let sized = read(bytes, 100, Some(bytes.len() as u64), format);
         assert!(sized == all || sized.1.is_some() && all.1.is_some(), "{sized:?} {all:?}");
         let (rays, error) = all;
@@ -46,7 +46,7 @@ fn written_again(rays: &[[u32; 8]]) {
     let raw64: Vec<u8> = wide.flat_map(f64::to_le_bytes).collect();
     let mut csv = String::from("\u{feff}\n t_max, \"dz\",dy,dx,t_min,oz,oy,ox\r\n");
     for ray in rays {
-        // The decimal has all digits of the f64, so it is read as exactly this number.
+        // The decimal has all digits of the f64, so parsing it yields exactly the same number.
         let cells = ray.map(|bits| f64::from(f32::from_bits(bits)).to_string());
         csv += &cells.into_iter().rev().collect::<Vec<_>>().join(", ");
         csv += "\r\n";
@@ -58,7 +58,7 @@ fn written_again(rays: &[[u32; 8]]) {
     }
 }
 
-/// Returns the bits of all rays in the order of a raw file, or an error.
+/// Returns the bits of all rays in raw-file order, or an error.
 fn read(
     bytes: &[u8],
     count: usize,

@@ -1,5 +1,6 @@
-//! Compares the results for pairs of a ray and a triangle with rational arithmetic: both rules at
-//! every tier, the ends of the interval, the order of hits, and the rounding of t, u and v.
+//! Compares the results for pairs of a ray and a triangle with rational arithmetic: hits under both
+//! rules at every tier, the ends of the interval, the order of hits, and the rounding of t, u and
+//! v.
 
 use core::cmp::Ordering;
 
@@ -11,7 +12,7 @@ use intertri::{RayOf, Rule, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_tests::oracle::{self, Truth, truth};
 
-/// A scalar that can be stepped to the next lower and the next higher number.
+/// A scalar that can be stepped to the next lower and the next higher value.
 pub(crate) trait Float: Scalar {
     fn below(self) -> Self;
     fn above(self) -> Self;
@@ -63,12 +64,13 @@ impl Counts {
 struct Case<S: Scalar> {
     triangle: TriangleOf<S>,
     truth: Option<Truth>,
-    /// If the ray crosses the triangle, whether it does so in the direction of the normal.
+    /// Whether the ray crosses the triangle in the direction of the normal, or `None` if it does
+    /// not cross the triangle.
     once: Option<bool>,
 }
 
-/// Checks a pair for `ray`, which is the pair's ray with an arbitrary interval. If `all` is set,
-/// checks every tier.
+/// Checks the case with `ray`, which is the case's ray with an arbitrary interval. Checks every
+/// tier if `all` is set.
 fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Counts) {
     let Case { triangle, truth, once: leaves } = case;
     let truth = truth.as_ref().filter(|truth| truth.is_within(ray));
@@ -104,7 +106,7 @@ fn check_ends<S: Float>(ray: &RayOf<S>, case: &Case<S>, truth: &Truth, counts: &
     }
 }
 
-/// Checks t, u and v. If `all` is set, checks every tier.
+/// Checks t, u and v, at every tier if `all` is set.
 fn check_rounding<S: Scalar>(
     (ray, triangle): (&RayOf<S>, &TriangleOf<S>),
     truth: &Truth,
@@ -126,7 +128,7 @@ fn check_rounding<S: Scalar>(
 }
 
 /// Checks how the triangle is ordered relative to others: copies with permuted or moved corners,
-/// and neighbours at an edge and at a corner, in its plane or next to it.
+/// and neighbours at an edge or a corner, in or near its plane.
 fn check_order<S: Float>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -188,8 +190,8 @@ pub(crate) struct Cases<S: Scalar> {
 }
 
 impl<S: Float> Cases<S> {
-    /// Compares pairs of each kind, starting from a seed, and returns the counts by kind. A larger
-    /// `seldom` makes slow checks rarer.
+    /// Compares pairs of each kind with rational arithmetic, starting from a seed, and returns the
+    /// counts for each kind. A larger `seldom` makes slow checks rarer.
     fn run(self, pairs: usize, seed: u64, seldom: usize) -> Vec<Counts> {
         let mut all = vec![Counts::default(); self.kinds];
         let mut rng = Rng::new(seed);
@@ -202,7 +204,7 @@ impl<S: Float> Cases<S> {
             check(&ray, &case, round.is_multiple_of(4 * seldom), counts);
             counts.pairs += 1;
 
-            // t, u and v are also checked for some rays that meet the plane outside the triangle.
+            // Also check t, u and v of some rays that meet the plane outside the triangle.
             let Some(truth) = &case.truth else { continue };
             let is_hit = truth.is_closed_hit();
             if is_hit && round % (16 * seldom) == 1 || round % (64 * seldom) == 2 {
@@ -217,7 +219,7 @@ impl<S: Float> Cases<S> {
         all
     }
 
-    /// Runs on all threads, each with its own counts.
+    /// Runs the comparison on all threads, each with its own counts.
     fn run_on_all(self, pairs: usize, seed: u64, seldom: usize) -> Vec<Vec<Counts>> {
         let threads = std::thread::available_parallelism().map_or(1, Into::into);
         std::thread::scope(|scope| {
@@ -228,7 +230,7 @@ impl<S: Float> Cases<S> {
         })
     }
 
-    /// Compares pairs of each kind, and checks that enough were compared.
+    /// Compares pairs of each kind, and checks that enough of each were compared.
     pub(crate) fn agree(self, pairs: usize) {
         let all = self.run_on_all(pairs, 1, 1);
         println!("{all:#?}");
@@ -240,8 +242,8 @@ impl<S: Float> Cases<S> {
         }
     }
 
-    /// Compares `INTERTRI_EXACT_PAIRS` pairs, starting from the seed `INTERTRI_EXACT_SEED`. Both
-    /// are environment variables.
+    /// Compares as many pairs as the environment variable `INTERTRI_EXACT_PAIRS` specifies,
+    /// starting from the seed in `INTERTRI_EXACT_SEED`.
     pub(crate) fn agree_for_hours(self) {
         let number = |name, default| std::env::var(name).map_or(default, |n| n.parse().unwrap());
         let pairs: usize = number("INTERTRI_EXACT_PAIRS", 100_000_000);

@@ -15,7 +15,7 @@ pub(crate) fn scene(family: &Family, rng: &mut Rng, triangles: usize, rays: usiz
     Scene { triangles: scene.triangles, rays: scene.rays, threshold: scene.threshold }
 }
 
-/// Calls a function for every family, passing its index, on all threads. Each thread takes the next
+/// Calls a function with each family and its index, on all threads. Each thread takes the next
 /// remaining family. Returns the results in arbitrary order.
 pub(crate) fn each_family<T: Send>(ask: impl Fn(usize, &Family) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);

@@ -1,4 +1,4 @@
-//! Generates pairs of a ray and a triangle that are hard to decide.
+//! Generates rays and triangles whose intersections are hard to decide.
 
 use intertri::{Ray, Triangle};
 use intertri_lab::families::FAMILIES;
@@ -37,10 +37,10 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f32) -> [f32; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// Generates a pair with arbitrary bits.
+/// Generates a ray and a triangle whose coordinates have arbitrary bit patterns.
 fn any(rng: &mut Rng) -> (Ray, Triangle) {
     let mut bits = |rng: &mut Rng| {
-        // Keep some numbers that are not finite.
+        // Keep some of the numbers that are not finite.
         let x = f32::from_bits(rng.bits() as u32);
         if x.is_finite() || rng.one_in(4) { x } else { rng.within(2) as f32 }
     };
@@ -49,8 +49,8 @@ fn any(rng: &mut Rng) -> (Ray, Triangle) {
 }
 
 /// Generates a triangle, and a ray toward a corner, a point on an edge, a point inside, or an
-/// arbitrary point. The ray starts at an arbitrary point, at a corner, or at 0, where the direction
-/// is exact.
+/// arbitrary point. The ray starts at an arbitrary point, at a corner, or at the coordinate origin,
+/// where computing the direction involves no subtraction error.
 fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f32) -> (Ray, Triangle) {
     let triangle = Triangle([(); 3].map(|()| vector(rng, &mut number)));
     let [c1, c2, c3] = triangle.0;
@@ -79,7 +79,8 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f32) -> (Ray, Triang
     (Ray::new(origin, dir), triangle)
 }
 
-/// Generates a triangle, and a ray that starts in its plane and often also runs in it.
+/// Generates a triangle, and a ray that starts in the triangle's plane and often lies entirely in
+/// it.
 fn in_plane(rng: &mut Rng) -> (Ray, Triangle) {
     let (axis, z) = (rng.below(3), rng.within(3) as f32 * 0.1);
     let flat = |rng: &mut Rng| {
@@ -94,8 +95,7 @@ fn in_plane(rng: &mut Rng) -> (Ray, Triangle) {
     (Ray::new(origin, dir), triangle)
 }
 
-/// Generates a triangle whose corners are within a few units in the last place of a line, and a ray
-/// toward it.
+/// Generates a triangle whose corners are within a few ulps of a line, and a ray toward it.
 fn sliver(rng: &mut Rng) -> (Ray, Triangle) {
     let (from, to) = (rng.cube(), rng.cube());
     let on = |share: f64, rng: &mut Rng| {
@@ -111,7 +111,8 @@ fn sliver(rng: &mut Rng) -> (Ray, Triangle) {
     (Ray::new(origin, [0, 1, 2].map(|k| target[k] - origin[k])), triangle)
 }
 
-/// Generates a pair in which two or three corners are equal or the ray runs along an edge.
+/// Generates a triangle with two or three equal corners, or a ray along one of the triangle's
+/// edges.
 fn duplicated(rng: &mut Rng) -> (Ray, Triangle) {
     let (mut ray, mut triangle) = aimed(rng, |rng| rng.within(3) as f32);
     match rng.below(4) {
@@ -123,8 +124,8 @@ fn duplicated(rng: &mut Rng) -> (Ray, Triangle) {
     (ray, triangle)
 }
 
-/// Generates a triangle whose f64 normal is often 0 although its area is not, and a ray toward one
-/// of its corners.
+/// Generates a triangle whose f64 normal is often zero although the triangle is not degenerate, and
+/// a ray toward one of its corners.
 fn lost_normal(rng: &mut Rng) -> (Ray, Triangle) {
     let (x, small) = (rng.unit() as f32 + 1.0, 2.0_f32.powi(-rng.within(5).abs() - 26));
     let mut at = |scale: f32| {

@@ -1,7 +1,6 @@
 //! Checks the three theorems of `docs/numerics/exact.md` on closed meshes. Every crossing under the
 //! once rule is a hit under the closed rule. The signed crossings of every ray add up to the
-//! winding number of the ray's origin. If the winding number is not 0, every ray from the origin
-//! hits the mesh.
+//! winding number of the ray's origin. If this winding number is not 0, the ray hits the mesh.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +13,7 @@ use intertri_trace::{Containment, Solid};
 use super::solids::{Closed, meshes};
 
 /// Returns the winding number of a mesh around a point, computed from the solid angles of its
-/// triangles, or `None` if the point is on the mesh or too close to it to decide.
+/// triangles, or `None` if the point is on the mesh or too close to it for a decision.
 fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
     let mut sum = 0.0;
     for TriangleOf(corners) in mesh {
@@ -32,7 +31,7 @@ fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
 }
 
 /// Generates directions from an origin: exactly toward corners, toward edges and the insides of
-/// triangles, along axes, and random ones.
+/// triangles, along axes, and at random.
 fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3]> {
     let mut all = vec![];
     let to = |p: [f32; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
@@ -134,7 +133,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             assert_eq!(counts[k].signed, i64::from(winding), "{name} {ray:?}");
             assert!(winding == 0 || any[k], "{name} {ray:?} leaks");
             assert_eq!(any[k], hits[k].is_hit(), "{name} {ray:?}");
-            // Compare the triangle and every bit with the plain loop's.
+            // Compare the triangle and every bit of the hit with the plain loop's hit.
             if k % 61 == i % 61 {
                 let bits = |hit: Hit| (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits));
                 let want = exact.closest(triangles, ray).unwrap_or(Hit::MISS);

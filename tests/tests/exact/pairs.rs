@@ -1,5 +1,5 @@
-//! Tests pairs of a ray and a triangle in f32: every kind of pair that `cases` generates, and pairs
-//! that are hard to decide, to order or to round.
+//! Tests intersections of f32 rays and triangles: every kind of pair that `cases` generates, and
+//! cases in which the hit, the order of hits, or the rounding of t is hard to get right.
 
 use intertri::internal::exact::{self, t};
 use intertri::{Crossing, Hit, Hit32, Mode, Ray, Ray64, RayOf, Rule, Triangle, TriangleOf};
@@ -25,7 +25,8 @@ fn a_hundred_million_pairs_agree_with_rationals() {
     CASES.agree_for_hours();
 }
 
-/// In f64, the normal of this triangle rounds to 0. But the triangle has an area, so rays hit it.
+/// In f64, the normal of this triangle rounds to 0, but the triangle is not degenerate, so rays hit
+/// it.
 #[test]
 fn a_triangle_without_an_f64_normal_is_hit() {
     let [a, b, c] = [[2.320_720_7e-9, 2.320_721_2e-9], [1.705_962; 2], [3.411_924; 2]];
@@ -37,7 +38,8 @@ fn a_triangle_without_an_f64_normal_is_hit() {
     }
 }
 
-/// If the t of two hits round to the same f64, the exact t decides their order, not the index.
+/// If two hits have values of t that round to the same f64, they are ordered by exact t, not by
+/// index.
 #[test]
 fn equal_rounded_t_are_told_apart() {
     // The ray passes through the centroid, so t is the mean of the three heights.
@@ -62,8 +64,8 @@ fn equal_rounded_t_are_told_apart() {
     assert!(hits.iter().all(|hit| hit.triangle == 1));
 }
 
-/// Returns a ray and a triangle that it meets at t = `1 + k 2^-24 + tiny`. For odd k, this is
-/// almost halfway between two f32 numbers, and too close to the midpoint for f64 to distinguish.
+/// Returns a ray and a triangle that it meets at t = `1 + k 2^-24 + tiny`. For odd k, this value is
+/// almost halfway between two f32 numbers, and f64 cannot distinguish it from the midpoint.
 fn near_half_way(k: u16, tiny: f32) -> (Ray, Triangle) {
     // t is the mean of the three heights.
     let heights = [0.5 + 3.0 * f32::from(k) * 2.0_f32.powi(-24), 3.0 * tiny, 2.5];
@@ -81,7 +83,7 @@ fn hits32<S: BvhScalar>(bvh: &Bvh<S>, ray: &RayOf<S>) -> Vec<Hit32> {
 }
 
 /// If t were rounded first to f64 and then to f32, the second and third cases would yield a
-/// neighbour of the right number.
+/// neighbour of the correct f32.
 #[test]
 fn what_f64_rounds_to_half_way_is_rounded_once() {
     let tiny = 2.0_f32.powi(-70);
@@ -102,8 +104,8 @@ fn what_f64_rounds_to_half_way_is_rounded_once() {
     }
 }
 
-/// Bundles and streams must round only once, even if coordinates are so large or small that t, u or
-/// v exceed the range of f32.
+/// Bundles and streams must round only once, even if coordinates are so large or so small that t, u
+/// or v are outside the range of f32.
 #[test]
 fn batches_round_once_to_f32() {
     let mut rng = Rng::new(5);

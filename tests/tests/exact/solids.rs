@@ -1,12 +1,12 @@
-//! Generates closed meshes. All corners are on a grid, so that differences between them are exact
-//! in f32.
+//! Generates closed meshes. All corners are on a grid, so that the differences between them are
+//! exact in f32.
 
 use intertri::{Triangle, TriangleOf};
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
 
-/// A mesh whose triangles run along each edge equally often in both directions, with its size and
-/// centre.
+/// A mesh, with its size and centre, in which every edge is traversed equally often in both
+/// directions.
 pub(crate) struct Closed {
     pub(crate) name: &'static str,
     pub(crate) triangles: Vec<Triangle>,
@@ -14,10 +14,10 @@ pub(crate) struct Closed {
     pub(crate) centre: [f64; 3],
 }
 
-/// A centre far from the origin.
+/// A centre far from the coordinate origin.
 const AFAR: [f64; 3] = [148_376.0, 1_234.0, -223_423.0];
 
-/// Generates all meshes. A larger `finer` means more triangles.
+/// Generates all meshes. A larger `finer` makes the meshes finer.
 pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
     let mut rng = Rng::new(7);
     let sphere = Mesh::icosphere(1 + finer as u32);
@@ -59,7 +59,7 @@ pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
         ("soiled hull", soiled(of("hull"), &mut rng)),
         ("soiled lattice", soiled(of("lattice"), &mut rng)),
         // A sphere inside another. The inner sphere is turned inside out, so that the mesh is a
-        // shell.
+        // hollow shell.
         ("shell", [of("sphere"), halved(of("sphere")).into_iter().map(turned).collect()].concat()),
     ];
     let plain = |(name, triangles)| Closed { name, triangles, scale: 1.0, centre: [0.0; 3] };
@@ -88,7 +88,7 @@ fn stuck() -> Vec<Triangle> {
     [[0.0; 3], [2.0, 2.0, 0.0], [0.0, 0.0, 2.0]].map(cube).concat()
 }
 
-/// Adds triangles that cancel, are duplicates, or have no area.
+/// Adds triangles that cancel each other, are duplicates, or are degenerate.
 fn soiled(mut mesh: Vec<Triangle>, rng: &mut Rng) -> Vec<Triangle> {
     for _ in 0..mesh.len() / 4 {
         let TriangleOf([a, b, c]) = rng.pick(&mesh);
@@ -107,8 +107,8 @@ fn knot(around: usize, across: usize) -> Mesh {
     };
     let mut vertices = vec![];
     for i in 0..around {
-        // Two directions across the tube: one away from the central axis, and one perpendicular to
-        // it and to the tube.
+        // Two directions across the tube: one points away from the central axis, and the other is
+        // perpendicular to it and to the tube.
         let (centre, next) = (at(i), at(i + 1));
         let tangent = unit(minus(next, centre));
         let aside = unit(cross(tangent, [0.0, 0.0, 1.0]));
@@ -129,7 +129,7 @@ fn knot(around: usize, across: usize) -> Mesh {
 }
 
 /// Generates the convex hull of random integer points, which are added one by one. Some coplanar
-/// points are skipped, and some faces may have no area, but the mesh is always closed.
+/// points are skipped, and some faces may be degenerate, but the mesh is always closed.
 fn hull(points: usize, rng: &mut Rng) -> Mesh {
     let point = |rng: &mut Rng| {
         let way = rng.direction();

@@ -1,4 +1,4 @@
-//! Measures how much of the error bounds for f32 copies of f64 scenes is used. It compares the
+//! Measures how closely errors approach the bounds for f32 copies of f64 scenes. It compares the
 //! filter's values for the copies with exact values for the originals, for each family and in a
 //! search that climbs toward the largest share. A share above 1 would refute
 //! `docs/numerics/f64.md`.
@@ -12,7 +12,7 @@ use intertri_lab::rng::Rng;
 
 /// The names of the shares: the errors of V, W, U, D and T relative to their bounds, the largest
 /// error of V, W, U and T relative to the sharp bounds, and the distance of t from the middle of
-/// its enclosures. The rounding of the last sum does not count if only the sign matters.
+/// its enclosure. If only the sign matters, the rounding of the last sum does not count.
 const NAMES: [&str; 7] = ["V", "W", "U", "D", "T", "sharp", "t"];
 
 /// Half an ulp of 1 in f32.
@@ -60,7 +60,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
         return None;
     }
 
-    // Compute in the units of the traversal.
+    // Compute in the units used by the traversal.
     let (_, up) = frame.centre_and_exponent();
     let scaled = |v: Vector, by: i32| v.map(|x| x * power(by));
     let [c1, c2, c3] = triangle.0.map(|corner| scaled(rational(corner), up));
@@ -106,7 +106,7 @@ fn larger(a: [f64; 7], b: [f64; 7]) -> [f64; 7] {
     [0, 1, 2, 3, 4, 5, 6].map(|i| a[i].max(b[i]))
 }
 
-/// Generates a case from a family in f64, rotated and moved so that its coordinates use all digits.
+/// Generates an f64 case from a family, rotated and moved so that its coordinates use all digits.
 /// The scene is at least as large as the case.
 fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     let case = family.case(rng);
@@ -158,7 +158,7 @@ fn case(size: f64, rng: &mut Rng) -> Case {
     Case { ray: Ray64::new(origin, dir), triangle, frame }
 }
 
-/// Returns a copy of the case in which some of the last bits of one number are changed.
+/// Returns a copy of the case in which a few of the low-order bits of one number are changed.
 fn changed(case: &Case, rng: &mut Rng) -> Case {
     let mut next = *case;
     let number: &mut f64 = match rng.below(5) {
@@ -232,6 +232,6 @@ fn the_room_for_copies_is_enough() {
     }
     println!("| search | {} |", most.map(|x| format!("{x:.2}")).join(" | "));
     assert!(most.iter().all(|&share| share < 1.0), "{most:?}");
-    // The search must find large shares, to show that a small fraction of the bounds is not enough.
+    // The search must find large shares, to show that much smaller bounds would not suffice.
     assert!(most[..2].iter().chain(&most[3..5]).all(|&share| share > 0.12), "{most:?}");
 }

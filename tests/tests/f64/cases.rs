@@ -1,4 +1,4 @@
-//! Generates pairs of a ray and a triangle in f64 that are hard to decide.
+//! Generates f64 rays and triangles whose intersections are hard to decide.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::families::FAMILIES;
@@ -36,7 +36,7 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f64) -> [f64; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// Generates a pair from a family, converted to f64 and moved, so that the coordinates use more
+/// Generates a pair from a family, converted to f64 and moved, so that its coordinates use more
 /// digits.
 fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     let case = rng.pick(FAMILIES).case(rng);
@@ -47,10 +47,10 @@ fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     (ray, Triangle64(case.triangle.0.map(at)))
 }
 
-/// Generates a pair with arbitrary bits.
+/// Generates a ray and a triangle whose coordinates have arbitrary bit patterns.
 fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
     let mut bits = |rng: &mut Rng| {
-        // Keep some numbers that are not finite.
+        // Keep some of the numbers that are not finite.
         let x = f64::from_bits(rng.bits());
         if x.is_finite() || rng.one_in(4) { x } else { f64::from(rng.within(2)) }
     };
@@ -59,8 +59,8 @@ fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
 }
 
 /// Generates a triangle, and a ray toward a corner, a point on an edge, a point inside, or an
-/// arbitrary point. The ray starts at an arbitrary point, at a corner, or at 0, where the direction
-/// is exact.
+/// arbitrary point. The ray starts at an arbitrary point, at a corner, or at the coordinate origin,
+/// where computing the direction involves no subtraction error.
 fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Triangle64) {
     let triangle = Triangle64([(); 3].map(|()| vector(rng, &mut number)));
     let [c1, c2, c3] = triangle.0;
@@ -80,7 +80,7 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Tria
         5 => (a, 1.0 - a),
         _ => (a, b * (1.0 - a)),
     };
-    // Use a quarter of each coordinate, because the sum may overflow f64.
+    // Use a quarter of each coordinate, because the full sum may overflow f64.
     let at = |k: usize| {
         let (x, y, z) = (0.25 * c1[k], 0.25 * c2[k], 0.25 * c3[k]);
         (x + p * (y - x) + q * (z - x)) - 0.25 * origin[k]
@@ -89,7 +89,8 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Tria
     (Ray64::new(origin, dir), triangle)
 }
 
-/// Generates a triangle, and a ray that starts in its plane and often also runs in it.
+/// Generates a triangle, and a ray that starts in the triangle's plane and often lies entirely in
+/// it.
 fn in_plane(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (axis, z) = (rng.below(3), f64::from(rng.within(3)) * 0.1);
     let flat = |rng: &mut Rng| {
@@ -104,8 +105,7 @@ fn in_plane(rng: &mut Rng) -> (Ray64, Triangle64) {
     (Ray64::new(origin, dir), triangle)
 }
 
-/// Generates a triangle whose corners are within a few units in the last place of a line, and a ray
-/// toward it.
+/// Generates a triangle whose corners are within a few ulps of a line, and a ray toward it.
 fn sliver(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (from, to) = (rng.cube(), rng.cube());
     let on = |share: f64, rng: &mut Rng| {
@@ -121,7 +121,8 @@ fn sliver(rng: &mut Rng) -> (Ray64, Triangle64) {
     (Ray64::new(origin, [0, 1, 2].map(|k| target[k] - origin[k])), triangle)
 }
 
-/// Generates a pair in which two or three corners are equal or the ray runs along an edge.
+/// Generates a triangle with two or three equal corners, or a ray along one of the triangle's
+/// edges.
 fn duplicated(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (mut ray, mut triangle) = aimed(rng, |rng| f64::from(rng.within(3)));
     match rng.below(4) {

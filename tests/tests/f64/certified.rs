@@ -1,4 +1,4 @@
-//! Tests f64 slices in the `certified` mode. The results must equal, bit for bit, the results of
+//! Tests f64 slices in the `certified` mode. The results must be bit-for-bit the same as those of
 //! the scalar reference's operations on f64 coordinates.
 
 use intertri::simd::Level;
@@ -16,7 +16,7 @@ fn tables(triangles: &[Triangle64], threshold: f64) -> reference::Scene {
     reference::Scene::new(corners.collect(), indices).unwrap().with_threshold(threshold)
 }
 
-/// Returns the bits of a number. All NaNs have the same bits.
+/// Returns the bits of a number, mapping all NaNs to the same bits.
 fn bits(x: f64) -> u64 {
     if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }
 }
@@ -57,14 +57,14 @@ fn check(what: &str, triangles: &[Triangle64], rays: &[Ray64], threshold: f64) -
 /// Thresholds from zero to a value that rejects most hits.
 const THRESHOLDS: [f64; 4] = [1e-9, 0.0, 1e-30, 0.25];
 
-/// Tests pairs of every kind. Each ray is also tested against the triangles of the other pairs.
+/// Tests pairs of every kind. Each ray is also tested against the triangles of other pairs.
 #[test]
 fn pairs_of_every_kind() {
     let (mut rng, mut hits) = (Rng::new(1), 0);
     for i in 0..4000 {
         let pairs = [(); 5].map(|()| case(i % KINDS, &mut rng));
         let (rays, mut triangles) = (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1).to_vec());
-        // A duplicate causes a tie.
+        // Add a duplicate, to cause a tie.
         triangles.push(triangles[i % 5]);
         let threshold = THRESHOLDS[i / KINDS % THRESHOLDS.len()];
         hits += check(&format!("kind {}", i % KINDS), &triangles, &rays, threshold);
@@ -72,7 +72,7 @@ fn pairs_of_every_kind() {
     assert!(hits > 4000, "{hits}");
 }
 
-/// Converts cases of all families to f64. The results must equal the results of f32 slices.
+/// Converts cases from all families to f64. The results must equal those of f32 slices.
 #[test]
 fn families_answer_as_in_f32() {
     let (mut rng, mut hits) = (Rng::new(2), 0);
@@ -99,7 +99,7 @@ fn families_answer_as_in_f32() {
     assert!(hits > 500, "{hits}");
 }
 
-/// Tests intervals that begin or end at t and next to it.
+/// Tests intervals that begin or end at t or next to it.
 #[test]
 fn ends_of_the_interval() {
     let (mut rng, mut ends) = (Rng::new(3), 0);

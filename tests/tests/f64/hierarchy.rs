@@ -1,5 +1,5 @@
-//! Compares the hierarchy over f64 with a plain loop over all pairs. The `pairs` module compares
-//! the arithmetic of this loop with rational arithmetic.
+//! Compares f64 hierarchies with a plain loop over all pairs. The `pairs` module compares this
+//! loop's arithmetic with rational arithmetic.
 
 use intertri::internal::exact;
 use intertri::simd::Level;
@@ -23,8 +23,8 @@ fn hits(triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     all
 }
 
-/// Checks every query for every ray, one by one and in batches. Returns the number of rays that
-/// hit.
+/// Checks every query for every ray, one by one and in batches. Returns the number of rays that hit
+/// something.
 pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let wanted: Vec<Vec<Hit>> = rays.iter().map(|ray| hits(triangles, ray)).collect();
@@ -51,7 +51,8 @@ pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usi
             assert_eq!(mode.any(triangles, ray), first.is_some(), "any of a slice, {}", what());
             assert_eq!(&mode.all(triangles, ray), want, "all of a slice, {}", what());
 
-            // Crossings are the hits under the once rule, which assigns each point to one triangle.
+            // Crossings are the hits under the once rule, which assigns each point of a mesh to one
+            // triangle.
             let sided = want.iter().filter_map(|&hit| {
                 let side = exact::crossing(ray, &triangles[hit.triangle as usize])?;
                 Some(Crossing { hit, leaves: side == exact::Side::Leaves })
@@ -79,7 +80,7 @@ pub(crate) fn soup(
     rng: &mut Rng,
 ) -> Vec<Triangle64> {
     let place = |[x, y, z]: [f64; 3]| {
-        // Rotate, so that no coordinate has trailing zeros.
+        // Rotate the points, so that no coordinate has trailing zeros.
         let (c, s) = (0.8, 0.6);
         [c * x - s * y, s * x + c * y, z].map(|x| x * scale + moved)
     };
@@ -143,7 +144,7 @@ fn models_moved_and_turned() {
     }
 }
 
-/// Tests sizes from 1e-6 to 1e12 in one scene, scaled until exponents reach their limits.
+/// Tests objects of sizes 1e-6 to 1e12 in one scene, scaled until the exponents reach their limits.
 #[test]
 fn extents_of_every_size() {
     let mut rng = Rng::new(38);
@@ -189,8 +190,8 @@ fn what_is_not_finite_or_nothing() {
     assert!(Bvh::<f64>::new(&[]).unwrap().closest(&rays[0]).is_none());
 }
 
-/// A t that overflows f64 is infinite, and a t that underflows is 0. For an unbounded ray, both are
-/// hits.
+/// If t overflows f64, it is infinite, and if it underflows, it is 0. For an unbounded ray, both
+/// values are hits.
 #[test]
 fn t_beyond_f64() {
     let wall = |z: f64| Triangle64([[-1.0, -1.0, z], [3.0, -1.0, z], [-1.0, 3.0, z]]);

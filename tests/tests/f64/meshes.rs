@@ -1,11 +1,13 @@
-//! Traces rays toward corners and edges of closed f64 meshes, some of them far from the origin,
-//! through a hierarchy. The signed crossings must add up to the winding number of the ray's origin.
+//! Traces rays toward corners and edges of closed f64 meshes through a hierarchy. Some meshes are
+//! far from the coordinate origin. The signed crossings must add up to the winding number of the
+//! ray's origin.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::rng::Rng;
 use intertri_trace::Bvh;
 
-/// A closed mesh around a centre. `inner` and `outer` bound its distance from the centre.
+/// A closed mesh around a centre. `inner` and `outer` bound the distance of its surface from the
+/// centre.
 struct Ball {
     triangles: Vec<Triangle64>,
     centre: [f64; 3],
@@ -13,8 +15,8 @@ struct Ball {
     outer: f64,
 }
 
-/// Returns a bumpy ball with the given number of rings. On a grid, differences between corners are
-/// exact, and so are rays toward them.
+/// Returns a bumpy ball with the given number of rings. If it is on a grid, the differences between
+/// corners are exact, and so are the directions of rays toward them.
 fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     let sectors = 2 * rings;
     let at = |ring: usize, sector: usize| {
@@ -49,7 +51,7 @@ fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
 }
 
 /// Generates directions from a point: exactly or nearly toward corners and edges, into triangles,
-/// along axes, and random ones.
+/// along axes, and at random.
 fn directions(ball: &Ball, origin: [f64; 3], rng: &mut Rng) -> Vec<[f64; 3]> {
     let to = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
     let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] + b[k]);

@@ -1,5 +1,5 @@
 //! Compares closest-point queries in f64 with rational arithmetic: pairs at every tier, the bounds
-//! computed in SIMD lanes, meshes of all sizes and positions, and the sign of the distance.
+//! computed in SIMD lanes, meshes of all sizes and at all positions, and the sign of the distance.
 
 use dashu_ratio::RBig;
 use intertri::internal::exact::{Tier, closer_from, closest, has_area, squares};
@@ -14,8 +14,9 @@ use crate::nearest::truth::{is_rounded, is_within_one_ulp, truth};
 
 const KINDS: usize = 9;
 
-/// Generates a number of the given kind: small integers, all digits, far from the origin, a wide
-/// range of exponents, subnormal, huge, distant mixed with small, all exponents, or f32.
+/// Generates a number of the given kind: a small integer, one with all digits, one far from 0, one
+/// from a wide range of exponents, a subnormal or huge one, one that is either small or far from 0,
+/// one with any exponent, or an f32.
 fn number(kind: usize, rng: &mut Rng) -> f64 {
     let unit = rng.signed();
     match kind {
@@ -35,7 +36,7 @@ fn point(kind: usize, rng: &mut Rng) -> [f64; 3] {
     [(); 3].map(|()| number(kind, rng))
 }
 
-/// Generates a triangle, which is sometimes a needle or has no area.
+/// Generates a triangle, which is sometimes a needle or degenerate.
 fn triangle(kind: usize, rng: &mut Rng) -> Triangle64 {
     let mut t = TriangleOf([(); 3].map(|()| point(kind, rng)));
     if rng.unit() < 0.25 {
@@ -70,7 +71,7 @@ fn every_tier_is_right_of_every_pair() {
         let (mut rng, kind) = (Rng::new(i), i as usize % KINDS);
         let (one, mut other) = (triangle(kind, &mut rng), triangle(kind, &mut rng));
         if i % 3 == 0 {
-            // The two triangles share an edge or a corner.
+            // Let the two triangles share an edge or a corner.
             other.0[0] = one.0[1];
             other.0[1] = if i % 2 == 0 { one.0[0] } else { other.0[1] };
         }
@@ -96,11 +97,11 @@ fn every_tier_is_right_of_every_pair() {
             ends += usize::from(!(1e-300..1e300).contains(&found.distance));
             answers.push(found);
         }
-        // Every tier returns the same bits.
+        // Every tier must return the same bits.
         assert!(answers.iter().all(|found| found == &answers[0]), "{answers:?}");
 
-        // Check the bounds computed in lanes, if the coordinates are in the range of the search:
-        // points within 2^400 of triangles whose size is about 1.
+        // Check the bounds computed in lanes, if the coordinates are within the range of the
+        // search: the points must be within 2^400 of triangles whose size is about 1.
         if matches!(kind, 0..=2 | 6 | 8) {
             let bounds = squares(one.0.map(Vec3::<f64>::splat), Vec3::splat(point));
             let bound = |x: f64| RBig::try_from(x).unwrap();
@@ -109,12 +110,12 @@ fn every_tier_is_right_of_every_pair() {
             assert!(above, "{point:?}, {one:?}: {}", bounds.most);
         }
     }
-    let counts = format!("{pairs} pairs, {ties} ties, {ends} ends, {flat} without an area");
+    let counts = format!("{pairs} pairs, {ties} ties, {ends} ends, {flat} without area");
     assert!(pairs > 6000 && ties > 600 && ends > 100 && flat > 1000, "{counts}");
 }
 
-/// Checks the position. It must be within `2^-50` of the largest coordinate plus `2^-1073`, and
-/// inside the triangle's box.
+/// Checks the position of the closest point. Its error must be at most `2^-50` times the largest
+/// coordinate plus `2^-1073`, and it must be inside the triangle's box.
 fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, name: &str) {
     let exact = |x: f64| RBig::try_from(x).unwrap();
     let (_, [u, v]) = truth(point, triangle);
@@ -130,8 +131,8 @@ fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, na
     }
 }
 
-/// Compares results with the smallest distance to any triangle, in rational arithmetic. Returns the
-/// number of points that have a closest point.
+/// Compares the distances with the smallest distance to any triangle, computed in rational
+/// arithmetic. Returns the number of points that have a closest point.
 fn check(name: &str, triangles: &[Triangle64], points: &[[f64; 3]]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let mut answers = vec![ClosestPoint::NONE; points.len()];

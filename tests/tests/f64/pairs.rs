@@ -1,4 +1,4 @@
-//! Compares the results for pairs of a ray and a triangle in f64 with rational arithmetic.
+//! Compares the intersections of f64 rays and triangles with rational arithmetic.
 
 use super::cases::{KINDS, case};
 use crate::common::compare::Cases;

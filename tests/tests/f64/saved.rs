@@ -1,5 +1,5 @@
-//! Hierarchies over f64 that were saved and loaded, or refitted, must return the same results as
-//! new ones.
+//! Tests that f64 hierarchies that were saved and loaded, or refitted, return the same results as
+//! newly built ones.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::rng::Rng;
@@ -59,7 +59,7 @@ fn what_is_saved_is_loaded() {
             let (one, other) = (bvh.to_triangles(), loaded.to_triangles());
             assert!(one.iter().map(bits).eq(other.iter().map(bits)), "{what}");
 
-            // Loading a file of the other scalar type must report the type before any other error.
+            // A loader must report a file's scalar type as wrong before it reports any other error.
             let error = Bvh::<f32>::from_bytes(&bytes).unwrap_err();
             assert!(matches!(error, LoadError::Scalar { found: "f64" }), "{error}");
         }
@@ -80,7 +80,7 @@ fn geometries_are_saved_and_moved() {
     assert_eq!(loaded.geometries(), 3);
     bvh.refit(&soup).unwrap();
     assert_same(&bvh, &loaded, &rays, "refitted");
-    assert!(bvh.to_bytes() != loaded.to_bytes(), "the cost as built is known now");
+    assert!(bvh.to_bytes() != loaded.to_bytes(), "a refit records the cost as built");
 }
 
 #[test]
@@ -97,8 +97,8 @@ fn every_cut_and_every_damage_is_told() {
     }
 }
 
-/// If any word is changed and all checksums are repaired, loading must return an error or a sound
-/// hierarchy.
+/// If a word of the file is changed and all checksums are repaired, loading must return either an
+/// error or a sound hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let mut rng = Rng::new(3);
@@ -122,8 +122,8 @@ fn no_word_makes_an_answer_wrong() {
     assert!(loaded > 500 && refused > 500, "{loaded} loaded, {refused} refused");
 }
 
-/// Refits to triangles that are moved, scaled, rearranged and degenerate, and back to the original
-/// triangles.
+/// Refits to triangles that are moved, scaled, rearranged or degenerate, and then back to the
+/// original triangles.
 #[test]
 fn refits_answer_as_new_builds() {
     let mut rng = Rng::new(4);

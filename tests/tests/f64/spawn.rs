@@ -1,4 +1,4 @@
-//! Rays spawned on an f64 triangle must never hit it.
+//! Tests that rays spawned on an f64 triangle never hit it.
 
 use intertri::{Hit, Ray64, RayOf, Rule, Triangle64, internal::exact, spawn_ray};
 use intertri_lab::rng::Rng;
@@ -6,8 +6,8 @@ use intertri_trace::Bvh;
 
 use super::cases::{KINDS, case};
 
-/// Spawns rays from hits of every kind of pair, in directions of all kinds, many of them nearly in
-/// the triangle's plane.
+/// Spawns rays from hits of every kind of pair, in directions of all kinds, many of which are
+/// nearly in the triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(64));
@@ -32,7 +32,7 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
     assert!(left > 40_000 && moved > left / 20, "{left}, {moved} moved");
 }
 
-/// Rays spawned on a wall at UTM coordinates must start within nanometres of it, and hit an
+/// Rays spawned on a wall at UTM coordinates must start within nanometres of the wall and hit an
 /// obstacle one micrometre in front of it.
 #[test]
 fn it_leaves_a_wall_by_nanometres() {

@@ -1,5 +1,5 @@
-//! Tests rays that leave a wall at UTM coordinates (mikedh/trimesh#48). A tracer that rounds to f32
-//! hits the wall again.
+//! Tests rays that leave a wall at UTM coordinates (mikedh/trimesh#48). A tracer that rounds
+//! coordinates to f32 hits the wall again.
 
 use intertri::{Ray64, Triangle64};
 use intertri_trace::Bvh;
@@ -18,7 +18,7 @@ fn room() -> Vec<Triangle64> {
     faces.into_iter().flat_map(halves).map(|t| Triangle64(t.map(corner))).collect()
 }
 
-/// Returns a point inside a triangle, in f64, and the unit normal.
+/// Returns a point inside a triangle, in f64, and the triangle's unit normal.
 fn point(triangle: &Triangle64) -> ([f64; 3], [f64; 3]) {
     let [a, b, c] = triangle.0;
     let n = triangle.normal();
@@ -34,8 +34,8 @@ fn a_ray_that_leaves_a_wall_does_not_hit_it() {
     for (i, wall) in walls.iter().enumerate() {
         let (on, n) = point(wall);
         for exponent in 1..=9 {
-            // Start at distances of 10 cm to 1 nm, on both sides of the wall, and go outward and
-            // inward, straight and at a slant.
+            // Start 10 cm to 1 nm from the wall, on both sides, and go outward and inward, straight
+            // and at a slant.
             for side in [1.0, -1.0] {
                 let off = side * 10.0_f64.powi(-exponent);
                 let origin = [0, 1, 2].map(|k| on[k] + off * n[k]);
@@ -52,7 +52,7 @@ fn a_ray_that_leaves_a_wall_does_not_hit_it() {
         let what = format!("wall {wall}, side {side}, out {out}, 1e-{exponent} m: {hit:?}");
         assert_eq!(bvh.closest(&ray), hit.some(), "{what}");
         // A ray that starts outside and goes outward hits nothing. A ray toward the wall hits the
-        // wall first, at the distance of the ray's origin.
+        // wall first, at the distance between the ray's origin and the wall.
         let toward = side != out;
         assert_eq!(bvh.any(&ray), toward || side < 0.0, "{what}");
         if toward {

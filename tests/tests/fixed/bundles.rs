@@ -1,4 +1,5 @@
-//! Traces bundles of rays that start at the same grid point. The results must equal a plain loop's.
+//! Traces bundles of rays that start at the same grid point. The results must equal those of a
+//! plain loop.
 
 use intertri::Hit;
 use intertri::Ray as Line;
@@ -9,9 +10,9 @@ use super::{GridBvh, Numbers, add, hierarchy, sub};
 
 type Corners = [[i32; 3]; 3];
 
-/// Generates the scene of the hierarchy test and adds a sheet of squares. Some of its triangles are
-/// duplicated with rotated or flipped corners, or covered by a larger triangle in the same plane,
-/// so that different integers lead to the same t.
+/// Generates the scene of the hierarchy test and adds a sheet of squares. Some of the sheet's
+/// triangles are duplicated with rotated or flipped corners, or covered by a larger triangle in the
+/// same plane, so that different integers yield the same t.
 fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     let mut all: Vec<Corners> =
         hierarchy::scene(n).iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
@@ -32,8 +33,8 @@ fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     all
 }
 
-/// Generates rays from one origin in a narrow cone. They go exactly toward corners and midpoints of
-/// edges, are on a raster, or are scattered.
+/// Generates rays from one origin in a narrow cone. They go exactly toward corners and edge
+/// midpoints, lie on a raster, or are scattered.
 fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Option<Vec<Ray>> {
     let (b, q) = (1 << grid.bits().b(), 1 << grid.bits().q());
     let place = n.below(scene.len() as u64) as usize;
@@ -51,7 +52,7 @@ fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Opt
     }
     .map(|x| x.clamp(-b, b));
 
-    // The axis of the cone uses as many bits as a direction can have.
+    // The axis of the cone uses as many bits as a direction may have.
     let longest = |d: [i32; 3]| d[0].abs().max(d[1].abs()).max(d[2].abs());
     let mut middle = sub(t[1], origin);
     while longest(middle) > q {
@@ -107,15 +108,15 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
         let blocks: Vec<_> = blocks.collect();
         for kind in 0..240 {
             let Some(mut rays) = coherent(&mut n, &grid, &corners, kind) else { continue };
-            // Kinds that differ by a multiple of 60 are the same, so each kind is tested at every
+            // Kinds that differ by a multiple of 60 are equivalent, so each kind is tested at every
             // level.
             let mode = &levels[kind / 60 % levels.len()];
             let closest = |rays: &[Ray]| -> Vec<Hit> {
                 rays.iter().map(|ray| mode.closest(&blocks, ray).unwrap_or(Hit::MISS)).collect()
             };
 
-            // Test intervals that end just before, at or just behind a hit, intervals that begin at
-            // or just behind a hit, and an empty interval.
+            // Test intervals that end just before, at, or just behind a hit, intervals that begin
+            // at or just behind a hit, and an empty interval.
             let mut want = closest(&rays);
             if kind % 3 == 0 {
                 for (i, (ray, hit)) in rays.iter_mut().zip(&want).enumerate() {

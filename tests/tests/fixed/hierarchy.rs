@@ -1,4 +1,4 @@
-//! The hierarchy over grid triangles must return the same results as a plain loop over all
+//! Tests that a hierarchy over grid triangles returns the same results as a plain loop over all
 //! triangles.
 
 use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
@@ -15,7 +15,7 @@ pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
         solids::icosphere(2).into_iter().map(|t| t.map(|c| c.map(|x| x * 0.75))).collect();
     for i in 0..300 {
         let at = [number(), number(), number()];
-        // The sizes range from a large part of the scene to a hundred-thousandth of it.
+        // Sizes range from a large part of the scene to a hundred-thousandth of it.
         let size = [0.4, 0.02, 1e-5][i % 3];
         let mut corners = [(); 3].map(|()| at.map(|x| (x + size * number()).clamp(-1.0, 1.0)));
         if i % 5 == 0 {
@@ -47,9 +47,9 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         let bvh = GridBvh::new(&triangles);
         let blocks: Vec<_> = blocks(&triangles).collect();
 
-        // Generate rays exactly toward corners, toward midpoints of edges, along axes, from
-        // corners, and in random directions, unbounded and bounded. Some are snapped from f32 rays,
-        // whose t is in a different unit.
+        // Generate bounded and unbounded rays: exactly toward corners, toward edge midpoints, along
+        // axes, from corners, and in random directions. Some are snapped from f32 rays, so their t
+        // is in a different unit.
         let rays: Vec<_> = (0..1_200)
             .filter_map(|i| {
                 let to = corners[i * 37 % corners.len()];
@@ -129,9 +129,9 @@ fn a_hierarchy_over_nothing_or_over_points_has_no_hits() {
     }
 }
 
-/// Two nearly coplanar triangles are folded onto each other at a common edge. Rays pass so close to
-/// the edge that both t round to the same f64 although they differ. The exact ratios must decide
-/// which hit comes first.
+/// Two nearly coplanar triangles are folded onto each other along a common edge. Rays pass so close
+/// to the edge that the values of t at both triangles round to the same f64 although they differ.
+/// The exact ratios must decide which hit comes first.
 #[test]
 fn t_that_round_alike_are_compared_as_ratios() {
     let mut n = Numbers(7);
@@ -162,8 +162,8 @@ fn t_that_round_alike_are_compared_as_ratios() {
         }
         found += rays.len();
 
-        // Test both orders of the triangles, single rays, and a batch, which is a bundle because of
-        // the common origin.
+        // Test both orders of the triangles, each with single rays and with a batch, which is a
+        // bundle because its rays share an origin.
         for turned in [false, true] {
             let triangles = if turned { [pair[1], pair[0]] } else { pair };
             let bvh = GridBvh::new(&triangles);

@@ -1,5 +1,5 @@
-//! Tests closed meshes: a ray from inside must leave the mesh exactly once more often than it
-//! enters, even at corners and edges.
+//! Tests closed meshes: a ray that starts inside must leave the mesh exactly once more often than
+//! it enters, even at corners and edges.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use intertri_tests::is_on;
 use super::solids::{icosphere, is_closed, octahedron};
 use super::{Numbers, add, sub};
 
-/// Loads a model from the shared folder, if it exists.
+/// Loads a model from the shared folder, or returns `None` if it does not exist.
 fn model(name: &str) -> Option<Vec<[[f32; 3]; 3]>> {
     let folder = std::env::var_os("INTERTRI_MODELS").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/models")),
@@ -18,14 +18,14 @@ fn model(name: &str) -> Option<Vec<[[f32; 3]; 3]>> {
     );
     let path = folder.join(name);
     if !path.exists() {
-        println!("no {}: not tested", path.display());
+        println!("{} does not exist: not tested", path.display());
         return None;
     }
     let mesh = intertri_scene::load(&path).unwrap();
     Some(mesh.to_triangles().into_iter().map(|t| t.0).collect())
 }
 
-/// Returns whether a snapped triangle has no area.
+/// Returns whether a snapped triangle is degenerate.
 fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
     let (e, f) = (sub(b, a).map(i64::from), sub(c, a).map(i64::from));
     (0..3).all(|i| {
@@ -34,10 +34,10 @@ fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
     })
 }
 
-/// The amount of work that a test does; the long test does more than the ordinary one.
+/// The amount of work that a test does. The long test does more than the ordinary one.
 #[derive(Clone, Copy)]
 struct Effort {
-    /// Rays are aimed at the corners and edges of one in this many triangles.
+    /// Rays are aimed at the corners and edges of one out of this many triangles.
     every: usize,
     /// The number of random rays.
     random: usize,
@@ -45,9 +45,8 @@ struct Effort {
     points: usize,
 }
 
-/// Casts rays from a point inside toward corners, midpoints of edges, and in random directions.
-/// Each ray must leave the mesh once more often than it enters the mesh. Returns the number of
-/// rays.
+/// Casts rays from a point inside: toward corners, toward edge midpoints, and in random directions.
+/// Each ray must leave the mesh once more often than it enters. Returns the number of rays.
 fn cast(
     n: &mut Numbers,
     grid: &Grid,
@@ -82,7 +81,7 @@ fn cast(
     rays
 }
 
-/// Snaps a mesh to grids from fine to coarse, and casts rays from points inside.
+/// Snaps a mesh to grids from fine to coarse, and casts rays from points inside it.
 fn on_grids(
     name: &str,
     mesh: &[[[f32; 3]; 3]],
@@ -93,16 +92,16 @@ fn on_grids(
     let mut n = Numbers(99);
     let mut rays = 0;
     for &b in bits {
-        // Directions must be long enough for the sum of two vectors across the grid.
+        // A direction must have enough bits for the sum of two vectors across the grid.
         let bits = Bits::new(b, (58 - 2 * b).min(24)).unwrap();
         assert!(bits.q() >= b + 2);
         let grid = Grid::around(mesh.iter().flatten().copied(), bits).unwrap();
         let snapped: Vec<_> = mesh.iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
-        assert!(is_closed(&snapped), "{name} is closed");
+        assert!(is_closed(&snapped), "{name} is not closed");
         let flat = snapped.iter().filter(|&&t| is_degenerate(t)).count();
 
-        // A coarse grid moves the surface, possibly onto a point or past it. For all other points,
-        // one ray determines whether they are inside, and all rays must agree.
+        // On a coarse grid, snapping moves the surface, possibly onto a point or past it. For all
+        // other points, one ray determines whether they are inside, and all rays must agree.
         let triangles: Vec<_> = snapped.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
         let blocks: Vec<_> = blocks(&triangles).collect();
         let is_inside = |p: &&[f32; 3]| {
@@ -137,12 +136,12 @@ fn all_meshes(fine: u32, effort: Effort) -> usize {
             rays += on_grids(name, &mesh, &inside_of(&mesh, points), &bits, fewer);
         }
     }
-    println!("{rays} rays, each crossing once");
+    println!("{rays} rays, each with a signed count of 1");
     rays
 }
 
-/// Returns points below faces, at a depth of about a hundredth of the mesh's size, where the
-/// winding number is 1 all around.
+/// Returns points below faces, at a depth of about a hundredth of the mesh's size. The points
+/// around them also have winding number 1.
 fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
     let grid = Grid::around(mesh.iter().flatten().copied(), Bits::FINE).unwrap();
     let snapped: Vec<_> =
@@ -163,7 +162,8 @@ fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
             [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0 - 3.0 * deep * normal[i] / length)
         })
         .filter(|&p| {
-            // All neighbouring points must also be inside, because coarse grids move the surface.
+            // All neighbouring points must also be inside, because snapping to coarse grids moves
+            // the surface.
             (0..27).all(|k| {
                 let way = [k % 3, k / 3 % 3, k / 9].map(|x| (x - 1) as f32 * deep);
                 inside([0, 1, 2].map(|i| p[i] + way[i]))
@@ -180,7 +180,7 @@ fn a_ray_from_inside_of_a_closed_mesh_crosses_once() {
 }
 
 #[test]
-#[ignore = "a minute: more than five million rays"]
+#[ignore = "takes a minute: more than five million rays"]
 fn a_ray_from_inside_of_a_closed_mesh_crosses_once_for_long() {
     let rays = all_meshes(3, Effort { every: 1, random: 240_000, points: 4 });
     assert!(rays > 5_000_000, "{rays}");
@@ -270,7 +270,7 @@ fn equal_t_go_to_the_lowest_index() {
     let mut n = Numbers(6);
     let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
     let mesh: Vec<_> = (0..40).map(|_| [n.vector(99), n.vector(99), n.vector(99)]).collect();
-    // Repeat all triangles with rotated corners and in another order, so that duplicates are far
+    // Repeat all triangles in a different order with rotated corners, so that duplicates are far
     // apart in the slice.
     let again = mesh.iter().rev().map(|&[a, b, c]| [c, a, b]);
     let scene: Vec<Triangle> = (mesh.iter().copied().chain(again).chain(mesh.iter().copied()))
@@ -299,8 +299,8 @@ fn equal_t_go_to_the_lowest_index() {
     assert!(count > 200, "{count}");
 }
 
-/// Two triangles share an edge and differ by one grid step at the far corner. Near the edge, the
-/// relative difference between their t is about `2^-58`, which f64 cannot resolve.
+/// Two triangles share an edge, and their far corners differ by one grid step. Near the edge, the
+/// relative difference between the values of t is about `2^-58`, which f64 cannot resolve.
 #[test]
 fn t_that_f64_cannot_tell_apart_are_compared_exactly() {
     let mut n = Numbers(9);

@@ -1,5 +1,5 @@
 //! Compares the scalar reference of the `fixed` mode with rational arithmetic in which the ray's
-//! direction is actually moved, and checks the reference's t.
+//! direction is actually moved, and checks the t that the reference computes.
 
 use dashu_ratio::RBig;
 use intertri::fixed::{Bits, Grid, Ray, Triangle, scalar};
@@ -26,9 +26,10 @@ fn minus(a: &V, b: &V) -> V {
 }
 
 /// Returns whether a ray leaves or enters through a triangle if its direction d is moved to
-/// `d + (e, e^2, e^3)` with `e = 2^-100`. Computes first the point where the ray meets the plane,
-/// then the side of each edge on which the point lies. This e only decides ties, because nonzero
-/// integers are at least 1 in magnitude, and the integers that e multiplies are below `2^64`.
+/// `d + (e, e^2, e^3)` with `e = 2^-100`. First computes the point where the ray meets the plane,
+/// and then on which side of each edge that point lies. This e is small enough to affect only ties,
+/// because nonzero integers are at least 1 in magnitude, and the integers that e multiplies are
+/// below `2^64`.
 fn moved(ray: &Ray, triangle: &Triangle) -> Option<bool> {
     let e = RBig::from_parts(1.into(), 2u8.into());
     let e = (0..99).fold(e.clone(), |x, _| x * &e);
@@ -115,7 +116,7 @@ fn t_is_rounded_once_and_compared_exactly() {
             exact = if exponent > 0 { exact * &two } else { exact / &two };
         }
 
-        // No other f64 may be nearer.
+        // No other f64 may be nearer to the exact t.
         let ratio = whole(crossing.t.num() as i128) / whole(i128::from(crossing.t.den()));
         let t = crossing.t.to_f64(exponent);
         let rational = |x: f64| RBig::try_from(x).unwrap();
@@ -129,7 +130,7 @@ fn t_is_rounded_once_and_compared_exactly() {
         }
         assert_eq!(crossing.to_hit(&ray, 3).t, t);
 
-        // Compare t with f32 values near t and far from t.
+        // Compare t with f32 values close to it and far from it.
         let near = t as f32;
         for x in [near, near.next_up(), near.next_down(), 0.0, -1.0, f32::MAX, 1e-45, 1e-38, 1.0] {
             if x.is_finite() {

@@ -6,7 +6,7 @@ use intertri_tests::check_crossings;
 
 use super::{Numbers, add, sub};
 
-/// Generates a coordinate or a component within `limit`, in one of several styles.
+/// Generates a coordinate or a direction component within `limit`, in one of several styles.
 fn component(n: &mut Numbers, style: u64, limit: i32) -> i32 {
     match style {
         0 => n.one_of(&[limit, -limit, limit - 1, 1 - limit, 0]),
@@ -24,7 +24,8 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
     let (far, long) = (1 << b, 1 << q);
     let clip = |p: [i32; 3]| p.map(|x| x.clamp(-far, far));
 
-    // The triangles are at the limits, arbitrary, or small with common corners around one point.
+    // The triangles are at the limits, arbitrary, or small and close to a point that many of them
+    // share as a corner.
     let style = n.below(7);
     let middle = [(); 3].map(|()| component(n, style % 5, far));
     let triangles: [[[i32; 3]; 3]; 8] = core::array::from_fn(|_| {
@@ -41,8 +42,7 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
         corners
     });
 
-    // The rays are arbitrary, or go exactly toward a corner or the midpoint of an edge, or along a
-    // plane.
+    // The rays are arbitrary, go exactly toward a corner or an edge midpoint, or run along a plane.
     let shared = n.below(2) == 0;
     let common = [(); 3].map(|()| component(n, n.0 % 5, far));
     let rays = core::array::from_fn(|_| {
@@ -52,7 +52,7 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
         let [c1, c2, c3] = n.one_of(&triangles);
         let target = n.one_of(&[c1, c2, c3]);
         if shared {
-            // Aim at a corner, if it is near enough.
+            // Aim at a corner, if it is close enough.
             let way = sub(target, common);
             if way.iter().all(|x| x.abs() <= long) && n.below(4) != 0 {
                 dir = way;
@@ -119,7 +119,7 @@ fn every_form_and_level_answers_as_the_scalar_reference() {
 }
 
 #[test]
-#[ignore = "half a minute: 64 million pairs"]
+#[ignore = "takes half a minute: 64 million pairs"]
 fn every_form_and_level_answers_as_the_scalar_reference_for_long() {
     batches(2, 1_000_000);
 }

@@ -1,5 +1,5 @@
-//! Generates convex solids with integer coordinates, and computes which part of a ray is inside
-//! them in rational arithmetic.
+//! Generates convex solids with integer coordinates, and computes in rational arithmetic which part
+//! of a ray is inside them.
 
 use std::cmp::Ordering;
 
@@ -24,7 +24,7 @@ impl Rational {
     }
 }
 
-/// A convex solid: the points with `normal · point <= most` for every side.
+/// A convex solid: the set of points for which `normal · point <= most` for every side.
 #[derive(Clone, Debug)]
 pub(super) struct Convex {
     sides: Vec<(Point, i128)>,
@@ -37,15 +37,16 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|k| a[k] * b[k]).sum()
 }
 
-/// Returns the sign of `normal · d`, where d is `dir` as moved by the once rule.
+/// Returns the sign of `normal · d`, where d is `dir` after it has been moved according to the once
+/// rule.
 fn slope(normal: Point, dir: Point) -> i128 {
     let all = [dot(normal, dir), normal[0], normal[1], normal[2]];
     all.into_iter().find(|x| *x != 0).unwrap_or(0).signum()
 }
 
 impl Convex {
-    /// Returns the convex solid with the given corners. Its sides are all planes through three
-    /// corners that have the other corners on one side.
+    /// Returns the convex solid with the given corners. Its sides are in all planes that pass
+    /// through three corners and have all other corners on one side.
     fn of(corners: &[Point], rng: &mut Rng) -> Self {
         let (mut sides, mut triangles) = (Vec::<(Point, i128)>::new(), Vec::new());
         let count = corners.len();
@@ -71,7 +72,7 @@ impl Convex {
         Self { sides, triangles, is_turned: rng.one_in(4) }
     }
 
-    /// Generates a box, an octahedron, or half of a box, at even coordinates.
+    /// Generates a box, an octahedron, or half of a box, with corners at even coordinates.
     pub(super) fn any(rng: &mut Rng) -> Self {
         let mut even = |below: usize| 2 * rng.below(below) as i128;
         let (low, size) = ([0; 3].map(|_| even(4)), [0; 3].map(|_| 2 + even(3)));
@@ -98,8 +99,8 @@ impl Convex {
         Self::of(&corners, rng)
     }
 
-    /// Returns the part of a ray's line that is inside the solid, or `None` if no part is. The ends
-    /// are limited to the range from `-2^40` to `2^40`.
+    /// Returns the part of a ray's line that is inside the solid, or `None` if the line misses the
+    /// solid. The ends are clamped to the range from `-2^40` to `2^40`.
     pub(super) fn inside(&self, origin: Point, dir: Point) -> Option<[Rational; 2]> {
         const FAR: i128 = 1 << 40;
         let (mut from, mut to) = (Rational(-FAR, 1), Rational(FAR, 1));
@@ -109,8 +110,8 @@ impl Convex {
             match along.cmp(&0) {
                 Ordering::Greater if t.cmp(to).is_lt() => to = t,
                 Ordering::Less if t.cmp(from).is_gt() => from = t,
-                // The ray is parallel to the side, and is either outside the side, or on it and
-                // moved outward by the once rule.
+                // The ray is parallel to the side, and it is either outside the side, or on the
+                // side and moved outward by the once rule.
                 Ordering::Equal if gap < 0 || gap == 0 && slope(normal, dir) > 0 => return None,
                 _ => {}
             }
@@ -129,11 +130,11 @@ impl Convex {
     }
 }
 
-/// Adds a fan of triangles over the corners in a plane, around a random corner.
+/// Adds a fan of triangles, around a random corner, over the corners in a plane.
 fn fan(normal: Point, most: i128, corners: &[Point], rng: &mut Rng, to: &mut Vec<[Point; 3]>) {
     let mut ring: Vec<Point> =
         corners.iter().copied().filter(|p| dot(normal, *p) == most).collect();
-    // Sort the corners, so that all other corners are to the left of each edge.
+    // Sort the corners, so that all others are to the left of each edge.
     for i in 1..ring.len() {
         let left = |a: Point, b: Point, c: Point| {
             let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));

@@ -1,6 +1,6 @@
 //! Compares the media that queries find along rays with media computed in rational arithmetic. The
 //! solids are convex, have integer coordinates, and may be nested, touch or overlap. Rays go toward
-//! corners and edges and along walls, and some rays start at a corner, on an edge or on a wall.
+//! corners and edges or run along walls. Some rays start at a corner, on an edge or on a wall.
 
 mod convex;
 
@@ -25,7 +25,7 @@ impl Scene {
         Self { solids: (0..=rng.below(6)).map(|_| solid(rng)).collect() }
     }
 
-    /// Returns the scene as [`Media`] in either scalar, moved by an offset.
+    /// Returns the scene as [`Media`] over either scalar type, moved by an offset.
     fn media<S: BvhScalar>(&self, offset: Point) -> Media<S> {
         let triangle = |corners: [Point; 3], is_turned: bool| {
             let [a, b, c] = corners.map(|corner| number(corner, offset));
@@ -56,8 +56,7 @@ impl Scene {
         self.solids.iter().rev().find(deciding).map(|(medium, _)| *medium)
     }
 
-    /// Returns the segments of a ray between two values of t: the start, the end and the medium of
-    /// each.
+    /// Returns the segments of a ray between two values of t, each with its start, end and medium.
     fn segments(
         &self,
         origin: Point,
@@ -93,8 +92,8 @@ fn number<S: Scalar>(point: Point, offset: Point) -> [S; 3] {
     [0, 1, 2].map(|k| S::nearest((point[k] + offset[k]) as f64))
 }
 
-/// Checks all queries of media for several rays. Returns the number of crossings, of rays that
-/// start inside, and of crossings between two media.
+/// Checks all queries of media for several rays. Returns the numbers of crossings, of rays that
+/// start inside a solid, and of crossings between two media.
 fn check<S: BvhScalar>(
     scene: &Scene,
     offset: Point,
@@ -139,8 +138,7 @@ fn check<S: BvhScalar>(
     seen
 }
 
-/// Checks that each segment ends on a wall of a mesh that is filled with one of the two adjacent
-/// media.
+/// Checks that each segment ends on a wall of a mesh filled with one of the two adjacent media.
 fn check_walls<S: BvhScalar>(media: &Media<S>, ray: &RayOf<S>, segments: &[Segment]) {
     let hits = media.bvh().crossings(&RayOf { t_max: S::INFINITY, ..*ray });
     for pair in segments.windows(2) {
@@ -179,14 +177,15 @@ fn media_along_rays_are_exact() {
             (0..3).for_each(|k| seen[k] += found[k]);
         }
     }
-    // There must be enough crossings, starts inside, and crossings between solids that touch or
-    // overlap.
+    // There must be enough crossings, enough starts inside solids, and enough crossings between
+    // solids that touch or overlap.
     assert!(seen[0] > 40_000 && seen[1] > 5000 && seen[2] > 2500, "{seen:?}");
 }
 
 #[test]
 fn each_point_has_one_medium() {
-    // The direction that decides for points on walls, as integers: each component times `2^26`.
+    // The direction that decides ties for points on walls, as integers: each component times
+    // `2^26`.
     let dir = WINDING_DIR.map(|x| (f64::from(x) * f64::from(1 << 26)) as i128);
     let mut rng = Rng::new(91);
     let mut inside = 0;
@@ -216,7 +215,8 @@ fn each_point_has_one_medium() {
     assert_eq!(Media::<f32>::new(&[]).unwrap().medium_at([1.0; 3]), None);
 }
 
-/// An error must name the open mesh. Invalid rays must have no segments or count as outside.
+/// An error must name the open mesh. A ray without a valid direction must yield a single segment
+/// outside all media, and a ray with an invalid interval must yield no segments.
 #[test]
 fn bad_input_is_refused_or_outside() {
     let mut rng = Rng::new(3);

@@ -1,7 +1,7 @@
-//! Computes the closest point of a triangle in rational arithmetic, without any of the kernel's
-//! code. Cramer's rule in the triangle's plane decides whether the closest point is inside the
-//! face. Otherwise it is the nearest of the corners and of the closest points of the edges, which
-//! are found by a clamped parameter. A triangle without area has no face.
+//! Computes the closest point of a triangle in rational arithmetic, without using any of the
+//! kernel's code. Cramer's rule in the triangle's plane determines whether the closest point is
+//! inside the face. Otherwise it is the nearest of the corners and of the closest points on the
+//! edges, each of which is found by clamping a parameter. A triangle without area has no face.
 
 use dashu_ratio::RBig;
 use intertri::{Scalar, TriangleOf};
@@ -21,8 +21,8 @@ fn dot(a: &V, b: &V) -> RBig {
 }
 
 /// Returns the exact squared distance, and the weights of the second and third corners. If the
-/// closest point is not inside the face, the weights are those of the first corner that is closest,
-/// or, if none is, of the first of the edges ab, ca and bc that contains the closest point.
+/// closest point is not inside the face, the weights are those of the first corner that is the
+/// closest point or, if no corner is, of the first of the edges ab, ca and bc that contains it.
 pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig, [RBig; 2]) {
     let [a, b, c] = triangle.0.map(rational);
     let p = rational(point);
@@ -45,7 +45,7 @@ pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig
     }
 
     // Otherwise use the nearest corner or edge. If several are equally near, corners come first.
-    // The projection onto an edge of length 0 is its end.
+    // The projection onto an edge of length 0 is the edge's end.
     let along = |product: RBig, square: RBig| {
         let share = if square == RBig::ZERO { RBig::ZERO } else { product / square };
         share.clamp(RBig::ZERO, RBig::ONE)
@@ -76,7 +76,7 @@ pub(crate) fn is_rounded(x: f64, exact: &RBig) -> bool {
     here <= off(x.next_up()) && here <= off(x.next_down())
 }
 
-/// Returns whether a distance is within one unit in the last place of a square root.
+/// Returns whether a distance is within one ulp of the square root of `square`.
 pub(crate) fn is_within_one_ulp(distance: f64, square: &RBig) -> bool {
     let squared = |x: f64| {
         let x = RBig::try_from(x).unwrap();

@@ -4,7 +4,8 @@
 use intertri::Triangle64;
 use intertri_lab::rng::Rng;
 
-/// Rounds a number to a multiple of 1/1024, so that differences have few digits.
+/// Rounds a number to a multiple of 1/1024, so that differences between such numbers have few
+/// digits.
 fn on_grid(x: f64) -> f64 {
     (x * 1024.0).round() / 1024.0
 }
@@ -31,7 +32,7 @@ fn cube(cells: usize) -> Vec<Triangle64> {
     faces
 }
 
-/// Returns a globe of `rings` rings of triangles.
+/// Returns a globe made of `rings` rings of triangles.
 fn globe(rings: usize) -> Vec<Triangle64> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % (2 * rings)) as f64 / (2 * rings) as f64);
@@ -82,7 +83,7 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
             }
         }
     },
-    // Cracks: a corner is moved in some faces, but not in their neighbours.
+    // Cracks: a corner is moved in some faces but not in their neighbours.
     |mesh, rng| {
         for triangle in mesh.iter_mut() {
             triangle.0[0][1] += on_grid(0.02) * rng.pick(&[0.0, 0.0, 0.0, 0.0, 1.0, -1.0]);
@@ -95,7 +96,7 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
             mesh.push(Triangle64([b, a, a.map(|x| on_grid(1.4 * x + 0.05))]));
         }
     },
-    // T-junctions: some faces are cut in two, but their neighbours are not. Triangles without area
+    // T-junctions: some faces are cut in two, but their neighbours are not. Degenerate triangles
     // close some of the gaps.
     |mesh, rng| {
         let count = mesh.len();
@@ -111,8 +112,8 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
     },
 ];
 
-/// Generates the mesh with the given number and gives it one to three kinds of damage. Coordinates
-/// are multiples of 1/2048 between -1 and 1.
+/// Generates the mesh with the given number and damages it in one to three ways. Coordinates are
+/// multiples of 1/2048 between -1 and 1.
 pub(super) fn mesh(number: usize, rng: &mut Rng) -> Vec<Triangle64> {
     let mut mesh =
         if number.is_multiple_of(2) { cube(1 + number / 2 % 5) } else { globe(4 + number / 2 % 5) };

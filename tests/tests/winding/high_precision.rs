@@ -1,10 +1,11 @@
-//! Computes winding numbers as sums of solid angles over all triangles, in pairs of f64 with about
-//! 30 digits. This module shares no code with the tested implementation.
+//! Computes winding numbers as sums of solid angles over all triangles. Each number is a pair of
+//! f64 values with about 30 digits in total. This module shares no code with the tested
+//! implementation.
 
 use intertri::{Scalar, TriangleOf};
 
-/// A number as the sum of two f64 values, where the second is at most half a unit in the last place
-/// of the first.
+/// A number represented as the sum of two f64 values, the second of which is at most half an ulp of
+/// the first.
 #[derive(Clone, Copy)]
 struct Wide(f64, f64);
 
@@ -50,7 +51,7 @@ impl Wide {
         Self::sum(s, rest.0 / (2.0 * s))
     }
 
-    /// Returns the sine and the cosine, by Taylor series.
+    /// Returns the sine and the cosine, computed by Taylor series.
     fn sin_cos(self) -> [Self; 2] {
         let (mut term, mut sums) = (Self(1.0, 0.0), [Self::ZERO, Self::ZERO]);
         for k in 0..48 {
@@ -61,7 +62,7 @@ impl Wide {
         sums
     }
 
-    /// Returns the angle of a point, by one Newton step from the angle in f64.
+    /// Returns the angle of a point, computed by one Newton step from the f64 angle.
     fn angle(y: Self, x: Self) -> Self {
         if y.0 == 0.0 && x.0 == 0.0 {
             return Self::ZERO;
@@ -78,7 +79,7 @@ fn dot(a: [Wide; 3], b: [Wide; 3]) -> Wide {
     a[0].times(b[0]).plus(a[1].times(b[1])).plus(a[2].times(b[2]))
 }
 
-/// Returns the winding number of triangles around a point that is on none of them, by the formula
+/// Returns the winding number of triangles around a point that lies on none of them, by the formula
 /// of van Oosterom and Strackee.
 pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 3]) -> f64 {
     let mut sum = Wide::ZERO;
@@ -102,8 +103,8 @@ pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 
 
 #[test]
 fn it_has_thirty_digits() {
-    // The cosine of the angle with tangent 1/3 is three times its sine. The triangle below covers
-    // an eighth of all directions.
+    // If the tangent of an angle is 1/3, its cosine is three times its sine. The triangle below
+    // covers an eighth of all directions.
     let Wide(high, low) = Wide::angle(Wide(1.0, 0.0), Wide(3.0, 0.0));
     let [sin, cos] = Wide(high, low).sin_cos();
     let three = cos.over(sin).minus(Wide(3.0, 0.0));

@@ -16,7 +16,7 @@ use high_precision::winding_number;
 /// The number of points in the ordinary run. Set `INTERTRI_WINDING_POINTS` to test more.
 const POINTS: usize = 12_000;
 
-/// The number of points per mesh.
+/// The number of points to test per mesh.
 const EACH: usize = 100;
 
 /// Statistics of the winding numbers of several meshes.
@@ -27,8 +27,8 @@ struct Seen {
     inside: usize,
     fractions: usize,
     edges: usize,
-    /// The largest error at points whose bound is below 1e-10, that is, at points not next to an
-    /// open edge.
+    /// The largest error at points whose bound is below 1e-10, that is, points that are not next to
+    /// an open edge.
     largest_error: f64,
     /// The largest error as a share of the bound.
     largest_share: f64,
@@ -54,8 +54,8 @@ fn open_edges<S: Scalar>(mesh: &[TriangleOf<S>]) -> Vec<[[S; 3]; 2]> {
         .collect()
 }
 
-/// Returns the bound on the error: `2^-47` for each edge, times the ratio of the edge's length to
-/// its distance from the point if this ratio is above 1, plus `f64::EPSILON`.
+/// Returns the error bound: `2^-47` for each edge, times the ratio of the edge's length to its
+/// distance from the point if this ratio is above 1, plus `f64::EPSILON`.
 fn allowed<S: Scalar>(edges: &[[[S; 3]; 2]], point: [S; 3]) -> f64 {
     let each = |edge: &[[S; 3]; 2]| {
         let seen =
@@ -70,7 +70,7 @@ fn allowed<S: Scalar>(edges: &[[[S; 3]; 2]], point: [S; 3]) -> f64 {
     edges.iter().map(each).sum::<f64>() + f64::EPSILON
 }
 
-/// Checks all points of a mesh, one by one and in a batch.
+/// Checks all points against a mesh, one by one and in a batch.
 fn compare<S: BvhScalar>(mesh: &[TriangleOf<S>], points: &[[S; 3]], seen: &mut Seen) {
     let solid = Solid::from_soup(mesh).unwrap();
     let edges = open_edges(mesh);
@@ -110,8 +110,8 @@ fn compare<S: BvhScalar>(mesh: &[TriangleOf<S>], points: &[[S; 3]], seen: &mut S
     }
 }
 
-/// Generates points around a mesh, and points whose rays meet corners and edges exactly, preferably
-/// open edges and their corners.
+/// Generates points around a mesh, and points from which rays meet corners and edges exactly,
+/// preferably open edges and their corners.
 fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     let open = open_edges(mesh);
     let aimed = |at: [f64; 3], rng: &mut Rng| {
@@ -139,13 +139,13 @@ fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     points
 }
 
-/// Generates a mesh and a point in f32. The point is the origin, and the mesh is moved so that the
-/// ray along [`WINDING_DIR`] meets a corner or the midpoint of an edge.
+/// Generates a mesh and a point in f32. The point is the coordinate origin, and the mesh is moved
+/// so that the ray along [`WINDING_DIR`] meets a corner or the midpoint of an edge.
 fn in_f32(mesh: &[Triangle64], rng: &mut Rng) -> (Vec<Triangle>, [f32; 3]) {
     let open = open_edges(mesh);
     let [a, b] = if open.is_empty() { [mesh[0].0[0]; 2] } else { rng.pick(&open) };
     let at = if rng.unit() < 0.5 { a } else { [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])) };
-    // At a sixteenth of the size, the sums below fit in 24 bits.
+    // At a sixteenth of the size, the sums below can be represented in 24 bits.
     let moved = |x: f64, k: usize| ((x - at[k]) / 16.0 + f64::from(WINDING_DIR[k])) as f32;
     let corner = |c: [f64; 3]| [0, 1, 2].map(|k| moved(c[k], k));
     (mesh.iter().map(|triangle| TriangleOf(triangle.0.map(corner))).collect(), [0.0; 3])
@@ -188,7 +188,8 @@ impl InF32 for Vec<Triangle64> {
     }
 }
 
-/// Checks that crossings are counted along [`WINDING_DIR`], the direction in which the tests aim.
+/// Checks that crossings are counted along [`WINDING_DIR`], the direction in which the tests aim
+/// their rays.
 #[test]
 fn rays_are_aimed_where_crossings_are_counted() {
     // The ray goes exactly to the centre of a fan, a corner that all triangles of the fan share.
@@ -202,7 +203,7 @@ fn rays_are_aimed_where_crossings_are_counted() {
     assert!((solid.winding_number([0.0; 3]).unwrap() - truth).abs() < 1e-14);
     let flat = Solid::from_soup(&fan.map_f32()).unwrap();
     assert_eq!(flat.bvh().query().once().all(&ray).len(), 1);
-    // If any one of the four triangles is missing, the ray goes to a common end of two open edges.
+    // If one of the four triangles is missing, the ray goes to a common end of two open edges.
     for i in 0..4 {
         let open: Vec<_> = (0..4).filter(|&k| k != i).map(|k| fan[k]).collect();
         let (solid, truth) = (Solid::from_soup(&open).unwrap(), winding_number(&open, [0.0; 3]));
@@ -210,12 +211,13 @@ fn rays_are_aimed_where_crossings_are_counted() {
     }
 }
 
-/// Tests sizes at the limits of the exponents, coordinates that are not finite, and equal corners.
+/// Tests meshes whose sizes are at the limits of the exponents, coordinates that are not finite,
+/// and equal corners.
 #[test]
 fn any_numbers_have_a_winding_number() {
     let mut rng = Rng::new(3);
     for exponent in [-1060, -700, -300, 0, 300, 700, 1021] {
-        // Multiply two powers, because the whole power may be subnormal.
+        // Multiply by two powers, because a single power of the full exponent might be subnormal.
         let scale = 2.0_f64.powi(exponent / 2) * 2.0_f64.powi(exponent - exponent / 2);
         for number in [0, 4, 7] {
             let plain = mesh(number, &mut rng);
