@@ -111,7 +111,7 @@ def test_other_files(mesh, tmp_path):
     out_of_range[3, 1] = len(mesh.vertices)
     for vertices, faces, tree, says in [
         (mesh.vertices, mesh.faces, bytes(7), "cut off|not a saved hierarchy"),
-        (mesh.vertices.astype(np.float16), mesh.faces, b"", "other types"),
+        (mesh.vertices.astype(np.float16), mesh.faces, b"", "its members do not have the types"),
         (mesh.vertices, out_of_range, b"", r"face 3 is \["),
     ]:
         save_bound(path, vertices, faces, tree)

@@ -4,7 +4,11 @@ use intertri::internal::prefetch;
 use intertri::simd::{Lanes, Mask, Simd};
 
 use crate::tree::{EMPTY, LEAF, Node, Tree};
+use crate::util::stop;
 use crate::walk::single::SlabLanes;
+
+/// The number of nodes and leaves that a packet visits between two checks of whether to stop.
+const CHECK: usize = 256;
 
 /// The number of rays in a packet.
 pub(crate) const RAYS: usize = 16;
@@ -86,6 +90,10 @@ impl PacketStack {
             let reaching = near.le(far);
             if !reaching.any() {
                 continue;
+            }
+            // A packet may visit millions of triangles, for example at the centre of a fan.
+            if work[0] % CHECK == CHECK - 1 {
+                stop::check();
             }
             work = [work[0] + 1, work[1] + reaching.bits().count_ones() as usize];
             if child & LEAF != 0 {
