@@ -24,7 +24,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     lines
 }
 
-/// Computes the lines of a mode.
+/// Appends the lines for one mode.
 fn of_mode(scene: &Scene, bvh: &Bvh, mode: Mode, name: &str, lines: &mut Vec<Line>) {
     let Scene { triangles, rays, .. } = scene;
     let mut query = bvh.query().mode(mode);

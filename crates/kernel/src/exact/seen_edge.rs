@@ -50,7 +50,7 @@ fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
 }
 
 /// Computes `d × A` for a ray moved by (ε, ε², ε³), scaled so that the largest component is near 1.
-/// The error of each component is at most a few rounding errors of the largest component. Returns
+/// The error in each component is at most a few ulps of the largest component. Returns
 /// the zero vector if the point is the ray's origin. All coordinates must be finite.
 ///
 /// ```

@@ -1,4 +1,4 @@
-"""Converts arrays and meshes of other packages to numpy arrays."""
+"""Converts arrays and meshes from other packages to numpy arrays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ READ_IT = "to read a model, call Mesh.read(path)"
 
 
 def array(values: Any, name: str) -> NDArray[Any]:
-    """Converts anything that contains numbers, including tensors of other packages, to a numpy
+    """Converts anything that contains numbers, including tensors from other packages, to a numpy
     array."""
     if type(values) is np.ndarray:
         return values

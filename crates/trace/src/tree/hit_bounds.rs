@@ -21,10 +21,10 @@ pub(crate) enum HitBounds {
     /// The triangle has no area and is never hit. In closest-point queries, it counts as a segment
     /// or point in this box.
     Degenerate(Aabb),
-    /// The triangle is hit inside its box or, by the reference, up to `lean` outside it.
+    /// All exact hits are inside the box. The reference may also accept hits up to `lean` outside it.
     Box { bounds: Aabb, lean: f32 },
-    /// The triangle is hit inside its box or, by the reference, arbitrarily far outside it, because
-    /// the error of the normal has no useful bound.
+    /// All exact hits are inside the box. The reference may accept hits arbitrarily far outside it,
+    /// because the error in its normal has no useful bound.
     Thin(Aabb),
 }
 
