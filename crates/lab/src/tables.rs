@@ -33,9 +33,8 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// Formats a count of errors among trials. Zero errors do not prove that there are none, so in that
-/// case, the text also states the smallest share of errors that the trials would have revealed with
-/// a probability of 95 %.
+/// Formats the number of errors found in some trials. If none were found, adds the highest error
+/// rate that is consistent with that at 95 % confidence.
 ///
 /// ```
 /// use intertri_lab::tables::count;

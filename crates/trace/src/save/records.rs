@@ -91,8 +91,7 @@ pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
         for axis in 0..3 {
             let (lo, hi) = (rows[axis][slot], rows[axis + 3][slot]);
             let is_box = lo <= hi && lo.is_finite() && hi.is_finite();
-            // An inverted box means that there is no child, or that no triangle below it can be
-            // hit.
+            // An inverted box marks an empty slot, or a child whose triangles cannot be hit.
             let is_none = lo == f32::INFINITY && hi == f32::NEG_INFINITY;
             sound &= is_none || is_box && words[48 + slot] != EMPTY;
         }

@@ -260,7 +260,7 @@ impl<S: Simd> Projection<S> {
                 (lo[k], hi[k]) = (lo[k].min(least[k]), hi[k].max(most[k]));
             }
         }
-        // Sixteen random points span about four fifths of each side.
+        // Sixteen random points span about four fifths of the area.
         2.0 * sum > packets.count_ones() as f32 * area(lo, hi)
     }
 
