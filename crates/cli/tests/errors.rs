@@ -182,7 +182,7 @@ fn wrong_command_lines() {
         ("render --target 1,2,3", ["--eye", "--help"]),
         ("render --eye 1,2,3 --view 1,2,3", ["--view", "--help"]),
         ("render --threshold x", ["--threshold", "not a number"]),
-        ("render --threshold -1", ["--threshold", "not negative"]),
+        ("render --threshold -1", ["--threshold", "non-negative"]),
         ("render --threshold nan", ["--threshold", "finite"]),
         ("trace m.obj", ["--rays", "required"]),
         ("trace --rays rays", ["MODEL", "required"]),
